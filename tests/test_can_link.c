@@ -1,6 +1,6 @@
-/* The whole back-end and the whole device, each on a socket pair in place of its CAN socket, with
- * the test's hand on the bus between them: a bus that stands still, bus-off, a full transmit queue.
- * vcan has none of these, and sanitizers do not start where it is. */
+/* The whole back-end and the whole device, each on a socket pair instead of a CAN socket, with the
+ * test in control of the bus between them: a stalled bus, bus-off, a full transmit queue. vcan
+ * offers none of these, and sanitizers do not start where vcan exists. */
 #include "support.h"
 
 #include <linux/can/error.h>
@@ -24,9 +24,9 @@
 int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                            struct error *error);
 
-static bool marking; /* own frames would come back marked: what comes is another's */
+static bool marking; /* own frames would be echoed marked, so every frame seen is another's */
 
-/* Linked in place of can_socket_open (Makefile): the interface's name is the number of a socket. */
+/* Linked in place of can_socket_open (Makefile): the interface's name is a socket's number. */
 int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                            struct error *error) {
     (void)accept, (void)count, (void)own, (void)errors, (void)error;
@@ -37,9 +37,10 @@ int __wrap_can_socket_open(struct can_socket *s, const char *interface, const st
 int64_t __real_can_realtime_ns(void);
 int64_t __wrap_can_realtime_ns(void);
 
-static _Atomic int64_t set_back_ns; /* the clock, since the kernel stamped what has come */
+static _Atomic int64_t set_back_ns; /* the clock was set back by this since the kernel stamped the
+                                     * frames */
 
-/* Linked in place of can_realtime_ns for all but the stamps. */
+/* Linked in place of can_realtime_ns, except for the stamps. */
 int64_t __wrap_can_realtime_ns(void) { return __real_can_realtime_ns() - set_back_ns; }
 
 enum { THEIRS, OURS };
@@ -50,20 +51,20 @@ struct world {
     struct device *device;
     int daemon[2], plant[2];
     pthread_t bus_thread, device_thread;
-    pthread_mutex_t bus; /* held by the test: the bus stands still, */
-    bool still;          /* and that it does */
-    sem_t answered;      /* all TPDOs since the last SYNC */
+    pthread_mutex_t bus; /* while the test holds it, the bus stalls */
+    bool still;          /* the bus is stalled */
+    sem_t answered;      /* posted when all TPDOs since the last SYNC are there */
     int64_t written_ns;
-    bool supply;         /* the charge pump's level */
-    int stalls;          /* of the host: no answer in time, or the nodes' watchdog */
+    bool supply;         /* level of the life sign for the supply */
+    int stalls;          /* stalls of the host: no answer in time, or the nodes' watchdogs */
     _Atomic bool bus_stop, device_stop;
 };
 
 static bool take(int fd, struct can_frame *f) { return recv(fd, f, sizeof *f, MSG_DONTWAIT) == (ssize_t)sizeof *f; }
 static void give(int fd, const struct can_frame *f) { assert_int_equal(send(fd, f, sizeof *f, 0), sizeof *f); }
 
-/* To the plant, and SYNC back to its sender first, as a controller does; everything of the
- * plant's to the daemon. */
+/* Carries frames to the plant, SYNC first echoed to its sender as a controller does, and all the
+ * plant's frames to the daemon. */
 static void carry(struct world *w, int *answers) {
     struct can_frame f;
     while (take(w->daemon[OURS], &f)) {
@@ -109,8 +110,8 @@ static void release_bus(struct world *w) {
     w->still = false;
 }
 
-/* No claim here is about how long anything takes: a busy machine under a sanitizer is slow, and so
- * are its watchdogs here. Where it stands still for longer than they take, a cycle begins anew. */
+/* No claim here depends on durations: a busy machine under a sanitizer is slow. Watchdogs are
+ * therefore long, and a cycle starts anew if the host stalls for longer than they allow. */
 static int start(void **state) {
     struct world *w = calloc(1, sizeof *w);
     struct error error;
@@ -120,7 +121,7 @@ static int start(void **state) {
     config_default(&w->params);
     w->params.sensors.enabled = false;
     w->params.sim.engine = ENGINE_CLOSED_FORM;
-    w->params.device.watchdog_s = 1.0; /* the most that a node takes */
+    w->params.device.watchdog_s = 1.0; /* maximum that a node accepts */
     w->params.can.heartbeat_s = 5.0;
     assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->daemon), 0);
     assert_int_equal(socketpair(AF_UNIX, SOCK_SEQPACKET, 0, w->plant), 0);
@@ -143,7 +144,7 @@ static int end(void **state) {
     release_bus(w);
     if (w->hal) hal_can.close(w->hal);
     atomic_store(&w->bus_stop, true);
-    /* it may be giving to a daemon that reads no more */
+    /* it may be blocked on a daemon that no longer reads */
     while (pthread_tryjoin_np(w->bus_thread, NULL)) take(w->daemon[THEIRS], &f);
     atomic_store(&w->device_stop, true);
     pthread_join(w->device_thread, NULL);
@@ -167,11 +168,11 @@ static int write_all(struct world *w, double valve) {
     return hal_can.write(w->hal, &command);
 }
 
-/* False when no answer comes: a cycle that waits for a TPDO asks for none. */
+/* Returns false if no answer comes: a cycle that waits for a TPDO requests none. */
 static bool answered(struct world *w) {
     struct timespec until;
     clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += NS_PER_S / 2; /* before the nodes' watchdog */
+    until.tv_nsec += NS_PER_S / 2; /* shorter than the nodes' watchdog */
     if (until.tv_nsec >= NS_PER_S) until.tv_sec++, until.tv_nsec -= NS_PER_S;
     return sem_clockwait(&w->answered, CLOCK_MONOTONIC, &until) == 0;
 }
@@ -192,18 +193,18 @@ static void wait_for_period(struct world *w) {
     w->written_ns = monotonic_ns();
 }
 
-/* No shorter than the period: the device takes a SYNC that comes too soon for the same one again.
- * The next one's readings are there when this returns. */
+/* Takes at least a period, because the device takes a SYNC that comes too soon for a repetition. On
+ * return the next cycle's readings have arrived. */
 static int try_cycle(struct world *w, double valve, struct hal_sample *s) {
     wait_for_period(w);
     *s = read_now(w, 0);
-    while (!sem_trywait(&w->answered)) continue; /* it came late */
+    while (!sem_trywait(&w->answered)) continue; /* late answers */
     if (write_all(w, valve)) return -1;
     w->stalls += !answered(w);
     return 0;
 }
 
-/* The centre in every cycle until a command is taken, and then until all is answered. */
+/* Commands the centre in every cycle until a command is taken and all nodes have answered. */
 static void centre(struct world *w) {
     for (bool taken = false; !taken;) {
         wait_for_period(w);
@@ -214,8 +215,8 @@ static void centre(struct world *w) {
     while (answered(w)) continue;
 }
 
-/* One cycle with a bus that carries. The host itself may stand still for the nodes' watchdog, which
- * puts them out of operational, as it should: then they are started again first. */
+/* Runs one cycle on a working bus. If the host itself stalled for the nodes' watchdog, the nodes
+ * have rightly left operational and are started again first. */
 static struct hal_sample cycle(struct world *w, double valve) {
     struct hal_sample s;
     char text[200];
@@ -229,23 +230,21 @@ static struct hal_sample cycle(struct world *w, double valve) {
     return s;
 }
 
-/* The centre, until all is well again. */
+/* Commands the centre until all is well again. */
 static void recovers(struct world *w) {
     centre(w);
     for (int i = 0; cycle(w, 0.0).flags & (SAMPLE_INVALID | SAMPLE_STALE); i++) assert_true(i < 100);
 }
 
-/* Pumps, or lets it be, until the pressure switch says so. */
+/* Switches the supply on or off and waits until the pressure switch confirms it. */
 static struct hal_sample pump(struct world *w, bool on) {
     struct hal_sample s;
     do {
         s = cycle(w, 0.0);
-        w->supply ^= !on; /* write_all() changes it */
+        w->supply ^= !on; /* write_all() toggles it */
     } while (!(s.inputs & INPUT_SUPPLY) == on);
     return s;
 }
-
-/* Claims. */
 
 static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device(void **state) {
     struct world *w = *state;
@@ -289,7 +288,7 @@ static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_on
     halt_bus(w);
     int64_t start_ns = monotonic_ns();
     for (read_now(w, 0); !write_all(w, 0.7); read_now(w, 0)) written++;
-    /* one for each 0.1 s that this machine itself stood still */
+    /* one extra for each 0.1 s that this machine itself stalled */
     int excused = (int)((monotonic_ns() - start_ns) / ns_from_seconds(0.1));
     assert_in_range(written, 3, 3 + excused);
     assert_string_equal(trouble(w, text), "the bus does not carry what is sent");
@@ -312,7 +311,7 @@ static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_on
 
 static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) {
     struct world *w = *state;
-    int two = 3200; /* the kernel makes twice that of it: two cycles' frames, and one more */
+    int two = 3200; /* the kernel doubles it: two cycles' frames and one more */
     for (int i = 0; i < 5; i++) cycle(w, 0.0);
     assert_int_equal(setsockopt(w->daemon[THEIRS], SOL_SOCKET, SO_SNDBUF, &two, sizeof two), 0);
     halt_bus(w);
@@ -321,7 +320,7 @@ static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) 
         read_now(w, 0);
         if (write_all(w, 0.0)) break;
     }
-    assert_true(written < 3); /* by the queue, before the count of three */
+    assert_true(written < 3); /* limited by the queue before the count of three */
     release_bus(w);
     recovers(w);
 }
@@ -377,8 +376,7 @@ static void its_end_takes_the_nodes_out_of_operational(void **state) {
     assert_true(told);
 }
 
-/* Whatever of another master is heard, hexid does not start, and the other one
- * sees nothing of it. */
+/* hexid does not start whichever of another master's frames it hears, and sends nothing itself. */
 static void another_master_on_the_bus_is_not_disturbed_by_a_start(void **state) {
     const struct can_frame theirs[] = {can_frame_sync(), can_frame_rpdo(1, (int16_t[]){0, 0, 0}), can_frame_nmt(NMT_START, 0),
                                        can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL)};

@@ -1,5 +1,5 @@
-/* One node against CiA 301: SDO, NMT, EMCY, heartbeats, SYNC, PDOs; and that nothing said over the
- * bus switches its watchdogs off. */
+/* One node against CiA 301: SDO, NMT, EMCY, heartbeats, SYNC, PDOs; and no message on the bus
+ * switches its watchdogs off. */
 #include "support.h"
 
 #include <stdio.h>
@@ -9,14 +9,14 @@
 
 enum { MS = 1000000, PERIOD_MS = 2, TOKEN = 0x1234567, OTHER = 0x7654321 };
 static const struct can_tpdo latched = {.position = 1831000, .p1 = 5000, .p2 = 4000, .inputs = INPUTS_ALL};
-static int node = 2; /* an axis, or CAN_IO: the kinds are one implementation, and the claims that
-                      * name no valve are run with both */
+static int node = 2; /* an axis or CAN_IO; both share one implementation, and claims that name no
+                      * valve run with both */
 
 static unsigned of_node(unsigned function) { return function + (unsigned)node; }
 
 struct bench {
     struct can_node node;
-    struct can_queue out; /* since the last say() or pass() */
+    struct can_queue out; /* frames sent since the last say() or pass() */
     int64_t now_ns;
 };
 
@@ -31,7 +31,7 @@ static void say(struct bench *b, struct can_frame f) {
     else can_node_receive(&b->node, &f, b->now_ns, &b->out);
 }
 
-/* So many milliseconds; every `period` ms this is done. */
+/* Lets `ms` milliseconds pass and calls done() every `period` ms. */
 static void pass(struct bench *b, int ms, void (*done)(struct bench *), int period) {
     struct can_queue all = {0};
     for (int i = 0; i < ms; i++) {
@@ -74,7 +74,7 @@ static struct can_sdo answer(struct bench *b) {
     return reply;
 }
 
-/* Abort code, 0 when it was taken. */
+/* Returns the abort code, 0 if the download was accepted. */
 static uint32_t download(struct bench *b, uint16_t index, uint8_t sub, int size, uint32_t value) {
     const struct can_sdo request = {SDO_DOWNLOAD, index, sub, size, value};
     say(b, can_frame_sdo(node, &request));
@@ -96,7 +96,7 @@ static uint32_t value_of(struct bench *b, uint16_t index, uint8_t sub) {
     return reply.value;
 }
 
-/* Emergencies with this code among what was sent. */
+/* Counts the emergencies with this code among the frames sent. */
 static int emergencies(const struct bench *b, uint16_t code) {
     int count = 0;
     uint16_t is;
@@ -111,8 +111,6 @@ static int sent(const struct bench *b, unsigned function) {
     for (int i = 0; i < b->out.count; i++) count += can_frame_node(&b->out.frame[i], function) == node;
     return count;
 }
-
-/* Watchdogs. */
 
 static void nothing_is_written_in_operational_but_the_end_of_the_error_history(void **state) {
     struct bench b;
@@ -177,11 +175,11 @@ static void a_node_that_a_stranger_starts_keeps_its_output_at_zero_until_it_hear
         assert_int_equal(can_node_output(&b.node), 0);
         pass(&b, PERIOD_MS, NULL, 1);
     }
-    /* CiA 301: heartbeats are watched from the first on */
+    /* CiA 301: monitoring starts with the first heartbeat */
     assert_int_equal(b.node.state, CAN_OPERATIONAL);
     assert_int_equal(value_of(&b, b.node.dictionary->actual, 1), 0);
     heartbeat(&b);
-    assert_int_equal(can_node_output(&b.node), 0); /* what was commanded before does not count */
+    assert_int_equal(can_node_output(&b.node), 0); /* an earlier command does not count */
     drive(&b);
     assert_int_equal(can_node_output(&b.node), commanded());
     int ms = 0;
@@ -215,7 +213,7 @@ static void two_heartbeats_are_watched_and_the_loss_of_either_is_one(void **stat
         assert_int_equal(download(&b, 0x1016, 2, 4, 10u << 16 | 100), 0);
         nmt(&b, NMT_START);
         drive(&b);
-        assert_int_equal(can_node_output(&b.node), 0); /* one is not heard */
+        assert_int_equal(can_node_output(&b.node), 0); /* a single one is ignored */
         for (int ms = 0; ms < 99; ms++) {
             if (ms == 0 || lost == 0) say(&b, can_frame_heartbeat(10, CAN_OPERATIONAL));
             if (ms == 0 || lost == 1) heartbeat(&b);
@@ -238,31 +236,29 @@ static void the_consumers_rules_are_the_standards(void **state) {
     struct bench b;
     (void)state;
     power_on(&b);
-    /* twice the same node */
+    /* the same node twice */
     assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)CAN_MASTER << 16 | 100), SDO_INCOMPATIBLE);
-    /* not used: not twice */
+    /* an unused entry is no duplicate */
     assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)CAN_MASTER << 16), 0);
-    /* reserved */
+    /* reserved value */
     assert_int_equal(download(&b, 0x1016, 2, 4, 0x01000000), SDO_VALUE);
-    /* itself */
+    /* its own number */
     assert_int_equal(download(&b, 0x1016, 2, 4, (uint32_t)node << 16 | 100), SDO_VALUE);
-    /* the same entry anew */
+    /* the same entry rewritten */
     assert_int_equal(download(&b, 0x1016, 1, 4, (uint32_t)CAN_MASTER << 16 | 40), 0);
     pass(&b, 100, NULL, 1);
-    assert_int_equal(emergencies(&b, EMCY_HEARTBEAT), 0); /* nothing was heard yet */
-    say(&b, can_frame_heartbeat(CAN_MASTER, CAN_BOOTUP)); /* is no heartbeat */
+    assert_int_equal(emergencies(&b, EMCY_HEARTBEAT), 0); /* no heartbeat was received yet */
+    say(&b, can_frame_heartbeat(CAN_MASTER, CAN_BOOTUP)); /* a boot-up is no heartbeat */
     pass(&b, 100, NULL, 1);
     assert_int_equal(emergencies(&b, EMCY_HEARTBEAT), 0);
     heartbeat(&b);
     pass(&b, 100, NULL, 1);
-    assert_int_equal(emergencies(&b, EMCY_HEARTBEAT), 1); /* once */
+    assert_int_equal(emergencies(&b, EMCY_HEARTBEAT), 1); /* only once */
     assert_int_equal(value_of(&b, 0x1001, 0), 0x11);
     heartbeat(&b);
     assert_int_equal(emergencies(&b, EMCY_NONE), 1);
     assert_int_equal(value_of(&b, 0x1001, 0), 0);
 }
-
-/* SDO. */
 
 static void a_download_that_does_not_say_its_size_is_taken(void **state) {
     struct bench b;
@@ -271,20 +267,20 @@ static void a_download_that_does_not_say_its_size_is_taken(void **state) {
     say(&b, frame(of_node(COB_SDO), 8, "22171000e8030000"));
     assert_memory_equal(b.out.frame[0].data, frame(0, 8, "6017100000000000").data, 8);
     assert_int_equal(value_of(&b, 0x1017, 0), 1000);
-    say(&b, frame(of_node(COB_SDO), 8, "22190010aaaaaa00")); /* an object that is not there */
+    say(&b, frame(of_node(COB_SDO), 8, "22190010aaaaaa00")); /* no such object */
     assert_int_equal(answer(&b).value, SDO_NO_OBJECT);
-    /* the bytes behind an object of one are not looked at */
+    /* the bytes after a one-byte value are ignored */
     say(&b, frame(of_node(COB_SDO), 8, "2219100005ffffff"));
     assert_int_equal(answer(&b).kind, SDO_DOWNLOAD);
     assert_int_equal(value_of(&b, 0x1019, 0), 5);
 }
 
 static void what_is_no_expedited_request_is_aborted_and_an_abort_is_not_answered(void **state) {
-    static const char *const aborted[] = {        /* segmented download, its segments */
+    static const char *const aborted[] = {        /* segmented download and its segments */
                                           "2117100002000000", "2017100002000000", "0000000000000000", "1000000000000000",
         /* segments of an upload, block upload */
                                           "6000000000000000", "7000000000000000", "a017100000000000",
-        /* block download, and commands that there are not */
+        /* block download and unknown commands */
                                           "c017100000000000", "e017100000000000", "2617100001020304", "3317100001020304",
                                           "4117100000000000"};
     struct bench b;
@@ -334,8 +330,6 @@ static void every_object_is_read_and_refused_as_its_access_says(void **state) {
     assert_int_equal(download(&b, 0x1400, 3, 2, 0), SDO_NO_SUB);
 }
 
-/* NMT. */
-
 static void nmt_commands_do_what_they_say_to_whom_they_say(void **state) {
     struct bench b;
     (void)state;
@@ -356,7 +350,7 @@ static void nmt_commands_do_what_they_say_to_whom_they_say(void **state) {
         for (unsigned i = 0; i < sizeof steps / sizeof *steps; i++) {
             say(&b, can_frame_nmt(steps[i].command, all ? 0 : node));
             assert_int_equal(b.node.state, steps[i].state);
-            /* boot-up */
+            /* only a reset sends a boot-up */
             assert_int_equal(sent(&b, COB_HEARTBEAT), steps[i].command >= NMT_RESET_NODE);
         }
     enum can_state before = b.node.state;
@@ -393,7 +387,7 @@ static void preoperational_answers_sdo_but_no_pdo(void **state) {
     drive(&b);
     assert_int_equal(b.out.count, 0);
     assert_int_equal(can_node_output(&b.node), 0);
-    assert_int_equal(value_of(&b, 0x6020, 1), 1831000); /* SYNC has latched it */
+    assert_int_equal(value_of(&b, 0x6020, 1), 1831000); /* latched by the SYNC */
     assert_int_equal(value_of(&b, 0x6300, 1), 0);
 }
 
@@ -409,8 +403,6 @@ static void a_reset_restores_the_defaults(void **state) {
     assert_memory_equal(&fresh, &b.node, sizeof fresh);
 }
 
-/* Errors. */
-
 static void a_short_rpdo_is_an_emergency_and_no_command(void **state) {
     struct bench b;
     (void)state;
@@ -421,13 +413,13 @@ static void a_short_rpdo_is_an_emergency_and_no_command(void **state) {
     assert_int_equal(emergencies(&b, EMCY_RPDO_SHORT), 1);
     assert_int_equal(value_of(&b, 0x1001, 0), 0x11);
     say(&b, frame(of_node(COB_RPDO), 0, ""));
-    assert_int_equal(b.out.count, 0); /* once */
+    assert_int_equal(b.out.count, 0); /* only once */
     assert_int_equal(value_of(&b, 0x6300, 1), 0x1000);
     command(&b);
     assert_int_equal(emergencies(&b, EMCY_NONE), 1);
     assert_int_equal(value_of(&b, 0x1003, 0), 1);
     assert_int_equal(value_of(&b, 0x1003, 1), EMCY_RPDO_SHORT);
-    for (int i = 0; i < 21; i++) { /* and no sign of life */
+    for (int i = 0; i < 21; i++) { /* without any heartbeat */
         say(&b, frame(of_node(COB_RPDO), 1, "70"));
         sync_node(&b);
         pass(&b, 1, heartbeat, 1);
@@ -483,7 +475,7 @@ static void two_errors_stand_side_by_side_in_the_register(void **state) {
     say(&b, frame(of_node(COB_RPDO), 1, "00"));
     assert_int_equal(b.out.frame[0].data[2], 0x91);
     command(&b);
-    /* one is over, one stands */
+    /* one error is over, one persists */
     assert_memory_equal(b.out.frame[0].data, frame(0, 8, "0000810000000000").data, 8);
     sync_node(&b);
     assert_memory_equal(b.out.frame[0].data, frame(0, 8, "0000000000000000").data, 8);
@@ -505,8 +497,6 @@ static void the_error_behaviour_is_preoperational_or_stopped_never_operational(v
     }
 }
 
-/* Heartbeat producer, SYNC, PDOs. */
-
 static void the_producer_time_takes_effect_at_once_and_zero_stops_it(void **state) {
     struct bench b;
     (void)state;
@@ -516,7 +506,7 @@ static void the_producer_time_takes_effect_at_once_and_zero_stops_it(void **stat
     assert_int_equal(download(&b, 0x1017, 0, 2, 1000), 0);
     pass(&b, 10, NULL, 1);
     assert_int_equal(sent(&b, COB_HEARTBEAT), 1);
-    assert_int_equal(download(&b, 0x1017, 0, 2, 10), 0); /* not a second later */
+    assert_int_equal(download(&b, 0x1017, 0, 2, 10), 0); /* effective at once, not a second later */
     pass(&b, 100, NULL, 1);
     assert_int_equal(sent(&b, COB_HEARTBEAT), 10);
     assert_int_equal(download(&b, 0x1017, 0, 2, 0), 0);
@@ -576,14 +566,15 @@ static void every_transmission_type_that_is_taken_acts(void **state) {
         nmt(&b, NMT_START);
         heartbeat(&b);
         command(&b);
-        assert_int_equal(can_node_output(&b.node), type >= 254 ? commanded() : 0); /* at once */
+        /* effective at once */
+        assert_int_equal(can_node_output(&b.node), type >= 254 ? commanded() : 0);
         int tpdos = 0;
         for (int i = 0; i < 480; i++) {
             sync_node(&b);
             tpdos += sent(&b, COB_TPDO);
         }
         assert_int_equal(can_node_output(&b.node), commanded());
-        /* 0: when a reading has changed */
+        /* type 0: sent when a reading has changed */
         assert_int_equal(tpdos, type == 0 ? 1 : type <= 240 ? (int)(480 / type) : 480);
     }
 }
@@ -597,11 +588,11 @@ static void a_pdo_is_switched_off_before_its_identifier_changes(void **state) {
         power_on(&b);
         assert_int_equal(download(&b, index, 1, 4, 0x301), SDO_DENIED);
         assert_int_equal(download(&b, index, 1, 4, 0), SDO_VALUE);
-        assert_int_equal(download(&b, index, 1, 4, is), 0); /* as it is */
+        assert_int_equal(download(&b, index, 1, 4, is), 0); /* unchanged value */
         assert_int_equal(download(&b, index, 1, 4, off | is), 0);
         const uint32_t refused[] = {0x000, 0x07f, 0x080, of_node(COB_EMCY), 0x101, 0x180, 0x5ff, 0x601, 0x6ff, 0x77f, 0x800, 0x40000201};
         for (unsigned i = 0; i < sizeof refused / sizeof *refused; i++) assert_int_equal(download(&b, index, 1, 4, refused[i]), SDO_VALUE);
-        /* the other's */
+        /* the other PDO's number */
         assert_int_equal(download(&b, index, 1, 4, of_node(k ? COB_RPDO : COB_TPDO)), SDO_VALUE);
         assert_int_equal(download(&b, index, 1, 4, 0x301), 0);
         nmt(&b, NMT_START);
@@ -629,15 +620,20 @@ static void the_mapping_is_changed_in_the_standards_order_only(void **state) {
     struct bench b;
     (void)state;
     power_on(&b);
-    assert_int_equal(download(&b, 0x1600, 0, 1, 0), SDO_DENIED); /* the PDO is on */
+    assert_int_equal(download(&b, 0x1600, 0, 1, 0), SDO_DENIED); /* the PDO is valid */
     assert_int_equal(download(&b, 0x1400, 1, 4, 0x80000202), 0);
-    assert_int_equal(download(&b, 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED); /* entries count */
+    /* its entries are in use */
+    assert_int_equal(download(&b, 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED);
     assert_int_equal(download(&b, 0x1600, 0, 1, 0), 0);
     assert_int_equal(download(&b, 0x1400, 1, 4, 0x202), SDO_DENIED); /* nothing is mapped */
-    assert_int_equal(download(&b, 0x1600, 1, 4, 0x60200120), SDO_NOT_MAPPABLE); /* a reading */
-    assert_int_equal(download(&b, 0x1600, 1, 4, 0x63000120), SDO_NOT_MAPPABLE); /* 32 bit of 16 */
-    assert_int_equal(download(&b, 0x1600, 1, 4, 0x14000510), SDO_NOT_MAPPABLE); /* the watchdog */
-    assert_int_equal(download(&b, 0x1600, 1, 4, 0x00050008), SDO_NOT_MAPPABLE); /* another dummy */
+    /* a reading is not writable */
+    assert_int_equal(download(&b, 0x1600, 1, 4, 0x60200120), SDO_NOT_MAPPABLE);
+    /* 32 bits of a 16-bit object */
+    assert_int_equal(download(&b, 0x1600, 1, 4, 0x63000120), SDO_NOT_MAPPABLE);
+    /* the watchdog is not mappable */
+    assert_int_equal(download(&b, 0x1600, 1, 4, 0x14000510), SDO_NOT_MAPPABLE);
+    /* dummy of the wrong type */
+    assert_int_equal(download(&b, 0x1600, 1, 4, 0x00050008), SDO_NOT_MAPPABLE);
     assert_int_equal(download(&b, 0x1600, 1, 4, 0x50000010), SDO_NO_OBJECT);
     assert_int_equal(download(&b, 0x1600, 1, 4, 0x63000210), SDO_NO_SUB);
     assert_int_equal(download(&b, 0x1600, 4, 4, MAP_DUMMY), SDO_NO_SUB);
@@ -654,8 +650,6 @@ static void the_mapping_is_changed_in_the_standards_order_only(void **state) {
     assert_int_equal(can_node_output(&b.node), 0x2222);
 }
 
-/* Owner. */
-
 static void only_its_owner_has_a_node_for_as_long_as_it_lives(void **state) {
     struct bench b;
     (void)state;
@@ -664,7 +658,7 @@ static void only_its_owner_has_a_node_for_as_long_as_it_lives(void **state) {
     assert_int_equal(download(&b, 0x2000, 1, 4, 0), SDO_VALUE);
     assert_int_equal(download(&b, 0x2000, 1, 4, TOKEN), 0);
     assert_int_equal(value_of(&b, 0x2000, 3), 1);
-    assert_int_equal(download(&b, 0x2000, 1, 4, TOKEN), 0); /* an answer was lost */
+    assert_int_equal(download(&b, 0x2000, 1, 4, TOKEN), 0); /* retry after a lost answer */
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), SDO_DENIED);
     assert_int_equal(download(&b, 0x2000, 2, 4, OTHER), SDO_DENIED);
     assert_int_equal(download(&b, 0x2000, 2, 4, 0), SDO_VALUE);
@@ -673,7 +667,7 @@ static void only_its_owner_has_a_node_for_as_long_as_it_lives(void **state) {
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), SDO_DENIED);
     pass(&b, 101, NULL, 1);
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), SDO_DENIED);
-    pass(&b, 100, NULL, 1); /* its heartbeat is lost */
+    pass(&b, 100, NULL, 1); /* the owner's heartbeat is lost */
     assert_int_equal(value_of(&b, 0x2000, 3), 0);
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), 0);
 }
@@ -687,7 +681,7 @@ static void an_nmt_reset_does_not_disown_and_power_does(void **state) {
     nmt(&b, NMT_RESET_NODE);
     nmt(&b, NMT_RESET_COMMUNICATION);
     assert_int_equal(value_of(&b, 0x2000, 3), 1);
-    pass(&b, 2900, NULL, 1); /* its own time, not the default */
+    pass(&b, 2900, NULL, 1); /* the owner's own timeout, not the default */
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), SDO_DENIED);
     struct can_queue q = {0};
     can_node_init(&b.node, node, b.now_ns, &q);
@@ -717,11 +711,9 @@ static void an_owner_that_leaves_is_no_error(void **state) {
     assert_int_equal(value_of(&b, 0x2000, 3), 0);
     pass(&b, 1000, NULL, 1);
     assert_int_equal(b.out.count, 0);
-    assert_int_equal(download(&b, 0x2000, 2, 4, TOKEN), SDO_DENIED); /* nobody's */
+    assert_int_equal(download(&b, 0x2000, 2, 4, TOKEN), SDO_DENIED); /* no longer anybody's */
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), 0);
 }
-
-/* Inputs and outputs, CiA 401. */
 
 static void the_io_modules_mapping_and_error_values_are_fixed(void **state) {
     static const struct {
@@ -740,7 +732,7 @@ static void the_io_modules_mapping_and_error_values_are_fixed(void **state) {
         assert_int_equal(download(&b, fixed[i].index, fixed[i].sub, fixed[i].size, 0), SDO_READ_ONLY);
     }
     assert_int_equal(download(&b, 0x6000, 1, 1, 0), SDO_READ_ONLY);
-    assert_int_equal(download(&b, 0x6200, 1, 1, 1), SDO_DENIED); /* by RPDO only */
+    assert_int_equal(download(&b, 0x6200, 1, 1, 1), SDO_DENIED); /* writable by RPDO only */
     assert_int_equal(upload(&b, 0x6300, 1).value, SDO_NO_OBJECT);
 }
 
@@ -753,7 +745,7 @@ static void inputs_are_latched_by_sync_and_sent_as_they_are(void **state) {
     for (unsigned inputs = 0; inputs <= 0xff; inputs++) {
         b.out.count = 0;
         can_node_sync(&b.node, &sync, &(struct can_tpdo){.inputs = (uint8_t)inputs}, &b.out);
-        assert_int_equal(b.out.count, 1); /* no value is an error */
+        assert_int_equal(b.out.count, 1); /* no error value is set */
         assert_int_equal(b.out.frame[0].can_id, 0x187);
         assert_int_equal(b.out.frame[0].len, 1);
         assert_int_equal(b.out.frame[0].data[0], inputs);
@@ -768,7 +760,7 @@ static void outputs_are_in_force_with_the_sync_and_zero_without_a_master(void **
     nmt(&b, NMT_START);
     say(&b, frame(0x207, 1, "ff"));
     sync_node(&b);
-    assert_int_equal(value_of(&b, 0x6200, 1), 0); /* no heartbeat was heard */
+    assert_int_equal(value_of(&b, 0x6200, 1), 0); /* no heartbeat was received */
     heartbeat(&b);
     for (unsigned outputs = 0; outputs <= 0xff; outputs++) {
         say(&b, can_frame_outputs((uint8_t)outputs));

@@ -17,7 +17,7 @@ static struct motion random_motion(uint64_t *seed) {
     return m;
 }
 
-/* derivative: 0 pose, 1 its rate, 2 its second rate; each coordinate with its own frequency. */
+/* derivative: 0 pose, 1 its rate, 2 its second rate; each coordinate has its own frequency. */
 static void motion_at(const struct motion *m, double t, int derivative, double q[DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         double w = 2.0 + 0.7 * i;
@@ -134,7 +134,7 @@ static void mass_matrix_is_the_curvature_of_the_kinetic_energy(void **unused) {
     struct params params = defaults();
     struct rigid_model m;
     uint64_t seed = 1;
-    params.payload.inertia_xx_kg_m2 = 9.0; /* no symmetry to hide behind */
+    params.payload.inertia_xx_kg_m2 = 9.0; /* breaks the symmetry, which could hide errors */
     rigid_model_init(&m, &params);
     for (int n = 0; n < 200; n++) {
         double mass[DOFS][DOFS], load[DOFS], potential, energy;
@@ -275,7 +275,7 @@ static void run_hydraulic(int substeps, double pose[DOFS]) {
     struct plant *plant = plant_at(&params, (const double[DOFS]){0});
     for (int i = 0; i < 160; i++) {
         double valve[LEGS];
-        /* one sign: no port reverses */
+        /* of one sign, so no port reverses */
         for (int k = 0; k < LEGS; k++) valve[k] = -0.1 - 0.05 * cos(2.0 * k);
         plant_step(plant, valve);
     }
@@ -302,7 +302,7 @@ static void bodies_and_hydraulics_together_converge_with_fourth_order(void **unu
     run_hydraulic(8, coarse);
     run_hydraulic(16, middle);
     run_hydraulic(32, fine);
-    /* at the default substep the error is nothing that a sensor sees */
+    /* at the default substep the error is below any sensor's resolution */
     assert_below(distance(coarse, fine, DOFS), 1e-7);
     assert_close(order_of(coarse, middle, fine), 4.0, 0.5);
 }
@@ -340,8 +340,8 @@ static void joint_rates_change_as_row_and_bias_say(void **unused) {
     }
 }
 
-/* The rates about the two axes make up the leg's turning against base or platform, but for spin
- * about the leg itself. */
+/* The rates about the two axes add up to the leg's rotation relative to base or platform, except
+ * for spin about the leg itself. */
 static void joint_rates_add_up_to_the_relative_rotation(void **unused) {
     (void)unused;
     struct params params = defaults();

@@ -1,5 +1,5 @@
-/* The two sockets of a machine: packets that are no packets, who makes room for whom, names and
- * directories, and last words. */
+/* The two sockets of a machine: malformed packets, priority of connections, names and directories,
+ * and final messages. */
 #include "support.h"
 
 #include <errno.h>
@@ -99,7 +99,7 @@ static void packets_come_back_and_what_is_none_is_refused(void **unused) {
         assert_false(command_answer_decode(answer, COMMAND_ANSWER_SIZE, &b));
         answer[wrong[i].at] = before;
     }
-    memset(answer + 16, 'x', COMMAND_TEXT_SIZE); /* without an end */
+    memset(answer + 16, 'x', COMMAND_TEXT_SIZE); /* unterminated */
     assert_false(command_answer_decode(answer, COMMAND_ANSWER_SIZE, &b));
     memset(a.text, 'y', sizeof a.text - 1);
     command_answer_encode(&a, answer);
@@ -171,7 +171,7 @@ static void one_that_floods_does_not_hold_another_up(void **unused) {
     int flood = client(true), mine = client(true);
     for (int i = 0; i < 100; i++) say(flood, COMMAND_STOP);
     say(mine, COMMAND_PARK);
-    serve(); /* accepts both, and takes a packet of each */
+    serve(); /* accepts both and takes a packet from each */
     assert_int_equal(got.takes, 2);
     assert_int_equal(got.request.command, COMMAND_PARK);
     close(flood);
@@ -185,7 +185,7 @@ static void no_connection_is_closed_over_a_stop_that_waits_in_it(void **unused) 
     open_as("");
     for (int i = 0; i < COMMAND_PLACES; i++) fd[i] = client(true);
     serve_all();
-    say(fd[0], COMMAND_STOP); /* after poll() has looked, as it were: only the new one is seen */
+    say(fd[0], COMMAND_STOP); /* as if it came after poll() had looked: only the new one is seen */
     int new = client(true);
     struct pollfd p[COMMAND_POLLS];
     command_server_polls(&server, p);
@@ -286,7 +286,7 @@ static void a_name_is_one_daemons_and_what_it_leaves_is_removed(void **unused) {
     assert_string_equal(list[1].name, "hexid-2");
     assert_int_equal(machine_find("hexid-2", list, &error), 1);
     assert_int_equal(machine_find("nobody", list, &error), 0);
-    close_all(); /* its sockets stay, as those of a daemon that was killed */
+    close_all(); /* its sockets remain, as those of a killed daemon */
     assert_int_equal(machine_find("", list, &error), 1);
     open_as("hexid");
     assert_int_equal(machine_find("", list, &error), 2);
@@ -325,14 +325,14 @@ static void modes_are_for_everybody_and_for_the_group(void **unused) {
     assert_int_equal(s.st_mode & 0777, 0666);
     machine_address(&server.machine, false, &at);
     assert_int_equal(stat(at.sun_path, &s), 0);
-    /* with group hexid, or without one */
+    /* with or without a group hexid */
     assert_true((s.st_mode & 0777) == 0660 || (s.st_mode & 0777) == 0600);
     assert_int_equal(umask(before), 077);
     close_all();
 }
 
-/* Whatever the umask of who starts it: everybody gets to the socket for stops, and nobody else can
- * lock the name (a lock needs no more than to read). */
+/* Whatever the starter's umask, everybody reaches the socket for stops and nobody else can lock the
+ * name (read permission suffices for a lock). */
 static void everybody_may_go_through_the_directory_and_nobody_may_lock_the_name(void **unused) {
     (void)unused;
     char path[64], lock[80];
@@ -354,8 +354,8 @@ static void everybody_may_go_through_the_directory_and_nobody_may_lock_the_name(
     setenv("HEXID_RUNTIME_DIR", directory, 1);
 }
 
-/* A user's directory full of sockets that nobody serves leaves room for the machines elsewhere, and
- * is not waited for. */
+/* A user's directory full of unserved sockets leaves room for machines elsewhere and causes no
+ * delay. */
 static void one_directory_does_not_crowd_out_another(void **unused) {
     (void)unused;
     int listener[2 * MACHINES_EACH];
@@ -403,7 +403,7 @@ static void a_directory_that_others_may_change_is_refused(void **unused) {
     refused(link, "no directory");
     unlink(link);
     if (geteuid() == 0) {
-        if (!fork()) { /* as nobody: another user's */
+        if (!fork()) { /* runs as nobody, another user */
             chmod(path, 0755);
             if (setgid(65534) || setuid(65534)) _exit(0);
             refused(path, "Permission denied"); /* root's, which it may not write */

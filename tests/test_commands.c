@@ -1,9 +1,8 @@
-/* Every command in every state, as an operator has it: `hexid command` in a process of its own asks
- * the operator's side of the daemon and the loop behind it, on the simulated machine, over the
- * sockets of a directory of their own. The loop stands still but for the cycle in which it looks at
- * the command, so that the state is the one that is meant however slow this host is. What came is
- * held against docs/commands.md;
- *     test_commands --table      prints it (make docs) */
+/* Every command in every state, as an operator sees it: `hexid command` in its own process asks the
+ * operator's side of the daemon and the loop behind it, on the simulated machine, over sockets in a
+ * directory of the test. The loop stands still except for the cycle in which it sees the command,
+ * so the state is the intended one however slow this host is. The results are compared with
+ * docs/commands.md; test_commands --table prints that table (make docs). */
 #include "support.h"
 
 #include <fcntl.h>
@@ -27,24 +26,23 @@ enum {
     TEXT_SIZE = 1000,
     ROWS_MAX = 80,
     TRIES = 5,
-    IN_A_TEST = 250, /* cycles: settled, ramped in, evaluated */
+    IN_A_TEST = 250, /* cycles until settled, ramped in and evaluated */
     A_TURN = 50      /* cycles */
 };
-static const double DISTURBED_S = 0.3; /* a client asks again after a third of a second: a host that
-                                        * stalls for so long makes another row */
+static const double DISTURBED_S = 0.3; /* a client retries after a third of a second: a host that
+                                        * stalls longer spoils a row */
 
-/* Directory of the daemon's sockets, for daemon and clients of this test; the table prints the
- * usual places instead. */
+/* Directory of the test's sockets; the table prints the usual places instead. */
 static char directory[] = "/tmp/hexid-commands.XXXXXX";
 static const char usual[] = "/run/hexid, /run/user/1000/hexid";
 
 struct row {
     enum state state;
     enum command command;
-    bool waits;           /* it holds the lease, and was ended by the test */
+    bool waits;           /* it holds the lease and was ended by the test */
     int status;
     char state_name[80];
-    char text[TEXT_SIZE]; /* lines of terminal output, without "hexid: " */
+    char text[TEXT_SIZE]; /* lines of terminal output without "hexid: " */
 };
 
 /* The daemon's side. */
@@ -54,11 +52,11 @@ static struct bench {
     struct ring ring;
     struct loop loop;
     struct commands commands;
-    uint32_t open, closed;     /* INPUT_... that read so, whatever they are */
+    uint32_t open, closed;     /* INPUT_... forced to read open or closed */
     bool doubtful;
-    enum state state;          /* after the last cycle */
-    int64_t now_ns;            /* for the operator: nothing runs out unless it is told to */
-    void (*meanwhile)(void);   /* instead of a cycle, when a command waits for the loop */
+    enum state state;          /* state after the last cycle */
+    int64_t now_ns;            /* the operator's clock: nothing expires unless told to */
+    void (*meanwhile)(void);   /* called instead of a cycle when a command waits for the loop */
 } b;
 
 static int spoiled_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
@@ -104,7 +102,7 @@ static void end(void) {
 
 static void tick(void) { operator_tick(&b.commands.operator, b.now_ns); }
 
-/* The daemon's main thread for a turn. */
+/* One turn of the daemon's main thread. */
 static void attend(void) {
     struct pollfd p[COMMANDS_POLLS];
     commands_polls(&b.commands, p);
@@ -115,7 +113,7 @@ static void attend(void) {
 static void run_until(enum state state) {
     for (int i = 0; b.state != state && i < CYCLES_MAX; i++) {
         cycle();
-        if (i % A_TURN == 0) attend(); /* a client is out of patience after a second */
+        if (i % A_TURN == 0) attend(); /* a client gives up after a second */
     }
     assert_int_equal(b.state, state);
 }
@@ -161,7 +159,8 @@ static void start(struct client *c, const char *word) {
     if (c->process == 0) {
         dup2(ends[1], STDOUT_FILENO);
         dup2(ends[1], STDERR_FILENO);
-        close_range(STDERR_FILENO + 1, ~0U, 0); /* the daemon's, which would seem to live on */
+        close_range(STDERR_FILENO + 1, ~0U, 0); /* the daemon's descriptors, which would seem to
+                                                 * keep it alive */
         int status = cmd_command(4, arguments);
         fflush(NULL);
         _exit(status);
@@ -171,7 +170,7 @@ static void start(struct client *c, const char *word) {
     c->out = ends[0];
 }
 
-/* A turn, the cycle that a command waits for, and what the client has printed. */
+/* Takes a turn, runs the cycle that a command waits for, and collects the client's output. */
 static void serve(struct client *c) {
     struct pollfd p[COMMANDS_POLLS + 1];
     commands_polls(&b.commands, p);
@@ -210,7 +209,7 @@ static void remove_directory(void) {
     rmdir(directory);
 }
 
-/* Lines of a table's cell; the name of the program in front of them says nothing. */
+/* Lines of a table's cell, without the program's name in front. */
 static void as_cell(const char *printed, char cell[TEXT_SIZE]) {
     static const char name[] = "hexid: ";
     size_t used = 0;
@@ -273,7 +272,7 @@ static void somebody_asks(enum command command) {
 static void stop_meanwhile(void) { somebody_asks(COMMAND_STOP); }
 static void nothing(void) { b.meanwhile = nothing; }
 static void stop_came_before(void) {
-    /* and the loop does not come to it until the client was answered */
+    /* and the loop does not see it until the client has its answer */
     somebody_asks(COMMAND_STOP);
     b.meanwhile = nothing;
 }
@@ -299,7 +298,7 @@ static void runs_out(void) {
     run_until(STATE_PARKING);
 }
 
-/* All between two renewals. */
+/* Everything happens between two renewals. */
 static void told_to_end(void) {
     mailbox_post(&b.loop.requests, COMMAND_PARK);
     for (int i = 0; b.state != STATE_SETTLED && i < CYCLES_MAX; i++) cycle();
@@ -308,7 +307,8 @@ static void told_to_end(void) {
 static void killed(void) {
     struct command_server *s = &b.commands.server;
     struct pollfd p[COMMANDS_POLLS];
-    for (int64_t heard = s->heard; s->heard == heard;) { /* once more: it knows the state */
+    for (int64_t heard = s->heard; s->heard == heard;) { /* one more renewal, so that it knows the
+                                                          * state */
         commands_polls(&b.commands, p);
         poll(p, COMMANDS_POLLS, 20);
         commands_serve(&b.commands, p, b.now_ns);
@@ -320,13 +320,13 @@ static void killed(void) {
     }
 }
 
-/* What the client says after "renewing ...", when this happens; NULL: it is interrupted. */
+/* Returns the client's output after "renewing ..." when this happens; NULL: it is interrupted. */
 static struct row hold(enum state state, enum command command, void (*happens)(void), const char *words) {
     struct row row = {.state = state, .command = command};
     struct client c;
     snprintf(row.state_name, sizeof row.state_name, "%s", words);
     begin();
-    b.params.lcm.lease_s = 0.4; /* a shorter one, or the client would sleep for as long */
+    b.params.lcm.lease_s = 0.4; /* short, because the client sleeps for as long */
     bring_to(state);
     start(&c, command_names[command]);
     serve_until(&c, "parks it\n");
@@ -366,7 +366,7 @@ static void read_to_the_end(struct client *c) {
     }
 }
 
-/* Sockets are there, of a daemon that has ended (deaf) or that hangs. */
+/* The sockets belong to a daemon that has ended (deaf) or that hangs. */
 static struct row ask_deaf(enum command command, bool hangs) {
     struct row r = {.command = command};
     struct client c;
@@ -529,7 +529,7 @@ static void what_a_stalled_loop_did_not_do_it_does_not_do_later(void **unused) {
     }
 }
 
-/* A socket among the machines' of a program of another user. */
+/* One of the machines' sockets belongs to another user's program. */
 static void a_stop_for_all_says_where_it_could_not_go(void **unused) {
     (void)unused;
     enum { NOBODY = 65534 };
@@ -563,12 +563,12 @@ static void a_stop_for_all_says_where_it_could_not_go(void **unused) {
     assert_non_null(strstr(c.text, "/other.stop: of another user's program"));
 }
 
-/* Linked in place of bus_receive (Makefile): whatever anybody sends, without an end. */
+/* Linked in place of bus_receive (Makefile): an endless flood of messages. */
 int __wrap_bus_receive(struct bus *bus, struct bus_message *message);
 int __wrap_bus_receive(struct bus *bus, struct bus_message *message) { return (void)bus, (void)message, BUS_DROPPED; }
 
-/* Messages of another host, too, which are dropped: the main thread is ahead of all that is no
- * real-time thread. */
+/* Includes dropped messages of other hosts: the main thread has priority over every thread that is
+ * not real-time. */
 static void a_flood_on_the_bus_leaves_the_processor_to_others(void **unused) {
     (void)unused;
     struct pollfd p[COMMANDS_POLLS] = {[COMMAND_POLLS] = {.revents = POLLIN}};

@@ -30,7 +30,7 @@ static char *read_file(const char *path, size_t *size) {
     return text;
 }
 
-/* xorshift64*, for values and mutations that are the same in every run. */
+/* xorshift64* for values and mutations that are the same in every run. */
 static uint64_t random_next(uint64_t *state) {
     *state ^= *state >> 12, *state ^= *state << 25, *state ^= *state >> 27;
     return *state * 2685821657736338717u;
@@ -63,7 +63,7 @@ static void default_is_the_shipped_file(void **state) {
     assert_memory_equal(&built_in, &file, sizeof file);
 }
 
-/* Otherwise the test above would hold for an empty file, too. */
+/* Otherwise the test above would hold for an empty file as well. */
 static void shipped_file_names_every_key(void **state) {
     (void)state;
     size_t size;
@@ -80,8 +80,8 @@ static void shipped_file_names_every_key(void **state) {
     free(text);
 }
 
-/* tests/data/table*.csv: symbol,description,value,unit; the value is the last but one field, the
- * description may hold commas. */
+/* tests/data/table*.csv: symbol,description,value,unit; the value is the last field but one, and
+ * the description may contain commas. */
 static double table_value(const char *path, const char *symbol) {
     size_t size, length = strlen(symbol);
     char *text = read_file(path, &size), *line = strtok(text, "\n");
@@ -163,7 +163,7 @@ static void a_key_takes_its_bounds_and_nothing_beyond(void **state) {
                                               "1_000", "1,5", "--1",  "1e",  "e5",   ".",    "12 m",  "1.2.3",  "true", "[]", "[1, 2]"};
         for (size_t k = 0; k < sizeof refused / sizeof refused[0]; k++)
             if (set_text(&key, refused[k], &p)) fail_msg("%s took \"%s\"", key.path, refused[k]);
-        assert_memory_equal(&p, &kept, sizeof p); /* what is refused changes nothing */
+        assert_memory_equal(&p, &kept, sizeof p); /* a refusal changes nothing */
     }
     assert_true(numbers > 70);
 }
@@ -184,8 +184,8 @@ static void numbers_are_read_in_any_decimal_notation(void **state) {
     }
 }
 
-/* Every real number slightly off its default, with all 53 bits in use, and every effect on with six
- * different values. */
+/* Sets every real number slightly off its default with all 53 bits in use, and every effect on with
+ * six different values. */
 static void randomize(struct params *p, uint64_t *seed) {
     struct config_key key;
     for (int i = 0; config_key_at(i, &key); i++) {
@@ -228,7 +228,7 @@ static void settings_override_the_file_and_the_last_one_wins(void **state) {
     assert_true(p.control.kp == 31 && p.tests.hz[DOF_PSI] == 5);
 }
 
-/* What is alike is written as one number, as it always was. */
+/* Equal values are written as one number, as before. */
 static void an_axis_has_a_frequency_and_an_amplitude_of_its_own(void **state) {
     (void)state;
     const char *const settings[] = {"tests.frequency_hz=[1, 2, 3, 4, 5, 6]", "tests.amplitude_m=1e-3,2e-3,3e-3",
@@ -246,8 +246,8 @@ static void an_axis_has_a_frequency_and_an_amplitude_of_its_own(void **state) {
     free(text);
 }
 
-/* Where it leaves a diameter out, the default is another machine's; what was not stated is not
- * stated by the text that is made of it either. */
+/* If a file omits a diameter, the default is another machine's, and the text made of the
+ * configuration omits it as well. */
 static void diameters_of_an_axis_are_its_own_or_none(void **state) {
     (void)state;
     struct params p, back;
@@ -264,7 +264,7 @@ static void diameters_of_an_axis_are_its_own_or_none(void **state) {
     assert_int_equal(config_override(&p, "test", (const char *const[]){"actuator.piston_diameter_m=0.05"}, 1, &error), 0);
     assert_true(p.actuator.stated.piston && p.actuator.stated.rod);
 
-    /* one that is thinner than the platform's rod is not held against it */
+    /* a piston thinner than the platform's rod does not contradict that default */
     assert_int_equal(parse(&p, "mechanism: axis\nactuator: {piston_diameter_m: 0.04}\n", &error), 0);
     const char *const settings[] = {"actuator.rod_diameter_m=0.028", "mechanism=axis"};
     assert_int_equal(config_load(&p, NULL, settings, 2, &error), 0);
@@ -282,7 +282,7 @@ static void an_effect_is_off_until_one_of_its_keys_is_set(void **state) {
         p = off;
         for (int e = 0; e < EFFECTS_MAX; e++) assert_false(p.effects[e].on);
         double (*values)[LEGS] = p.effects[key.effect].value, *mine = (double *)((char *)&p + key.offset);
-        assert_true(set_number(&key, key.max, &p)); /* one number, all legs */
+        assert_true(set_number(&key, key.max, &p)); /* one number for all legs */
         for (int leg = 0; leg < LEGS; leg++) assert_true(mine[leg] == key.max);
         for (int k = 0; k < EFFECT_KEYS && effect_table[key.effect]->keys[k].name; k++)
             if (values[k] != mine) assert_true(values[k][3] == effect_table[key.effect]->keys[k].neutral);
@@ -366,7 +366,7 @@ static void a_leg_has_an_actuator_of_its_own(void **state) {
     assert_non_null(strstr(error.text, "leg 6"));
 }
 
-/* What hostile or mistaken text must say: file, line, key, and what would do. */
+/* Messages for hostile or mistaken text state file, line, key and the remedy. */
 static const struct {
     const char *text, *message[3];
 } mistakes[] = {
@@ -480,7 +480,7 @@ static void a_file_that_cannot_be_read_is_named(void **state) {
     }
 }
 
-/* Each list of settings makes a machine or a test that cannot be; the message names the keys. */
+/* Each list of settings makes an impossible machine or test; the message names the keys. */
 static void keys_that_contradict_each_other_are_named(void **state) {
     (void)state;
     static const struct {
@@ -527,7 +527,7 @@ static void keys_that_contradict_each_other_are_named(void **state) {
     }
 }
 
-/* Another geometry, to which nothing else was fitted: one round, each key once. */
+/* A new geometry to which nothing else was fitted takes one round, and each key is named once. */
 static void all_that_contradicts_is_said_at_once(void **state) {
     (void)state;
     static const char *const settings[] = {"geometry.height_m=1.2", "motion.park_z_m=0.6", "hydraulics.tank_pa=1e7", "sim.substeps=7"};
@@ -548,7 +548,7 @@ static void as_many_harmonics_as_the_regression_has_are_accepted(void **state) {
     assert_true(key.max == HARMONICS_MAX);
 }
 
-/* Sizes and depths that make careless readers slow or dead. */
+/* Sizes and depths that slow down or crash careless readers. */
 static void big_and_deep_text_is_refused(void **state) {
     (void)state;
     enum { SIZE = (1 << 20) + 1 };
@@ -567,8 +567,8 @@ static void big_and_deep_text_is_refused(void **state) {
     free(text);
 }
 
-/* Any bytes: accepted and within range, or refused with a message; the sanitizer builds watch
- * over the memory. */
+/* Any bytes are accepted and within range, or refused with a message; the sanitizer builds check
+ * the memory. */
 static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
     (void)state;
     static const char spice[] = "[]{}:,-&*!#|>'\"%@`\t\n\r ?\\.0e\xff\xc3\xa9\x00\x7f";
@@ -604,12 +604,12 @@ static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
             refused++;
         }
     }
-    assert_true(accepted > 100 && refused > 100); /* both ways were taken */
+    assert_true(accepted > 100 && refused > 100); /* both outcomes occurred */
     free(text);
     free(copy);
 }
 
-/* What of a configuration is the built-in machine's, "" with "". */
+/* The message lists which parts of a configuration are the built-in machine's, "" for none. */
 static void assert_defaults(const char *file, const char *setting, const char *begins, const char *lacks) {
     struct params p;
     struct error error;
@@ -623,7 +623,8 @@ static void assert_defaults(const char *file, const char *setting, const char *b
 static void what_another_machine_took_from_the_default_is_said(void **state) {
     (void)state;
     assert_defaults(NULL, NULL, "", NULL);
-    assert_defaults(NULL, "payload.mass_kg=300", "", NULL); /* another load is no other machine */
+    assert_defaults(NULL, "payload.mass_kg=300", "", NULL); /* another payload is no other
+                                                             * machine */
     assert_defaults(NULL, "geometry.lower_joint_axes=[[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0]]", "", NULL);
     assert_defaults(NULL, "geometry.upper_radius_m=0.58", "actuator.piston_diameter_m 0.063, actuator.rod_diameter_m 0.045, hydraulics.",
                     NULL);

@@ -1,4 +1,5 @@
-/* What a confined process may do, and what it may not: each in a child, which lives on to tell. */
+/* Actions that a confined process may and may not take, each in a child, which survives to
+ * report. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -29,11 +30,11 @@
 #include "output.h"
 
 static char directory[] = "/tmp/confine.XXXXXX", result[64], other[64];
-static int listener;           /* of commands */
+static int listener;           /* accepts commands */
 static struct output to;
-static struct notify manager; /* opened before, as the daemon does */
+static struct notify manager; /* opened before, as by the daemon */
 
-/* As network file systems answer to a flag. */
+/* Answers as network file systems do to a flag. */
 static bool no_rename_flags;
 static int refuse_rename_flags(void) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
@@ -43,7 +44,7 @@ static int refuse_rename_flags(void) {
     return failed;
 }
 
-/* In a child that is confined; true when what it did was. */
+/* Returns true if the confined child's action succeeded. */
 static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool reopens_can) {
     pid_t child = fork();
     assert_true(child >= 0);
@@ -160,7 +161,7 @@ static bool the_manager_is_told(const char *path) {
     return denied(socket(AF_UNIX, SOCK_DGRAM, 0));
 }
 
-/* A socket that listened before; no other is made, and none is moved to another address. */
+/* The socket was listening before; no other can be created and none bound to another address. */
 static bool connections_are_accepted(const char *path) {
     struct sockaddr_un elsewhere = {.sun_family = AF_UNIX, .sun_path = "/tmp/hexid-nowhere"};
     char byte = 0;
@@ -240,7 +241,7 @@ static void a_result_is_written_where_a_rename_knows_no_flags(void **unused) {
     no_rename_flags = false;
     assert_true(written);
     assert_int_equal(stat(result, &s), 0);
-    assert_int_equal(s.st_nlink, 1); /* the file beside is gone */
+    assert_int_equal(s.st_nlink, 1); /* the temporary file is gone */
 }
 
 static void a_service_manager_is_told_through_the_socket_that_was_open(void **unused) {
@@ -281,7 +282,7 @@ static void commands_come_through_the_sockets_that_were_open(void **unused) {
     close(listener);
 }
 
-/* TSYNC: a thread that runs already; it tells through a pipe. */
+/* TSYNC applies to a thread that already runs; it reports through a pipe. */
 static int to_thread[2], from_thread[2];
 static void *tries(void *argument) {
     char byte = 0;

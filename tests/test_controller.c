@@ -27,7 +27,7 @@ static void equal_pressures_push_with_the_rod_area(void **unused) {
     struct params params = defaults();
     struct cylinder_areas areas = cylinder_areas(&params.actuator);
     double d = params.actuator.rod_diameter_m[0], rod_m2 = PI * d * d / 4;
-    assert_close(leg_force(&areas, 0, 5e6, 5e6), 5e6 * rod_m2, 1e-8); /* roundings of 15 kN */
+    assert_close(leg_force(&areas, 0, 5e6, 5e6), 5e6 * rod_m2, 1e-8); /* rounding of 15 kN */
     /* docs/method.md section 5 */
     assert_close(areas.a2_m2[0] / areas.a1_m2[0], 0.49, 0.005);
     assert_true(leg_force(&areas, 0, 1e6, 0.0) > 0.0 && leg_force(&areas, 0, 0.0, 1e6) < 0.0);
@@ -35,7 +35,7 @@ static void equal_pressures_push_with_the_rod_area(void **unused) {
 
 /* ---- pid ---- */
 
-/* The header's formula once more. */
+/* The formula of the header, implemented again. */
 struct law {
     double integral, d, flp, e_prev, ref_prev, u;
     bool saturated;
@@ -62,7 +62,8 @@ static void pid_is_the_law_of_its_header(void **unused) {
     for (int run = 0; run < 200; run++) {
         struct control_params g = {.kp = 20, .ki = 50, .kd = 0.2, .kff = 1, .kpf = 1e-5, .tf = 5e-3, .tp = 0.05, .output_limit = 0.5};
         double *const gains[] = {&g.kp, &g.ki, &g.kd, &g.kff, &g.kpf, &g.tf, &g.tp, &g.output_limit};
-        for (int k = 0; k < 8; k++) *gains[k] *= 1 + random_unit(&seed); /* none .. twice */
+        /* zero to twice the gain */
+        for (int k = 0; k < 8; k++) *gains[k] *= 1 + random_unit(&seed);
         g.integral_limit = 0.3;
         double length = 1.8 + 0.2 * random_unit(&seed), force = 5e3 * random_unit(&seed), span = run % 2 ? 0.002 : 0.02;
         struct pid pid;
@@ -72,18 +73,17 @@ static void pid_is_the_law_of_its_header(void **unused) {
             double ref = length + span * sin(0.05 * n) + span * 0.1 * random_unit(&seed), at = length + 0.5 * span * random_unit(&seed);
             double f = force + 500 * random_unit(&seed);
             double u = pid_step(&pid, &g, dt_s, ref, at, f);
-            /* The same sums in another order: roundings of e / dt times kd and
-             * kff, 1 / dt = 500. */
+            /* The same sums in another order: rounding of e / dt times kd and kff, 1 / dt = 500. */
             assert_close(u, law_step(&law, &g, ref, at, f), 1e-11);
             assert_true(fabs(u) <= g.output_limit);
             *(law.saturated ? &saturated : &free_running) += 1;
         }
     }
-    assert_true(saturated > 1000 && free_running > 1000); /* both branches were walked */
+    assert_true(saturated > 1000 && free_running > 1000); /* both branches were exercised */
 }
 
-/* A leg that moves with the valve, 0.5 m/s at full opening, told to jump by 0.3 m.
- * Largest overshoot. */
+/* Largest overshoot of a leg that moves with the valve, 0.5 m/s at full opening, after a step of
+ * 0.3 m. */
 static double overshoot(bool anti_windup) {
     struct params params = defaults();
     struct pid pid;
@@ -109,9 +109,10 @@ static void the_integral_does_not_wind_up_while_the_valve_is_wide_open(void **un
     pid_step(&pid, &params.control, dt_s, 1.8, 1.5, 0.0);
     double once = pid.integral;
     for (int n = 0; n < 1000; n++) pid_step(&pid, &params.control, dt_s, 1.8, 1.5, 0.0);
-    assert_true(pid.saturated && pid.integral == once); /* what came in before it was known */
+    assert_true(pid.saturated && pid.integral == once); /* one step entered before saturation was
+                                                         * known */
     pid_step(&pid, &params.control, dt_s, 1.8, 1.81, 0.0);
-    assert_true(pid.integral < once); /* the way out is open at once */
+    assert_true(pid.integral < once); /* it unwinds at once */
 }
 
 static void pid_reset_is_bumpless_whatever_came_before(void **unused) {
@@ -135,10 +136,10 @@ static void a_static_force_does_not_open_the_valve(void **unused) {
     double u = 0.0;
     pid_reset(&pid, 1.8, 0.0);
     u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
-    /* at once, against the push */
+    /* at once, against the force */
     assert_close(u, -params.control.kpf * 5000.0 / (1.0 + dt_s / params.control.tp), 1e-12);
     for (int n = 0; n < (int)(params.control.tp / dt_s) * 40; n++) u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
-    /* 40 time constants later: e^-39, and the filter's rounding */
+    /* 40 time constants later: e^-39 and the filter's rounding */
     assert_below(fabs(u), params.control.kpf * 5000.0 * 1e-14);
 }
 
@@ -158,7 +159,7 @@ static void held_cycles_do_not_add_up_in_the_feedforward(void **unused) {
 
 /* ---- reference ---- */
 
-/* Watches a trajectory: no step in position, none in rate. */
+/* Watches a trajectory for steps in position or rate. */
 struct watch {
     int seen;
     double last[DOFS], rate[DOFS];
@@ -186,7 +187,7 @@ static double largest_test_acceleration(const struct test_params *t, enum dof do
 static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
-    /* each axis its own */
+    /* each axis with its own values */
     for (int dof = 0; dof < DOFS; dof++) t.hz[dof] -= 0.3 * dof, t.amplitude[dof] *= 1.0 - 0.1 * dof;
     for (int dof = 0; dof < DOFS; dof++) {
         struct reference r;
@@ -198,7 +199,7 @@ static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused
             struct reference_sample s = reference_step(&r, &t, dt_s);
             double time = tick * dt_s, q = fmin(fmax(time / 0.5, 0.0), 1.0), p = fmin(fmax((time - 1.25) / 0.25, 0.0), 1.0);
             double envelope = q * q * (3 - 2 * q) * (1 - p * p * (3 - 2 * p));
-            assert_true(s.test_time_s == tick * dt_s); /* exact: no sum of roundings */
+            assert_true(s.test_time_s == tick * dt_s); /* exact, without accumulated rounding */
             for (int i = 0; i < DOFS; i++)
                 assert_close(s.pose[i], i == dof ? t.amplitude[dof] * envelope * sin(2 * PI * t.hz[dof] * time) : 0.0, 1e-16);
             watch(&w, s.pose);
@@ -237,7 +238,7 @@ static void durations_that_are_no_whole_cycles_are_rounded_to_one(void **unused)
     assert_int_equal(count[PHASE_RAMP_OUT], 51);
 }
 
-/* Such a test is left where a trajectory was named and is not there. */
+/* Such a test remains if a trajectory was named but is missing. */
 static void a_test_of_no_axis_no_multisine_and_no_trajectory_stays_at_neutral(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
@@ -264,7 +265,7 @@ static void a_test_stopped_at_any_instant_ramps_out_smoothly(void **unused) {
         reference_test(&r, DOF_Z, NULL, &t, dt_s);
         for (int n = 0;; n++) {
             if (n == stop) reference_stop(&r), left = out + 1;
-            if (n == stop + 10) reference_stop(&r); /* told twice: nothing starts anew */
+            if (n == stop + 10) reference_stop(&r); /* a second stop does not start anew */
             struct reference_sample s = reference_step(&r, &t, dt_s);
             watch(&w, s.pose);
             if (n >= stop) assert_int_equal(s.phase, PHASE_RAMP_OUT);
@@ -284,8 +285,8 @@ static double weighed(const double v[DOFS], double arm_m) {
 }
 
 /* A move from any pose, rate and acceleration is continuous in acceleration, stays within its
- * limits or what it began with, takes no longer than they ask for, and ends exactly at the target
- * and at rest. Differences of the poses give the rates and accelerations between them. */
+ * limits or initial values, takes no longer than these require, and ends exactly at the target at
+ * rest. Differences of the poses give rates and accelerations. */
 static void a_move_from_any_motion_keeps_its_limits_and_ends_at_rest(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
@@ -334,7 +335,7 @@ static void a_move_from_any_motion_keeps_its_limits_and_ends_at_rest(void **unus
     }
 }
 
-/* Told to go back at full speed: no further than it takes to brake. */
+/* A reversal at full speed overshoots by the braking distance alone. */
 static void a_move_that_is_turned_round_overshoots_by_its_brake_alone(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
@@ -377,10 +378,10 @@ static enum state supervisor_next(enum state state, enum trigger trigger) {
 
 static void every_state_and_trigger_leads_where_the_matrix_says(void **unused) {
     (void)unused;
-    static const char letter[STATES + 1] = "iserTpFP"; /* of state_names, in order */
+    static const char letter[STATES + 1] = "iserTpFP"; /* initials of state_names, in order */
     static const char *const expected[STATES] = {
-        /* none, good sensors, engage, pressure, arrived, start, tests done, stop,
-         * park, reset, fault */
+        /* columns: none, good sensors, engage, pressure, arrived, start, tests done, stop, park,
+         * reset, fault */
         [STATE_INIT] = "isiiiiiiiiF",  [STATE_SETTLED] = "ssPsssssssF",      [STATE_ENGAGING] = "eeeereeppeF",
         [STATE_READY] = "rrrrrTrrprF", [STATE_TESTING] = "TTTTTTrTpTF",      [STATE_PARKING] = "ppppspppppF",
         [STATE_FAULT] = "FFFFFFFFFiF", [STATE_PRESSURISING] = "PPPePPPssPF",
@@ -406,7 +407,7 @@ static void a_stop_or_park_in_testing_is_a_row_that_ramps_out_and_no_other_row_d
         }
 }
 
-/* Whether a driven state can be reached from here without this trigger. */
+/* Whether a driven state can be reached from `from` without this trigger. */
 static bool drives_without(enum state from, enum trigger missing) {
     bool reached[STATES] = {false};
     reached[from] = true;
@@ -445,7 +446,7 @@ static void the_bucket_rides_out_fewer_than_limit_bad_samples(void **unused) {
     }
     struct supervisor s = {0};
     for (int n = 0; n < 1000; n++) {
-        assert_false(supervisor_judge(&s, FAULT_IO, 2)); /* one bad sample in two, for ever */
+        assert_false(supervisor_judge(&s, FAULT_IO, 2)); /* every second sample is bad, for ever */
         assert_false(supervisor_judge(&s, 0, 2));
     }
     assert_int_equal(s.faults, 0);
@@ -492,7 +493,7 @@ static void every_fault_has_a_cause_and_a_remedy(void **unused) {
         assert_non_null(strstr(cause, f->cause));
         assert_non_null(strstr(remedy, f->remedy));
         assert_non_null(strstr(remedy, "reset"));
-        /* none is cut */
+        /* no text is cut */
         assert_true(strlen(cause) < FAILURE_TEXT_SIZE - 1 && strlen(remedy) < FAILURE_TEXT_SIZE - 1);
         if (f->fault == FAULT_OVERRUN) assert_non_null(strstr(cause, "12 deadlines missed in a row, the longest by 24 ms"));
         failure_explain(f->fault, 1, 0.004, true, cause, remedy);

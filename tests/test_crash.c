@@ -10,7 +10,7 @@
 
 #include "crash.h"
 
-static int told[2]; /* a pipe: a byte for each call of safe() */
+static int told[2]; /* pipe that gets a byte for each call of safe() */
 
 static void fake_safe(struct hal *hal) {
     (void)hal;
@@ -22,7 +22,7 @@ __attribute__((noinline)) static int overflow(volatile unsigned char *before) {
     volatile unsigned char frame[4096];
     frame[0] = before ? before[0] : 1;
     depth++;
-    /* for ever; and not the last thing it does */
+    /* infinite recursion, not a tail call */
     return depth > 0 ? overflow(frame) + frame[0] : 0;
 }
 
@@ -66,7 +66,8 @@ static void safe_is_called_and_the_signal_kept(void **unused) {
             assert_int_equal(waitpid(child, &status, 0), child);
             assert_true(WIFSIGNALED(status) && WTERMSIG(status) == cases[k].number);
             close(told[1]);
-            assert_int_equal(read(told[0], calls, sizeof calls), 2); /* none: end of file */
+            /* no further byte: end of file */
+            assert_int_equal(read(told[0], calls, sizeof calls), 2);
             close(told[0]);
         }
 }

@@ -1,5 +1,5 @@
-/* CSV: what goes through a log and back is the same to the last bit, and what other
- * programs write is read. */
+/* CSV: values pass through a log and back unchanged to the last bit, and other programs' files are
+ * readable. */
 #include "csv_rig.h"
 
 #include "csv_reader.h"
@@ -7,13 +7,13 @@
 
 #define assert_same(a, b, member) assert_memory_equal(&(a)->member, &(b)->member, sizeof(a)->member)
 
-/* NaN is NaN whatever its payload: text has only one. */
+/* Any NaN equals any other: text has only one. */
 static void assert_numbers(const double *a, const double *b, int count) {
     for (int i = 0; i < count; i++)
         if (!(isnan(a[i]) && isnan(b[i]))) assert_memory_equal(&a[i], &b[i], sizeof a[i]);
 }
 
-/* All that the identifier and the gap workflow read. */
+/* Compares everything that the identifier and the gap workflow read. */
 static void assert_equal_cycles(const struct cycle *a, const struct cycle *b) {
     assert_numbers(&a->test_time_s, &b->test_time_s, 1);
     assert_numbers(a->in.length_m, b->in.length_m, LEGS);
@@ -45,7 +45,7 @@ static void log_to_csv_to_log_keeps_what_identification_reads(void **unused) {
     }
 }
 
-/* The values as this test wrote them, not as some reader read them. */
+/* The expected values are those that this test wrote, not those that a reader returned. */
 static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
     (void)unused;
     enum { ROWS = 2000 };
@@ -60,7 +60,7 @@ static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
     for (int i = 0; i < ROWS; i++) {
         struct cycle *c = &original[i];
         fill_cycle(c, &state);
-        /* a clock with a third of a millisecond's noise */
+        /* a clock with a third of a millisecond of noise */
         c->test_time_s = i * 0.002 + 1e-5 * (double)(random_bits(&state) % 100) / 3.0;
         c->test = DOF_THETA, c->dof = DOF_THETA;
         c->phase = llround(c->test_time_s / 0.002) < 500 ? PHASE_RAMP_IN : PHASE_EVALUATE;
@@ -131,7 +131,7 @@ static void numbers_are_read_as_strtod_reads_them(void **unused) {
     csv_close(r);
 }
 
-/* Without the column `phase`: the boundaries are those of the reference, tick for tick. */
+/* Without the column `phase` the boundaries follow from the reference, tick for tick. */
 static void phases_follow_from_time(void **unused) {
     (void)unused;
     static const double periods[] = {0.002, 0.001, 1.0 / 300, 0.0037};
@@ -172,7 +172,7 @@ static void heads_replace_the_configuration(void **unused) {
     assert_memory_equal(t->hz, hz, sizeof hz); /* each axis its own, or that of the first file */
     assert_memory_equal(t->amplitude, amplitude, sizeof amplitude);
     assert_true(t->ramp_s == 0.5 && t->settle_s == 0.0);
-    /* all that follows the ramp, of the shorter file: 1400 * 2 ms - 0.5 s */
+    /* the part after the ramp in the shorter file: 1400 * 2 ms - 0.5 s */
     assert_float_equal(t->duration_s, 2.3, 1e-9);
     assert_true(t->count == 6 && t->order[5] == DOF_PSI);
     assert_true(load(log_a)->cycle[0].test == 5 && load(log_a)->cycle[1500].test == 1);
@@ -191,7 +191,7 @@ static void another_rate_makes_another_period(void **unused) {
     assert_int_equal(load(log_a)->cycle[599].in.time_ns, 599 * 5000000LL);
 }
 
-/* What no header says comes from the directory's configuration, else from the one given. */
+/* Missing headers are taken from the directory's configuration, else from the given one. */
 static void the_configuration_beside_the_files_is_used(void **unused) {
     (void)unused;
     empty(NULL);

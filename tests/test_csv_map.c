@@ -1,5 +1,4 @@
-/* --map: columns by the user's own names are the columns that they stand for, and a name that
- * stands for nothing is refused. */
+/* --map maps the user's column names to hexid's, and refuses names that map to nothing. */
 #include "csv_rig.h"
 
 #include "csv_map.h"
@@ -84,7 +83,7 @@ static const char *rows(void) {
     return text;
 }
 
-/* Spaces, umlauts, brackets, quotes; the position makes it one axis. */
+/* Names contain spaces, umlauts, brackets, quotes; the position makes it one axis. */
 static void foreign_names_give_the_log_that_our_names_give(void **unused) {
     (void)unused;
     static char text[BUFFER + 200];
@@ -115,7 +114,7 @@ static void a_name_that_no_file_has_is_refused(void **unused) {
     put("1.csv", text);
     assert_int_equal(import_by("force=Lasst:kN"), STATUS_USAGE);
     assert_says("force_n|Lasst|no file|did you mean Last?|left over");
-    /* every file must have these: said of the file at hand */
+    /* every file must have these; the message names the present file */
     put("1.csv", "Zeit,Weg,Last\n0,1,1\n");
     assert_int_equal(import_by("t=Zeitt:ms,position=Weg:mm,force=Last:kN"), STATUS_USAGE);
     assert_says("1.csv:1|t_s|Zeitt|did you mean Zeit?|left over|Zeit");
@@ -128,7 +127,7 @@ static void a_name_that_no_file_has_is_refused(void **unused) {
     if (import_by("force=Last:kN")) fail_msg("%s", error.text);
 }
 
-/* Seconds under ms, stated or not, and ms under s. */
+/* Seconds labelled ms, stated or not, and ms labelled s. */
 static void another_unit_of_the_time_is_said_to_be_that(void **unused) {
     (void)unused;
     static char text[BUFFER + 200];

@@ -1,4 +1,4 @@
-/* CSV that lacks something or lies: named with file, line and column, or counted. */
+/* Incomplete or wrong CSV is refused with file, line and column, or counted. */
 #include "csv_rig.h"
 
 static void files_that_disagree_are_refused(void **unused) {
@@ -6,13 +6,13 @@ static void files_that_disagree_are_refused(void **unused) {
     empty(NULL);
     put("1_x.csv", file_of("# dof: x\n# amplitude: 0.004\n# frequency_hz: 4\n# ramp_s: 1\n", 0, 2000));
     put("2_phi.csv", file_of("# dof: phi\n# amplitude: 0.006\n# frequency_hz: 4\n", 0, 2000));
-    assert_imports(); /* metres and radians are two things */
+    assert_imports(); /* metres and radians are separate */
     assert_false(report.several);
     put("10_y.csv", file_of("# dof: y\n# amplitude: 0.005\n# frequency_hz: 5\n", 0, 2000));
-    assert_imports(); /* each axis its own, */
+    assert_imports(); /* each axis has its own */
     assert_false(report.several);
     put("10_x.csv", file_of("# dof: x\n# amplitude: 0.005\n# frequency_hz: 5\n", 0, 2000));
-    assert_imports(); /* and of one axis each test, which is said */
+    assert_imports(); /* each test of one axis has its own, which is reported */
     assert_true(report.several);
     put("11_z.csv", file_of("# dof: z\n# ramp_s: 2\n", 0, 2000));
     assert_int_equal(import(), STATUS_USAGE);
@@ -30,11 +30,12 @@ static void rows_that_are_missing_are_counted(void **unused) {
     assert_imports();
     assert_true(report.rows == 2970 && report.lost == 30);
     const struct recording *r = load(log_a);
-    /* as a gap in seq, like hexid's own */
+    /* a gap in seq, as in hexid's own logs */
     assert_int_equal(r->cycle[2969].seq - r->cycle[0].seq, 2999);
 }
 
-/* Up to 1 % off is a matter of clocks; more is a lie, which would move the frequency. */
+/* A deviation up to 1 % is a matter of clocks; a larger one is an error, which would shift the
+ * frequency. */
 static void a_rate_that_lies_is_refused(void **unused) {
     (void)unused;
     static const struct {
@@ -62,13 +63,13 @@ static void a_rate_that_lies_is_refused(void **unused) {
     empty(NULL);
     put("1_x.csv", file_of("# dof: x\n# rate_hz: 504\n", 0, 2000));
     assert_imports();
-    /* taken, and said */
+    /* accepted and reported */
     assert_true(report.stated_hz == 504.0 && fabs(report.rate_hz - 500.0) < 0.01);
     assert_true(fabs(load(log_a)->params.loop.period_s - 0.002) < 1e-7);
 }
 
-/* Times of a logger that rounds them to milliseconds: at 992 Hz now and then a step of 2 ms, at
- * 454.5 Hz of 2 and 3. */
+/* Time stamps rounded to milliseconds: at 992 Hz an occasional step of 2 ms, at 454.5 Hz steps of 2
+ * and 3. */
 static const char *rounded(const char *head, double rate_hz) {
     static char text[BUFFER];
     int used = sprintf(text, "%st_s,u1\n", head);
@@ -87,7 +88,7 @@ static void times_that_are_rounded_do_not_move_the_rate(void **unused) {
     assert_true(report.lost == 0 && fabs(report.rate_hz - 454.5) < 0.1);
 }
 
-/* A logger that writes when it comes to it, steps of 10 to 18 ms, and a hole of a second. */
+/* A logger with irregular steps of 10 to 18 ms and a hole of a second. */
 static void times_that_jitter_have_a_rate(void **unused) {
     (void)unused;
     static char text[BUFFER];
@@ -116,7 +117,8 @@ static void another_unit_of_time_is_no_rate(void **unused) {
     assert_says("1_x.csv:2|microseconds");
 }
 
-/* A file is a directory of that file, but for another one's configuration. */
+/* A file is treated as a directory with that file alone, except for another file's
+ * configuration. */
 static void one_file_is_enough(void **unused) {
     (void)unused;
     char path[2 * PATHS];
@@ -132,8 +134,7 @@ static void one_file_is_enough(void **unused) {
     assert_says("3_x.csv|No such file");
 }
 
-/* A file that says nothing of its rate has times: they are what counts, whatever the
- * configuration says. */
+/* Without a stated rate the times decide, whatever the configuration says. */
 static void a_rate_that_no_file_states_is_that_of_the_times(void **unused) {
     (void)unused;
     empty(NULL);
@@ -196,7 +197,7 @@ static void what_is_wrong_is_named_with_file_line_and_column(void **unused) {
         put("1_x.csv", cases[i].text);
         if (import() != STATUS_USAGE) fail_msg("accepted: %s", cases[i].text);
         assert_says(cases[i].says);
-        assert_int_not_equal(access(log_a, F_OK), 0); /* no log was begun */
+        assert_int_not_equal(access(log_a, F_OK), 0); /* no log was created */
     }
 }
 
@@ -220,7 +221,7 @@ static void lines_without_an_end_are_refused(void **unused) {
     assert_says("1_x.csv:2|columns");
 }
 
-/* Any bytes at all may come; sanitizers watch. What is accepted makes a log that can be read. */
+/* Arbitrary bytes, under sanitizers: accepted data must make a readable log. */
 static void damaged_files_are_survived(void **unused) {
     (void)unused;
     static const char characters[] = "0123456789.,-+e#:; \t\"\n\r\x00\xff"
@@ -236,10 +237,10 @@ static void damaged_files_are_survived(void **unused) {
             text[(bits >> 20) % (i ? (uint64_t)size : 120)] = characters[bits % (sizeof characters - 1)];
         }
         put_bytes("1_x.csv", text, (size_t)size);
-        if (import()) assert_says(root); /* the file, or what the heads made of the configuration */
+        if (import()) assert_says(root); /* names the file or the configuration */
         else accepted++, assert_true(load(log_a)->count > 0);
     }
-    assert_true(accepted > 10 && accepted < 390); /* else this tested nothing */
+    assert_true(accepted > 10 && accepted < 390); /* otherwise this tested nothing */
 }
 
 static void directories_and_logs_that_cannot_be_are_named(void **unused) {
@@ -270,7 +271,7 @@ static void directories_and_logs_that_cannot_be_are_named(void **unused) {
     assert_says("only.lcm|no test");
     struct params params = short_tests(0.002);
     write_log(log_a, &params);
-    /* nobody's configuration is overwritten */
+    /* an existing configuration is never overwritten */
     assert_int_equal(csv_export(log_a, 0, in, &report, &error), STATUS_IO);
     assert_says("config.yaml|File exists");
 }

@@ -1,5 +1,5 @@
-/* Geometry, valve, chambers, end stops: against the equations of cylinder.h and against what no
- * hydraulic cylinder can do. */
+/* Geometry, valve, chambers and end stops against the equations of cylinder.h and against the
+ * physical limits of a hydraulic cylinder. */
 #include "support.h"
 
 #include "cylinder.h"
@@ -28,7 +28,7 @@ static double volume2(double length_m) {
     return params.hydraulics.dead_volume_m3[0] + model.leg[0].a2_m2 * (model.leg[0].length_max_m - length_m);
 }
 
-/* Flow into a chamber, from its pressure rate. */
+/* Flow into a chamber from its pressure rate. */
 static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa[0]; }
 
 static struct cylinder_state derivative(const struct cylinder_state *s, double length_m, double rate_mps, double valve) {
@@ -41,7 +41,7 @@ static struct cylinder_state combine(const struct cylinder_state *s, double h, c
                                    s->spool_rate + h * rate->spool_rate, s->deflection + h * rate->deflection};
 }
 
-/* Under an input that stays. */
+/* Steps with constant input. */
 static void step(struct cylinder_state *s, double h, double length_m, double rate_mps, double valve) {
     const struct cylinder_input in = {length_m, rate_mps, valve};
     cylinder_step(&model, 0, h, (struct cylinder_input[]){in, in, in}, s);
@@ -88,7 +88,8 @@ static void neutral_is_at_mid_stroke(void **unused) {
 static void rated_drop_gives_rated_flow_either_way(void **unused) {
     (void)unused;
     const struct hydraulics_params *h = &params.hydraulics;
-    /* drops: 5 MPa from the supply, 5 MPa to the tank; no leakage between equals */
+    /* pressure drops: 5 MPa from the supply, 5 MPa to the tank; no leakage between equal
+     * pressures */
     double half = h->supply_pa - h->valve_drop_pa;
     assert_close(half - h->tank_pa, h->valve_drop_pa, 1e-9);
     for (int sign = -1; sign <= 1; sign += 2) {
@@ -121,7 +122,7 @@ static void flow_through_zero_drop_is_odd_monotonic_and_smooth(void **unused) {
         assert_close(q + derivative(&mirror, MID_M, 0.0, 0.1).p1_pa, 0.0, 1e-9 * 1e8);
         double slope = (q - last) / step;
         if (drop > -3e4) assert_true(slope > 0.0);
-        /* step 1e-3 of the laminar limit, curvature below 3 */
+        /* a step is 1e-3 of the laminar limit, curvature below 3 */
         if (drop > -3e4 + 2 * step) assert_close(slope / last_slope, 1.0, 5e-3);
         last = q, last_slope = slope;
     }
@@ -156,12 +157,12 @@ static void spool_steps_like_a_second_order_system(void **unused) {
         double t = i * SUBSTEP_S;
         step(&s, SUBSTEP_S, MID_M, 0.0, 0.5);
         double exact = 0.5 * (1 - exp(-z * w * t) * (cos(wd * t) + z * w / wd * sin(wd * t)));
-        /* RK4: (w h)^5/120 a step, some 10 steps a time constant */
+        /* RK4: (w h)^5/120 per step, about 10 steps per time constant */
         assert_close(s.spool, exact, 2e-5);
     }
 }
 
-/* Any state, any input, with seals. */
+/* Any state and input, with seals. */
 static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
     (void)unused;
     uint64_t seed = 5;
@@ -184,7 +185,7 @@ static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
         expected = combine(&expected, SUBSTEP_S / 6, &k4);
         cylinder_limit(&model, 0, &expected);
         cylinder_step(&model, 0, SUBSTEP_S, in, &s);
-        /* but for rounding */
+        /* rounding only */
         assert_close(s.p1_pa, expected.p1_pa, 1e-5);
         assert_close(s.p2_pa, expected.p2_pa, 1e-5);
         assert_close(s.spool, expected.spool, 1e-14);
@@ -194,8 +195,8 @@ static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
     model.leg[0].seal_distance_m = 0.0;
 }
 
-/* An extended model without lines, laws or resistance has the same equations; unlike legs, all of
- * them or one. */
+/* An extended model without hoses, laws or resistance has the same equations; for unequal legs, all
+ * together or one alone. */
 static void legs_step_alone_as_they_do_together(void **unused) {
     (void)unused;
     uint64_t seed = 6;
@@ -245,7 +246,7 @@ static void spool_stops_at_full_opening(void **unused) {
     assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* it may leave the stop */
 }
 
-/* Noisy commands, a spool that is often at its rate limit: alone it moves as it does with its
+/* Under noisy commands with a spool often at its rate limit, the spool alone moves as with its
  * chambers. */
 static void the_spool_alone_moves_as_with_its_chambers(void **unused) {
     (void)unused;
@@ -265,8 +266,8 @@ static void the_spool_alone_moves_as_with_its_chambers(void **unused) {
     model = limited;
 }
 
-/* Extends 0.3 m through mid-stroke with the ports closed; the lowest pressure on the way,
- * and the last state. */
+/* Extends by 0.3 m through mid-stroke with closed ports; returns the lowest pressure and the last
+ * state. */
 static double tear_open(double speed, double substep, struct cylinder_state *s) {
     double start = MID_M - 0.15, lowest = 0.0;
     *s = (struct cylinder_state){.p1_pa = 1e6, .p2_pa = 1e6};
@@ -286,15 +287,15 @@ static void a_chamber_torn_open_stays_above_vacuum_and_recovers(void **unused) {
         assert_true(lowest >= VACUUM_PA);
         /* by the equations, not by the limit */
         assert_below(VACUUM_PA + 1e3, tear_open(speed, SUBSTEP_S / 16, &fine));
-        assert_close(s.p1_pa, fine.p1_pa, 1e3); /* and the substep is fine enough for them */
+        assert_close(s.p1_pa, fine.p1_pa, 1e3); /* so the substep is fine enough */
         s.p2_pa = 0.0;
         for (int i = 0; i < 80; i++) step(&s, SUBSTEP_S, MID_M + 0.15, 0.0, 0.0);
         assert_close(s.p1_pa, 0.0, 10.0); /* 20 ms: many times the make-up's 1 ms */
     }
 }
 
-/* The stiffest corner: dead volume only, valve wide open. Time constant of the
- * bare orifice: 11 us. */
+/* The stiffest case: dead volume only, valve wide open. The bare orifice has a time constant of 11
+ * us. */
 static void a_small_chamber_fills_without_ringing_even_under_euler(void **unused) {
     (void)unused;
     const double supply = params.hydraulics.supply_pa;
@@ -304,7 +305,7 @@ static void a_small_chamber_fills_without_ringing_even_under_euler(void **unused
         struct cylinder_state rate = derivative(&s, model.leg[0].length_min_m, 0.0, 1.0);
         s.p1_pa += SUBSTEP_S * rate.p1_pa;
         s.p2_pa = s.p1_pa; /* no leakage */
-        if (i > 4) assert_true(fabs(supply - s.p1_pa) <= gap); /* the first steps leap over */
+        if (i > 4) assert_true(fabs(supply - s.p1_pa) <= gap); /* the first steps may overshoot */
         gap = fabs(supply - s.p1_pa);
     }
     assert_below(gap, 1e-9 * supply);
@@ -333,7 +334,7 @@ static void force_is_that_of_the_two_areas(void **unused) {
     assert_close(cylinder_hydraulic_force(&model, 0, &pull), -PI / 4 * (bore * bore - rod * rod) * 1e6, 1e-9);
 }
 
-/* Dahl's law for a rod that moves evenly; a fast one's seals take 0.2 ms, and never go too far. */
+/* Dahl's law for a rod at constant speed; a fast rod's seals take 0.2 ms and never overshoot. */
 static void seals_are_deflected_and_then_slide(void **unused) {
     (void)unused;
     struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};

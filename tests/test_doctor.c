@@ -1,5 +1,5 @@
-/* What doctor says of computers that are not at hand: /proc and /sys are files of a directory, what
- * is measured is given. Each WARN and each FAIL of each check is seen once, and has its remedy. */
+/* doctor's findings on computers that are not at hand: /proc and /sys are files in a directory, and
+ * measurements are given. Each WARN and FAIL of each check occurs once and states its remedy. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -28,7 +28,7 @@
 
 static char root[] = "/tmp/doctor.XXXXXX";
 static struct params params;
-static struct doctor simulated, machine; /* the same but for who is driven */
+static struct doctor simulated, machine; /* they differ only in the back-end */
 static bool deaf;                        /* nothing is received */
 
 int __real_bus_receive(struct bus *bus, struct bus_message *message);
@@ -111,7 +111,7 @@ static void too_little_locked_memory_is_refused_behind_hardware(void **unused) {
     is(check_locked_memory(&machine), LEVEL_OK, "CAP_IPC_LOCK");
 }
 
-/* In a process of its own, without rights. */
+/* Runs in its own process without privileges. */
 static void without_its_rights_real_time_is_refused_behind_hardware(void **unused) {
     (void)unused;
     const struct rlimit none = {0};
@@ -140,7 +140,7 @@ static void a_governor_that_saves_power_is_warned_of(void **unused) {
     is(check_governor(&machine), LEVEL_OK, "performance on 2");
     put(CPU "/cpu1/cpufreq/scaling_governor", "powersave");
     is(check_governor(&machine), LEVEL_WARN, "powersave on 1 of 2");
-    params.loop.cpu = 0; /* the other one is not the loop's */
+    params.loop.cpu = 0; /* the other CPU is not the loop's */
     is(check_governor(&machine), LEVEL_OK, "performance on 1 processor");
 }
 
@@ -207,7 +207,7 @@ static void heat_and_a_small_share_for_real_time_threads_are_warned_of(void **un
     is(check_throttling(&machine), LEVEL_WARN, "17 times");
     put("/proc/sys/kernel/sched_rt_runtime_us", "500000");
     is(check_throttling(&machine), LEVEL_WARN, "500000 of 1000000");
-    put("/proc/sys/kernel/sched_rt_runtime_us", "-1"); /* without a limit */
+    put("/proc/sys/kernel/sched_rt_runtime_us", "-1"); /* unlimited */
     put(CPU "/cpu1/thermal_throttle/core_throttle_count", "0");
     is(check_throttling(&machine), LEVEL_OK, "no processor");
 }
@@ -255,7 +255,7 @@ static void the_histogram_counts_every_wake_up_once(void **unused) {
     int64_t sum = 0, deadlines = 99; /* 2 ms .. 198 ms */
     for (int i = 0; i <= WAKEUP_EDGES; i++) sum += w.count[i];
     assert_int_equal(sum, w.late.count);
-    /* each is met or missed, whatever this host does */
+    /* every deadline is met or missed, however slow this host is */
     assert_true(sum <= deadlines && sum + w.missed >= deadlines);
     assert_true(w.missed_in_row <= w.missed && (w.missed == 0) == (w.missed_in_row == 0));
     simulated.latency_s = 0.001;
@@ -306,13 +306,13 @@ static void lcm_is_followed_step_by_step(void **unused) {
     bool other = !system("{ ip link add d0 type dummy || ip tuntap add d0 mode tap; } 2>/dev/null && ip link set d0 up && "
                          "ip addr add 192.0.2.1/24 dev d0");
     if (!other) skip_because("this kernel has no second interface to route to");
-    /* a route by lo beside a network makes others deaf */
+    /* a route by lo beside a network hides the messages from other hosts */
     struct finding f = check_lcm_route(&machine);
     assert_int_equal(f.level, LEVEL_WARN);
     assert_string_equal(f.remedy, "sudo ip route replace 224.0.0.0/4 dev d0");
     json_decref(f.data);
     assert_int_equal(system("ip route del 224.0.0.0/4 dev lo"), 0);
-    f = check_lcm_socket(&machine); /* and is not recommended */
+    f = check_lcm_socket(&machine); /* so it is not recommended */
     assert_int_equal(f.level, LEVEL_FAIL);
     assert_null(strstr(f.remedy, "dev lo"));
     assert_int_equal(system("ip route add 224.0.0.0/4 dev d0"), 0);
@@ -364,7 +364,7 @@ static void can_errors_are_warned_of_and_a_controller_off_the_bus_fails(void **u
     const struct can_controller good = {.kind = "can", .known = true, .counts = true};
     struct can_controller c = good;
     is(judge_can_errors("can0", &good, &c), LEVEL_OK, "error-active, TEC 0, REC 0");
-    c.arbitration_lost = 9; /* what two nodes that begin at once do */
+    c.arbitration_lost = 9; /* normal when two nodes start sending at the same time */
     is(judge_can_errors("can0", &good, &c), LEVEL_OK, "arbitration lost 9 times");
     c = good, c.tx_errors = 8;
     is(judge_can_errors("can0", &good, &c), LEVEL_WARN, "TEC 8, REC 0");
@@ -406,7 +406,7 @@ static void end_nested(struct message *m, size_t at) {
     memcpy(m->bytes + at, &length, sizeof length);
 }
 
-/* As the kernel has it: attributes in attributes, the statistics beside them. */
+/* Laid out as by the kernel: nested attributes, the statistics beside them. */
 static struct message of_controller(const char *kind) {
     struct message m = {.size = NLMSG_SPACE(sizeof(struct ifinfomsg))};
     const struct can_bittiming timing = {.bitrate = 1000000, .sample_point = 750};
@@ -441,7 +441,7 @@ static void the_kernels_answer_is_read_member_by_member(void **unused) {
     assert_close(c.sample_point, 0.75, 1e-12);
     assert_true(c.bus_errors == 1 && c.warnings == 2 && c.passives == 3 && c.bus_offs == 4 && c.arbitration_lost == 5 && c.restarts == 6);
     assert_true(c.rx_dropped == 7 && c.tx_dropped == 8);
-    m = of_controller("vxcan"); /* its data mean something else */
+    m = of_controller("vxcan"); /* its data have another meaning */
     assert_true(can_controller_parse(m.bytes, m.size, &c));
     assert_true(!c.known && !c.bitrate_bps && !strcmp(c.kind, "vxcan"));
 }
@@ -451,9 +451,10 @@ static void a_damaged_answer_is_read_no_further_than_it_goes(void **unused) {
     const struct message whole = of_controller("can");
     struct can_controller c;
     for (size_t size = 0; size < whole.size; size++) {
-        unsigned char *part = malloc(size ? size : 1); /* a sanitizer sees a byte too many */
+        unsigned char *part = malloc(size ? size : 1); /* sized so that a sanitizer detects an
+                                                        * overrun */
         memcpy(part, whole.bytes, size);
-        assert_false(can_controller_parse(part, size, &c)); /* shorter than it says */
+        assert_false(can_controller_parse(part, size, &c)); /* truncated */
         free(part);
     }
     uint64_t seed = 1;
@@ -497,7 +498,7 @@ static void round_trips_are_judged_by_cycle_and_time_out(void **unused) {
     is(judge_round_trips(&machine, &r), LEVEL_FAIL, "too old");
 }
 
-/* A port that is taken, and on which nobody listens. */
+/* A port that is taken and on which nobody listens. */
 static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_asked(void **unused) {
     (void)unused;
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
@@ -510,7 +511,7 @@ static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_as
     snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", ntohs(address.sin_port));
     machine.url = url;
     is(check_modbus(&machine), LEVEL_FAIL, "127.0.0.1");
-    struct machine_lock lock; /* as a hexid at work has it */
+    struct machine_lock lock; /* held by a running hexid */
     assert_int_equal(machine_lock(&lock, url, &error), STATUS_OK);
     is(check_modbus(&machine), LEVEL_UNKNOWN, "not asked: ");
     machine_unlock(&lock);
@@ -522,7 +523,7 @@ static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_as
 static void a_log_needs_room_for_its_run(void **unused) {
     (void)unused;
     double rate = log_bytes_per_s(&params);
-    /* docs/service.md: 457 bytes a cycle, other events included */
+    /* docs/service.md: 457 bytes per cycle, other events included */
     assert_close(rate * params.loop.period_s, 450.0, 50.0);
     struct disk k = {.directory = "/logs", .room_bytes = rate * 3601.0};
     is(judge_log_room(&machine, &k), LEVEL_OK, "1 hours");
@@ -573,7 +574,7 @@ static void a_configuration_that_is_no_machine_fails(void **unused) {
     is(check_workspace(&machine), LEVEL_NONE, "");
 }
 
-/* Joints, leg by leg: two of the upper ones exchanged, then all lower ones one further. */
+/* Two upper joints are exchanged; then all lower ones are shifted by one leg. */
 static void joints_in_another_order_are_found(void **unused) {
     (void)unused;
     struct kinematics k;
@@ -611,8 +612,8 @@ static void tests_that_the_legs_cannot_make_fail(void **unused) {
     (void)unused;
     is(check_tests(&machine), LEVEL_OK, "6, within the limits");
     double tank_pa = params.hydraulics.tank_pa;
-    params.hydraulics.tank_pa = 1e6; /* lifts the platform by itself */
-    is(check_tests(&machine), LEVEL_OK, "6, within the limits"); /* is not made */
+    params.hydraulics.tank_pa = 1e6; /* lifts the platform without any command */
+    is(check_tests(&machine), LEVEL_OK, "6, within the limits"); /* is not run */
     is(check_tests(&simulated), LEVEL_FAIL, "hydraulics.tank_pa");
     params.hydraulics.tank_pa = tank_pa;
     params.mechanism = MECHANISM_AXIS;
@@ -694,7 +695,7 @@ int main(void) {
         cmocka_unit_test_setup(a_machine_that_would_be_blind_for_long_fails, begin),
         cmocka_unit_test_setup(an_input_that_is_not_wired_is_warned_of_behind_hardware, begin),
         cmocka_unit_test_setup(inputs_with_one_contact_are_warned_of_behind_hardware, begin),
-        /* last: in a network of its own from then on */
+        /* last, because it stays in its own network namespace */
         cmocka_unit_test_setup(lcm_is_followed_step_by_step, begin),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,4 @@
-/* The catalogue of effects: what holds for every entry, and the law of each. */
+/* The catalogue of effects: claims for every entry, and each law. */
 #include "support.h"
 
 #include <dirent.h>
@@ -40,7 +40,7 @@ static void every_effect_says_what_it_is(void **unused) {
     for (int i = 0; effect_table[i]; i++) {
         const struct effect *e = effect_table[i];
         assert_true(i < EFFECTS_MAX);
-        assert_int_equal(effect_find(e->name), i); /* so names are unique, too */
+        assert_int_equal(effect_find(e->name), i); /* so names are unique as well */
         assert_true(strlen(e->plain) > 0 && strlen(e->law) > 0 && strlen(e->signature) > 0);
         assert_true(key_count(e) > 0);
         for (int k = 0; k < key_count(e); k++) {
@@ -84,7 +84,7 @@ static void neutral_values_add_nothing(void **unused) {
     }
 }
 
-/* Groups of the machine's constants, which are all numbers. */
+/* Groups of the machine's constants, all of them numbers. */
 #define GROUP(member) {#member, offsetof(struct machine, member), sizeof ((struct machine *)0)->member}
 static const struct {
     const char *name;
@@ -99,10 +99,10 @@ static void the_machine_is_its_constants_and_its_laws(void **unused) {
     size_t size = sizeof m->params + sizeof m->leg_friction + sizeof m->joint_friction + sizeof m->wrench + sizeof m->opening +
                   sizeof m->command;
     for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) size += groups[g].size;
-    assert_int_equal(size, sizeof *m); /* so no group is forgotten above */
+    assert_int_equal(size, sizeof *m); /* so no group is missing above */
 }
 
-/* All constants of the machine, its laws for a pose and a spool, and what its valves get. */
+/* Compares all constants, the laws at a pose and a spool position, and the valves' input. */
 static void neutral_values_leave_the_machine_as_it_is(void **unused) {
     (void)unused;
     static const double pose[DOFS] = {0.01, -0.02, 0.03, 0.04, -0.05, 0.06}, valve[LEGS] = {0.1, -0.2, 0.3, -0.4, 0.5, -0.6};
@@ -123,7 +123,7 @@ static void neutral_values_leave_the_machine_as_it_is(void **unused) {
         valve_line_send(&line, valve);
         valve_line_receive(&line, 0, received);
         assert_memory_equal(received, valve, sizeof valve);
-        /* A line's diameter means nothing without its length. */
+        /* A hose's diameter has no meaning without its length. */
         memcpy(machine.line.diameter_m, base.line.diameter_m, sizeof base.line.diameter_m);
         for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) {
             const double *is = numbers(&machine, groups[g].place), *was = numbers(&base, groups[g].place);
@@ -134,7 +134,7 @@ static void neutral_values_leave_the_machine_as_it_is(void **unused) {
     }
 }
 
-/* What the sensors say after 0.3 s of moving valves. */
+/* Readings after 0.3 s of moving valves. */
 static struct hal_sample moved(const struct params *params, enum engine_kind engine) {
     static const double neutral[DOFS] = {0};
     struct params p = *params;
@@ -177,11 +177,12 @@ static void both_engines_have_every_effect(void **unused) {
         struct hal_sample closed = moved(&with, ENGINE_CLOSED_FORM), ode = moved(&with, ENGINE_ODE);
         differences(&closed, &ode, &length_m, &pressure_pa);
         differences(&closed, &base, &own_m, &own_pa);
-        /* what 0.0625 ms leave between the engines; stick in the joints is found a substep apart */
+        /* the engines differ by this at 0.0625 ms; they detect stiction in the joints a substep
+         * apart */
         assert_below(length_m, 1e-7);
         assert_below(pressure_pa, 100.0);
         bool seen = own_m > 10.0 * length_m || own_pa > 10.0 * pressure_pa;
-        /* which is in the time stamps alone, or in sensors that the plant has not */
+        /* these act on time stamps alone or on sensors that the plant lacks */
         assert_true(seen || !strcmp(effect_table[i]->name, "clock_skew") || !strncmp(effect_table[i]->name, "force_sensor", 12));
     }
 }
@@ -238,7 +239,7 @@ static void viscous_friction_is_taken_off_but_never_below_nothing(void **unused)
     config_default(&base);
     double most = base.hydraulics.viscous_n_s_per_m[0];
     static const struct {
-        double extend, retract; /* of what the configuration has */
+        double extend, retract; /* relative to the configuration's values */
         int status;
     } cases[] = {{-1.0, -1.0, 0}, {-0.5, 0.0, 0}, {-1.001, 0.0, STATUS_USAGE}, {1.0, -1.001, STATUS_USAGE}};
     for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -260,7 +261,7 @@ static void joint_friction_has_both_parts(void **unused) {
     assert_close(f.viscous, 2.0, 1e-15);
 }
 
-/* What a model says of the same pose and motion. */
+/* Mass matrix and load of the rigid model at one pose and motion. */
 static void bodies(const struct params *params, double mass[DOFS][DOFS], double load[DOFS]) {
     struct rigid_model m;
     struct rigid_state s;
@@ -299,7 +300,7 @@ static void a_length_sensor_is_right_at_its_zero(void **unused) {
     }
 }
 
-/* Air makes oil softer, and a configuration may have it too soft. */
+/* Air softens oil, and the configured modulus may already include too much of it. */
 static void oil_has_the_effective_modulus_above_the_configured_one_too(void **unused) {
     (void)unused;
     static const double modulus_pa[] = {6e8, 1.1e9};

@@ -1,5 +1,5 @@
-/* The ODE engine by itself: bodies, joints, memory, threads. Against the closed
- * form: test_engines.c. */
+/* The ODE engine alone: bodies, joints, memory, threads. test_engines.c compares it with the closed
+ * form. */
 #include <ode/ode.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -13,7 +13,7 @@ enum { BODIES_AND_JOINTS = 13 + 18 };
 
 static long heap_calls;
 #if !SANITIZED
-/* Every allocation of the process, ODE's too, comes through here. */
+/* Counts every allocation of the process, including ODE's. */
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
 void *__libc_realloc(void *old, size_t size);
@@ -36,12 +36,12 @@ static const double TILTED[DOFS] = {0.05, -0.08, -0.06, 0.11, -0.09, 0.17};
 
 static const double WEIGHT_N = 528.4; /* a leg's share of the weight at neutral */
 
-/* Unlike on every leg, so that the platform moves in all six axes. */
+/* The forces differ from leg to leg, so that the platform moves in all six axes. */
 static void uneven_forces(double time_s, double force_n[LEGS]) {
     for (int i = 0; i < LEGS; i++) force_n[i] = WEIGHT_N + 100.0 * sin(2.0 * PI * 4.0 * time_s + i);
 }
 
-/* Length of a leg by the pose of the platform alone. */
+/* Length of a leg from the platform's pose alone. */
 static double length_of_pose(const struct sim_geometry *g, const double pose[DOFS], int leg) {
     dMatrix3 x, y, z, zy, rotation;
     dRFromAxisAndAngle(x, 1, 0, 0, pose[DOF_PHI]);
@@ -64,7 +64,7 @@ static void place_puts_every_body_where_the_pose_says(void **state) {
     sim_geometry_init(&g, &p);
     struct engine *e = engine_at(&p, TILTED);
     e->ops->truth(e, &EMPTY, &t);
-    assert_below(distance(t.pose, TILTED, DOFS), 1e-14); /* rounding */
+    assert_below(distance(t.pose, TILTED, DOFS), 1e-14); /* tolerance for rounding */
     for (int k = 0; k < DOFS; k++) {
         assert_close(t.length_m[k], length_of_pose(&g, TILTED, k), 1e-14);
         assert_true(t.twist[k] == 0.0);
@@ -77,8 +77,8 @@ static void place_puts_every_body_where_the_pose_says(void **state) {
     e->ops->destroy(e);
 }
 
-/* Second order: the relative error is about (dt / duration)^2 = 1e-6. A wrong inertia, force or
- * sign shows in the first digits. */
+/* The integrator is of second order: the relative error is about (dt / duration)^2 = 1e-6. A wrong
+ * inertia, force or sign shows in the first digits. */
 static void energy_balance_closes_under_constant_forces(void **state) {
     (void)state;
     const double force_n[LEGS] = {700, 640, 650, 690, 660, 680};
@@ -94,13 +94,13 @@ static void energy_balance_closes_under_constant_forces(void **state) {
         for (int k = 0; k < LEGS; k++) work_j += force_n[k] * (t.length_m[k] - start.length_m[k]);
         if (i >= 200) assert_close(t.kinetic_j + t.potential_j, work_j, 1e-4 * t.kinetic_j);
     }
-    assert_below(50.0, t.kinetic_j); /* something did move */
+    assert_below(50.0, t.kinetic_j); /* it did move */
     e->ops->destroy(e);
 }
 
-/* A step is a straight line: it leaves two joints that move at speed v around each other (v
- * dt)^2/2r apart, and takes a fifth of what was there back. The shortest such radius is the
- * platform's, 0.58 m. */
+/* A step is a straight line: joints that move at speed v around each other separate by (v dt)^2/2r,
+ * and each step removes a fifth of the separation. The smallest radius is the platform's, 0.58
+ * m. */
 static void joints_drift_apart_by_no_more_than_the_steps_curvature(void **state) {
     (void)state;
     struct params p;
@@ -122,12 +122,13 @@ static void joints_drift_apart_by_no_more_than_the_steps_curvature(void **state)
         }
     }
     print_message("%.2g m at %.2g m/s\n", drift_m, speed_mps);
-    assert_below(0.1, speed_mps); /* something did move */
+    assert_below(0.1, speed_mps); /* it did move */
     assert_below(drift_m, 5.0 * speed_mps * DT_S * speed_mps * DT_S / (2.0 * 0.58));
     e->ops->destroy(e);
 }
 
-/* Ten seconds under a load that holds, then swings. Asked for: 1 um. */
+/* Creep in 10 s under a load that friction holds, after which the load swings. The requirement is 1
+ * um. */
 static double creep_m(const struct params *p, double load_n) {
     struct plant_truth start, t;
     double creep = 0.0;
@@ -155,7 +156,7 @@ static void legs_below_their_capacity_do_not_creep(void **state) {
     print_message("%.2g m\n", creep_m(&p, 198.0));
 }
 
-/* 20 N m about each of 24 axes hold a twist of 8 N a leg. */
+/* 20 N m about each of 24 axes hold a twist of 8 N per leg. */
 static void joints_below_their_capacity_do_not_creep(void **state) {
     (void)state;
     struct params p;
@@ -164,8 +165,8 @@ static void joints_below_their_capacity_do_not_creep(void **state) {
     print_message("%.2g m\n", creep_m(&p, 8.0));
 }
 
-/* Force times path goes, whatever the path, and nothing else. A path is summed from lengths a
- * substep apart, so that those with a reversal inside count short: a thousandth at most. */
+/* Friction dissipates exactly force times path. The path is summed from lengths a substep apart,
+ * which shortens it by a thousandth at most around reversals. */
 static void sliding_takes_force_times_path(void **state) {
     (void)state;
     const double extend_n = 60.0, retract_n = 40.0;
@@ -195,7 +196,7 @@ static void sliding_takes_force_times_path(void **state) {
     e->ops->destroy(e);
 }
 
-/* Let fall, it loses energy with every substep. */
+/* A falling platform loses energy in every substep. */
 static void joint_friction_only_takes_energy(void **state) {
     (void)state;
     const double nothing[LEGS] = {0};
@@ -210,7 +211,7 @@ static void joint_friction_only_takes_energy(void **state) {
     for (int i = 0; i < 400; i++) {
         e->ops->forced(e, DT_S, nothing);
         e->ops->truth(e, &EMPTY, &t);
-        /* of tens of J: kinetic energy is known to second order */
+        /* of tens of J: kinetic energy is of second order */
         assert_below(t.kinetic_j + t.potential_j, energy_j + 1e-4);
         energy_j = t.kinetic_j + t.potential_j;
     }
@@ -219,7 +220,7 @@ static void joint_friction_only_takes_energy(void **state) {
     e->ops->destroy(e);
 }
 
-/* Dry friction in legs and joints: the most rows the engine can have. */
+/* Dry friction in legs and joints yields the most rows that the engine can have. */
 static void all_frictions(struct params *p) {
     config_default(p);
     set_effect(p, "cylinder_coulomb_friction", 0, 150.0);
@@ -254,7 +255,7 @@ static void no_heap_after_create(void **state) {
     all_frictions(&p);
     long before = heap_calls;
     struct run r = {.engine = engine_at(&p, NEUTRAL), .substeps = 400};
-    /* else ODE's are not counted */
+    /* otherwise ODE's allocations are not counted */
     if (!SANITIZED) assert_true(heap_calls - before > BODIES_AND_JOINTS);
     before = heap_calls;
     run(&r);
@@ -273,7 +274,7 @@ static void same_run_gives_the_same_bits_in_any_thread(void **state) {
     run(&first);
     bystander->ops->destroy(bystander);
 
-    /* Created here, stepped there, after a use that place() must make forgotten. */
+    /* Created in this thread, stepped in the other, after a use that place() must undo. */
     pthread_t thread;
     second.engine = engine_at(&p, NEUTRAL);
     run(&second);
@@ -294,8 +295,8 @@ static void count_message(int number, const char *format, va_list args) {
     solver_messages++;
 }
 
-/* ODE's solver gives up a step in silence (no_message): count what it would have said, sliding and
- * stuck, with every row there is. */
+/* ODE's solver abandons a step silently (no_message). The test counts its messages while sliding
+ * and stuck, with all rows present. */
 static void solver_never_gives_up_a_step(void **state) {
     (void)state;
     struct params p;

@@ -1,5 +1,5 @@
-/* Two engines, derived independently: 13 bodies with constraints, and 6 equations in closed form.
- * They agree, and what is left between them shrinks as the order of the coarser one says. */
+/* Two engines derived independently, 13 bodies with constraints and 6 equations in closed form,
+ * agree, and their difference shrinks with the order of the coarser one. */
 #include "engine.h"
 #include "rigid.h"
 #include "support.h"
@@ -37,9 +37,8 @@ static void holding_forces(const struct params *params, const double pose[DOFS],
     assert_true(rigid_holding_forces(&m, pose, force_n));
 }
 
-/* After `duration_s` from rest under the weight's forces and 4 Hz on top, another amplitude
- * on every leg so that all six axes move. It begins with a jump. The forces are held over
- * `held` substeps. */
+/* Motion from rest under the holding forces plus a 4 Hz force with a different amplitude on each
+ * leg, so that all six axes move. It starts with a jump. Forces are held over `held` substeps. */
 static struct plant_truth shaken(const struct engine_ops *ops, const struct params *params, const double pose[DOFS], double duration_s,
                                  double dt_s, int held) {
     static const struct hydraulics_state empty;
@@ -60,7 +59,7 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
     return truth;
 }
 
-/* Asked for: 1e-6 m and 1e-5 rad. Second order leaves a hundredth of that. */
+/* The requirement is 1e-6 m and 1e-5 rad; second order leaves a hundredth of it. */
 static void engines_agree_after_a_second_of_motion(void **unused) {
     (void)unused;
     const double *const poses[] = {NEUTRAL, TILTED};
@@ -69,7 +68,7 @@ static void engines_agree_after_a_second_of_motion(void **unused) {
         struct plant_truth a = shaken(&engine_ode, &params, poses[i], 1.0, 6.25e-5, 1);
         struct plant_truth b = shaken(&engine_closed_form, &params, poses[i], 1.0, 6.25e-5, 1);
         print_message("%.2g m, %.2g rad\n", distance(a.pose, b.pose, 3), distance(a.pose + 3, b.pose + 3, 3));
-        assert_below(0.01, distance(a.pose, poses[i], DOFS)); /* something did move */
+        assert_below(0.01, distance(a.pose, poses[i], DOFS)); /* it did move */
         assert_below(distance(a.pose, b.pose, 3), 1e-8);
         assert_below(distance(a.pose + 3, b.pose + 3, 3), 1e-7);
         assert_below(distance(a.twist, b.twist, DOFS), 1e-6);
@@ -80,8 +79,8 @@ static void engines_agree_after_a_second_of_motion(void **unused) {
     }
 }
 
-/* Against itself, so that nothing but its step is in the difference; the forces change every 0.5 ms
- * in all three runs. */
+/* ODE is compared with itself, so that only the step differs; the forces change every 0.5 ms in all
+ * three runs. */
 static void half_the_substep_is_a_quarter_of_odes_error(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -108,9 +107,10 @@ static void joint_axes_are_the_same_ones(void **unused) {
     }
 }
 
-/* ODE puts a reversal at a substep's end, the closed form where it is. A substep of another
- * friction is up to 2 F dt / m = 2e-5 m/s, of either sign, and nothing takes it away from a
- * platform without oil: first order, a micrometre after a second and 48 reversals. */
+/* ODE places a reversal at a substep's end, the closed form at its exact time. A substep with the
+ * wrong friction changes the speed by up to 2 F dt / m = 2e-5 m/s, of either sign, and a platform
+ * without oil does not damp it: the error is of first order, a micrometre after a second and 48
+ * reversals. */
 static void engines_agree_on_sliding_friction(void **unused) {
     (void)unused;
     const struct params cases[] = {with_leg_friction(40.0, 20.0), with_joint_friction(2.0, 1.0)};
@@ -124,7 +124,8 @@ static void engines_agree_on_sliding_friction(void **unused) {
     }
 }
 
-/* Every leg loaded alike, a thousandth below and above what holds it, either way. */
+/* Every leg carries the same load, a thousandth below and above the friction that holds it, in both
+ * directions. */
 static void engines_let_go_at_the_same_force(void **unused) {
     (void)unused;
     static const struct engine_ops *const engines[] = {&engine_ode, &engine_closed_form};
@@ -146,7 +147,7 @@ static void engines_let_go_at_the_same_force(void **unused) {
             assert_int_equal(truth.stuck[k], i % 2 == 0);
             if (truth.stuck[k]) assert_below(fabs(truth.rate_mps[k]), 1e-9);
             else assert_true(truth.rate_mps[k] * load_n[i % 4] > 0.0);
-            /* 1e-7 of what the leg carries */
+            /* 1e-7 of the leg's load */
             if (truth.stuck[k]) assert_close(truth.friction_n[k], -load_n[i % 4], 1e-4);
         }
         e->ops->destroy(e);
@@ -173,8 +174,8 @@ static struct plant_truth driven(struct params params, enum engine_kind engine, 
     return truth;
 }
 
-/* A first-order coupling of bodies and oil moves the identified inertia by percents (docs/method.md
- * section 4): it would show here as a ratio of 2 and as 1e-5 m. */
+/* A first-order coupling of bodies and oil shifts the identified inertia by percents
+ * (docs/method.md section 4); here it would show as a ratio of 2 and as 1e-5 m. */
 static void half_the_substep_is_a_quarter_of_the_whole_plants_error(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -190,8 +191,8 @@ static void half_the_substep_is_a_quarter_of_the_whole_plants_error(void **unuse
     assert_close(distance(coarse.p1_pa, exact.p1_pa, LEGS) / distance(fine.p1_pa, exact.p1_pa, LEGS), 4.0, 0.5);
 }
 
-/* Reversals and stick fall into substeps of 0.25 ms: of the leg rates of 0.1 m/s that leaves parts
- * of a micrometre. */
+/* Reversals and stiction fall inside substeps of 0.25 ms; at leg rates of 0.1 m/s the error is a
+ * fraction of a micrometre. */
 static void plants_agree_with_dry_friction(void **unused) {
     (void)unused;
     struct params cases[] = {with_leg_friction(100.0, 60.0), with_joint_friction(3.0, 3.0)};
@@ -205,7 +206,7 @@ static void plants_agree_with_dry_friction(void **unused) {
 
 /* --- play --- */
 
-/* A plant's machine, in either engine, with the forces that hold it at rest. */
+/* A plant's machine in either engine, with the forces that hold it at rest. */
 struct loose_machine {
     struct params params;
     struct rigid_model rigid;
@@ -236,7 +237,7 @@ static void loose_machine(struct loose_machine *m, double clearance_m, double co
     }
 }
 
-/* How far the rods are ahead of their joints. */
+/* Distance by which the rods are ahead of their joints. */
 static struct plant_truth look_at_rods(const struct loose_machine *m, int engine, double ahead_m[LEGS]) {
     static const struct hydraulics_state empty;
     struct plant_truth truth;
@@ -249,9 +250,9 @@ static struct plant_truth look_at_rods(const struct loose_machine *m, int engine
     return truth;
 }
 
-/* Held at rest, then leg 1 pulls: its rod leaves the flank, crosses alone, as fast as the pull
- * beyond its push so far lets it, and takes the platform along; the others stay at theirs, or
- * nearly. */
+/* The platform is held at rest, then leg 1 pulls: its rod leaves the flank, crosses the backlash
+ * alone, as fast as the pull beyond its former force allows, and takes the platform along; the
+ * other rods stay nearly at their flanks. */
 static void a_rod_crosses_its_play_alike_in_both_engines(void **unused) {
     (void)unused;
     static const struct {

@@ -1,7 +1,7 @@
-/* Every numeric key at the ends of its range: whatever a configuration may state, hexid works with
- * it or refuses it in words. Nothing aborts, and no number becomes NaN. Each case is a process of
- * its own. With an argument, "all", more values of each key, and all that doctor and a run look at
- * before they move. */
+/* Every numeric key at the ends of its range: hexid either works with any permitted configuration
+ * or refuses it in words, without an abort or NaN. Each case runs in its own process. With the
+ * argument "all" it tries more values per key and everything that doctor and a run check before
+ * motion. */
 #include "platform_rig.h"
 
 #include <stdio.h>
@@ -45,7 +45,7 @@ static bool finite_plant(const struct plant *plant) {
     return isfinite(t.kinetic_j) && isfinite(t.potential_j);
 }
 
-/* The loop on the machine from its first cycle, put down, and up. */
+/* Runs the loop from its first cycle, parks, and engages. */
 static enum outcome drive(const struct params *p, struct error *error) {
     struct platform platform;
     struct cycle now = {0};
@@ -75,14 +75,14 @@ static enum outcome try_setting(const char *const settings[], int count) {
     if (p.mechanism != MECHANISM_STEWART) return WORKS;
     enum outcome looked = all ? look(&p) : WORKS;
     if (looked != WORKS) return looked;
-    /* the check walks all of it */
+    /* the check simulates the whole test */
     bool brief = p.tests.ramp_s + p.tests.ramp_out_s + p.tests.duration_s < 60.0;
     if (all && brief && motion_check_tests(&p, &trajectory, &error)) return said(&error) ? REFUSED : REFUSED_WITHOUT_WORDS;
     p.interlocks = (struct interlock_params){0};
     return drive(&p, &error);
 }
 
-/* Checks a setting in a process of its own, so that an abort there is seen here. */
+/* Checks a setting in its own process, so that an abort is seen. */
 static void check_setting(const char *setting, const char *engine, int count[]) {
     const char *const settings[] = {engine, setting};
     int status;
@@ -92,7 +92,7 @@ static void check_setting(const char *setting, const char *engine, int count[]) 
     if (!child) {
         const struct rlimit hung = {120, 120};
         setrlimit(RLIMIT_CPU, &hung);
-        /* ODE says its assertions */
+        /* ODE prints its assertions */
         if (!freopen("/dev/null", "w", stderr)) _exit(100);
         _exit(try_setting(settings, 2));
     }
@@ -145,7 +145,7 @@ static void every_key_at_its_ends_works_or_is_refused_with_the_closed_form(void 
     sweep("sim.engine=closed_form");
 }
 
-/* ODE asserts on a body without mass or inertia; the closed form does without. */
+/* ODE asserts on a body without mass or inertia; the closed form accepts it. */
 static void a_leg_without_mass_is_refused_by_its_key_or_simulated(void **unused) {
     (void)unused;
     static const char *const keys[] = {"upper_mass_kg", "lower_mass_kg", "upper_inertia_kg_m2", "lower_inertia_kg_m2"};

@@ -1,5 +1,5 @@
-/* What is known of dry friction before any force is asked, on motions whose reversals are known;
- * and how large its shapes are. */
+/* Prior knowledge of dry friction on motions with known reversals, before any force is evaluated,
+ * and the scale of its basis functions. */
 #include "support.h"
 
 #include "friction_course.h"
@@ -11,7 +11,7 @@ enum { RATE = 500, CYCLES = 20, HZ = 4, SAMPLES = CYCLES * RATE / HZ };
 
 static struct params params;
 
-/* Every leg by itself in a sinusoid of so much, all in one phase, read with noise. */
+/* Every leg moves in a sinusoid of its own amplitude, all in phase, read with noise. */
 static struct residual_data *record(const double amplitude_m[LEGS], double noise_m) {
     static struct recording recording;
     static struct residual_data data;
@@ -53,16 +53,15 @@ static void a_leg_is_sure_of_its_direction_but_near_reversals(void **unused) {
             if (c.doubt[i][k] < 0.1 && amplitude_m[k] > 50e-6) assert_true(c.direction[i][k] * truth > 0.0);
             doubt += c.doubt[i][k] / PHASES;
         }
-        if (k == 0) assert_below(doubt, 0.05);          /* 75 mm/s at most */
+        if (k == 0) assert_below(doubt, 0.05);          /* at most 75 mm/s */
         if (k < 3) assert_below(doubt, 0.3);            /* 7.5 mm/s */
-        /* a tenth of the speed at which a leg may stick, and none */
+        /* a tenth of the speed at which a leg may stick, and rest */
         if (k >= 4) assert_true(doubt > 0.9);
     }
     residual_free(data);
 }
 
-/* A leg of which nothing is seen: its friction is anything, as large as one
- * newton and no larger. */
+/* Friction of a leg that does not move is anything up to one newton. */
 static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
     (void)unused;
     static struct friction_course c;
@@ -75,14 +74,14 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
         friction_course_covariance(&c, t, k, covariance);
         for (int a = 0; a < t->size; a++) {
             assert_true(covariance[a][a] >= 0.0);
-            /* Parseval, of the harmonics that a row has */
+            /* Parseval's theorem over the row's harmonics */
             power[k] += covariance[a][a] * (a ? 0.5 : 1.0);
             for (int b = 0; b < a; b++) {
                 assert_close(covariance[a][b], covariance[b][a], 1e-12);
                 assert_true(covariance[a][b] * covariance[a][b] <= covariance[a][a] * covariance[b][b] * (1.0 + 1e-9));
             }
         }
-        if (k) assert_true(power[k] > power[k - 1]); /* the slower a leg, the more is open */
+        if (k) assert_true(power[k] > power[k - 1]); /* uncertainty grows as a leg slows down */
     }
     assert_below(power[0], 0.05);
     assert_below(power[LEGS - 1], 1.0 + 1e-9);
@@ -90,26 +89,27 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
     residual_free(data);
 }
 
-/* Dahl: from a reversal on the state goes to the new direction as exp(-way / give), the shape is
- * its way from there. The longest of the lengths that are fitted, of a leg that moves 6 mm. */
+/* Dahl: after a reversal the state approaches the new direction as exp(-way / length); the basis
+ * function is its deviation from there. This is the longest fitted length, on a leg that moves 6
+ * mm. */
 static void the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre(void **unused) {
     (void)unused;
     static const double give_m = 320e-6;
     static struct friction_course c;
     struct residual_data *data = record(amplitude_m, 0.0);
     friction_course_find(&c, &data->test[0], &params, 0.0);
-    for (int i = PHASES / 4 + 6; i < 3 * PHASES / 4 - 6; i++) { /* retracts, from the crest on */
+    for (int i = PHASES / 4 + 6; i < 3 * PHASES / 4 - 6; i++) { /* retracts after the crest */
         double way_m = amplitude_m[0] * (1.0 - sin(2.0 * PI * i / PHASES));
         assert_close(c.shape[UNKNOWN_SHAPES - 1][i][0], 2.0 * exp(-way_m / give_m), 0.01);
     }
     residual_free(data);
 }
 
-/* Normal equations of which the shapes are measured directly, each with a
- * deviation of one newton. */
+/* Normal equations whose coefficients are measured directly, each with a deviation of one
+ * newton. */
 static void sizes_are_those_of_the_coefficients(void **unused) {
     (void)unused;
-    enum { LOGS = 400 }; /* what one gives, as often */
+    enum { LOGS = 400 }; /* each log yields one coefficient, measured as often */
     static struct equations e;
     double prior[UNKNOWN_SHAPE], size[UNKNOWN_SHAPES], square = 0.0;
     uint64_t seed = 11;

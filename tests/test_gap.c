@@ -1,4 +1,4 @@
-/* The gap workflow on the simulated rig: recordings that lie, residuals of the right model,
+/* The gap workflow on the simulated rig: defective recordings, residuals of the right model,
  * effects that are named. */
 #include "support.h"
 
@@ -10,8 +10,8 @@
 #include "gap_rig.h"
 #include "residual.h"
 
-/* Tests of the rig: the reference's own axes, sensors as configured. What is as true of three axes
- * takes half the time there. */
+/* The rig's tests use the reference's axes and the configured sensors. Claims that hold for three
+ * axes as well run there in half the time. */
 enum { ALL = DOFS, THREE = 3 };
 static struct params params;
 
@@ -84,8 +84,8 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
     recording_free(&r);
 }
 
-/* Without sensors what remains is the integrator's 0.1 %, the samples' staircase and the drift that
- * the controller leaves. */
+/* Without sensors the residual consists of the integrator's 0.1 %, the sampling staircase and the
+ * drift that the controller leaves. */
 static void residuals_of_the_right_model_vanish(void **state) {
     (void)state;
     struct params exact = params;
@@ -100,8 +100,8 @@ static void residuals_of_the_right_model_vanish(void **state) {
         assert_true(residual_evaluate(&d.test[i], &exact, PART_ALL, ALL_LEGS, row));
         for (int k = 0; k < LEGS; k++)
             for (int a = 0; a < RESIDUAL_SIZE; a++) {
-                assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* of some 500 N */
-                assert_below(fabs(row[k][RESIDUAL_P1][a]), 4e3);     /* of some 1 MPa */
+                assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* of about 500 N */
+                assert_below(fabs(row[k][RESIDUAL_P1][a]), 4e3);     /* of about 1 MPa */
                 assert_below(fabs(row[k][RESIDUAL_P2][a]), 4e3);
             }
     }
@@ -109,8 +109,8 @@ static void residuals_of_the_right_model_vanish(void **state) {
     recording_free(&r);
 }
 
-/* Readings 2 % larger under a model whose sensors read 2 % more: the same disagreement, 2 % larger.
- * It would else shrink with the scale, and that passed for evidence. */
+/* Readings and the model's sensors are both scaled by 1.02, so the same disagreement is 2 % larger.
+ * If it shrank with the scale, that would pass for evidence. */
 static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     (void)state;
     static const double scale = 1.02;
@@ -142,8 +142,8 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     recording_free(&r);
 }
 
-/* A short wide line is a volume of oil: its oscillation, too fast for the steps, does not make them
- * diverge. Searches pass such lines. */
+/* A short wide hose is a volume of oil: its oscillation, too fast for the steps, must not make them
+ * diverge, because searches pass such values. */
 static void a_short_wide_line_is_a_dead_volume(void **state) {
     (void)state;
     static const double length_m = 0.2, bore_m = 0.1, volume_m3 = 1.571e-3;
@@ -173,8 +173,8 @@ static void a_short_wide_line_is_a_dead_volume(void **state) {
     recording_free(&r);
 }
 
-/* With it the commands' noise is simulated, too: that makes 8 Pa. A slow spool that began off its
- * cycle made 3 kPa (80 Hz) and 16 kPa (10 Hz). */
+/* With hysteresis present, the commands' noise is simulated as well, which makes 8 Pa. A slow spool
+ * that started off its periodic state made 3 kPa (80 Hz) and 16 kPa (10 Hz). */
 static void a_hysteresis_of_no_width_changes_nothing(void **state) {
     (void)state;
     int hysteresis = effect_find("valve_hysteresis");
@@ -201,8 +201,8 @@ static void a_hysteresis_of_no_width_changes_nothing(void **state) {
     }
 }
 
-/* In a piece of any motion, too, a spool at its speed limit is where what came before has brought
- * it. Pressures vary by 1 MPa; a spool that began where it was told to be left 0.49 MPa. */
+/* In a segment of any motion, too, earlier commands determine a rate-limited spool's position.
+ * Pressures vary by 1 MPa; a spool that started at its command left 0.49 MPa. */
 static void a_limited_spool_runs_in_before_a_piece(void **state) {
     (void)state;
     struct params limited = params;
@@ -232,9 +232,10 @@ static double force_square(const struct residual_test *t, const struct params *m
     return sum;
 }
 
-/* Rods of 0.5 mm of play knock in x at 4 Hz. The forces say where they are, in a cycle and in a
- * piece, beside dry friction, too. A piece's series are slower: what they do not resolve of the
- * knocks is noise of its pushes, 0.33 mm in the two longest ways, of 0.17 s, which are hidden. */
+/* Rods with 0.5 mm of backlash knock in x at 4 Hz. The forces reveal their position, in a cycle and
+ * in a segment, with dry friction as well. A segment's series are slower, so the knocks that they
+ * do not resolve are noise of its forces: 0.33 mm in the two longest crossings, of 0.17 s, which
+ * are hidden. */
 static void forces_tell_where_the_rods_are_in_their_play(void **state) {
     (void)state;
     for (int c = 0; c < 4; c++) {
@@ -257,9 +258,9 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
     }
 }
 
-/* Where the joints have no play, and may be loose for all that the forces say, noise of the forces
- * is no way in it: the white squares of 24 pieces do not fall by z = 3, whatever the play, in all
- * legs or in one. With what the balance gives taken as it is they fell by 20 at 3 um. */
+/* Without backlash, noise of the forces must not pass for it: the normalised squares of 24 segments
+ * do not fall by z = 3, whatever the backlash, in all legs or in one. With the raw force balance
+ * they fell by 20 at 3 um. */
 static void noise_of_the_forces_is_no_play(void **state) {
     (void)state;
     static const double first_m = 2e-6, factor = 1.6;
@@ -299,7 +300,7 @@ static void noise_of_the_forces_is_no_play(void **state) {
         }
 }
 
-/* What one leg's own value changes, computed in that leg alone and in all. */
+/* One leg's own value changes the same results whether computed for that leg alone or for all. */
 static void one_leg_alone_is_as_among_the_others(void **state) {
     (void)state;
     static const char *const effects[] = {"internal_leakage", "valve_dead_band", "pipeline_dynamics"};
@@ -339,8 +340,8 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
-    machine.payload.mass_kg *= 1.008; /* inside the tolerance: no finding */
-    for (int k = 0; k < LEGS; k++) { /* no two valves, seals or volumes of oil are alike */
+    machine.payload.mass_kg *= 1.008; /* within the tolerance: no finding */
+    for (int k = 0; k < LEGS; k++) { /* valves, seals and volumes of oil differ from leg to leg */
         machine.hydraulics.bulk_modulus_pa[k] *= 0.96 + 0.003 * k;
         machine.hydraulics.leakage_m3_per_s_pa[k] *= k % 2 ? 1.04 : 0.97;
         machine.hydraulics.viscous_n_s_per_m[k] *= k < 3 ? 0.96 : 1.04;
@@ -352,11 +353,11 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
     solve(&machine, THREE, &result);
     assert_int_equal(result.verdict, GAP_NO_GAP);
     assert_int_equal(result.effects, 0);
-    /* half of what a name needs */
+    /* half of the gain that naming requires */
     for (int i = 0; i < result.candidates; i++) assert_below(result.candidate[i].gain, 14.0);
 }
 
-/* The base has each leg's null, too, in the same place: what is found is the effect's. */
+/* The base contains each leg's null in the same place, but the result reports the effect's. */
 static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
     (void)state;
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
@@ -372,8 +373,8 @@ static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
     for (int k = 0; k < LEGS; k++) assert_close(result.effect[0].values.value[0][k], bias[k], 0.0005);
 }
 
-/* Value, shrink and noise floor as docs/gap.md asks for (How it is proved): 10 %, and 1.2 times the
- * floor on held-out cycles. */
+/* Bounds of docs/gap.md (How it is proved): values within 10 %, and 1.2 times the noise floor on
+ * held-out cycles. */
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
     /* tests/test_axis.c searches with the same threads */
@@ -397,7 +398,7 @@ static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     assert_below(result.held_out_after.overall, 1.2 * result.noise_floor.overall);
     assert_below(1.3 * result.noise_floor.overall, result.held_out_before.overall);
     assert_true(result.model.effects[effect].on);
-    /* the base's own values stay as given */
+    /* the base's own values remain as given */
     assert_true(result.model.payload.mass_kg == params.payload.mass_kg);
 }
 
@@ -416,7 +417,8 @@ static void one_leg_with_friction_is_named_as_one_leg(void **state) {
     assert_below(result.effect[0].values.value[0][1], 8.0);
 }
 
-/* Friction of each leg its own makes up for a tilt, too, with more numbers than the two have. */
+/* Separate friction on each leg could also compensate for a tilt, with more parameters than the two
+ * have. */
 static void friction_and_a_tilt_are_two_effects(void **state) {
     (void)state;
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);

@@ -1,5 +1,5 @@
-/* Is it the configured controller that gave the commands? On recordings of that controller, made
- * here: its law runs over lengths that follow the references late. */
+/* Checks whether the configured controller gave the commands, on recordings of that controller made
+ * here: its law runs on lengths that follow the references late. */
 #include "support.h"
 
 #include "controller.h"
@@ -13,7 +13,7 @@ static struct recording recording;
 
 enum { SAMPLES = 3000 };
 
-/* A sine of 3 mm at 4 Hz in x, ramp-in included, of a machine that is late by 20 ms. */
+/* Records a sine of 3 mm at 4 Hz in x, ramp-in included, on a machine that lags by 20 ms. */
 static void record(double kff) {
     struct params machine = params;
     struct kinematics k;
@@ -45,7 +45,7 @@ static void record(double kff) {
     t->first = SAMPLES / 6, t->end = t->count;
 }
 
-/* Leaves out the samples of so many seconds. */
+/* Removes the samples of so many seconds. */
 static void lose(double from_s, double seconds) {
     struct recording_test *t = &recording.test[0];
     int kept = 0;
@@ -68,7 +68,7 @@ static void another_gain_differs(void **state) {
     recording_free(&recording);
 }
 
-/* Wherever in the cycle it ends: the integrator begins anew there, with another constant. */
+/* Wherever in the cycle the hole ends, the integrator starts anew with another constant. */
 static void a_hole_is_no_other_controller(void **state) {
     (void)state;
     double worst = 0.0;
@@ -88,7 +88,7 @@ static void every_lost_sample_is_a_long_step(void **state) {
     struct recording_test *t = &recording.test[0];
     int kept = 0;
     uint64_t seed = 3;
-    /* of -1 .. 1: 5 % are lost */
+    /* random_unit() is in -1 .. 1, so 5 % are lost */
     for (int i = 0; i < t->count; i++)
         if (i < 10 || random_unit(&seed) < 0.9) t->sample[kept++] = t->sample[i];
     assert_true(kept < 0.97 * t->count && kept > 0.93 * t->count);

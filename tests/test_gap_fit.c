@@ -1,4 +1,4 @@
-/* Least squares in a box. */
+/* Least squares with bounds. */
 #include "support.h"
 
 #include "dense.h"
@@ -41,7 +41,7 @@ static void draw(struct problem *p, uint64_t *random) {
     for (int a = 0; a < VALUES; a++) p->residual[a] = random_unit(random);
 }
 
-/* Karush, Kuhn, Tucker: no slope inside, none that leads inward at a bound. */
+/* Karush-Kuhn-Tucker conditions: zero gradient inside, none that points inward at a bound. */
 static void box_solution_is_optimal(void **state) {
     (void)state;
     uint64_t random = 11;
@@ -75,10 +75,10 @@ static void two_equal_columns_share_what_one_cannot_take(void **state) {
     for (int a = 0; a < VALUES; a++) p.residual[a] = -1.2 * p.column[0][a];
     p.min[0] = p.min[1] = 0.0, p.max[0] = 1.0, p.max[1] = 0.5;
     assert_true(fit_box(2, VALUES, p.residual, p.pointer, NULL, p.min, p.max, x, NULL));
-    assert_close(x[0] + x[1], 1.2, 1e-6); /* the ridge that keeps the pair solvable is 1e-10 */
+    assert_close(x[0] + x[1], 1.2, 1e-6); /* the ridge of 1e-10 keeps the pair solvable */
 }
 
-/* What no value sees is drawn to the middle; what they see is not. */
+/* The prior draws unobservable directions to the middle and leaves observable ones alone. */
 static void a_prior_decides_where_the_data_do_not(void **state) {
     (void)state;
     uint64_t random = 7;
@@ -91,7 +91,7 @@ static void a_prior_decides_where_the_data_do_not(void **state) {
     for (int i = 0; i < 3; i++) p.min[i] = -10.0, p.max[i] = 10.0;
     assert_true(fit_box(3, VALUES, p.residual, p.pointer, prior, p.min, p.max, x, NULL));
     assert_close(x[0] + x[1], 1.2, 1e-5);
-    assert_close(x[0], x[1] + 0.4, 1e-3); /* both as far from where their priors are */
+    assert_close(x[0], x[1] + 0.4, 1e-3); /* equally far from their priors */
     assert_close(x[2], 0.3, 1e-5);
 }
 

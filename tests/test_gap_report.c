@@ -1,5 +1,5 @@
-/* The gap report: a page that is whole, escapes what is not ours, and says what each verdict means;
- * pictures by gnuplot; the message. */
+/* The gap report: a complete page that escapes foreign text and explains each verdict; gnuplot
+ * figures; the message. */
 #include "support.h"
 
 #include <ctype.h>
@@ -19,9 +19,9 @@
 #include "units.h"
 
 static struct params params;
-static struct recording measured;      /* of the model itself: three tests */
-static struct gap_result named;        /* Coulomb friction of leg 4, and a passive
-                                        * joint friction leg by leg */
+static struct recording measured;      /* the model itself in three tests */
+static struct gap_result named;        /* Coulomb friction of leg 4, and passive joint friction leg
+                                        * by leg */
 static struct waves closed_loop, motion;
 
 static void size_of(struct gap_size *s, double size) {
@@ -105,7 +105,7 @@ static void a_rig_that_is_the_model_shows_no_difference(void **unused) {
             for (int leg = 0; leg < LEGS; leg++) {
                 const struct wave *w = &closed_loop.test[i].wave[ch][leg];
                 assert_true(closed_loop.evaluated[ch] && w->noise > 0.0 && closed_loop.variation[ch] > 0.0);
-                /* the same seed: the same bits */
+                /* the same seed yields the same bits */
                 assert_true(waves_distance(&closed_loop.test[i], w->measured, w->before) == 0.0);
                 assert_true(waves_distance(&closed_loop.test[i], w->measured, w->after) == 0.0);
             }
@@ -120,7 +120,7 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
     assert_true(residual_evaluate(&d.test[1], &params, PART_ALL, ALL_LEGS, row));
     for (int leg = 0; leg < LEGS; leg++) {
         const struct wave *w = &motion.test[1].wave[GAP_FORCE][leg];
-        for (int i = 0; i < RESIDUAL_SIZE; i++)            /* rounding of some 1000 N */
+        for (int i = 0; i < RESIDUAL_SIZE; i++)            /* rounding of about 1000 N */
             assert_close(w->measured[i] - w->before[i], row[leg][RESIDUAL_FORCE][i], 1e-9);
     }
     assert_false(motion.evaluated[GAP_LENGTH] || motion.evaluated[GAP_VALVE]);
@@ -213,9 +213,9 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     assert_says(page, "Missing in the model");
     assert_says(page, "<h1 class=\"long\">Dry (Coulomb) friction in the cylinders (leg 4 only) and friction in the universal joints "
                       "(each leg its own)</h1>");
-    assert_says(page, "53.0 ± 3.0 N");      /* leg 4 of force_extend_n: 1.5, and 5 % of its law */
+    assert_says(page, "53.0 ± 3.0 N");      /* leg 4 of force_extend_n: 1.5 and 5 % of its law */
     assert_says(page, "55.0 ± 8.4");        /* leg 6 of coulomb_nm */
-    assert_says(page, "97 %");              /* of the gap gone */
+    assert_says(page, "97 %");              /* of the gap is explained */
     assert_says(page, "<code>hydraulics.supply_pa</code>");
     assert_says(page, "<th>mx</th><td>kg</td><td class=\"n\">1.000</td><td class=\"n\">9.000</td><td class=\"n\">+800.00 %</td>");
     assert_says(page, "friction taken off");
@@ -256,7 +256,7 @@ static void every_verdict_has_its_first_screen(void **unused) {
     assert_says(page, "<b>Next experiment:</b> repeat z at 0.2 Hz.");
     free(page);
 
-    r.effects = 2; /* the surest is in doubt, the other is not */
+    r.effects = 2; /* the most certain one is in doubt, the other is not */
     page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
     assert_says(page, "ither dry (Coulomb) friction in the cylinders (leg 4 only), or ");
     assert_says(page, ", and friction in the universal joints");
@@ -291,7 +291,7 @@ static void what_was_not_evaluated_is_said(void **unused) {
     assert_says(page, "<b>Another controller.</b> 40 %");
     assert_says(page, "not evaluated");
     assert_int_equal(count(page, "id=\"matrix\""), 0);
-    assert_int_equal(count(page, "<img "), 8); /* no loop of the valve */
+    assert_int_equal(count(page, "<img "), 8); /* no valve loop */
     free(page);
 }
 
@@ -359,7 +359,7 @@ static void the_summary_fits_a_terminal(void **unused) {
     for (size_t i = 7; i < sizeof r.reason - 1; i += 8) r.reason[i] = ' ';
     memcpy(r.next_experiment, r.reason, sizeof r.reason);
     for (int leg = 0; leg < LEGS; leg++) r.effect[1].values.value[0][leg] = -1.23456e-5, r.effect[1].std[0][leg] = 1.2e-11;
-    /* of no deviation: none is printed */
+    /* without a deviation none is printed */
     r.effect[0].bound[1][3] = true, r.effect[0].std[1][3] = r.effect[0].values.value[1][3] = 0.0;
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
@@ -371,7 +371,7 @@ static void the_summary_fits_a_terminal(void **unused) {
         if (strlen(line) > 80) fail_msg("%zu columns: %s", strlen(line), line);
         words += count(line, "xxxxxxx");
     }
-    assert_int_equal(words, 2 * (GAP_TEXT / 8)); /* none is lost where a line breaks */
+    assert_int_equal(words, 2 * (GAP_TEXT / 8)); /* no word is lost at a line break */
     free(text);
 }
 
@@ -387,7 +387,7 @@ static void the_message_keeps_every_number(void **unused) {
     assert_string_equal(m.verdict, "effect_named");
     assert_string_equal(m.effects[0], "cylinder_coulomb_friction");
     assert_string_equal(m.ambiguous_with[0], "external_stiffness");
-    assert_int_equal(m.parameter_count, 2 + 2 * LEGS); /* two keys of one leg, two of each */
+    assert_int_equal(m.parameter_count, 2 + 2 * LEGS); /* two keys of one leg, two of each leg */
     assert_string_equal(m.parameters[1], "cylinder_coulomb_friction.force_retract_n");
     assert_string_equal(m.parameter_units[1], "N");
     assert_true(m.parameter_legs[1] == 4 && m.values_si[1] == 63.0 && m.values_std_si[1] == hypot(1.5, 0.05 * 63.0));

@@ -18,7 +18,7 @@ static struct recording_test make(double frequency_hz, struct recording_sample *
 
 static double wave(double phase) { return 0.3 + sin(phase) - 0.5 * cos(3.0 * phase); }
 
-/* 3 Hz: a cycle is no whole number of samples. */
+/* At 3 Hz a cycle is not a whole number of samples. */
 static void spectrum_recovers_a_waveform_at_any_frequency(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -43,11 +43,11 @@ static void a_drift_leaves_no_harmonics(void **state) {
     struct spectrum s;
     for (int i = 0; i < SAMPLES; i++) sample[i].p1_pa[0] = 100.0 * sample[i].test_time_s;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
-    /* of 25 a cycle: a sample's step, 0.2 */
+    /* 25 samples per cycle: a sample's step is 0.2 */
     for (int a = 1; a < 9; a++) assert_below(fabs(s.mean[CHANNEL_P1][0][a]), 0.25);
 }
 
-/* The spread of the means of independent draws is what std says. */
+/* The means of independent draws spread by the stated std. */
 static void noise_is_measured_from_the_spread_of_cycles(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -63,13 +63,13 @@ static void noise_is_measured_from_the_spread_of_cycles(void **state) {
             square += s.mean[CHANNEL_P1][k][a] * s.mean[CHANNEL_P1][k][a];
             expected += s.std[CHANNEL_P1][k][a] * s.std[CHANNEL_P1][k][a];
         }
-    /* 192 values: a standard deviation of 0.1 in either sum */
+    /* 192 values: either sum has a standard deviation of 0.1 */
     assert_close(square / expected, 1.0, 0.35);
     assert_close(s.noise[CHANNEL_P1][0], 1.0 / sqrt(3.0), 0.02);
 }
 
-/* Every harmonic alike, with a correlation of 0.7 from cycle to cycle: the mean varies by 1.7 / 0.3
- * of what it would if cycles were independent. */
+/* Every harmonic has a correlation of 0.7 from cycle to cycle, so the mean's variance is 1.7 / 0.3
+ * of that of independent cycles. */
 static void what_lasts_from_cycle_to_cycle_counts_in_the_means(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -79,7 +79,8 @@ static void what_lasts_from_cycle_to_cycle_counts_in_the_means(void **state) {
     double square = 0.0, expected = 0.0;
     for (int draw = 0; draw < 40; draw++) {
         double part[1 + 2 * SPECTRUM_HARMONICS] = {0}, basis[1 + 2 * SPECTRUM_HARMONICS];
-        for (int i = -20 * 125; i < SAMPLES; i++) { /* twenty cycles ahead, to forget the start */
+        for (int i = -20 * 125; i < SAMPLES; i++) { /* twenty cycles ahead, to forget the initial
+                                                     * state */
             if (i % 125 == 0)
                 for (int a = 1; a < 17; a++) part[a] = 0.7 * part[a] + random_unit(&random);
             if (i < 0) continue;
@@ -97,7 +98,8 @@ static void what_lasts_from_cycle_to_cycle_counts_in_the_means(void **state) {
     assert_true(square / expected > 0.6 && square / expected < 2.5);
 }
 
-/* The motion's own amplitude may change in a minute: that is no noise of the others. */
+/* The motion's own amplitude may change within a minute; this is no noise of the other
+ * harmonics. */
 static void a_harmonic_that_drifts_does_not_spoil_the_others(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -146,14 +148,14 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     sample[310].good = sample[320].good = false; /* one too many */
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 19);
-    /* 10 ms: the 16th harmonic turns in 7.8 */
+    /* 10 ms: the 16th harmonic's period is 7.8 */
     for (int i = 400; i < 404; i++) sample[i].good = false;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 18);
 }
 
-/* Square of what rounding leaves in the mean cycle's first eight harmonics beyond what the scatter
- * says, over what is predicted: sinusoids about this amplitude, that shake so much. */
+/* Measured square of the rounding error in the mean cycle's first eight harmonics, in excess of the
+ * scatter, over the predicted one; for sinusoids near this amplitude with this much vibration. */
 static double rounding_over_predicted(double hz, double amplitude_m, double shaken_m) {
     static struct recording_sample sample[SAMPLES];
     const double step_m = 50e-6;
@@ -165,7 +167,7 @@ static double rounding_over_predicted(double hz, double amplitude_m, double shak
         double amplitude = amplitude_m * (1.0 + 0.1 * random_unit(&random)), offset_m = step_m * random_unit(&random);
         double phase = 2.0 * PI * hz * step_s * random_unit(&random);
         for (int i = 0; i < SAMPLES; i++) {
-            /* triangular */
+            /* triangular distribution */
             double shaken = shaken_m * sqrt(1.5) * (random_unit(&random) + random_unit(&random));
             double x = amplitude * sin(2.0 * PI * hz * sample[i].test_time_s + phase) + offset_m + shaken;
             sample[i].length_m[0] = step_m * round(x / step_m);
@@ -180,20 +182,20 @@ static double rounding_over_predicted(double hz, double amplitude_m, double shak
     return found / predicted;
 }
 
-/* Below 2 mm lines of the rounding errors come out on the harmonics themselves, above they are
- * folded back on them; what shakes makes both less. */
+/* Below 2 mm the rounding errors' tones fall on the harmonics themselves, above they are aliased
+ * onto them; vibration reduces both. */
 static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     (void)state;
     static const double amplitude_m[] = {0.3e-3, 3.4e-3}, shaken_m[] = {0.0, 4e-6, 9e-6};
     for (int i = 0; i < 2; i++)
         for (int j = 0; j < 3; j++) assert_close(rounding_over_predicted(4.0, amplitude_m[i], shaken_m[j]), 1.0, 0.35);
-    /* cycles of no whole number of samples: what is folded averages out, what is not stays */
+    /* cycles of a non-integer number of samples: aliased errors average out, the others remain */
     assert_close(rounding_over_predicted(3.0, amplitude_m[0], 0.0), 1.0, 0.35);
     assert_close(rounding_over_predicted(3.97, amplitude_m[0], 0.0), 1.0, 0.35);
 }
 
-/* The motion's amplitude settles over the first second, and shakes; then the same with a pump of
- * a fiftieth of what settles. */
+/* The motion's amplitude settles over the first second and vibrates; then the same with a pump tone
+ * of a fiftieth of the settling part. */
 static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];

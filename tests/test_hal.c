@@ -1,5 +1,5 @@
-/* The table of back-ends, the simulated one and the fault injector: each fault does what its name
- * says, in its window and to its leg and nothing else; and what the loop makes of it. */
+/* The table of back-ends, the simulated one and the fault injector: each fault does exactly what
+ * its name says, only in its window and to its leg; and the loop's reaction. */
 #include "support.h"
 
 #include "hal.h"
@@ -75,7 +75,7 @@ static void a_fault_needs_a_back_end_behind_it_and_says_what_that_says(void **un
     refused("fault:drop@1+1;sim:x", STATUS_USAGE, "no address");
     refused("fault:drop@1+1;fault:drop@1;sim:", STATUS_USAGE, "KIND@FROM+LENGTH");
     struct params params = by_hand();
-    all_legs(params.actuator.stroke_m, 3.6); /* the plant refuses: no pose so low */
+    all_legs(params.actuator.stroke_m, 3.6); /* the plant refuses because no pose is so low */
     struct hal *hal = NULL;
     struct error error = {0};
     assert_true(hal_open(&hal, "fault:drop@1+1;sim:", &params, 1, &error) < 0);
@@ -88,7 +88,8 @@ struct pair {
     struct params params;
     struct hal *plain, *broken;
     int writes;
-    struct hal_sample healthy, got, before; /* of this cycle; the healthy one of the cycle before */
+    struct hal_sample healthy, got, before; /* readings of this cycle; the healthy ones of the cycle
+                                             * before */
     int status;
     int64_t now_ns;
 };
@@ -109,7 +110,7 @@ static void pair_close(struct pair *p) {
     p->broken->ops->close(p->broken);
 }
 
-/* Both read; both get the same command, which lifts the platform unevenly. */
+/* Reads both; both get the same command, which lifts the platform unevenly. */
 static void pair_read(struct pair *p, int cycle) {
     p->now_ns = (int64_t)cycle * PERIOD_NS;
     p->before = p->healthy;
@@ -134,7 +135,7 @@ static void assert_same_sample(const struct hal_sample *a, const struct hal_samp
     assert_memory_equal(a->p2_pa, b->p2_pa, sizeof a->p2_pa);
 }
 
-/* What a fault makes of a healthy sample; `before` is the last healthy one before its window. */
+/* Applies a fault to a healthy sample; `before` is the last healthy one before the window. */
 typedef void expectation(struct hal_sample *healthy, const struct hal_sample *before, int64_t now_ns);
 
 static void expect_stale(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
@@ -236,7 +237,7 @@ static void each_fault_does_what_it_says_in_its_window_and_to_its_leg_only(void 
             assert_int_equal(p.status, 0);
             assert_int_equal(pair_write(&p), 0);
         }
-        /* lengths in motion; those exchanged may be equal now and then */
+        /* lengths in motion; exchanged ones may happen to be equal */
         assert_true(spoiled >= 40 && spoiled <= 50);
         pair_close(&p);
     }
@@ -248,7 +249,7 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
     pair_open(&p, "drop@0.2+0.1,deaf@0.4+0.1");
     for (int n = 0; n < 300; n++) {
         pair_read(&p, n);
-        /* then the deaf one has lived on with its old command */
+        /* after that the injected one has moved by its old command */
         if (n <= 200) assert_same_sample(&p.got, &p.healthy);
         assert_int_equal(p.status, n >= 100 && n < 150 ? -1 : 0);
         assert_int_equal(pair_write(&p), n >= 200 && n < 250 ? -1 : 0);
@@ -260,20 +261,19 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
         pair_read(&p, n);
         if (n < 150) pair_write(&p);
         if (n == 100) p.plain->ops->safe(p.plain), p.broken->ops->safe(p.broken);
-        /* reaches the valves whatever else is broken */
+        /* must reach the valves whatever else is broken */
         if (n > 50 && n < 150) p.plain->ops->safe(p.plain), p.broken->ops->safe(p.broken);
     }
     assert_same_sample(&p.got, &p.healthy);
     pair_close(&p);
 }
 
-/* What comes out at each cycle: a healthy sample of some cycles ago, or one that was
- * spoilt by chance. */
+/* Each cycle delivers either a healthy sample of some cycles ago or one spoilt at random. */
 static void faults_of_order_and_chance_keep_their_promise(void **unused) {
     (void)unused;
     static const struct {
         const char *fault;
-        int back[4]; /* cycles, by cycle % 4 */
+        int back[4]; /* delay in cycles, by cycle % 4 */
     } cases[] = {{"delay@0.2+0.1=0.006", {3, 3, 3, 3}},
                  {"lag@0.2+0.1=0.004", {2, 2, 2, 2}},
                  {"repeat@0.2+0.1", {1, 0, 1, 0}},
@@ -311,7 +311,7 @@ static void faults_of_order_and_chance_keep_their_promise(void **unused) {
     }
 }
 
-/* Against a plant that gets what the valve does. */
+/* The reference is a plant that gets the faulty valve's commands. */
 static void a_valve_at_fault_does_what_it_likes_also_when_centred(void **unused) {
     (void)unused;
     for (int k = 0; k < 2; k++) {
@@ -340,7 +340,7 @@ static void faults_add_up_and_each_remembers_its_own_beginning(void **unused) {
     for (int n = 0; n < 300; n++) {
         pair_read(&p, n);
         if (n == 100) first = p.before.length_m[0];
-        if (n == 150) second = p.before.length_m[1]; /* while the first one is frozen already */
+        if (n == 150) second = p.before.length_m[1]; /* while the first one is already frozen */
         double expected[LEGS];
         memcpy(expected, p.healthy.length_m, sizeof expected);
         if (n >= 100 && n < 200) expected[0] = first;
@@ -357,12 +357,12 @@ static void faults_add_up_and_each_remembers_its_own_beginning(void **unused) {
 
 struct outcome {
     uint32_t fault;
-    int cycles;              /* from the window's begin to the fault, both included */
+    int cycles;              /* from the start of the window to the fault, both included */
     double largest_valve_step;
 };
 
-/* Engaged at 0.1 s, at neutral from 2.1 s, testing z from 2.5 s; faults of cases
- * stand in `faults`. */
+/* Engaged at 0.1 s, at neutral from 2.1 s, testing z from 2.5 s; the injected faults are in
+ * `faults`. */
 static struct outcome run_with(const char *faults, double begin_s) {
     struct params params = by_hand();
     struct outcome outcome = {0};
@@ -405,7 +405,7 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
     (void)unused;
     enum { BAD = 5, AGE = 5 }; /* limits.bad_cycles; limits.sensor_age_s in cycles */
     static const struct {
-        const char *fault; /* %g: when */
+        const char *fault; /* %g: start time */
         uint32_t expected;
         int within;
     } cases[] = {
@@ -436,9 +436,8 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
         {"inputs_off@%g+1=1", FAULT_EMERGENCY_STOP, 1},
         {"inputs_on@%g+1=16", FAULT_EMERGENCY_STOP, 1},
         {"inputs_off@%g+1=255", FAULT_EMERGENCY_STOP, 1},
-        {"inputs_on@%g+1=15", 0, 0}, /* all are closed */
-        {"supply@%g+1", FAULT_SUPPLY, 40}, /* the time of the relay and of the
-                                            * accumulator, and bad_cycles */
+        {"inputs_on@%g+1=15", 0, 0}, /* all inputs are closed */
+        {"supply@%g+1", FAULT_SUPPLY, 40}, /* delays of relay and accumulator, and bad_cycles */
         {"pressure@%g+0.008/6=8e6", 0, 0},
     };
     static const double begins[] = {1.2, 2.3, 3.3}; /* engaging, ready, testing */
@@ -453,8 +452,8 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
         }
 }
 
-/* A dead transducer shows as soon as the reference moves; two that are exchanged make the legs'
- * loops fight each other. */
+/* A dead transducer shows as soon as the reference moves; two exchanged ones make the legs' loops
+ * work against each other. */
 static void the_loop_detects_dead_and_exchanged_transducers_when_it_moves(void **unused) {
     (void)unused;
     for (int leg = 1; leg <= LEGS; leg++) {

@@ -1,5 +1,5 @@
-/* Running harmonic least squares: recovers what it was given, agrees with an orthogonal
- * decomposition, and knows its own uncertainty. */
+/* Running harmonic least squares recovers its input, agrees with an orthogonal decomposition, and
+ * states its own uncertainty correctly. */
 #include <float.h>
 #include <math.h>
 #include <setjmp.h>
@@ -14,7 +14,7 @@
 
 static const double omega = 2 * PI * 4;
 
-/* 0..1, the same sequence in every run. */
+/* Uniform in 0..1; the same sequence in every run. */
 static double random_uniform(uint64_t *state) {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
     return (double)(*state >> 11) / 9007199254740992.0;
@@ -60,8 +60,8 @@ static void fit_recovers_the_signal_it_was_made_from(void **unused) {
         assert_true(harmonics_solve(&h, &fit));
         assert_true(fit.condition < 4);
         for (int c = 0; c < CHANNELS_MAX; c++) {
-            /* values near 10, roundings of 1e-15, condition 4 squared, some hundred
-             * of them unaveraged */
+            /* values near 10 rounded to 1e-15, squared condition number 4, some hundred samples,
+             * not averaged */
             const double tolerance = 1e-12;
             assert_near(fit.constant[c], s[c].constant + s[c].drift_per_s * 1.0, tolerance);
             assert_near(fit.drift_per_s[c], s[c].drift_per_s, tolerance);
@@ -69,7 +69,7 @@ static void fit_recovers_the_signal_it_was_made_from(void **unused) {
                 assert_near(fit.sine[c][k], s[c].sine[k], tolerance);
                 assert_near(fit.cosine[c][k], s[c].cosine[k], tolerance);
             }
-            /* the floor that the header states, 1e-8 of values up to 30 */
+            /* the floor in the header is 1e-8 of values up to 30 */
             assert_near(fit.rms[c], 0.0, 1e-6);
         }
     }
@@ -99,8 +99,8 @@ static void givens_solve(long double r[QR_SIZE][QR_SIZE + 1], int n, long double
     }
 }
 
-/* A noisy channel with offset 1000 and drift over a test of ten minutes, in the
- * daemon's doubles. */
+/* A noisy channel with offset 1000 and drift over a test of ten minutes, in the daemon's
+ * doubles. */
 static void normal_equations_agree_with_orthogonal_decomposition_over_600_s(void **unused) {
     (void)unused;
     enum { HARMONICS = 3, N = 2 + 2 * HARMONICS };
@@ -124,8 +124,8 @@ static void normal_equations_agree_with_orthogonal_decomposition_over_600_s(void
     givens_solve(r, N, x);
     assert_true(harmonics_solve(&h, &fit));
     assert_true(fit.condition < 4);
-    /* The phase w t reaches 1.5e4 rad, rounded to 2e-12 rad: that bounds what doubles can say; its
-     * mean over the test is far smaller. */
+    /* The phase w t reaches 1.5e4 rad, rounded to 2e-12 rad, which bounds the accuracy of doubles;
+     * its mean over the test is far smaller. */
     assert_near(fit.constant[0], (double)x[0], 1e-12 * 1000);
     assert_near(fit.drift_per_s[0], (double)x[1], 1e-12);
     for (int k = 0; k < HARMONICS; k++) {
@@ -144,7 +144,7 @@ static void a_small_motion_on_a_large_offset_keeps_its_digits(void **unused) {
         harmonics_add(&h, t, &value);
     }
     assert_true(harmonics_solve(&h, &fit));
-    /* each sample is rounded to 1e-10, 2500 of them average */
+    /* each sample is rounded to 1e-10; 2500 of them average */
     assert_near(fit.sine[0][0], 1.0, 1e-11);
     assert_near(fit.cosine[0][0], 0.0, 1e-11);
 }
@@ -168,11 +168,11 @@ static void rms_is_that_of_the_noise_and_std_the_spread_of_the_coefficients(void
         variances += 2 * fit.std[0] * fit.std[0];
         rms += fit.rms[0] * fit.rms[0];
     }
-    /* The observed variance of 2 RUNS values has a relative spread of sqrt(2 / (2 RUNS)) = 3.2
-     * %: four of them. */
+    /* The observed variance of 2 RUNS values has a relative spread of sqrt(2 / (2 RUNS)) = 3.2 %;
+     * the tolerance is four of them. */
     assert_near(squares / variances, 1.0, 0.13);
-    /* Mean of RUNS * SAMPLES squares, less the share of the four coefficients: spread
-     * sqrt(2 / 3e5) = 0.26 %. */
+    /* Mean of RUNS * SAMPLES squares, less the share of the four coefficients: the spread is sqrt(2
+     * / 3e5) = 0.26 %. */
     assert_near(rms / RUNS / (noise * noise * (SAMPLES - 4) / SAMPLES), 1.0, 0.0104);
 }
 
@@ -210,10 +210,10 @@ static void what_cannot_be_told_apart_is_refused(void **unused) {
     assert_false(solvable(3, 0.002, 0));
     assert_false(solvable(3, 0.002, 1));
     assert_false(solvable(3, 0.002, 8));      /* eight unknowns leave no residual */
-    assert_false(solvable(3, 0.0001, 20));    /* a hundred-and-twenty-fifth of a period */
+    assert_false(solvable(3, 0.0001, 20));    /* 1/125 of a period */
     assert_false(solvable(2, 1.0 / 16, 500)); /* second harmonic at half the sampling rate: its sine
                                                * is zero at every sample */
-    assert_false(solvable(1, 0.0, 500));      /* time stands still */
+    assert_false(solvable(1, 0.0, 500));      /* zero sampling period */
 }
 
 static void a_value_that_is_not_finite_is_not_hidden(void **unused) {

@@ -1,5 +1,5 @@
-/* Identification: from synthetic cycles of a known machine back to its matrices, and what it does
- * with flagged, lost and repeated data. */
+/* Identification: recovers the matrices of a known machine from synthetic cycles; handles flagged,
+ * lost and repeated data. */
 #include "ident_rig.h"
 
 static void method_a_recovers_inertia_and_damping_of_a_known_machine(void **unused) {
@@ -9,8 +9,8 @@ static void method_a_recovers_inertia_and_damping_of_a_known_machine(void **unus
     feed_all(id, r);
     assert_true(ident_solve(id));
     const struct method_result *a = &id->result.method_a;
-    /* Forward kinematics stops at 1e-13 m of 4 mm, 2.5e-11, not averaged: times the largest
-     * entries, 10 N s/mm through w = 25. */
+    /* Forward kinematics stops at 1e-13 m of 4 mm, 2.5e-11 relative, not averaged; times the
+     * largest entries, 10 N s/mm through w = 25. */
     assert_below(distance(&a->mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-9 * 272);
     assert_below(distance(&a->bt[0][0], &r->bt[0][0], DOFS * DOFS), 1e-9 * 272 * omega(r, 0));
     for (int i = 0; i < DOFS; i++) assert_true(a->bt[i][i] > 0); /* the sign of Q */
@@ -21,7 +21,7 @@ static void each_axis_has_a_frequency_of_its_own(void **unused) {
     (void)unused;
     struct rig *r = rig_create(1, 5);
     for (int d = 0; d < DOFS; d++) r->params.tests.hz[d] = 2.0 + 0.7 * d, r->params.tests.amplitude[d] *= 1.0 - 0.1 * d;
-    rig_record(r); /* amplitudes of the motion as they were */
+    rig_record(r); /* motion amplitudes unchanged */
     struct ident *id = ident_create(r);
     feed_all(id, r);
     assert_true(ident_solve(id));
@@ -91,7 +91,7 @@ static void what_came_before_the_evaluated_part_changes_no_bit(void **unused) {
     assert_memory_equal(last_result(id), &alone, sizeof alone);
 }
 
-/* Flagged samples carry nonsense here: a single one that is used would show. */
+/* Flagged samples contain nonsense here, so that a single used one would show. */
 static void excluded_samples_are_counted_and_never_used(void **unused) {
     (void)unused;
     static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN, SAMPLE_IO, SAMPLE_FOREIGN};
@@ -106,7 +106,7 @@ static void excluded_samples_are_counted_and_never_used(void **unused) {
             if (what < 7) c->in.flags = flags[what], c->in.length_m[what % LEGS] += 0.001, c->in.p1_pa[what % LEGS] *= 2;
             if (what == 7) c->in.length_m[d] = (double)NAN;
             if (what == 8) c->in.p2_pa[d] = (double)INFINITY;
-            /* no pose has it: forward kinematics does not converge */
+            /* impossible lengths: forward kinematics does not converge */
             if (what == 9) c->in.length_m[d] = 9;
             excluded += what <= 9;
             ident_feed(id, c);
@@ -131,7 +131,7 @@ static void a_test_ends_with_its_evaluated_part(void **unused) {
     assert_true(ident_feed(id, &ramp_out));
     assert_false(ident_feed(id, &ramp_out));
     assert_false(feed_part(id, r, 1, 0, r->samples));
-    assert_true(ident_feed(id, &r->cycle[2][0])); /* the next test with no pause between */
+    assert_true(ident_feed(id, &r->cycle[2][0])); /* the next test without a pause */
     assert_int_equal(id->result.tests, 2);
     assert_true(last_result(id)->complete);
 }
@@ -162,7 +162,7 @@ static void a_test_without_a_usable_sample_is_not_complete(void **unused) {
     assert_true(isnan(last_result(id)->achieved_amplitude));
 }
 
-/* Data from elsewhere: every second sample, another rate than the configuration's. */
+/* Foreign data: every second sample, a rate other than the configuration's. */
 static void a_slower_rate_is_complete_too(void **unused) {
     (void)unused;
     struct rig *r = rig_create(9, 5);
@@ -179,7 +179,7 @@ static void a_repeated_test_replaces_the_earlier_one(void **unused) {
     (void)unused;
     struct rig *r = rig_create(10, 1);
     struct ident *id = ident_create(r);
-    for (int i = 0; i < r->samples; i++) { /* a first try of phi with a wrong amplitude */
+    for (int i = 0; i < r->samples; i++) { /* a first attempt at phi with a wrong amplitude */
         struct cycle wrong = r->cycle[0][i];
         wrong.test = 3;
         wrong.dof = DOF_PHI;

@@ -1,4 +1,5 @@
-/* Results on the wire: every field is what its name says, and what was not evaluated is NaN. */
+/* Results on the wire: every field holds what its name says, and values that were not evaluated are
+ * NaN. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -18,7 +19,7 @@ enum { CAPACITY = 16384 }; /* the recorder's */
 static unsigned char buffer[CAPACITY];
 static double counter;
 
-/* Each number of a test its own. */
+/* Gives each number of a test a value of its own. */
 static void fill(double *numbers, int count) {
     for (int i = 0; i < count; i++) numbers[i] = counter += 1.0;
 }
@@ -60,7 +61,8 @@ static void loop_statistics_keep_every_number(void **unused) {
     assert_true(m.exec_p50_us == s.exec_us[0] && m.exec_p99_us == s.exec_us[1]);
     assert_true(m.exec_p999_us == s.exec_us[2] && m.exec_max_us == s.exec_us[3]);
     assert_true(m.pace_ratio == s.pace && m.stalls == 14 && m.longest_stall_s == s.longest_stall_s);
-    s.timed = false; /* a virtual clock stands still within a cycle: its zeros are no measurement */
+    s.timed = false; /* a virtual clock stands still within a cycle, so its zeros are no
+                      * measurement */
     hexid_loop_stats_2_t_decode(buffer, 0, loop_stats_encode(&s, 99, buffer, CAPACITY), &m);
     assert_true(m.timed == 0 && isnan(m.wake_p50_us) && isnan(m.wake_max_us) && isnan(m.exec_p50_us) && isnan(m.exec_max_us) &&
                 isnan(m.pace_ratio));

@@ -1,12 +1,12 @@
-/* Interlocks, energy and staged reactions: who presses, opens or lets go stops the machine in the
- * same cycle, and its supply with it; a dead controller loses the supply; what control can do
- * without puts the platform down slowly. */
+/* Interlocks, energy and staged reactions: pressing, opening or releasing any input stops the
+ * machine and its supply in the same cycle; a dead controller loses the supply; failures that
+ * control can tolerate park the platform slowly. */
 #include "platform_rig.h"
 
 #include "interlock.h"
 #include "power_unit.h"
 
-static uint32_t opened; /* INPUT_... that open_inputs() takes away */
+static uint32_t opened; /* INPUT_... that open_inputs() clears */
 static void open_inputs(struct hal_sample *s, int which) { (void)which, s->inputs &= ~opened; }
 static void open_and_unwritten(struct hal_sample *s, int which) { open_inputs(s, which), s->flags |= SAMPLE_IO | SAMPLE_UNWRITTEN; }
 static void no_pressures(struct hal_sample *s, int leg) { s->p1_pa[leg] = s->p2_pa[leg] = (double)NAN; }
@@ -38,7 +38,7 @@ static void an_open_input_is_a_fault_in_its_first_cycle_and_takes_the_supply_off
             rig_spoilt(&rig, open_inputs, 0);
             assert_int_equal(rig.now.state, STATE_FAULT);
             assert_int_equal(rig.now.first_fault, interlock_table[k].fault);
-            rig_run(&rig, 40); /* 80 ms: the relay, and the accumulator */
+            rig_run(&rig, 40); /* 80 ms: relay and accumulator */
             assert_false(pressure_of(&rig));
             plant_destroy(rig.plant);
         }
@@ -49,7 +49,7 @@ static void an_open_input_refuses_engage_and_says_which(void **unused) {
     struct params params = by_hand();
     for (int k = 0; k < INPUTS; k++) {
         struct rig rig;
-        /* is open here: the supply is off */
+        /* open here because the supply is off */
         if (interlock_table[k].input == INPUT_SUPPLY) continue;
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_SETTLED, 10);
@@ -61,14 +61,15 @@ static void an_open_input_refuses_engage_and_says_which(void **unused) {
         assert_true(rig.now.in.flags & SAMPLE_OPEN);
         assert_string_equal(supervisor_advice(STATE_SETTLED, platform_wrong(&rig.platform), COMMAND_ENGAGE), interlock_table[k].open);
         rig_run(&rig, 10);
-        assert_int_equal(rig.now.state, STATE_SETTLED); /* and is not made up for when it closes */
+        assert_int_equal(rig.now.state, STATE_SETTLED); /* and the command is not carried out later
+                                                         * when the input closes */
         rig_cycle(&rig, COMMAND_ENGAGE);
         assert_int_equal(rig.now.state, STATE_PRESSURISING);
         plant_destroy(rig.plant);
     }
 }
 
-/* Who closes the last one does not start the machine. */
+/* Closing the last input does not start the machine. */
 static void an_automatic_run_that_meets_an_open_input_is_over(void **unused) {
     (void)unused;
     struct params params = brisk();
@@ -83,7 +84,7 @@ static void an_automatic_run_that_meets_an_open_input_is_over(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* A command that was not written makes a sample doubtful, and its inputs no less true. */
+/* A failed write makes a sample doubtful, but its inputs remain true. */
 static void an_input_opens_also_while_nothing_can_be_written(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -97,7 +98,7 @@ static void an_input_opens_also_while_nothing_can_be_written(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* The last that was read does not stand for this one. */
+/* The last sample does not replace one that was not read. */
 static void nothing_engages_on_a_doubtful_sample(void **unused) {
     (void)unused;
     static spoiler *const spoil[] = {flagged_io, flagged_invalid, length_not_a_number};
@@ -137,7 +138,7 @@ static void what_is_not_wired_is_not_watched_and_named(void **unused) {
     }
 }
 
-/* What follows from it in the same cycle is not the headline. */
+/* Consequences in the same cycle do not become the headline. */
 static void the_emergency_stop_is_the_headline(void **unused) {
     (void)unused;
     struct supervisor s = {0};
@@ -147,7 +148,7 @@ static void the_emergency_stop_is_the_headline(void **unused) {
 
 /* ---- two contacts ---- */
 
-static uint32_t contradicting; /* INPUT_... that contradict() makes so */
+static uint32_t contradicting; /* INPUT_... that contradict() sets */
 static void contradict(struct hal_sample *s, int which) { (void)which, s->inputs &= ~contradicting, s->contradicted = contradicting; }
 
 static void what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contradicts(void **unused) {
@@ -170,8 +171,8 @@ static void what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contrad
     assert_int_equal(interlock_read(&params.interlocks, 0xff).closed, INPUTS_ALL);
 }
 
-/* The fault comes in every state, held up or not, and does not come where the contacts switch one
- * shortly after the other. */
+/* The fault comes in every state, whether motion is held up or not, and does not come when one
+ * contact switches shortly after the other. */
 static void contacts_that_contradict_each_other_are_a_fault_after_the_discrepancy_time(void **unused) {
     (void)unused;
     static const enum state resting[] = {STATE_SETTLED, STATE_READY, STATE_TESTING};
@@ -185,10 +186,10 @@ static void contacts_that_contradict_each_other_are_a_fault_after_the_discrepanc
             rig_bring(&rig, resting[h], 20);
             contradicting = interlock_table[k].input;
             for (int n = 0; n < most; n++) rig_spoilt(&rig, contradict, 0);
-            /* open counts at once */
+            /* an open contact counts at once */
             assert_int_equal(rig.now.state, driven ? STATE_FAULT : STATE_SETTLED);
             assert_false(rig.now.faults & FAULT_ANTIVALENCE);
-            rig_run(&rig, 1); /* the other contact comes */
+            rig_run(&rig, 1); /* the other contact follows */
             for (int n = 0; n < most; n++) rig_spoilt(&rig, contradict, 0);
             assert_false(rig.now.faults & FAULT_ANTIVALENCE);
             rig_spoilt(&rig, contradict, 0);
@@ -229,8 +230,8 @@ static void without_pressure_in_time_there_is_a_fault_and_no_motion(void **unuse
     plant_destroy(rig.plant);
 }
 
-/* A relay that is welded, a dump valve that is stuck: whoever engages finds out before the platform
- * is driven, and not in an emergency. */
+/* A welded relay or a stuck dump valve is found at engage, before the platform is driven, and not
+ * in an emergency. */
 static void pressure_that_does_not_go_with_the_supply_refuses_engage(void **unused) {
     (void)unused;
     for (int output = 0; output < 2; output++) {
@@ -240,13 +241,14 @@ static void pressure_that_does_not_go_with_the_supply_refuses_engage(void **unus
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_SETTLED, 20);
         rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_ENGAGE}, pressure_there, 0);
-        assert_int_equal(rig.platform.request_taken, !output); /* another one's supply may be on */
+        /* another controller's supply may be on */
+        assert_int_equal(rig.platform.request_taken, !output);
         if (output) assert_non_null(strstr(supervisor_advice(STATE_SETTLED, platform_wrong(&rig.platform), COMMAND_ENGAGE), "although"));
         plant_destroy(rig.plant);
     }
 }
 
-/* With the supply on and nothing driven yet. */
+/* The supply is on and nothing is driven yet. */
 static void a_spool_that_is_stuck_is_found_out_while_the_supply_comes(void **unused) {
     (void)unused;
     static const double stuck[] = {0.02, 0.1, 0.3};
@@ -269,7 +271,7 @@ static void a_spool_that_is_stuck_is_found_out_while_the_supply_comes(void **unu
     }
 }
 
-/* That of before is not the one that is waited for. */
+/* The pressure switch of an earlier sample does not confirm the pressure. */
 static void a_sample_that_was_not_read_is_no_pressure(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -279,7 +281,7 @@ static void a_sample_that_was_not_read_is_no_pressure(void **unused) {
     rig_bring(&rig, STATE_PRESSURISING, 0);
     spoil_cycles(&rig, flagged_io, 99);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
-    /* pressure is there by then: what is doubtful does not say so */
+    /* pressure has built up by then, but doubtful samples do not confirm it */
     spoil_cycles(&rig, flagged_invalid, 50);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     for (int n = 0; n < 50 && rig.now.state == STATE_PRESSURISING; n++) rig_cycle(&rig, COMMAND_NONE);
@@ -320,8 +322,8 @@ static void a_stop_while_the_supply_comes_takes_it_off_again(void **unused) {
     }
 }
 
-/* A daemon that dies in the middle of a move, at a device whose valves nobody centres: a
- * spool that is stuck. */
+/* A daemon that dies during a move, on a device that does not centre its valves because a spool
+ * sticks. */
 static double risen_after_death(bool has_power_unit) {
     struct params params = by_hand();
     struct error error;
@@ -360,7 +362,7 @@ static void the_relay_holds_while_the_level_changes_and_no_longer(void **unused)
             power_unit_step(&u, level, dt_s);
             ever |= u.pressure;
         }
-        assert_int_equal(ever, every <= 11); /* 20 ms without a change are borne */
+        assert_int_equal(ever, every <= 11); /* 20 ms without a change are tolerated */
         double share = u.share;
         int lost = 0;
         for (; u.pressure; lost++) power_unit_step(&u, level, dt_s);
@@ -389,7 +391,8 @@ static void without_its_pressures_the_platform_is_put_down_slowly_and_then_latch
             int parking = 0;
             for (; rig.now.state == STATE_PARKING; parking++)
                 rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_ENGAGE},
-                                                                         /* nothing turns it back */
+                                                                         /* nothing interrupts the
+                                                                          * parking */
                             no_pressures, leg);
             assert_int_equal(rig.now.state, STATE_FAULT);
             assert_int_equal(rig.now.first_fault, FAULT_PRESSURE_SENSOR);
@@ -414,7 +417,7 @@ static void while_it_is_put_down_what_control_needs_still_stops_it_and_one_bad_s
     assert_int_equal(rig.now.state, STATE_PARKING);
     rig_spoilt(&rig, no_pressures_and_length, 2);
     assert_int_equal(rig.now.state, STATE_FAULT);
-    /* the headline of what stopped it */
+    /* the headline names the cause of the stop */
     assert_int_equal(rig.now.first_fault, FAULT_SENSOR_INVALID);
     assert_true(rig.now.faults & FAULT_PRESSURE_SENSOR);
     plant_destroy(rig.plant);

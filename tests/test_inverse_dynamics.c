@@ -1,5 +1,5 @@
-/* Friction of a leg that may be held: what the balance of its forces asks for is believed as far as
- * that is more than noise. */
+/* Friction of a leg that may stick: the force balance's demand is believed as far as it exceeds the
+ * noise. */
 #include "support.h"
 
 #include <string.h>
@@ -9,7 +9,7 @@
 enum { DRAWS = 2000 };
 static const double DRY_N = 100.0;
 
-/* An axis at rest on a level way: all that moves it is taken by friction, or is noise. */
+/* An axis at rest on a level rail: friction or noise accounts for every force. */
 static void make_axis(struct params *params, struct inverse_dynamics *d, double dry_n, double noise_n) {
     config_default(params);
     params->mechanism = MECHANISM_AXIS;
@@ -32,7 +32,7 @@ static double moving(struct inverse_dynamics *d, double speed_mps, double push_n
 
 static double friction_of(struct inverse_dynamics *d, double push_n) { return moving(d, 0.0, push_n); }
 
-/* Friction that a model has too much of takes away little of what is only noise. */
+/* A model with too much friction removes little of what is only noise. */
 static void noise_is_no_friction(void **unused) {
     (void)unused;
     struct params params;
@@ -58,13 +58,13 @@ static void what_is_sure_is_held(void **unused) {
     assert_close(friction_of(&d, -0.4 * DRY_N), -0.4 * DRY_N, 0.01 * DRY_N);
 }
 
-/* Of a balance beyond sliding a share of F^2 / 3 over that and the noise's square, as far as
- * friction reaches in that direction. */
+/* A balance beyond sliding is believed by the share F^2 / 3 over that plus the squared noise,
+ * within the friction's limit in that direction. */
 static void a_balance_is_believed_as_far_as_it_is_sure(void **unused) {
     (void)unused;
     struct params params;
     struct inverse_dynamics d;
-    /* a quarter */
+    /* a share of a quarter */
     make_axis(&params, &d, DRY_N, DRY_N);
     assert_close(friction_of(&d, 2.0 * DRY_N), 0.5 * DRY_N, 1e-9);
     double viscous = params.hydraulics.viscous_n_s_per_m[0] * 1e-3;
@@ -87,7 +87,8 @@ static void a_balance_is_believed_as_far_as_it_is_sure(void **unused) {
     assert_close(friction_of(&d, DRY_N), 0.0, 1e-9);
 }
 
-/* Held by anything within its reach, seen with noise: nearer to the truth than by limits alone. */
+/* Friction holds with any force within its limit, seen with noise: the estimate is nearer to the
+ * truth than limits alone. */
 static void friction_is_found_through_noise(void **unused) {
     (void)unused;
     struct params params;
@@ -107,7 +108,8 @@ static void friction_is_found_through_noise(void **unused) {
 
 enum { INSTANTS = 128 };
 
-/* A rod to and fro at 1 Hz, 2 mm either way, and what its seals do on the way, by small steps. */
+/* A rod moves to and fro at 1 Hz by 2 mm either way; the seals' deflection is integrated in small
+ * steps. */
 static double seal_by_steps(double from_s, double until_s, double distance_m, double *deflection) {
     enum { STEPS = 2000 };
     double mean = 0.0, dt_s = (until_s - from_s) / STEPS;
@@ -128,8 +130,8 @@ static void move_to_and_fro(struct inverse_dynamics_input in[INSTANTS]) {
     }
 }
 
-/* Rms by which the deflection differs from that of small steps, which the force has; a piece begins
- * half way. */
+/* Rms difference of the deflection from that of small steps, which the force contains; a segment
+ * starts halfway. */
 static double deflection_error(struct inverse_dynamics *d, bool cycle, double distance_m, double extend_n, double retract_n, double dry_n) {
     static struct inverse_dynamics_input in[INSTANTS];
     double deflection = cycle ? 0.0 : -0.5, square = 0.0, mean[INSTANTS];
@@ -146,8 +148,9 @@ static double deflection_error(struct inverse_dynamics *d, bool cycle, double di
     return sqrt(square);
 }
 
-/* From a tenth of the way between two instants to the stroke; between instants the speed is taken
- * as even. With another force in each direction, and beside friction that may hold the leg. */
+/* Covers lengths from a tenth of the way between two instants up to the stroke; the speed between
+ * instants is taken as constant. Also with a different force in each direction and beside friction
+ * that may hold the leg. */
 static void seals_are_deflected_as_by_small_steps(void **unused) {
     (void)unused;
     struct params params;
@@ -166,7 +169,7 @@ static void seals_are_deflected_as_by_small_steps(void **unused) {
     }
 }
 
-/* What noise leaves for a leg's seals at rest is no deflection. */
+/* Noise at rest must not be taken for a deflection of the seals. */
 static void noise_deflects_no_seals(void **unused) {
     (void)unused;
     static struct inverse_dynamics_input in[INSTANTS];
@@ -189,7 +192,7 @@ static void noise_deflects_no_seals(void **unused) {
     assert_below(square, 0.02); /* limits alone leave 0.9 */
 }
 
-/* The force is by the deflection, whatever the speed. */
+/* The force depends on the deflection, not on the speed. */
 static void deflected_seals_push_back(void **unused) {
     (void)unused;
     struct params params;

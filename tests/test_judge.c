@@ -1,5 +1,5 @@
-/* From figures to a verdict: what refutes an effect that the equations were content with, and what
- * says nothing against it. */
+/* From figures to a verdict: which figures refute an effect that fits the equations, and which do
+ * not. */
 #include "support.h"
 
 #include <math.h>
@@ -12,7 +12,7 @@ enum { VALUES = 1800 };
 static const struct remainder noise = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 0.6 * VALUES, .beyond_laws = 0.5};
 static const struct remainder much = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 4e4, .beyond_laws = 20.0};
 
-/* One effect, found in the equations and in closed loop, of a gap ten times the noise. */
+/* One effect, found in the equations and in closed loop, for a gap ten times the noise. */
 static struct gap_result found(const char *name) {
     struct gap_result r = {.effects = 1, .simulated = true, .effect[0] = {.effect = effect_find(name), .z = 200.0}};
     r.noise_floor.overall = r.noise_floor.varying = 0.1, r.held_out_before.overall = r.held_out_before.varying = 1.0;
@@ -71,7 +71,7 @@ static void a_constant_that_looks_the_same_is_to_be_checked_first(void **state) 
     }
 }
 
-/* What is left counts in units of noise and of what the laws there are may be off by. */
+/* The remainder is measured in units of noise and of the present laws' possible error. */
 static void what_a_law_leaves_is_no_remainder(void **state) {
     (void)state;
     struct gap_result friction = found("cylinder_coulomb_friction");
@@ -81,7 +81,7 @@ static void what_a_law_leaves_is_no_remainder(void **state) {
     assert_verdict(&friction, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
-/* Rows of mean square a and, as many, of mean square b, in which a law may be off by this many
+/* Half of the rows have mean square a, half b, and a law may be off in the latter by this many
  * standard deviations of noise. */
 static double weighed(double a, double b, double law) {
     static double white[VALUES], one[VALUES], error[VALUES];
@@ -94,12 +94,12 @@ static double weighed(double a, double b, double law) {
 
 static void a_law_excuses_what_is_left_where_it_acts_and_nowhere_else(void **state) {
     (void)state;
-    assert_in_range(1000.0 * weighed(0.5, 0.5, 0.0), 400, 600); /* noise as it is measured */
+    assert_in_range(1000.0 * weighed(0.5, 0.5, 0.0), 400, 600); /* noise as measured */
     assert_true(weighed(1.2, 1.2, 0.0) > 1.0);
     assert_true(weighed(0.5, 100.0, 0.0) > 1.0);
     assert_true(weighed(0.5, 100.0, 3.0) < 1.0);  /* less than four times its error */
-    assert_true(weighed(0.5, 2000.0, 3.0) > 1.0); /* more */
-    assert_true(weighed(1.5, 0.5, 3.0) > 1.0);    /* it lends the others nothing */
+    assert_true(weighed(0.5, 2000.0, 3.0) > 1.0); /* more than that */
+    assert_true(weighed(1.5, 0.5, 3.0) > 1.0);    /* it does not relax the other rows */
     static const double white[] = {2.0, 0.0}, one[] = {1.0, 0.0}, law[] = {0.0, 0.0};
     /* the other one is not evaluated */
     assert_true(goodness_weigh(2, white, one, law) == goodness_weigh(1, white, one, law));
@@ -118,7 +118,7 @@ static void one_axis_gets_experiments_that_it_can_make(void **state) {
     offset.effect[0].values.value[0][0] = 120.0, offset.effect[0].values.value[1][0] = 40.0;
     assert_verdict(&offset, &noise, GAP_AMBIGUOUS, "a constant force");
     assert_non_null(strstr(offset.next_experiment, "let go of the load"));
-    offset.model.mechanism = MECHANISM_STEWART; /* whose weight and geometry tell */
+    offset.model.mechanism = MECHANISM_STEWART; /* on which weight and geometry decide */
     assert_verdict(&offset, &noise, GAP_EFFECT_NAMED, "cylinder_coulomb_friction");
 }
 
@@ -126,13 +126,13 @@ static void what_remains_refutes_it(void **state) {
     (void)state;
     struct gap_result in_equations = found("valve_lag"), in_simulation = found("valve_lag"), no_run = found("geometry_error");
     assert_verdict(&in_equations, &much, GAP_UNKNOWN_EFFECT, "remainder");
-    /* of a small gap: that is noise */
+    /* a small gap: within noise */
     in_simulation.held_out_before.varying = 0.107, in_simulation.held_out_after.varying = 0.105;
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "valve_lag");
-    /* what constants leave is said */
+    /* a constant remainder is reported */
     in_simulation.held_out_after.overall = 9.0, in_simulation.unexplained_fraction = 0.9;
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "what simulation leaves is constant");
-    in_simulation.held_out_after.varying = 0.2; /* of no gap before: the effect made it */
+    in_simulation.held_out_after.varying = 0.2; /* there was no gap before: the effect made it */
     assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 100 %");
     in_simulation.held_out_before.varying = 0.124, in_simulation.held_out_after.varying = 0.115;
     assert_verdict(&in_simulation, &noise, GAP_UNKNOWN_EFFECT, "leaves 60 %");
@@ -145,10 +145,10 @@ static void what_remains_refutes_it(void **state) {
 static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **state) {
     (void)state;
     struct gap_result r = found("valve_flow_gain"), nothing = {0};
-    /* of a small gap: that is noise */
+    /* a small gap: within noise */
     r.simulated = false, r.held_out_before.overall = 0.12, r.held_out_after.overall = 0.119;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    /* of a large one: the model's own error */
+    /* a large gap: the model's own error */
     r.held_out_before.overall = 2.0, r.held_out_after.overall = 0.21;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
     r.held_out_before.overall = 0.4;
@@ -171,13 +171,13 @@ static void what_is_given_is_of_another_size(void **state) {
     r.effect[2] = (struct gap_effect){.effect = effect_find("payload_mass"), .z = 8.0};
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "the model lacks base_tilt and payload_mass and has valve_lag of another size");
     assert_verdict(&r, &left, GAP_UNKNOWN_EFFECT, "remainder");
-    left.beyond_laws = 0.9; /* so much the laws of those given may be off */
+    left.beyond_laws = 0.9; /* possible error of the given laws */
     assert_verdict(&r, &left, GAP_EFFECT_NAMED, "valve_lag");
     r.effects = 0;
     assert_verdict(&r, &left, GAP_NO_GAP, "no more than the effects in the configuration leave");
 }
 
-/* What explains nearly all of a gap is there; two effects imitate so much. */
+/* An effect that explains nearly all of a gap is there; two effects imitate that well. */
 static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) {
     (void)state;
     struct gap_result one = found("valve_dead_band"), two = one;
@@ -189,7 +189,7 @@ static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) 
     assert_verdict(&one, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
-/* A half of the gap in its channel decides: sqrt(10^2 - 1^2) of it is there. */
+/* Half of the gap in its channel decides: sqrt(10^2 - 1^2) of it is present. */
 static void a_line_refutes_what_is_no_larger_than_it(void **state) {
     (void)state;
     struct gap_result weak = found("load_dependent_friction"), strong = weak, known = weak, alone = weak;
@@ -197,7 +197,7 @@ static void a_line_refutes_what_is_no_larger_than_it(void **state) {
     assert_verdict(&weak, &noise, GAP_EFFECT_NAMED, "lacks load_dependent_friction; besides, a line at 5.6 Hz");
     strong.line = (struct gap_line){.hz = 5.6, .rms = 5.5, .channel = GAP_LENGTH};
     assert_verdict(&strong, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
-    /* the model with the effect oscillates, too */
+    /* the model with the effect oscillates as well */
     known.line = strong.line, known.line_simulated = true;
     assert_verdict(&known, &noise, GAP_EFFECT_NAMED, "load_dependent_friction");
     alone.line = weak.line, alone.effects = 0;

@@ -10,8 +10,8 @@
 enum { POSES = 20000 };
 
 static const double neutral[DOFS] = {0};
-/* Newton leaves at most its tolerance of 1e-13 m in the lengths, and J^-1 is below 5
- * everywhere the legs reach. */
+/* Newton leaves at most its tolerance of 1e-13 m in the lengths, and J^-1 is below 5 wherever the
+ * legs reach. */
 static const double pose_tolerance = 1e-12;
 
 static struct params defaults(void) {
@@ -32,7 +32,7 @@ static void random_pose(uint64_t *seed, double span_m, double span_rad, double p
     for (int i = 0; i < DOFS; i++) pose[i] = random_unit(seed) * (i < DOF_PHI ? span_m : span_rad);
 }
 
-/* Newton from `start`, checked; returns the iterations. */
+/* Runs Newton from `start` and checks the result; returns the iterations. */
 static int recover(const struct kinematics *k, const double start[DOFS], const double pose[DOFS]) {
     double length[LEGS], found[DOFS], again[LEGS];
     ik_lengths(k, pose, length);
@@ -41,7 +41,7 @@ static int recover(const struct kinematics *k, const double start[DOFS], const d
     assert_true(result.converged);
     assert_below(distance(found, pose, DOFS), pose_tolerance);
     ik_lengths(k, found, again);
-    /* its own tolerance, and a rounding of 2 m */
+    /* its own tolerance plus rounding of 2 m */
     assert_below(distance(again, length, LEGS), 1e-13 + 1e-15);
     assert_below(result.residual_m, 1e-13 + 1e-15);
     return result.iterations;
@@ -59,7 +59,7 @@ static void fk_recovers_pose_from_ik_lengths_from_neutral(void **unused) {
         if (iterations > most) most = iterations;
     }
     print_message("# from neutral: at most %d iterations\n", most);
-    assert_true(most < FK_ITERATIONS); /* quadratic: one to spare */
+    assert_true(most < FK_ITERATIONS); /* quadratic convergence: one to spare */
 }
 
 static void fk_tracks_a_moving_platform_in_two_iterations(void **unused) {
@@ -70,7 +70,7 @@ static void fk_tracks_a_moving_platform_in_two_iterations(void **unused) {
     for (int n = 0; n < POSES; n++) {
         double pose[DOFS], step[DOFS], next[DOFS];
         random_pose(&seed, 0.1, 0.2, pose);
-        /* 0.1 m/s and 0.2 rad/s for a cycle of 2 ms: the tests' fastest */
+        /* 0.1 m/s and 0.2 rad/s for a cycle of 2 ms, the fastest of the tests */
         random_pose(&seed, 2e-4, 4e-4, step);
         for (int i = 0; i < DOFS; i++) next[i] = pose[i] + step[i];
         int iterations = recover(&k, pose, next);
@@ -105,8 +105,8 @@ static void fk_finds_every_pose_of_the_stroke_from_the_parked_one(void **unused)
     print_message("# from the parked pose: at most %d iterations\n", most);
 }
 
-/* An error that a wrong Jacobian would only shrink by a constant factor is squared by Newton: 2
- * e^2 / m, from 1 cm down to rounding. */
+/* Newton squares an error, 2 e^2 / m, from 1 cm down to rounding; with a wrong Jacobian it would
+ * only shrink by a constant factor. */
 static void fk_converges_quadratically_off_neutral(void **unused) {
     (void)unused;
     struct kinematics k = rig();
@@ -129,7 +129,7 @@ static void hostile_lengths_never_converge_and_leave_the_pose_alone(void **unuse
         for (int set = 1; set < 1 << LEGS; set++) {
             double length[LEGS], pose[DOFS];
             memcpy(pose, start, sizeof pose);
-            /* the others agree with the pose that the search starts from */
+            /* the others match the pose from which the search starts */
             ik_lengths(&k, start, length);
             for (int i = 0; i < LEGS; i++)
                 if (set & 1 << i) length[i] = bad[b];
@@ -146,13 +146,13 @@ static void unreachable_lengths_do_not_converge(void **unused) {
     double length[LEGS], pose[DOFS] = {0};
     for (int i = 0; i < LEGS; i++) length[i] = 0.6; /* the joint circles are 0.64 m apart in plan */
     assert_false(fk_solve(&k, length, pose).converged);
-    /* more than an upper joint can swing */
+    /* beyond an upper joint's reach */
     for (int i = 0; i < LEGS; i++) length[i] = k.neutral_length_m[i] + (i == 2 ? 1.5 : 0.0);
     assert_false(fk_solve(&k, length, pose).converged);
     assert_memory_equal(pose, neutral, sizeof pose);
 }
 
-/* T(pose) turned by a small rotation vector about axes of {B}, as angles of types.h. */
+/* Turns T(pose) by a small rotation vector about axes of {B} and returns angles as in types.h. */
 static void turned(const double pose[DOFS], const double vector[3], double out[DOFS]) {
     double t[3][3], r[3][3], angle = sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
     double c = cos(angle), s = sin(angle), n[3] = {0};
@@ -162,7 +162,7 @@ static void turned(const double pose[DOFS], const double vector[3], double out[D
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             r[i][j] = 0.0;
-            /* Rodrigues */
+            /* Rodrigues' formula */
             for (int k = 0; k < 3; k++) r[i][j] += (c * (i == k) + s * skew[i][k] + (1.0 - c) * n[i] * n[k]) * t[k][j];
         }
     memcpy(out, pose, 3 * sizeof *out);
@@ -171,7 +171,7 @@ static void turned(const double pose[DOFS], const double vector[3], double out[D
     out[5] = atan2(r[1][0], r[0][0]);
 }
 
-/* The pose after the twist has acted for a time. */
+/* The pose after the twist has acted for `time`. */
 static void displaced(const double pose[DOFS], const double twist[DOFS], double time, double out[DOFS]) {
     double vector[3];
     for (int i = 0; i < 3; i++) vector[i] = time * twist[3 + i];
@@ -203,7 +203,7 @@ static void jacobian_is_the_derivative_of_the_lengths_along_a_twist(void **unuse
             double twist[DOFS] = {0};
             twist[d] = 1.0;
             rates_by_difference(&k, pose, twist, rate);
-            /* h^4 / 30 times a fifth derivative near 1, and a rounding of 2 m over h: 1e-12 each */
+            /* h^4 / 30 times a fifth derivative near 1, and rounding of 2 m over h: 1e-12 each */
             for (int i = 0; i < LEGS; i++) assert_close(j[i][d], rate[i], 1e-11);
         }
     }
@@ -233,7 +233,7 @@ static void legs_are_1_8310_m_at_neutral(void **unused) {
     ik_lengths(&k, neutral, length);
     for (int i = 0; i < LEGS; i++) {
         assert_close(length[i], k.neutral_length_m[i], 1e-15 * 4);
-        assert_close(length[i], 1.8310, 0.5e-4); /* digits of docs/method.md section 1 */
+        assert_close(length[i], 1.8310, 0.5e-4); /* printed in docs/method.md section 1 */
     }
 }
 
@@ -251,8 +251,8 @@ static void rotation_is_orthonormal_and_right_handed(void **unused) {
     }
 }
 
-/* Positive angles turn x forward, y right, z down the way their names say: roll right, nose
- * up, heading right. */
+/* Positive angles turn x forward, y right, z down as their names say: roll right, nose up, heading
+ * right. */
 static void rotation_is_yaw_then_pitch_then_roll(void **unused) {
     (void)unused;
     double t[3][3];
@@ -263,11 +263,11 @@ static void rotation_is_yaw_then_pitch_then_roll(void **unused) {
     rotation_from_angles(0, 0, PI / 2, t);
     assert_close(t[1][0], 1.0, 1e-15); /* the nose goes right */
     rotation_from_angles(PI / 2, 0, PI / 2, t);
-    /* roll is about the platform's own axis: heading does not change it */
+    /* roll is about the platform's own axis, so heading does not change it */
     assert_close(t[2][1], 1.0, 1e-15);
 }
 
-/* Pose turned by 120 degrees about z: what leg i+2 sees there leg i saw here. */
+/* After a turn by 120 degrees about z, leg i+2 sees what leg i saw before. */
 static void a_third_of_a_turn_permutes_the_legs(void **unused) {
     (void)unused;
     struct kinematics k = rig();
@@ -290,7 +290,7 @@ static void a_third_of_a_turn_permutes_the_legs(void **unused) {
     }
 }
 
-/* Mirrored left to right: legs 1 and 2, 3 and 6, 4 and 5 change places. */
+/* Mirrored left to right, legs 1 and 2, 3 and 6, 4 and 5 change places. */
 static void a_mirror_swaps_left_and_right_legs(void **unused) {
     (void)unused;
     static const int partner[LEGS] = {1, 0, 5, 4, 3, 2};
@@ -348,10 +348,10 @@ static void lengths_and_rates_agree_with_both_engines(void **unused) {
             for (int i = 0; i < LEGS; i++) {
                 double rate = 0.0;
                 for (int d = 0; d < DOFS; d++) rate += j[i][d] * truth.twist[d];
-                /* 10 g for 0.1 ms: it moves, and not wildly */
+                /* 10 g for 0.1 ms: it moves, but slowly */
                 assert_below(fabs(truth.rate_mps[i]), 0.1);
-                /* ODE's joints give way by 1e-10 m/s a newton (its CFM): a few
-                 * joints under some kN. */
+                /* ODE's joints yield by 1e-10 m/s per newton (its CFM): a few joints under some
+                 * kN. */
                 assert_close(rate, truth.rate_mps[i], engines[e] == ENGINE_ODE ? 1e-5 : 1e-13);
             }
         }
@@ -378,7 +378,7 @@ static void geometry_that_cannot_exist_is_refused(void **unused) {
     params.geometry.lower_radius_m = (double)INFINITY;
     refused(params, "geometry.lower_radius_m");
     params = defaults();
-    /* every leg in a plane through z: free to yaw */
+    /* every leg lies in a plane through z, so yaw is free */
     params.geometry.upper_half_angle_rad = PI / 3 - params.geometry.lower_half_angle_rad;
     refused(params, "geometry.upper_half_angle_rad");
     params = defaults();
