@@ -26,7 +26,7 @@ struct recording_test {
     enum dof dof;
     double frequency_hz; /* as stated; recording_check() puts the legs' own here if it differs */
     double stated_hz, amplitude;
-    double piece_s, start_s; /* of a piece of any motion; 0 for a steady sinusoid */
+    double piece_s, start_s; /* this piece of any motion; 0 for a steady sinusoid */
     int piece;           /* number of the piece, from 0 */
     int count, capacity;
     int64_t offered;     /* samples offered so far; a long test drops blocks of 25000 */
@@ -47,7 +47,7 @@ struct recording_measured {
  * amplitudes, axes. */
 struct recording {
     const struct params *params; /* the model's parameters */
-    struct recording_measured measured; /* of the last run; recording_check() requires that all runs
+    struct recording_measured measured; /* last run's; recording_check() requires that all runs
                                          * agree */
     struct recording_measured measured_before;
     int runs;
