@@ -14,8 +14,8 @@ struct others {
     struct method_c result;
 };
 
-/* Q(a + 1, x) = Q(a, x) + x^a exp(-x) / Gamma(a + 1), from Q(1/2, x) = erfc(sqrt(x)) or Q(1,
- * x) = exp(-x) on. */
+/* Uses Q(a + 1, x) = Q(a, x) + x^a exp(-x) / Gamma(a + 1), from Q(1/2, x) = erfc(sqrt(x)) or Q(1,
+ * x) = exp(-x). */
 double agreement_chi_square_above(double x, int degrees) {
     double half = 0.5 * x, sum = degrees % 2 ? erfc(sqrt(half)) : exp(-half);
     int sign;
@@ -31,7 +31,7 @@ static double deviation(const struct estimate *one, const struct estimate *other
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
-/* The log against all the others; where these have no matrix, with nothing. */
+/* Compares a log with all others; without a solution of the others nothing is compared. */
 static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o,
                     struct agreement *a) {
     struct error none;
@@ -47,13 +47,13 @@ static void compare(int logs, const struct agreement_log *log, int l, const stru
     }
 }
 
-/* Normal equations for one set of values, less those of the first log, and the joints. */
+/* Normal equations for the common values, relative to the first log's, and the shared errors. */
 struct joined {
     double product[JOINED][JOINED], with[JOINED], square;
 };
 
-/* Adds a log's values, less others, weighted by the noise alone. Returns how many, or -1: their
- * covariance is none. */
+/* Adds a log's values, relative to `from`, weighted by their noise alone. Returns their number, or
+ * -1 if their covariance is not positive definite. */
 static int join(const struct agreement_log *log, const struct estimate *from, struct joined *n) {
     double covariance[VALUES * VALUES], difference[VALUES], column[JOINED][VALUES], solved[VALUES], std;
     int at[VALUES], count = 0;
@@ -87,7 +87,7 @@ static bool compare_whole(int logs, const struct agreement_log *log, struct agre
         a->degrees += count;
     }
     for (int c = 0; c < JOINED; c++) {
-        bool open = c < VALUES && !(n.product[c][c] > 0.0); /* no log has it */
+        bool open = c < VALUES && !(n.product[c][c] > 0.0); /* no log determines it */
         if (c < VALUES && !open) a->degrees--;
         if (c >= VALUES || open) n.product[c][c] += 1.0;
     }

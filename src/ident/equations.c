@@ -7,9 +7,9 @@
 #include "dense.h"
 #include "shape_sizes.h"
 
-static const double LEAST_N = 1e-3;  /* of dry friction: none */
-static const double OF_NO_WEIGHT = 1e-12; /* of an unknown's own product: a prior
-                                           * that only rounding sees */
+static const double LEAST_N = 1e-3;  /* least prior deviation of a shape */
+static const double OF_NO_WEIGHT = 1e-12; /* share of the product: a prior that only rounding
+                                           * sees */
 
 static double square(double x) { return x * x; }
 

@@ -1,17 +1,16 @@
-/* Method C's normal equations: all that one log, or a part of a long one, says about the machine.
- * They add up: the sum of several logs' equations is one estimate from all their rows, whatever
- * each of them leaves undetermined; and nothing else of a log need be kept.
+/* Method C's normal equations hold all that a log, or a part of a long one, says about the machine.
+ * They add up: the sum of several logs' equations yields one estimate from all their rows, whatever
+ * a single log leaves undetermined, so nothing else of a log need be kept.
  *
- * The unknowns are what is to be added to the configured machine: 21 entries of Mt, friction of
- * each leg, springs on the six coordinates of the pose.
+ * The unknowns are corrections to the configured machine: 21 entries of Mt, friction of each leg,
+ * springs on the six coordinates of the pose.
  *
- * The covariance of an estimate has two parts. Noise is each log's own, and shrinks with every
- * further one. Errors that all logs of a machine share do not: each moves the right-hand side of
- * every log in a way of its own, the right-hand sides are added, and what the sum does to the
- * estimate is no smaller for many logs of one motion than for one. These are joints that are not
- * where they are configured, 36 coordinates, each off by one standard deviation; and attenuation
- * (Fuller 1987 section 1.1): the noise of the accelerations is on both sides of the equations, so
- * that an axis which moves only within that noise seems to have no mass. How far this draws the
+ * The covariance of an estimate has two parts. Noise is independent from log to log and averages
+ * out. Errors that all logs of a machine share do not: each shifts the right-hand side of every
+ * log, the right-hand sides add up, and many logs of one motion suffer as much as one. The shared
+ * errors are 36 joint coordinates, each off its configured place by one standard deviation, and
+ * attenuation (Fuller 1987 section 1.1): the noise of the accelerations is on both sides of the
+ * equations, so an axis that moves only within that noise seems to have no mass. This bias of the
  * entries towards zero is the 37th. Pure, no heap. */
 #ifndef HEXID_EQUATIONS_H
 #define HEXID_EQUATIONS_H
@@ -20,11 +19,11 @@
 
 #include "payload.h"
 
-/* Shapes of each leg's dry friction beside a constant: six of low speed, one of the pressures, and
- * the way after a reversal of a seal that deforms before it slides, of five lengths, each by itself
- * and times two functions of the speed (friction_course.h). */
+/* Basis functions ("shapes") of each leg's dry friction beside the constants: six for low speed,
+ * one for the pressures, and 15 for presliding, the deformation of a seal before it slides: five
+ * lengths, each alone and times two functions of speed (friction_course.h). */
 enum { UNKNOWN_SHAPES = 22 };
-/* places of the unknowns; dry friction of each leg: extending, retracting */
+/* Places of the unknowns. Dry friction has two a leg: extending, retracting. */
 enum {
     UNKNOWN_VISCOUS = MATRIX_ENTRIES,
     UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS,
@@ -35,56 +34,56 @@ enum {
 enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };
 
 struct equations {
-    double product[UNKNOWNS][UNKNOWNS]; /* X' W X, lower triangle; W the inverse covariance of the
-                                         * rows, whose noise is enlarged where they scatter by
-                                         * more */
+    /* X' W X, lower triangle; W is the rows' inverse covariance, noise enlarged to their
+     * scatter. */
+    double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y */
-    double common[COMMON][UNKNOWNS];    /* added to `with` by a joint coordinate that is off by one
-                                         * standard deviation, and by attenuation */
-    double rest;                        /* weighted sum of squares that is left, W by the noise
-                                         * alone, */
-    int free;                           /* and its degrees of freedom: rows less unknowns; shapes,
-                                         * random by their prior, do not count */
-    double dry_n[LEGS];                 /* size of dry friction, N: the unit of its shapes' prior */
-    double spring[DOFS];                /* prior standard deviation of the springs, N/m and N m/rad;
-                                         * 0: there are none, and no rows have any */
-    double force_n, rate_mps;           /* rms of the varying part of a leg's force, and of its
-                                         * speed, in the leg and test where it is largest: scales of
-                                         * friction */
+    /* Change of `with` by a joint coordinate that is off by one deviation, and by attenuation. */
+    double common[COMMON][UNKNOWNS];
+    /* Weighted sum of squared residuals, W from the noise alone. */
+    double rest;
+    /* Degrees of freedom of `rest`: rows less unknowns; shapes, random by their prior, do not
+     * count. */
+    int free;
+    double dry_n[LEGS];                 /* size of dry friction, N: unit of the shapes' prior */
+    /* Prior standard deviation of the springs, N/m and N m/rad; 0: no row has any. */
+    double spring[DOFS];
+    /* Scales of friction: rms of the varying part of a leg's force, and of its speed, in the leg
+     * and test where each is largest. */
+    double force_n, rate_mps;
 };
 
-/* A prior keeps finite what the data leave undetermined: that of an entry has the deviation
- * sqrt(M_ii M_jj) of the configured machine, that of the shapes is as wide as all data together say
- * (shape_sizes.h). */
+/* A prior keeps finite what the data leave undetermined. An entry's prior has the standard
+ * deviation sqrt(M_ii M_jj) of the configured machine; the width of the shapes' prior comes from
+ * all data together (shape_sizes.h). */
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWNS][UNKNOWNS];           /* covariance */
-    double common[COMMON][UNKNOWNS];            /* what each shared error adds to `value` */
+    double common[COMMON][UNKNOWNS];            /* change of `value` by each shared error */
 };
 
 /* Row and column in the matrix, from 0, of an unknown that is an entry; row <= column. */
 void equations_entry(int unknown, int *row, int *column);
 
-/* "Mt15", "viscous leg 2", "dry leg 3 extending", "spring theta": all but the shapes. */
+/* Names, except for shapes: "Mt15", "viscous leg 2", "dry leg 3 extending", "spring theta". */
 enum { EQUATIONS_NAME = 32 };
 void equations_name(int unknown, char name[EQUATIONS_NAME]);
 
-/* rms of what the fit leaves of the rows, in units of their noise. NaN: no more rows than
- * unknowns. */
+/* Rms residual of the rows over their noise. NaN unless there are more rows than unknowns. */
 double equations_scatter(const struct equations *e);
 
-/* Prior variance of the shape UNKNOWN_SHAPE + i, N^2; size: of each kind, in units of dry
- * friction. */
+/* Prior variance of the unknown UNKNOWN_SHAPE + i, N^2; size: relative size of each kind of shape,
+ * in units of dry friction. */
 double equations_shape_variance(const struct equations *e, int i, const double size[UNKNOWN_SHAPES]);
 
-/* sum += e, of the same configured machine. */
+/* Adds the equations of another log of the same configured machine. */
 void equations_add(struct equations *sum, const struct equations *e);
 
-/* The values alone; nominal: Mt as configured. False: some unknown is in no row, or a value is not
- * finite. */
+/* Solves for the values alone; nominal: Mt as configured. Returns false if some unknown occurs in
+ * no row, or a value is not finite. */
 bool equations_values(const struct equations *e, double nominal[DOFS][DOFS], double value[UNKNOWNS]);
 
-/* Values and covariance; otherwise the same. */
+/* Solves for values and covariance; otherwise like equations_values(). */
 bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], struct estimate *estimate);
 
 /* Covariance of two unknowns, both parts. */

@@ -10,26 +10,26 @@ enum { STRIBECKS = 6, SEALS = 5, SLOW = 2 };
 enum { STRIBECK = 0, LOAD = STRIBECK + STRIBECKS, SLOW_SEAL = LOAD + 1, SEAL = SLOW_SEAL + SLOW * SEALS };
 _Static_assert(SEAL + SEALS == (int)UNKNOWN_SHAPES, "every shape is an unknown");
 
-/* what lies between two of them they make up for but for two thousandths: exp(-(v / s)^2) by least
- * squares in the shapes, a constant and v, over a sinusoid of 0.1 m/s */
+/* Spacing: least squares in these shapes, a constant and v reproduces exp(-(v / s)^2) for any s
+ * between two of them to 2e-3, over a sinusoid of 0.1 m/s. */
 static const double LOW_MPS[STRIBECKS] = {0.005, 0.008, 0.0125, 0.02, 0.032, 0.05};
-/* what lies between two of them they make up for but for a thousandth */
+/* Spacing: these reproduce any length between two of them to 1e-3. */
 static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6};
-static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* a seal's way after a reversal, by speed */
-static const double RESOLVED = 0.125; /* of the period of the motion's highest harmonic */
+static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* speed scales of presliding */
+static const double RESOLVED = 0.125; /* resolution over the highest harmonic's period */
 static const double NO_DOUBT = 1e-9, LEAST = 1e-300;
 
-/* Position, rate and acceleration of each leg at each phase, as friction is taken from them, and
- * the rate's variance. */
+/* Position, rate and acceleration of each leg at each phase, and the variance of the rate. */
 struct motion {
     double leg[PHASES][LEGS][3], variance[LEGS];
-    double turns_radps;      /* of all legs together: rms acceleration over rms speed */
+    /* Rate of reversals, all legs together: rms acceleration over rms speed. */
+    double turns_radps;
 };
 
 static double square(double x) { return x * x; }
 
-/* Of each harmonic of each leg's length, how much of it is no noise: by its mean square over the
- * legs, that of a higher harmonic at least. */
+/* Share of each harmonic of each leg's length that is motion, not noise (Wiener). The motion is the
+ * mean square over the legs, and at least that of a higher harmonic. */
 static void find_kept(const struct residual_test *t, double noise[LEGS][SPECTRUM_SIZE], double kept[LEGS][SPECTRUM_SIZE]) {
     const struct spectrum *s = &t->spectrum;
     double motion = 0.0;
@@ -53,7 +53,7 @@ static void find_motion(struct motion *m, const struct residual_test *t, const s
     find_kept(t, noise, kept);
     double rates = 0.0, accelerations = 0.0;
     for (int k = 0; k < LEGS; k++) {
-        bool piece = s->cycles == 0; /* its coefficients are not independent */
+        bool piece = s->cycles == 0; /* the coefficients of a piece are not independent */
         memcpy(row, s->mean[CHANNEL_LENGTH][k], sizeof row);
         m->variance[k] = piece ? square(s->speed_gain * s->noise[CHANNEL_LENGTH][k]) : 0.0;
         for (int a = 1; a < 1 + 2 * s->harmonics && !piece; a++) {
@@ -74,9 +74,9 @@ static void find_direction(struct friction_course *c, const struct residual_test
     for (int i = 0; i < t->phases; i++) {
         double most_mps = resolution_s * m->leg[i][leg][2], lag_mps = t->spectrum.cycles ? 0.5 * most_mps : 0.0;
         double rate = m->leg[i][leg][1] + lag_mps;
-        /* within +-1 of each */
+        /* Variance of two errors that are uniform in +-(most - lag) and +-SLOW. */
         double uniform = (square(most_mps - lag_mps) + square(INVERSE_DYNAMICS_SLOW_MPS)) / 3.0;
-        /* twice the probability of the other direction */
+        /* Twice the probability of the other direction. */
         double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform)));
         c->rate_mps[i][leg] = m->leg[i][leg][1];
         c->direction[i][leg] = copysign(1.0 - other, rate);
@@ -90,8 +90,8 @@ static void find_direction(struct friction_course *c, const struct residual_test
     c->round[leg] = t->spectrum.cycles ? at : (double)INFINITY;
 }
 
-/* Dahl's law, dz = (direction - z) |dx| / give, after each step of the motion: of a cycle the state
- * that repeats, else from a leg that slid. */
+/* Integrates Dahl's law, dz = (direction - z) |dx| / give, after each step of the motion. A cycle
+ * starts from the state that repeats, a piece from a leg that slides. */
 static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
     int n = t->phases;
     bool cycle = t->spectrum.cycles > 0;
@@ -106,10 +106,10 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
     for (int i = 0; i < n; i++) z[i] = state += (toward[i] - state) * step[i];
 }
 
-/* Dry friction that is higher at low speed (Stribeck), that goes with the pressures, and that is
- * still on its way from one direction to the other because the seal gives before it slides; that
- * way by itself, and as it depends on speed: bristles that slide harder when slow, or are damped
- * (LuGre), make the two a product. */
+/* Shapes of dry friction: higher at low speed (Stribeck); proportional to the pressures; and
+ * presliding, the transition from one direction to the other while the seal deforms, alone and
+ * times functions of speed, because bristles that slide harder when slow, or are damped (LuGre),
+ * make the two a product. */
 static void find_shapes(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];
@@ -151,7 +151,8 @@ void friction_course_covariance(const struct friction_course *c, const struct re
                                 double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     memset(covariance, 0, RESIDUAL_SIZE * sizeof covariance[0]);
     for (int i = 0; i < t->phases; i++) {
-        double alike[RESIDUAL_SIZE] = {0}; /* of the row with the error at this phase */
+        /* covariance of the row with the error at this phase */
+        double alike[RESIDUAL_SIZE] = {0};
         if (c->doubt[i][leg] < NO_DOUBT) continue;
         for (int j = 0; j < t->phases; j++) {
             double apart = fabs(c->lasting[i][leg] - c->lasting[j][leg]);

@@ -1,26 +1,28 @@
-/* What is known of dry friction along a test before any force is evaluated: the direction in which
- * each leg moves, how sure that is, and the shapes that dry friction may have beside a constant for
- * each direction. Per newton of dry friction.
+/* Knowledge of dry friction before any force is evaluated: each leg's direction of motion, how
+ * certain it is, and the basis functions ("shapes") of dry friction beside a constant for each
+ * direction. All per newton of dry friction.
  *
  * The speed is that of the mean cycle, each harmonic shrunk by its share of noise (Wiener): the
- * higher ones of a steady test are mostly noise, and would reverse a slow leg where it does not. A
- * speed in finitely many harmonics also lags behind the leg's own where friction reverses: that
- * takes 2 F / m from the acceleration at once, and the mean of a speed over some time about such a
- * kink passes zero later than the speed itself, by anything between nothing (F small against m a)
- * and that time (a leg that stops), never earlier. So the direction of friction is that of the
- * speed half a resolution later; of a piece of any motion, which is no mean, that of the speed,
- * give or take a resolution. A reversal is blurred by three things, independent of each other: the
- * speed's noise; that lag, uniform from none to the whole resolution; and stick, below
- * INVERSE_DYNAMICS_SLOW_MPS, during which friction goes from one direction to the other as all
- * other forces demand. So the direction is, on average, erf(v / sqrt(2 s^2)), s^2 the sum of the
- * three variances, and whatever its course between -1 and 1, its variance is at most 1 - average^2.
+ * higher harmonics of a steady test are mostly noise and would add false reversals of a slow leg. A
+ * speed of finitely many harmonics also lags where friction reverses. The reversal takes 2 F / m
+ * from the acceleration at once, and near such a kink the mean of a speed over some time passes
+ * zero later than the speed itself: by nothing at least (F small against m a), by that time at most
+ * (a leg that stops), never earlier. So friction follows the sign of the speed half a resolution
+ * later. A piece of any motion is no such mean: friction follows the sign of its speed to within
+ * one resolution.
  *
- * How long an error lasts: let m be that average, and let friction jump once from -1 to 1 at a
- * random instant of distribution G = (1 + m) / 2, the worst of all monotone courses. Its covariance
- * 4 G(t) (1 - G(u)), t < u, is the product of sqrt(1 - m^2) at t and at u, times exp(-|atanh m(u) -
- * atanh m(t)|). That is a Markov process in atanh m, and so are reversals in a row. A leg that
- * hardly moves, of which no reversal is seen, forgets at the rate at which the legs reverse (Rice
- * 1945): rms acceleration over rms speed. Pure. */
+ * A reversal is blurred by three independent things: the speed's noise; that lag, uniform from zero
+ * to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, while friction goes from one
+ * direction to the other as all other forces demand. So the mean direction is erf(v / sqrt(2 s^2)),
+ * s^2 the sum of the three variances, and whatever its course between -1 and 1, its variance is at
+ * most 1 - mean^2.
+ *
+ * The errors are correlated in time. Let m be that mean, and let friction jump once from -1 to 1 at
+ * a random instant of distribution G = (1 + m) / 2, the worst of all monotone courses. Its
+ * covariance 4 G(t) (1 - G(u)), t < u, is the product of sqrt(1 - m^2) at t and at u, times
+ * exp(-|atanh m(u) - atanh m(t)|). That is a Markov process in atanh m, and so are reversals in a
+ * row. A leg that hardly moves shows no reversals; its errors decay at the rate at which the legs
+ * reverse (Rice 1945): rms acceleration over rms speed. Pure. */
 #ifndef HEXID_FRICTION_COURSE_H
 #define HEXID_FRICTION_COURSE_H
 
@@ -30,25 +32,26 @@
 
 struct friction_course {
     double rate_mps[PHASES][LEGS];
-    double direction[PHASES][LEGS];                     /* average, -1..1 */
-    double doubt[PHASES][LEGS];                         /* 1 - direction^2, without loss to
-                                                         * rounding */
-    double lasting[PHASES][LEGS];                       /* errors at two phases correlate by
-                                                         * exp(-|difference|), */
-    double round[LEGS];                                 /* and of a cycle also the other way round:
-                                                         * its whole length; a piece: infinite */
+    double direction[PHASES][LEGS];                     /* mean, -1..1 */
+    /* 1 - direction^2, computed without cancellation */
+    double doubt[PHASES][LEGS];
+    /* Errors at two phases correlate by exp(-|difference of these|). */
+    double lasting[PHASES][LEGS];
+    /* Whole cycle in these units: errors also correlate the other way round; a piece: infinite. */
+    double round[LEGS];
     double shape[UNKNOWN_SHAPES][PHASES][LEGS];
 };
 
-/* Mean P1 + P2 of all tests and legs, Pa; 0: not measured. */
+/* Mean P1 + P2 over all tests and legs, Pa; 0 if not measured. */
 double friction_course_load(const struct residual_data *d);
 
-/* load_pa: the P1 + P2 at which friction that goes with the pressures is wholly part of Coulomb's,
- * one for all tests: with a mean of each test's own, Coulomb's friction would differ between them.
- * 0: pressures are not measured. */
+/* Finds the direction and the shapes of one test. load_pa is the P1 + P2 at which friction that
+ * grows with the pressures counts wholly as Coulomb friction. It is the same for all tests, because
+ * with each test's own mean Coulomb friction would differ between them; 0 if pressures are not
+ * measured. */
 void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params, double load_pa);
 
-/* Covariance of the row that a leg's friction of 1 N makes, from the uncertain direction. */
+/* Covariance of the row of a leg's dry friction of 1 N, caused by the uncertain direction. */
 void friction_course_covariance(const struct friction_course *c, const struct residual_test *t, int leg,
                                 double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]);
 

@@ -1,13 +1,12 @@
 /* Running least squares of several channels on [1, t, sin wt, cos wt, sin 2wt, cos 2wt, ...] (Tian
- * 2015 Eqs. 14-15). No heap, memory constant: only the sums of products are kept, and the normal
+ * 2015 Eqs. 14-15). No heap, constant memory: only sums of products are kept, and the normal
  * equations are solved at the end.
  *
  * Normal equations are accurate enough here, because the regressors are nearly orthogonal over
- * whole periods: with each scaled to unit length the condition of the regressor matrix is below 4
- * (that of [1, t] alone, t from 0 to any T, is 3.7), so squaring it costs one digit of sixteen.
- * The test against an orthogonal decomposition in extended precision finds 3e-13 of the amplitude
- * over 600 s. What squaring does lose is a small residual: rms and std have a floor of about 1e-8
- * of the channel's rms. */
+ * whole periods. Scaled to unit length, their matrix has a condition below 4 (that of [1, t] alone,
+ * t from 0 to any T, is 3.7), so squaring it costs one digit of sixteen. The test against an
+ * orthogonal decomposition in extended precision finds 3e-13 of the amplitude over 600 s. Squaring
+ * does lose a small residual: rms and std have a floor of about 1e-8 of the channel's rms. */
 #ifndef HEXID_HARMONICS_H
 #define HEXID_HARMONICS_H
 
@@ -18,32 +17,32 @@ enum { HARMONICS_MAX = 6, REGRESSORS_MAX = 2 + 2 * HARMONICS_MAX, CHANNELS_MAX =
 struct harmonics {
     int harmonics, channels, regressors;
     double omega;                /* rad/s */
-    double origin_s;             /* first sample: the drift term counts from
-                                  * here, the sines from t = 0 */
+    /* Time of the first sample: the drift counts from here, the sines from t = 0. */
+    double origin_s;
     int64_t samples;
-    double offset[CHANNELS_MAX]; /* first sample, taken off: no cancellation in large offsets */
-    /* row: regressor times all regressors (lower triangle), all channels */
+    double offset[CHANNELS_MAX]; /* first sample, subtracted against cancellation */
+    /* Row of a regressor: its products with all regressors (lower triangle) and all channels. */
     double product[REGRESSORS_MAX][REGRESSORS_MAX + CHANNELS_MAX];
-    double square[CHANNELS_MAX]; /* sum of squares after the offset */
+    double square[CHANNELS_MAX]; /* sum of squares after the offset is subtracted */
 };
 
 struct harmonics_fit {
     double constant[CHANNELS_MAX], drift_per_s[CHANNELS_MAX]; /* constant: at t = origin_s */
     double sine[CHANNELS_MAX][HARMONICS_MAX], cosine[CHANNELS_MAX][HARMONICS_MAX];
     double rms[CHANNELS_MAX];    /* residual */
-    double std[CHANNELS_MAX];    /* of a fundamental coefficient (rms of sine's and cosine's),
-                                  * residual taken as white */
-    double condition;            /* of the regressor matrix, columns scaled (harmonics.c) */
+    /* Standard deviation of a fundamental coefficient (rms of both), if the residual is white. */
+    double std[CHANNELS_MAX];
+    double condition;            /* the regressor matrix's, columns scaled (harmonics.c) */
 };
 
-/* harmonics 1 .. HARMONICS_MAX, channels 1 .. CHANNELS_MAX. */
+/* Starts a fit of 1 .. HARMONICS_MAX harmonics to 1 .. CHANNELS_MAX channels. */
 void harmonics_reset(struct harmonics *h, double omega, int harmonics, int channels);
 
-/* Values must be finite. */
+/* Adds one sample; all values must be finite. */
 void harmonics_add(struct harmonics *h, double t_s, const double *values);
 
-/* False, and *fit all NaN, with fewer samples than unknowns + 1 or when they cannot be told apart
- * (condition above 1e5: too short a time, a harmonic at half the sampling rate). */
+/* Returns false, and *fit all NaN, with fewer samples than unknowns + 1, or if the unknowns cannot
+ * be told apart (condition above 1e5: too short a time, a harmonic at half the sampling rate). */
 bool harmonics_solve(const struct harmonics *h, struct harmonics_fit *fit);
 
 #endif

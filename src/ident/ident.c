@@ -7,8 +7,7 @@
 
 enum { CHANNELS = 2 * DOFS };
 
-/* Share of the evaluated part that makes a test complete: the rest is for the rounding of times in
- * logs from elsewhere. */
+/* Share of the evaluated part that makes a test complete; the rest allows for rounded times. */
 static const double complete_share = 0.999;
 
 const struct ident_entry ident_entries[IDENT_ENTRIES] = {
@@ -35,8 +34,8 @@ int ident_init(struct ident *id, const struct params *params, struct error *erro
     return status;
 }
 
-/* Legs whose length this test moves by more than the sensor's resolution: two steps make at least
- * two changes a period. */
+/* Legs whose length this test moves by more than two of the sensor's steps: at least two changes a
+ * period. */
 static void find_moving(const struct ident *id, enum dof dof, bool moves[LEGS]) {
     double pose[DOFS] = {0}, high_m[LEGS], low_m[LEGS];
     pose[dof] = id->params->tests.amplitude[dof];
@@ -59,7 +58,7 @@ static void open_test(struct ident *id, const struct cycle *c) {
     harmonics_reset(&id->fit, 2.0 * PI * hz, id->params->tests.harmonics, CHANNELS);
 }
 
-/* Pose and wrench of one sample; false when it has none. */
+/* Pose and wrench of one sample. Returns false if it has none. */
 static bool measure(struct ident *id, const struct cycle *c, double values[CHANNELS], double force_n[LEGS]) {
     if (!isfinite(c->test_time_s) || !fk_solve(&id->kinematics, c->in.length_m, id->pose).converged) return false;
     for (int i = 0; i < LEGS; i++) force_n[i] = leg_force(&id->areas, i, c->in.p1_pa[i], c->in.p2_pa[i]);
@@ -104,7 +103,7 @@ static void close_test(struct ident *id) {
     struct test_result *t = append(&id->result, id->dof);
     struct harmonics_fit fit;
     bool solved = harmonics_solve(&id->fit, &fit);
-    /* a sample stands for one period */
+    /* The span of n samples is n periods, not n - 1. */
     double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1);
     *t = (struct test_result){.test = id->running,
                               .dof = id->dof,

@@ -2,11 +2,10 @@
  * docs/method.md section 4).
  *
  * Cycles go in one at a time, from the daemon or from a log: same code, same order, same bits.
- * Memory is constant: each test is a running least-squares fit, whose forward kinematics starts
- * at the neutral pose with the test's first evaluated sample, so a log that lacks what came
- * before gives the same bits too. Only cycles of the phase `evaluate` are used; flagged ones are
- * counted and left out. Ordinary threads; no heap. Units: SI, rows and columns in the order x y
- * z phi theta psi. */
+ * Memory is constant: each test is a running least-squares fit. Its forward kinematics starts at
+ * the neutral pose with the first evaluated sample, so a log that lacks the time before gives the
+ * same bits too. Only cycles of the phase `evaluate` are used; flagged ones are counted and left
+ * out. Ordinary threads; no heap. SI units, rows and columns in the order x y z phi theta psi. */
 #ifndef HEXID_IDENT_H
 #define HEXID_IDENT_H
 
@@ -21,16 +20,16 @@
 
 struct identification {
     int tests;                    /* results present */
-    struct test_result test[DOFS];/* one an axis, in the order in which they ended: a test of an
-                                   * axis replaces that axis' earlier one */
+    /* One an axis, in the order in which they ended; a new test of an axis replaces the old one. */
+    struct test_result test[DOFS];
     double nominal_mt[DOFS][DOFS];/* at neutral */
     struct method_result method_a, modified_a, method_b;
-    struct method_c method_c;     /* of a whole recording, by those who have one (method_c.h) */
-    struct error no_method_c;     /* why it is not evaluated */
-    int parts, parts_left_out;    /* parts of a long motion, and those without a result; 0: it was
-                                   * in one piece */
-    struct agreement over_time;   /* agreement of the parts; of many, neighbours are joined: `logs`
-                                   * of them */
+    struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
+    struct error no_method_c;     /* why method C is not evaluated */
+    /* Parts of a long motion, and those without a result; 0 if it was evaluated as a whole. */
+    int parts, parts_left_out;
+    /* Agreement of the parts; many parts are joined with their neighbours to `logs` of them. */
+    struct agreement over_time;
 };
 
 struct ident {
@@ -38,30 +37,31 @@ struct ident {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct harmonics fit;         /* the running test: 12 channels, pose and wrench */
-    struct witness witness;       /* do the same readings look sound? */
-    double pose[DOFS];            /* forward kinematics starts here */
-    int running;                  /* test under way, -1: none */
+    struct witness witness;       /* are the readings consistent with each other? */
+    double pose[DOFS];            /* starting point of the next forward kinematics */
+    int running;                  /* test under way; -1: none */
     enum dof dof;
     int64_t seen, excluded;       /* cycles of the test's evaluated part */
     double first_s, last_s;       /* their span of test time */
     struct identification result;
 };
 
-/* -2 with the key when params make no machine. */
+/* Starts an identification. Returns -2, naming the key, for an impossible machine. */
 int ident_init(struct ident *id, const struct params *params, struct error *error);
 
-/* True when this cycle ended a test: its result is the last of id->result.test[0 .. tests-1]. */
+/* Takes one cycle. Returns true if it ended a test, whose result is then the last of
+ * id->result.test[0 .. tests-1]. */
 bool ident_feed(struct ident *id, const struct cycle *cycle);
 
-/* The stream ended: closes a test under way (`complete` is false unless its evaluated part was
- * over). True as above. */
+/* Ends the stream: closes a test under way (not `complete` unless its evaluated part was over).
+ * Returns true as ident_feed(). */
 bool ident_end(struct ident *id);
 
-/* With complete tests of all six axes: methods A, modified A and B. False otherwise, and the
- * methods' `evaluated` is false. */
+/* Computes methods A, modified A and B if all six axes have complete tests. Otherwise returns
+ * false, with the methods' `evaluated` false. */
 bool ident_solve(struct ident *id);
 
-/* The entries that people look at: Tian 2015 Tables 3 to 5. */
+/* The entries shown to users: Tian 2015 Tables 3 to 5. */
 enum { IDENT_ENTRIES = 10 };
 struct ident_entry {
     const char *name;
@@ -70,12 +70,11 @@ struct ident_entry {
 };
 extern const struct ident_entry ident_entries[IDENT_ENTRIES];
 
-/* Error of an entry against the nominal one, in per cent; negative is too small in magnitude. It
- * says nothing where the nominal entry is near zero. */
+/* Relative difference of an entry to the nominal one, per cent; negative: too small in magnitude.
+ * Meaningless if the nominal entry is near zero. */
 double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry);
 
-/* Scale of an entry's differences: sqrt(Mii Mjj) of this matrix, on the diagonal the entry
- * itself. */
+/* Scale for differences of an entry: sqrt(Mii Mjj); on the diagonal, the entry itself. */
 double ident_scale(const double mt[DOFS][DOFS], const struct ident_entry *entry);
 
 #endif

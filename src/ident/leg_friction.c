@@ -9,16 +9,15 @@
 
 extern const struct effect external_stiffness;
 
-static const double EDGE = 0.12; /* of the phases of a piece, on either side: there its neighbours
-                                  * have a share in the motion */
+/* Share of a piece's phases dropped at either end, where its neighbours contribute. */
+static const double EDGE = 0.12;
 
 struct work {
-    struct params machine;              /* matrix_bare_machine(), and the springs found */
-    double more[MATRIX_ENTRIES];        /* found less configured */
+    struct params machine;              /* matrix_bare_machine() with the springs found */
+    double more[MATRIX_ENTRIES];        /* found entries less configured ones */
     struct inverse_dynamics dynamics;
 };
 
-/* What is to be added to the configured entries. */
 static int begin(struct work *w, const struct recording *recording, const struct method_c *found, struct error *error) {
     static const double neutral[DOFS] = {0};
     double nominal[DOFS][DOFS];
@@ -40,7 +39,7 @@ static int begin(struct work *w, const struct recording *recording, const struct
     return STATUS_OK;
 }
 
-/* What the motion at a phase needs without friction; the legs' rates. */
+/* Leg forces that the motion at a phase needs without friction, and the legs' rates. */
 static bool needed(struct work *w, const struct residual_test *t, int phase, double force_n[LEGS], double rate_mps[LEGS]) {
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
@@ -58,7 +57,7 @@ static bool needed(struct work *w, const struct residual_test *t, int phase, dou
     return true;
 }
 
-/* The rows of method C's equation (residual.h) back over time, at the phases of the test. */
+/* Evaluates the residual rows of method C's equation (residual.h) at the phases of the test. */
 static bool find_test(struct work *w, const struct residual_test *t, struct leg_friction_test *f) {
     double row[LEGS][RESIDUAL_SIZE], rate_mps[PHASES][LEGS];
     if (!t->chambers || !residual_staircase(t, &w->machine, row)) memset(row, 0, sizeof row);

@@ -1,8 +1,8 @@
-/* The friction of each leg as it was measured, for pictures: its force less what inertia and weight
- * need of it, with the matrix that method C found (where an entry is not determined, the configured
- * one). Viscous friction is a slope over the leg's rate, dry friction a step at zero. Of a steady
- * test it is a mean cycle in the harmonics that method C evaluates, so the step has their
- * overshoot; of any other motion the middle of each piece. Ordinary threads; heap. */
+/* Measured friction of each leg, for plots: its force less what inertia and weight need, with the
+ * matrix that method C found (configured values for entries that are not determined). Viscous
+ * friction shows as a slope over the leg's rate, dry friction as a step at zero. A steady test
+ * yields a mean cycle in the harmonics that method C evaluates, so the step has their overshoot;
+ * any other motion yields the middle of each piece. Ordinary threads; heap. */
 #ifndef HEXID_LEG_FRICTION_H
 #define HEXID_LEG_FRICTION_H
 
@@ -12,7 +12,7 @@
 
 struct leg_friction_test {
     int of;                      /* its place in the recording */
-    bool cycle;                  /* closed: its end is its start */
+    bool cycle;                  /* a closed curve */
     int points;
     double rate_mps[LEGS][PHASES], force_n[LEGS][PHASES];
 };
@@ -22,8 +22,8 @@ struct leg_friction {
     struct leg_friction_test *test;
 };
 
-/* Of a recording from which method C was found. To be freed, also when this failed: -2 no pose has
- * these lengths, -3 memory. */
+/* Finds the friction in a recording that method C has evaluated. Returns -2 if no pose has these
+ * lengths, -3 without memory. Free the result also after an error. */
 int leg_friction_find(struct leg_friction *f, const struct recording *recording, const struct method_c *found, struct error *error);
 void leg_friction_free(struct leg_friction *f);
 

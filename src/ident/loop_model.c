@@ -9,18 +9,17 @@
 #include "lin.h"
 #include "vec.h"
 
-static const double FAST_MPS = 1.0;      /* viscous friction is taken at this speed, where smoothed
-                                          * dry friction has no slope */
-static const double REST_SHARE = 1e-3;   /* of full opening: a valve without leakage */
+static const double FAST_MPS = 1.0; /* viscous friction's: smoothed dry friction is flat here */
+static const double REST_SHARE = 1e-3;   /* share of full opening: a valve at its centre */
 static const double RESTS_PER_S = 1e-3;
 
-/* One leg at rest: chambers that hold the force, and the opening that makes good the leakage. */
+/* One leg at rest: pressures that hold the force, and the opening that makes up for leakage. */
 struct rest {
     double p1_pa, p2_pa, opening;
 };
 
-/* One chamber takes in as much as the other gives off, through two edges of the same
- * opening: both drops are then in the ratio of the squares of the edges' gains. */
+/* One chamber takes in as much as the other gives off, through two edges of the same opening, so
+ * both pressure drops are in the ratio of the squared gains of the edges. */
 static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
     double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);
     struct rest r[2]; /* fed through port A, and through port B */
@@ -31,12 +30,12 @@ static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mai
         double flow = c->leakage_m3_per_s_pa * (p1 - p2), edge = a * sqrt(fabs(from_pa - p1));
         r[back] = (struct rest){p1, p2, edge > 0.0 ? flow / edge : 0.0};
     }
-    /* leakage runs down the pressures: the spool feeds the chamber that it leaves */
+    /* Leakage flows from high to low pressure, so the spool feeds the chamber that it leaves. */
     return r[0].opening > 0.0 || r[1].opening >= 0.0 ? r[0] : r[1];
 }
 
-/* Flow into each chamber and its slopes, by the opening and by the chamber's own pressure. A spool
- * that rests near its centre meets both pairs of edges in turn: the mean of both counts there. */
+/* Flow into each chamber per opening, and its slope over the chamber's own pressure. A spool that
+ * rests near its centre meets both pairs of edges in turn, so their mean counts there. */
 static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double open[PORTS], double by_pa[PORTS]) {
     double ps = mains->supply_pa, pt = mains->tank_pa;
     const double fed[PORTS] = {sqrt(fmax(ps - r->p1_pa, 0.0)), sqrt(fmax(r->p2_pa - pt, 0.0))};
@@ -79,7 +78,7 @@ static bool linearise(const struct cylinder_model *m, int leg, double length_m, 
     return true;
 }
 
-/* Speeds at full opening: flow in and out through two edges, the oil not compressed. */
+/* Speeds at full opening: incompressible flow in and out through two edges. */
 static void find_speeds(const struct cylinder_model *m, int leg, struct loop_place *p) {
     const struct cylinder_leg *c = &m->leg[leg];
     struct mains mains = cylinder_mains(m);
@@ -90,8 +89,8 @@ static void find_speeds(const struct cylinder_model *m, int leg, struct loop_pla
     p->in_mps[leg] = pull_n > 0.0 ? sqrt(pull_n / cubes) : 0.0;
 }
 
-/* The axis that moves most in a mode, angles counted at the upper joints' distance; and how far the
- * platform moves. */
+/* The axis that moves most in a mode, with angles times the upper joints' distance; reach_m: how
+ * far the platform moves. */
 static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double arm_m, double *reach_m) {
     double inverse[DOFS][LEGS], most = 0.0, square = 0.0;
     enum dof dof = DOF_Z;
@@ -107,7 +106,7 @@ static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double 
     return dof;
 }
 
-/* In coordinates of the legs: inertia against the springs of their oil. */
+/* Solves in leg coordinates: inertia against the stiffness of the oil. */
 static bool find_modes(struct loop_place *p, const struct inverse_dynamics *d, const struct kinematics *k) {
     double inertia[LEGS][LEGS], spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
     inverse_dynamics_inertia(d, inertia);
@@ -119,7 +118,7 @@ static bool find_modes(struct loop_place *p, const struct inverse_dynamics *d, c
     for (int mode = 0; mode < DOFS; mode++) {
         double square = 0.0;
         for (int i = 0; i < LEGS; i++) square += p->motion[mode][i] * p->motion[mode][i];
-        p->mass_kg[mode] = 1.0 / square; /* the eigenvectors' own inertia is 1 */
+        p->mass_kg[mode] = 1.0 / square; /* the eigenvectors are scaled to inertia 1 */
         p->dof[mode] = largest(j, p->motion[mode], k->arm_m, &p->reach[mode]);
     }
     return true;
@@ -149,10 +148,10 @@ bool loop_place_find(struct loop_place *p, const struct params *params, const do
     return find_modes(p, &d, &k);
 }
 
-/* An integral without gain, or pressures that no leakage evens out: they stay where they are. */
+/* An integrator without gain, or pressures that no leakage equalises, make a pole at zero. */
 static bool rests(const struct loop_pole *pole) { return hypot(pole->decay_per_s, pole->radps) < RESTS_PER_S; }
 
-/* True where the first pole is worse. */
+/* Is the first pole worse? */
 static bool worse(const struct loop_pole *pole, const struct loop_pole *than) {
     if (pole->decay_per_s < 0.0 || than->decay_per_s < 0.0) return pole->decay_per_s < than->decay_per_s;
     return loop_pole_damping(pole) < loop_pole_damping(than);

@@ -7,15 +7,15 @@
 #include "lin.h"
 #include "units.h"
 
-/* Pressures in units of UNIT_PA, the spool's rate in units of its bandwidth, so that all rates
- * are of one order. */
+/* Pressures are in units of UNIT_PA, the spool's rate in units of its bandwidth, for
+ * conditioning. */
 enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, SENT, INPUT = PLANT };
 enum { READ_LENGTH, READ_FORCE, READINGS };
-enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* of cycles: the longest memory */ };
+enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* cycles double so often: the longest memory */ };
 static const double UNIT_PA = 1e7;
-static const double UNIFORM_SQUARE = 1.0 / 12.0; /* of an error uniform over 1 */
+static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error uniform over 1 */
 static const double LEAST_LAG_S = 1e-4;
-static const double OSCILLATES = 0.95; /* damping ratio: above, a step shows no overshoot */
+static const double OSCILLATES = 0.95; /* damping ratio above which a step shows no overshoot */
 
 /* One cylinder and the mass that it moves. */
 struct cylinder_loop {
@@ -24,12 +24,12 @@ struct cylinder_loop {
     double a1_m2, a2_m2;
 };
 
-/* States of the loop: those above, commands sent and not yet arrived, lengths measured and not yet
- * read, the newest first. */
+/* One cycle of the loop as a linear map. Its states are those of the enum above, then commands on
+ * their way, then lengths not yet read, newest first. */
 struct cycle_map {
     int sent, read, size;
     double map[LOOP_POLES][LOOP_POLES];
-    double noise[READINGS][LOOP_POLES]; /* states after an error of one in a reading, m or N */
+    double noise[READINGS][LOOP_POLES]; /* states after a reading's error of 1 m or 1 N */
 };
 
 static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
@@ -53,7 +53,7 @@ static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const
     return c;
 }
 
-/* Rates of the plant's states, the last column for the command. */
+/* Rates of the plant's states; the last column is for the command. */
 static void fill_rates(const struct cylinder_loop *c, double a[PLANT + 1][PLANT + 1]) {
     const struct oil_chamber *chamber = c->leg.chamber;
     double bandwidth = c->leg.spool_radps;
@@ -78,7 +78,7 @@ static void multiply(double a[PLANT + 1][PLANT + 1], double b[PLANT + 1][PLANT +
     memcpy(product, sum, sizeof sum);
 }
 
-/* exp(a t): halved until the series of what is left converges at once, squared as often. */
+/* exp(a t): halves the argument until the series converges quickly, then squares as often. */
 static void exponential(double rates[PLANT + 1][PLANT + 1], double t_s, double result[PLANT + 1][PLANT + 1]) {
     double sum[PLANT + 1][PLANT + 1] = {{0}}, term[PLANT + 1][PLANT + 1] = {{0}}, a[PLANT + 1][PLANT + 1], norm = 0.0;
     for (int i = 0; i <= PLANT; i++) {
@@ -100,7 +100,7 @@ static void exponential(double rates[PLANT + 1][PLANT + 1], double t_s, double r
     memcpy(result, sum, sizeof sum);
 }
 
-/* A delay in cycles: `whole` and the broken rest. */
+/* A delay in cycles: whole ones and a fraction. */
 struct delay {
     int whole;
     double part;
@@ -111,13 +111,13 @@ static struct delay delay_cycles(double delay_s, double dt_s) {
     return (struct delay){.whole = (int)whole, .part = fmax(cycles - whole, 0.0)};
 }
 
-/* Commands that are kept: those of the whole cycles, and one more that is still at work in the
- * first part of a cycle. */
+/* Number of commands kept: those of the whole cycles, and one that still acts in part of a
+ * cycle. */
 static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 
-/* The length that is read, and the command that is computed of it, as sums of the states at a
- * sample. The controller is pid.h without its limits, the reference at rest; fills its states'
- * rows, too. */
+/* Fills the length that is read, and the command computed from it, as combinations of the states at
+ * a sample, and the rows of the controller's states. The controller is pid.h without its limits,
+ * with a constant reference. */
 static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
                             struct cycle_map *m, double command[LOOP_POLES], double error[READINGS]) {
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
@@ -145,7 +145,8 @@ static void fill_controller(const struct cylinder_loop *c, const struct control_
     error[READ_FORCE] = -kpf * (1.0 - low_pass);
 }
 
-/* The plant under what arrives in the cycle: first `part` of it a command later, then the next. */
+/* Fills the plant's rows for one cycle: the older command acts for `part` of it, then the newer
+ * one. */
 static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay d, const double command[LOOP_POLES],
                        const double error[READINGS], struct cycle_map *m) {
     double rates[PLANT + 1][PLANT + 1], first[PLANT + 1][PLANT + 1], then[PLANT + 1][PLANT + 1], all[PLANT + 1][PLANT + 1];
@@ -154,7 +155,7 @@ static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay 
     exponential(rates, (1.0 - d.part) * dt_s, then);
     multiply(then, first, all);
     for (int r = 0; r < PLANT; r++) {
-        double before = 0.0; /* of the older command */
+        double before = 0.0; /* effect of the older command */
         for (int i = 0; i < PLANT; i++) before += then[r][i] * first[i][INPUT];
         for (int i = 0; i < PLANT; i++) m->map[r][i] = all[r][i];
         if (d.part > 0.0) m->map[r][SENT + d.whole] += before;
@@ -164,7 +165,7 @@ static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay 
     }
 }
 
-/* From one sample to the next. */
+/* Fills the map from one sample to the next. */
 static void fill_cycle(const struct cylinder_loop *c, const struct params *params, struct cycle_map *m) {
     double dt_s = params->loop.period_s, command[LOOP_POLES] = {0}, error[READINGS];
     struct delay sent = delay_cycles(c->leg.command_delay_s, dt_s), late = delay_cycles(c->leg.length_delay_s, dt_s);
@@ -195,8 +196,8 @@ int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *sha
     return count;
 }
 
-/* Readings of each leg are wrong by themselves: a length by its rounding, a force by noise and
- * rounding of both pressures. What they are together in a mode, as mean squares. */
+/* Mean square errors of a mode's readings. Each leg errs independently: its length by rounding, its
+ * force by noise and rounding of both pressures. */
 static void mean_errors(const struct loop_shape *shape, const struct params *params, double square[READINGS]) {
     const struct sensor_params *s = &params->sensors;
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
@@ -212,7 +213,7 @@ static void mean_errors(const struct loop_shape *shape, const struct params *par
     }
 }
 
-/* sum += map sum map', then map = map map: twice as many cycles. */
+/* Doubles the number of cycles: sum += map sum map', then map = map map. */
 static void double_cycles(int n, double map[LOOP_POLES][LOOP_POLES], double sum[LOOP_POLES][LOOP_POLES]) {
     double half[LOOP_POLES][LOOP_POLES] = {{0}}, squared[LOOP_POLES][LOOP_POLES] = {{0}};
     for (int i = 0; i < n; i++)

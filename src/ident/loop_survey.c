@@ -7,7 +7,7 @@
 #include "kinematics.h"
 #include "lin.h"
 
-/* Pose amplitudes from those of the lengths: motions are small. */
+/* Converts amplitudes of the lengths to those of the pose by the Jacobian: motions are small. */
 static int find_follow(struct loop_survey *s, const struct multisine_mean *mean, const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0};
     const struct multisine *m = &s->multisine;
@@ -44,7 +44,7 @@ static void find_floor(struct loop_survey *s, const struct multisine_mean *mean)
 }
 
 static void find_modes(struct loop_survey *s, const struct params *params) {
-    /* zeros where it was not evaluated: no inertia */
+    /* A matrix that was not evaluated is zero: no inertia, so nothing is determined. */
     struct method_result *matrix = &s->inertia.matrix;
     s->determined = oil_columns_modes(s->leg, params, matrix->mt, matrix->mt_std, s->mode);
     for (int i = 0; i < DOFS; i++)
@@ -74,7 +74,7 @@ double loop_survey_oil_hz(const struct loop_survey *s) { return s->determined ? 
 
 double loop_survey_loop_hz(const struct loop_survey *s) {
     double least = NAN;
-    for (int i = 0; i < DOFS; i++) least = fmin(least, s->loop[i].hz); /* fmin leaves NaN out */
+    for (int i = 0; i < DOFS; i++) least = fmin(least, s->loop[i].hz); /* fmin skips NaN */
     return least;
 }
 

@@ -7,11 +7,11 @@ void matrix_bare_machine(struct params *p) {
     for (int e = 0; e < EFFECTS_MAX; e++) p->effects[e].on = false;
 }
 
-/* The payload's mass is the mean of three entries of Mt, each of its moments m c that of two. Adds
- * the wrench that holds the weight of what one unit of an entry stands for. */
+/* Adds the wrench that holds the weight implied by one unit of an entry: the payload's mass is the
+ * mean of three entries of Mt, each of its moments m c the mean of two. */
 static void add_weight(int row, int column, const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
     static const struct {
-        int row, column, axis; /* of the moment */
+        int row, column, axis; /* axis of the moment */
         double share;
     } moment[] = {{0, 4, 2, 0.5}, {1, 3, 2, -0.5}, {2, 3, 1, 0.5}, {0, 5, 1, -0.5}, {1, 5, 0, 0.5}, {2, 4, 0, -0.5}};
     if (row == column && row < 3) wrench[2] -= gravity_mps2 / 3.0;
@@ -24,7 +24,7 @@ static void add_weight(int row, int column, const double rotation[3][3], double 
 
 bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
                    double force_n[][LEGS]) {
-    double along[DOFS][LEGS] = {{0}}; /* legs of a unit wrench */
+    double along[DOFS][LEGS] = {{0}}; /* leg forces of unit wrenches */
     for (int i = 0; i < DOFS; i++) {
         along[i][i] = 1.0;
         if (!inverse_dynamics_along_legs(j, along[i])) return false;

@@ -1,18 +1,18 @@
 /* Leg forces that an inertia matrix at neutral needs, entry by entry: the columns that method C
- * fits, and what is subtracted from a measured force to show the friction. Pure. */
+ * fits, and the forces subtracted from a measured one to show friction. Pure. */
 #ifndef HEXID_MATRIX_FORCES_H
 #define HEXID_MATRIX_FORCES_H
 
 #include "equations.h"
 #include "inverse_dynamics.h"
 
-/* Leaves the configured bodies, without friction and without effects: those of a simulated machine
- * stand in its log's configuration, but are to be found. */
+/* Reduces a configuration to its bodies: no friction, no effects. A simulated machine's log carries
+ * its effects in the configuration, but they are to be found. */
 void matrix_bare_machine(struct params *params);
 
 /* Forces along the legs for one unit of each entry (equations_entry), at a pose and an acceleration
- * (inverse_dynamics_move): inertia, and the weight of the payload that the entry stands for. False
- * where the Jacobian is singular. */
+ * (inverse_dynamics_move): inertia, and the weight of the payload that the entry implies. Returns
+ * false if the Jacobian is singular. */
 bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
                    double force_n[][LEGS]);
 

@@ -21,14 +21,13 @@ enum {
     SHAPES = UNKNOWN_SHAPES
 };
 enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
-/* of a leg's two joints, the keys of geometry_error */
+/* The coordinates of a leg's two joints are the keys of geometry_error. */
 enum { COORDINATES = JOINT_COORDINATES / LEGS };
 
-static const double FIRST_SHARE = 0.5; /* of the force's variation: what dry friction may be
-                                        * before any was found */
-static const double MODEL_ERROR = 1e-4; /* of the force's variation: what no model meets */
+static const double FIRST_SHARE = 0.5; /* first guess of dry friction over the force's variation */
+static const double MODEL_ERROR = 1e-4; /* any model's error over the force's variation */
 
-/* One test or piece: rows of all legs, the last column is what is to be explained. */
+/* One test or piece: rows of all legs; the last column is the right-hand side. */
 struct rows {
     int count;
     double column[COLUMNS][ROWS];
@@ -36,19 +35,19 @@ struct rows {
 };
 
 struct work {
-    const struct params *params; /* matrix_bare_machine() */
+    const struct params *params; /* from matrix_bare_machine() */
     struct residual_data data;
     struct rows rows;
-    struct equations *sum;  /* of the pass */
-    double square;          /* of what is to be explained, weighted */
-    int count;              /* of rows */
-    double (*staircase)[LEGS][RESIDUAL_SIZE];          /* of each test, N */
-    struct friction_course *course;                    /* of each test, and its covariance */
+    struct equations *sum;  /* equations of this pass */
+    double square;          /* weighted square of the right-hand side */
+    int count;              /* number of rows */
+    double (*staircase)[LEGS][RESIDUAL_SIZE];          /* each test's, N */
+    struct friction_course *course;                    /* each test's */
     double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
-    double (*gain)[UNKNOWNS][ROWS];                    /* of each test: covariance^-1 columns,
-                                                        * of the last pass */
+    /* covariance^-1 columns, of each test in the last pass */
+    double (*gain)[UNKNOWNS][ROWS];
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
-    double along[DOFS][LEGS];                          /* of a unit wrench, at neutral */
+    double along[DOFS][LEGS];                          /* leg forces of a unit wrench at neutral */
     double x[UNKNOWNS];
 };
 
@@ -57,14 +56,14 @@ static const char no_pose[] = "method C: no pose of this machine has these lengt
 
 static double square(double x) { return x * x; }
 
-/* What is measured of the motion at a phase. */
+/* Measured motion of the legs at a phase. */
 static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3]) {
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
     for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, leg[k]);
 }
 
-/* What one unit of each spring asks of the legs. */
+/* Leg forces for one unit of each spring. */
 static bool springs_at(const struct work *w, const struct inverse_dynamics *d, double j[LEGS][DOFS], double value[COLUMNS][LEGS]) {
     double pose[DOFS];
     rigid_pose(&d->state, pose);
@@ -80,7 +79,7 @@ static bool springs_at(const struct work *w, const struct inverse_dynamics *d, d
     return true;
 }
 
-/* Values of all unknowns along the legs at a phase. */
+/* Coefficients of all unknowns along the legs at a phase. */
 static bool values_at(struct work *w, struct inverse_dynamics *d, const struct residual_test *t, int phase, double value[COLUMNS][LEGS],
                       const struct friction_course *course) {
     struct inverse_dynamics_input in = {0};
@@ -124,11 +123,11 @@ static bool fill_columns(struct work *w, const struct params *machine, int test)
 
 static void expect_friction(struct work *w, int pass) {
     for (int k = 0; k < LEGS; k++) {
-        /* of both directions: free of a constant */
+        /* The mean of both directions is free of a constant error of the force. */
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]);
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
         w->sum->dry_n[k] = FIRST_SHARE * sqrt(most);
-        /* a leg that hardly moves has any */
+        /* A leg that hardly moves may yield any value: the first guess is its limit. */
         if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean);
     }
 }
@@ -176,9 +175,9 @@ static bool accumulate(struct work *w, int test) {
     return true;
 }
 
-/* The noise n of a leg's acceleration is in the entries' columns, T_c n, and with the configured
- * mass in what is to be explained, -L n: the mean of its product. After accumulate(): the
- * covariance is its factor. */
+/* Adds the attenuation: the noise n of a leg's acceleration is in the entries' columns, T_c n, and
+ * with the configured mass in the right-hand side, -L n; this is the mean of their product. Call it
+ * after accumulate(), which leaves the covariance factored. */
 static void add_attenuation(struct work *w, const struct residual_test *t) {
     const struct rows *r = &w->rows;
     for (int a = 0; a < t->size; a++)
@@ -212,7 +211,8 @@ static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
     return ok;
 }
 
-/* The staircases are of the machine as it is configured: a part of a part of the force. */
+/* Prepares each test's staircase, of the configured machine (it is a small part of the force), and
+ * its course of friction. */
 static int prepare_tests(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
     w->gain = calloc((size_t)w->data.tests + 1, sizeof *w->gain);
@@ -247,8 +247,7 @@ static int pass(struct work *w, int number, struct error *error) {
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
 
-/* What the estimate leaves of a test's rows, for a machine whose joints are elsewhere. False:
- * it cannot move so. */
+/* Residual rows of a test for a machine with moved joints. Returns false if it cannot move so. */
 static bool find_left(struct work *w, const struct params *machine, int test, double left[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
@@ -267,7 +266,7 @@ static bool find_left(struct work *w, const struct params *machine, int test, do
     return true;
 }
 
-/* Gradient of the fit's sum of squares at the estimate. False: as above. */
+/* Adds the gradient of the fit's sum of squares at the estimate. Returns false as find_left(). */
 static bool add_gradient(struct work *w, const struct params *machine, double sign, double gradient[UNKNOWNS]) {
     double left[ROWS];
     for (int i = 0; i < w->data.tests; i++) {
@@ -278,7 +277,7 @@ static bool add_gradient(struct work *w, const struct params *machine, double si
     return true;
 }
 
-/* Joints that are off by their tolerance, uniform, one coordinate at a time: to first order. */
+/* First-order effect of joints off by one standard deviation, one coordinate at a time. */
 static int move_joints(struct work *w, const struct params *configured, struct error *error) {
     struct params *machine = malloc(sizeof *machine);
     double configured_too[UNKNOWNS] = {0};
@@ -298,7 +297,7 @@ static int move_joints(struct work *w, const struct params *configured, struct e
     return status;
 }
 
-/* Rows that scatter by more than their noise weigh less. */
+/* Rows that scatter by more than their noise get less weight. */
 static void weigh_scatter(struct equations *e) {
     double weight = 1.0 / square(fmax(equations_scatter(e), 1.0));
     for (int c = 0; c < UNKNOWNS; c++) {
@@ -308,8 +307,8 @@ static void weigh_scatter(struct equations *e) {
     }
 }
 
-/* x minimises rest and prior: what is left of y' W y is the square of y by its covariance with the
- * shapes' in it. */
+/* x minimises the sum of residuals and prior, so y' W y less x' X' W y is the square of y weighted
+ * by its covariance with the shapes' included. */
 static void find_rest(struct work *w) {
     w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SPRING;
     for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-static const double AT_LIMIT = 0.999; /* of control.output_limit */
-static const double SATURATED = 0.02; /* of the samples: fewer are the peaks of a noisy command */
+static const double AT_LIMIT = 0.999; /* share of control.output_limit */
+static const double SATURATED = 0.02; /* share of the samples; noise makes few peaks */
 
 static double share_at_limit(const struct recording_test *t, int leg, double limit) {
     int at = 0, n = 0;

@@ -8,12 +8,12 @@
 #include "lin.h"
 #include "nominal.h"
 
-static const double UNDETERMINED = 0.2;          /* of sqrt(M_ii M_jj) */
-static const double UNDETERMINED_FRICTION = 0.1; /* of what varies of the force */
-static const double UNDETERMINED_SPRING = 0.5;   /* of its deviation a priori */
+static const double UNDETERMINED = 0.2;          /* share of sqrt(M_ii M_jj) */
+static const double UNDETERMINED_FRICTION = 0.1; /* share of the varying force */
+static const double UNDETERMINED_SPRING = 0.5;   /* share of its prior deviation */
 
-/* Of the entries in units of sqrt(M_ii M_jj), friction eliminated: the normal matrix is the inverse
- * of their noise's covariance. */
+/* Condition of the entries' normal matrix, the inverse of their noise covariance, in units of
+ * sqrt(M_ii M_jj), friction eliminated. */
 static double condition_of(const struct estimate *e, double nominal[DOFS][DOFS]) {
     double scaled[MATRIX_ENTRIES][MATRIX_ENTRIES], scale[MATRIX_ENTRIES], eigenvalue[MATRIX_ENTRIES];
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
@@ -46,8 +46,7 @@ static bool any(const struct method_result *m) {
     return known;
 }
 
-/* A friction whose deviation is a good part of what varies of the force at all is none
- * that was measured. */
+/* Friction whose deviation is a good part of the force's whole variation was not measured. */
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
     for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SPRING; c++) {
         bool viscous = c < UNKNOWN_DRY;

@@ -2,17 +2,18 @@
  * 16, B1-B3; docs/method.md section 4).
  *
  * x = a sin wt + b cos wt is kept as [a, b]; its derivative is w [-b, a] = w [a b] Q, Q = [0 1; -1
- * 0]. Poses hold Euler angles, whose rates equal the body rates only near neutral: at 0.006 rad the
- * difference is 0.006 of the other angles' rates, which unwanted motion keeps below a tenth of the
- * tested one's, and it has no fundamental unless both are in the motion. Hence tests about neutral.
+ * 0]. Poses hold Euler angles, whose rates equal the body rates only near neutral: at 0.006 rad
+ * they differ by 0.006 of the other angles' rates, which unwanted motion keeps below a tenth of the
+ * tested one's, and the difference has no fundamental unless both are in the motion. Hence tests
+ * about neutral.
  *
- * Condition numbers are of the motion matrix with each row divided by what its own test does when
- * perfect (w^2 amplitude, w amplitude): free of units, 1 when every test moves its axis by the
+ * Condition numbers are those of the motion matrix with each row divided by the ideal value of its
+ * own test (w^2 amplitude, w amplitude): free of units, 1 if every test moves its axis by the
  * commanded amplitude and nothing else.
  *
- * Standard deviations are first-order propagated from those of the fundamental coefficients,
- * channels taken as independent: for one entry of a row that needs only the row's own wrench and
- * the pose, and the pose's part is small. Pure, no heap. */
+ * Standard deviations are propagated to first order from those of the fundamental coefficients,
+ * channels taken as independent. An entry needs only its own row's wrench and the pose, and the
+ * pose's part is small. Pure, no heap. */
 #ifndef HEXID_METHODS_H
 #define HEXID_METHODS_H
 
@@ -23,18 +24,17 @@ struct test_result {
     int test;                    /* place in the list of tests */
     enum dof dof;
     double frequency_hz, amplitude; /* commanded: m or rad */
-    double achieved_amplitude;   /* of the tested axis */
-    double phase_deg;            /* of the tested axis against sin(w t), test time */
-    double unwanted_pct[DOFS];   /* amplitude of each axis against the commanded one, 4 mm against
-                                  * 0.006 rad; 0 for the tested axis */
-    int64_t samples, excluded;   /* evaluated; kept out because flagged, not
-                                  * finite or without a pose */
+    double achieved_amplitude;   /* the tested axis' */
+    double phase_deg;            /* the tested axis' against sin(w t), test time */
+    /* Amplitude of each axis over the one that its own test has; 0 for the tested axis. */
+    double unwanted_pct[DOFS];
+    /* used; left out because flagged, not finite or without a pose */
+    int64_t samples, excluded;
     double pose[DOFS][2];        /* fundamental [sin, cos]: A_d */
     double wrench[DOFS][2];      /* H_d */
     double pose_rms[DOFS], wrench_rms[DOFS]; /* residual */
-    double pose_std[DOFS], wrench_std[DOFS]; /* of each fundamental coefficient,
-                                              * residual taken as white */
-    struct testimony witness;    /* what the readings say about themselves */
+    double pose_std[DOFS], wrench_std[DOFS]; /* fundamental coefficients', if residual is white */
+    struct testimony witness;    /* are the readings consistent with each other? */
     bool complete;               /* the whole evaluated part was seen, and the fit is good */
 };
 
@@ -45,18 +45,17 @@ struct method_result {
     double condition_number;
 };
 
-/* Tests by axis: test[d] is the test of axis d; their frequencies may differ. `evaluated` stays
- * false, and every entry NaN, when the motions are singular. */
+/* Tests are given by axis: test[d] is the test of axis d; their frequencies may differ. If the
+ * motions are singular, `evaluated` stays false and every entry is NaN. */
 
 /* Method A: [Mt, Bt] U = H with U_d = [-w^2 A_d; w A_d Q], 72 equations. */
 struct method_result method_a(const struct test_result *const test[DOFS]);
 
-/* Method A with m_qz = (|Mt(1,5)| + |Mt(4,2)|) / 2 in place of the four coupling entries, with the
- * nominal entries' signs. */
+/* Method A with m_qz = (|Mt(1,5)| + |Mt(4,2)|) / 2 as coupling entries, with nominal signs. */
 struct method_result method_modified_a(const struct method_result *a, double nominal_mt[DOFS][DOFS]);
 
-/* Method B (Koekebakker 2001): wrench and acceleration in phase with the tested axis only,
- * Mt = F_t Xddot_t^-1. */
+/* Method B (Koekebakker 2001): only wrench and acceleration in phase with the tested axis, Mt = F_t
+ * Xddot_t^-1. */
 struct method_result method_b(const struct test_result *const test[DOFS]);
 
 #endif

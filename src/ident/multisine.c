@@ -9,10 +9,10 @@
 #include "units.h"
 
 static const double PERIOD_S = 4.0, LOW_HZ = 1.0, HIGH_HZ = 32.0;
-static const double OF_RATE = 1.0 / 16.0; /* the highest line in the loop's rate: a delay of half a
-                                           * cycle is a fifth of a radian there */
-static const double SHARE = 1.0 / 25.0;   /* of the legs' rate, rms: peaks are
-                                           * about four times that */
+/* Highest tone over the loop's rate: there, half a cycle's delay is a fifth of a radian. */
+static const double OF_RATE = 1.0 / 16.0;
+/* Rms over the highest rate of the legs; peaks are about four times that. */
+static const double SHARE = 1.0 / 25.0;
 static const double neutral[DOFS] = {0};
 
 double multisine_rate_limit_mps(const struct params *p) {
@@ -26,7 +26,7 @@ double multisine_rate_limit_mps(const struct params *p) {
     return least;
 }
 
-/* Amplitudes for the same speed of the legs in all lines, and so much of it. */
+/* Gives all tones the same speed of the legs, and scales them to the total wanted. */
 static void scale(struct multisine *m, const struct params *params, double j[LEGS][DOFS]) {
     double most = 0.0, rate_mps = SHARE * multisine_rate_limit_mps(params);
     for (int i = 0; i < m->lines; i++) {
@@ -42,7 +42,7 @@ static void scale(struct multisine *m, const struct params *params, double j[LEG
     for (int i = 0; i < m->lines; i++) m->line[i].amplitude *= rate_mps / sqrt(most);
 }
 
-/* Of motions so small the legs' rates are those at neutral. */
+/* Peak rate of the legs; such small motions have the Jacobian of neutral. */
 static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
     double most = 0.0;
     for (int n = 0; n < m->samples; n++) {
@@ -58,7 +58,7 @@ static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
 }
 
 int multisine_init(struct multisine *m, const struct params *params, struct error *error) {
-    /* neighbouring lines move other legs */
+    /* Neighbouring tones move different legs. */
     static const enum dof turn[DOFS] = {DOF_X, DOF_PHI, DOF_Y, DOF_THETA, DOF_Z, DOF_PSI};
     struct kinematics k;
     double j[LEGS][DOFS], dt_s = params->loop.period_s;
@@ -96,7 +96,7 @@ int multisine_trajectory(const struct multisine *m, struct trajectory *t, struct
     return trajectory_bend(t) ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-/* What is averaged of a sample. */
+/* Number of values averaged in a sample. */
 enum { VALUES = 4 * LEGS + DOFS };
 
 static void values_of(const struct recording_sample *s, double value[VALUES]) {
@@ -116,7 +116,7 @@ static void set_values(struct recording_sample *s, const double value[VALUES]) {
     s->good = true;
 }
 
-/* Sums of a place in the pass, about its first value. */
+/* Sums at one place of the pass, relative to its first value. */
 struct place {
     int count;
     double first[VALUES], sum[VALUES], square[VALUES];
@@ -129,7 +129,7 @@ static void add_sample(struct place *p, const struct recording_sample *s) {
     for (int v = 0; v < VALUES; v++) p->sum[v] += value[v] - p->first[v], p->square[v] += pow(value[v] - p->first[v], 2.0);
 }
 
-/* The mean, and the squares about it. */
+/* Takes the mean, and adds the squares about it. */
 static void take_mean(const struct place *p, double square[VALUES], struct recording_sample *mean) {
     double value[VALUES];
     for (int v = 0; v < VALUES; v++) {

@@ -1,11 +1,11 @@
-/* The survey's motion: a small multisine on all axes at once, periodic, with far more lines than
- * axes, and what was measured of it, line by line. Ordinary threads; heap.
+/* The survey's motion, a small periodic multisine on all axes at once, with far more tones ("lines"
+ * in the code) than axes; and its measured response, tone by tone. Ordinary threads; heap.
  *
- * Lines are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (to a
- * sixteenth of the loop's rate, where that is less), given to the axes in turn. All move the legs
- * at the same speed; together the fastest leg has an rms rate of a twenty-fifth of what
- * limits.leg_rate_mps and the valve's full opening allow. Phases as Schroeder 1970, against high
- * peaks. The first pass is for settling. */
+ * Tones are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (at most a
+ * sixteenth of the loop's rate), given to the axes in turn. All move the legs at the same speed;
+ * together the fastest leg has an rms rate of a twenty-fifth of what limits.leg_rate_mps and the
+ * valve's full opening allow. Phases after Schroeder 1970 avoid peaks. The first pass is for
+ * settling. */
 #ifndef HEXID_MULTISINE_H
 #define HEXID_MULTISINE_H
 
@@ -23,41 +23,41 @@ struct multisine_line {
 
 struct multisine {
     double step_s, period_s;
-    int samples;                 /* a period */
+    int samples;                 /* samples in a period */
     int lines;
     struct multisine_line line[MULTISINE_LINES];
-    double peak_mps;             /* of the fastest leg */
+    double peak_mps;             /* peak rate of the fastest leg */
 };
 
-/* -2: no platform (mechanism: axis), impossible geometry, or a loop too slow for six lines an
- * axis. */
+/* Computes the motion. Returns -2 for no platform (mechanism: axis), impossible geometry, or a loop
+ * too slow for six tones an axis. */
 int multisine_init(struct multisine *m, const struct params *params, struct error *error);
 
-/* Highest rate that every leg can have: the least of limits.leg_rate_mps and what the valves let
- * through at control.output_limit without load, in the slower direction. */
+/* Highest rate that every leg can reach: the least of limits.leg_rate_mps and the rates of the
+ * valves at control.output_limit without load, in the slower direction. */
 double multisine_rate_limit_mps(const struct params *params);
 
-/* A knot for each cycle of one pass, to be run in MULTISINE_PASSES; to be released by
- * trajectory_free(). -3 without memory. */
+/* A knot for each cycle of one pass, to be run in MULTISINE_PASSES passes; release it by
+ * trajectory_free(). Returns -3 without memory. */
 int multisine_trajectory(const struct multisine *m, struct trajectory *trajectory, struct error *error);
 
 /* The mean of the passes after the first. */
 struct multisine_mean {
     const struct multisine *multisine;
-    struct recording_sample *sample;          /* [samples]; test_time_s from the start of a pass */
+    struct recording_sample *sample; /* [samples]; test_time_s counts from the start of a pass */
     double complex *wave;                     /* [lines][samples]: 2 / samples exp(-i w t) */
-    int passes;                               /* averaged */
-    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms of single samples about their mean at the same
-                                               * place of the pass */
+    int passes;                               /* number averaged */
+    /* rms of single samples about their mean at the same place of the pass */
+    double noise_m[LEGS], noise_pa[2][LEGS];
 };
 
-/* From the test as recorded; begin_s: test time at which its passes begin. -2: a place of the pass
- * at which no pass has a good sample; -3: memory. To be freed also then. */
+/* Averages the recorded test; begin_s: test time at which its passes begin. Returns -2 if no pass
+ * has a good sample at some place, -3 without memory. Free the mean also after an error. */
 int multisine_average(struct multisine_mean *mean, const struct multisine *m, const struct recording_test *test, double begin_s,
                       struct error *error);
 void multisine_free(struct multisine_mean *mean);
 
-/* Complex amplitude, at a line, of a series with one value per sample of the pass. */
+/* Complex amplitude of a tone in a series with one value per sample of the pass. */
 double complex multisine_amplitude(const struct multisine_mean *mean, int line, const double *value);
 
 #endif

@@ -11,9 +11,9 @@ const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x
                                                    "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
 
 enum { BODY = 4, STEPS = 200 };
-static const double UNDETERMINED_MASS = 0.1; /* of it: no centre comes from less */
-static const double UNDETERMINED = 0.2;      /* of the mean principal inertia, of its
-                                              * radius of gyration */
+static const double UNDETERMINED_MASS = 0.1; /* share of the mass, without which no centre */
+/* share of the mean principal inertia, of its radius of gyration */
+static const double UNDETERMINED = 0.2;
 
 /* Ten numbers in which the matrix is linear: m, h, Io in the order of payload_names. */
 typedef double linear[PAYLOAD_VALUES];
@@ -45,7 +45,7 @@ static void legs_of(const struct params *params, const struct kinematics *k, dou
     entries_of(m, entry);
 }
 
-/* Adds what the legs' masses, uniform within their tolerance, do to the entries. */
+/* Adds the covariance caused by the legs' masses, uniform within their tolerance. */
 static void add_legs(const struct params *params, const struct kinematics *k, double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     double legs[MATRIX_ENTRIES], heavier[MATRIX_ENTRIES], share = params->model.tolerance.mass / sqrt(3.0);
     legs_of(params, k, legs);
@@ -59,16 +59,16 @@ static void add_legs(const struct params *params, const struct kinematics *k, do
     }
 }
 
-/* Places of the inertias in the tensor. */
+/* Row and column of the six inertias in the tensor. */
 static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
 
-/* m (c'c 1 - c c') */
+/* Parallel axis theorem: entry i of m (c'c 1 - c c'). */
 static double steiner(double mass, const double c[3], int i) {
     double square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     return mass * ((row[i] == column[i] ? square : 0.0) - c[row[i]] * c[column[i]]);
 }
 
-/* Mass, centre and inertia about it. */
+/* Converts to the reported values: mass, centre and inertia about it. */
 static void for_people(const linear x, double value[PAYLOAD_VALUES]) {
     double m = x[PAYLOAD_MASS], *c = value + PAYLOAD_CENTER;
     value[PAYLOAD_MASS] = m;
@@ -84,7 +84,7 @@ static void from_people(const double value[PAYLOAD_VALUES], linear x) {
     for (int i = 0; i < 6; i++) x[PAYLOAD_INERTIA + i] = value[PAYLOAD_INERTIA + i] + steiner(m, c, i);
 }
 
-/* Integrals of x_i x_j, of x_i and of 1 over the body. */
+/* Integrals over the body of x_i x_j, of x_i and of 1. */
 static void pseudo_inertia(const linear x, double j[BODY * BODY]) {
     const double *io = x + PAYLOAD_INERTIA, half = 0.5 * (io[0] + io[1] + io[2]);
     const double s[BODY][BODY] = {{half - io[0], -io[3], -io[4], x[1]},
@@ -94,7 +94,7 @@ static void pseudo_inertia(const linear x, double j[BODY * BODY]) {
     memcpy(j, s, sizeof s);
 }
 
-/* L, lower triangle row by row, to the ten numbers of L L'. */
+/* The ten numbers of the pseudo-inertia L L'; l is the lower triangle of L row by row. */
 static void from_factor(const double l[PAYLOAD_VALUES], linear x) {
     double s[BODY][BODY] = {{0}}, f[BODY][BODY] = {{0}};
     int n = 0;
@@ -116,7 +116,7 @@ static double distance(const linear x, const linear best, double weight[PAYLOAD_
     return sum;
 }
 
-/* Of a step of Levenberg and Marquardt on the factor. False: none that comes nearer. */
+/* Tries one Levenberg-Marquardt step on the factor. Returns false if no damping gets nearer. */
 static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], double *damping) {
     linear x, moved;
     double jacobian[PAYLOAD_VALUES][PAYLOAD_VALUES], product[PAYLOAD_VALUES * PAYLOAD_VALUES], step[PAYLOAD_VALUES], next[PAYLOAD_VALUES];
@@ -150,7 +150,7 @@ static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weig
     return false;
 }
 
-/* From a round body of the same mass on. */
+/* Starts from a round body of the same mass. */
 static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], linear nearest) {
     double size = sqrt(fmax(fabs(best[4]) + fabs(best[5]) + fabs(best[6]), 1e-6) / 6.0), mass = sqrt(fmax(best[PAYLOAD_MASS], 1e-6));
     double l[PAYLOAD_VALUES] = {size, 0.0, size, 0.0, 0.0, size, 0.0, 0.0, 0.0, mass}, damping = 1e-3;
@@ -159,8 +159,7 @@ static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOA
     from_factor(l, nearest);
 }
 
-/* Least squares of the ten linear ones: what the payload's part of the matrix weighs
- * by its covariance. */
+/* Weighted least squares fit of the ten linear numbers to the payload's part of the matrix. */
 struct least_squares {
     double base[PAYLOAD_VALUES][MATRIX_ENTRIES];
     double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], factor[PAYLOAD_VALUES * PAYLOAD_VALUES];
@@ -168,7 +167,7 @@ struct least_squares {
     double misfit;
 };
 
-/* covariance: its factor. False: not determined. */
+/* `covariance` comes factored. Returns false if not determined. */
 static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     double solved[MATRIX_ENTRIES], rest[MATRIX_ENTRIES], square = 0.0;
     memset(s, 0, sizeof *s);
@@ -201,8 +200,8 @@ static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], do
     return true;
 }
 
-/* To first order, along ten directions in which the linear ones scatter independently: columns of
- * the inverse of the transposed factor. */
+/* First-order standard deviations, along ten directions in which the linear numbers scatter
+ * independently: columns of the inverse of the transposed factor. */
 static void find_std(const struct least_squares *s, const double value[PAYLOAD_VALUES], double std[PAYLOAD_VALUES]) {
     static const double part = 1e-3;
     for (int i = 0; i < PAYLOAD_VALUES; i++) {
@@ -219,7 +218,7 @@ static void find_std(const struct least_squares *s, const double value[PAYLOAD_V
     }
 }
 
-/* What these data do not determine is no number. */
+/* Sets values that these data do not determine to NaN. */
 static void leave_out(struct payload *p, const struct payload_params *configured) {
     double inertia = (configured->inertia_xx_kg_m2 + configured->inertia_yy_kg_m2 + configured->inertia_zz_kg_m2) / 3.0;
     double radius_m = sqrt(inertia / configured->mass_kg);
@@ -257,7 +256,7 @@ struct payload payload_find(const struct params *params, const struct kinematics
     return p;
 }
 
-/* The payload's own matrix is that at neutral, turned: each 3x3 block B becomes T B T'. */
+/* Turns the payload's matrix at neutral into the pose: each 3x3 block B becomes T B T'. */
 void payload_matrix(const struct payload *p, const struct params *params, const struct kinematics *k, const double pose[DOFS],
                     double mt[DOFS][DOFS]) {
     double t[3][3], body[DOFS][DOFS];

@@ -6,11 +6,10 @@
 #include "dense.h"
 
 enum { SHAPES = UNKNOWNS - UNKNOWN_SHAPE, STEPS = 20 };
-static const double FIRST = 0.3, LEAST = 1e-3, MOST = 4.0; /* of dry friction: two neighbours that
-                                                            * are fitted to what lies between them
-                                                            * have opposite signs */
+/* Shares of dry friction. Two neighbours that fit a value between them have opposite signs. */
+static const double FIRST = 0.3, LEAST = 1e-3, MOST = 4.0;
 
-/* The normal equations of the shapes alone, all that is before them eliminated. */
+/* The normal equations of the shapes alone, with all unknowns before them eliminated. */
 struct reduced {
     double product[SHAPES][SHAPES], with[SHAPES];
 };

@@ -1,10 +1,10 @@
-/* Are a test's readings consistent with each other, leg by leg? A plausible reading may still be a
- * wrong one, and the matrix fitted to it would be silently wrong. Two things hold on a sound
- * machine whatever its inertia is:
+/* Are a test's readings consistent with each other, leg by leg? A plausible reading may still be
+ * wrong, and would make the matrix silently wrong. Two things hold on a sound machine whatever its
+ * inertia:
  *
- *   - no pressure, and no length of a leg that is to move, stands still for a whole period of the
- *     motion (else: a dead transducer, or a leg held by friction);
- *   - the fundamentals of a leg's length and force are the same in every period, its mean force in
+ *   - No pressure, and no length of a leg that is to move, stands still for a whole period of the
+ *     motion (else: a dead transducer, or a leg held by friction).
+ *   - The fundamentals of a leg's length and force are the same in every period, its mean force in
  *     every period and test: the motion is steady, and the load at rest is that of the neutral
  *     pose; the mean length may still settle. (Else: a sensor jumped or drifts, sensors were
  *     exchanged, a valve or a sample stuck for a while; a length that drifts carries the platform
@@ -17,43 +17,42 @@
 
 #include "types.h"
 
-/* length, P1, P2 of a leg; mean, sine and cosine of a block */
+/* Readings: length, P1, P2 of a leg. Terms: mean, sine and cosine of a block. */
 enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
 struct wander {
-    double first;                /* subtracted, as a block is no whole number of samples */
-    /* sums of the block under way; extremes of whole blocks */
+    double first;                /* subtracted, because a block is no whole number of samples */
+    /* Sums of the block under way; extremes over whole blocks. */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
 struct witness {
-    double omega, block_s, block_full; /* samples of a whole block, not a whole number */
+    double omega, block_s, block_full; /* block_full: samples in a whole block, not an integer */
     bool moves[LEGS];
     double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* readings and force */
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
     int64_t samples, block_samples;
-    double block;                /* whole; a double, as times from a log may be beyond any
-                                  * integer */
+    /* An integer; a double, because times from a log may exceed any integer type. */
+    double block;
     struct wander length[LEGS], force[LEGS];
     double total_n[LEGS];
 };
 
 struct testimony {
-    int still_leg, length_leg, force_leg; /* the worst ones, 0..5 */
-    int64_t still_samples;       /* most samples in a row with one and the same reading */
-    double length_m;             /* largest wander of a length's fundamental between two blocks; 0
-                                  * with fewer than two whole ones */
-    double force_n;              /* of a force's mean or fundamental, N */
-    double mean_n[LEGS];         /* of the whole test; NaN without a sample */
+    int still_leg, length_leg, force_leg; /* legs that did worst, 0..5 */
+    int64_t still_samples;       /* longest row of samples with one and the same reading */
+    /* Largest change of a length's fundamental between two whole blocks; 0 with fewer. */
+    double length_m;
+    double force_n;              /* the same for a force's mean or fundamental, N */
+    double mean_n[LEGS];         /* mean over the whole test; NaN without a sample */
 };
 
-/* moves: legs whose length is to change by more than its sensor's resolution; that of another may
- * well stand still. */
+/* Starts a test. moves: legs whose length is to change by more than its sensor's resolution; other
+ * lengths may stand still. */
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
-/* One evaluated sample; since_s: after the first one. One that is left out (not `good`) counts in
- * its block as the last good one: a fault that spoils a few samples must not hide what it does to
- * the others. */
+/* Adds one evaluated sample, since_s after the first one. A bad sample (not `good`) counts in its
+ * block as the last good one: a fault must not hide behind the few samples that it spoils. */
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good);
 
 struct testimony witness_says(const struct witness *w);
