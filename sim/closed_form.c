@@ -24,7 +24,7 @@ static int direction_of(const struct closed_form *e, int k, double rate) {
     return e->direction[k];
 }
 
-/* Friction of leg `leg` on its rod; nothing but dry friction when the hydraulics are left out. */
+/* Friction of a leg on its rod; only dry friction if the hydraulics are left out. */
 static double leg_friction(const struct closed_form *e, const union system *s, const struct drive *drive, int leg, double rate) {
     int direction = direction_of(e, leg, rate);
     double speed = direction * rate;
@@ -43,8 +43,8 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
     }
 }
 
-/* The rod's mass along the leg, which rigid_dynamics has on the joint, is on the piston: the joint
- * gets the push of the flanks. */
+/* Moves the rod's mass from the joint, where rigid_dynamics has it, to the piston; the joint gets
+ * the flanks' force instead. */
 static void take_off_rod(const struct closed_form *e, const union system *s, int k, struct instant *now, double *axial) {
     const struct rigid_legs *legs = &now->legs;
     double row[DOFS], bias, rod_m = s->rods.length_m[k];
@@ -120,7 +120,8 @@ static void derivative(const struct closed_form *e, const union system *s, const
     memcpy(rate->body.twist, now.free, sizeof now.free);
     const struct hydraulics_input input = {.length_m = now.length_m, .rate_mps = now.rate_mps, .valve = drive->valve};
     if (e->play) {
-        memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* what is not extended, too */
+        memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* extended state, used with
+                                                                * backlash */
         move_rods(e, &now, &rate->rods);
     }
     if (drive->valve) hydraulics_derivative(&e->cylinder, &s->hydraulics, &input, &rate->hydraulics);
@@ -154,7 +155,7 @@ void closed_form_rk4(const struct closed_form *e, const union system *from, doub
 void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]) {
     struct instant now;
     rigid_legs(&e->rigid, &s->body, &now.legs);
-    /* all axes stick, or none */
+    /* either all axes can stick or none */
     if (e->kind[LEGS] == STICKS) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
     for (int i = 0; i < e->sticks; i++) rate[e->stick[i]] = coordinate_rate(&now, s, e->stick[i]);
 }

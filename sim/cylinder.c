@@ -6,16 +6,16 @@
 #include "units.h"
 
 static const double LAMINAR_PA = 1e4;
-static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber: even explicit Euler
-                                         * settles in a substep of 0.25 ms */
-static const double SEAL_TIME_S = 2e-4; /* as short: of a fast rod's seals */
+static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber, which even explicit
+                                         * Euler resolves in a substep of 0.25 ms */
+static const double SEAL_TIME_S = 2e-4; /* shortest time constant of a fast rod's seals */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
-static const double SOFTEST = 0.01;        /* beta of the gas that is left: 1e-4 of the oil's */
+static const double SOFTEST = 0.01;        /* least share of pressure above vacuum; beta's: 1e-4 */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
 static const double SHORTEST_LINE_M = 0.2;
-/* A line's natural frequency is at most 5000 rad/s, which steps of 0.5 ms resolve, with a chamber
- * at this share of its stroke. */
+/* LINE_TIME_S is 1 / 5000 rad/s, the highest natural frequency of a hose with a chamber at the
+ * share NEAR_END of its stroke; steps of 0.5 ms resolve it. */
 static const double LINE_TIME_S = 2e-4, NEAR_END = 0.1;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
@@ -81,7 +81,7 @@ struct mains cylinder_mains(const struct cylinder_model *m) {
     return (struct mains){.supply_pa = fmax(m->supply_share * m->machine.supply.pressure_pa, tank_pa), .tank_pa = tank_pa};
 }
 
-/* sign(drop) sqrt|drop|, laminar below the limit. */
+/* sign(drop) sqrt|drop|, but laminar below the limit. */
 static inline double signed_root(double drop_pa, double laminar_pa) {
     double size = fabs(drop_pa);
     if (size >= laminar_pa) return copysign(sqrt(size), drop_pa);
@@ -89,9 +89,9 @@ static inline double signed_root(double drop_pa, double laminar_pa) {
     return sqrt(laminar_pa) * y * (1.25 - 0.25 * y * y);
 }
 
-/* Flow from `source` into a volume of this stiffness, beta / V. */
+/* Flow from a source into a volume of this stiffness, beta / V. */
 static inline double port_flow(double conductance, double stiffness, double source_pa, double pressure_pa) {
-    /* laminar slope x stiffness x this time = 1 */
+    /* chosen so that laminar slope x stiffness x FILL_TIME_S = 1 */
     double root = 1.25 * conductance * stiffness * FILL_TIME_S;
     double laminar_pa = root * root > LAMINAR_PA ? root * root : LAMINAR_PA;
     return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
@@ -106,7 +106,7 @@ static inline double pressure_rate(const struct machine *m, double pressure_pa, 
     return left * left * rate + (m->supply.tank_pa - pressure_pa) / MAKE_UP_TIME_S;
 }
 
-/* How a leg's two ports are joined to the mains now. */
+/* Connection of a leg's two ports to the mains. */
 struct ports {
     double conductance[PORTS], source_pa[PORTS];
     bool extend;
@@ -140,14 +140,14 @@ static inline double spool_acceleration(const struct cylinder_leg *c, double spo
     return c->valve_omega_squared * (valve + c->valve_bias - spool) - c->valve_damping_rate * speed;
 }
 
-/* Of the seals. */
+/* Rate of the seals' deflection. */
 static inline double deflection_rate(const struct cylinder_leg *c, double deflection, double rate_mps) {
     double speed = fabs(rate_mps), least_m = SEAL_TIME_S * speed;
     if (!(c->seal_distance_m > 0.0)) return 0.0;
     return (rate_mps - speed * deflection) / (c->seal_distance_m > least_m ? c->seal_distance_m : least_m);
 }
 
-/* Pressures under these inflows, spool and seals. */
+/* State's rate under these inflows. */
 static inline struct cylinder_state rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct cylinder_state *s,
                                           const double stiffness[PORTS], double flow1, double flow2, double rate_mps, double valve) {
     const struct machine *machine = &m->machine;
@@ -161,7 +161,7 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
     };
 }
 
-/* The same with the chambers at the ports. */
+/* State's rate without hoses. */
 static inline struct cylinder_state direct_rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct mains *mains,
                                                  const struct cylinder_state *s, double opening, const double stiffness[PORTS],
                                                  double rate_mps, double valve) {
@@ -202,7 +202,7 @@ void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const s
     cylinder_limit(m, leg, s);
 }
 
-/* beta / V of a line. */
+/* beta / V of a hose. */
 static double line_stiffness(const struct cylinder_leg *c) { return c->bulk_modulus_pa / c->line_volume_m3; }
 
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
@@ -272,7 +272,7 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
     return m->leg[leg].a1_m2 * s->p1_pa - m->leg[leg].a2_m2 * s->p2_pa;
 }
 
-/* A damper alone would pull on the way out: the stop only pushes. */
+/* The stop only pushes, though its damper alone would pull on the way out. */
 static double stop_push(const struct hydraulics_params *h, double depth_m, double speed_in_mps) {
     if (depth_m <= 0.0) return 0.0;
     double push = h->stop_stiffness_n_per_m * depth_m + h->stop_damping_n_s_per_m * speed_in_mps;
@@ -307,7 +307,7 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
     return sum;
 }
 
-/* Asks the effects themselves, under pressure: some hold only then. */
+/* Asks the effects under pressure, since some hold only then. */
 bool cylinder_can_stick(const struct cylinder_model *m) {
     struct cylinder_state loaded = {.p1_pa = m->machine.supply.pressure_pa, .p2_pa = m->machine.supply.pressure_pa};
     for (int leg = 0; leg < LEGS; leg++)

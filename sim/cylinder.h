@@ -13,21 +13,21 @@
  *  P1dot = beta/V1 (Q1 - A1 v - c (P1 - P2)),  P2dot = beta/V2 (Q2 + A2 v + c (P1 - P2))
  *
  *  zdot = (v - |v| z) / d                                 z: deflection of the seals (Dahl),
- *             d at least what the rod moves in 0.2 ms
+ *             d at least the rod's path in 0.2 ms
  *
- * Below a drop of 10 kPa the orifice is laminar: an odd cubic with the root's value and slope
- * there, so that nothing moves above it. The limit rises where the valve is wide open on a nearly
+ * Below a drop of 10 kPa the orifice is laminar: an odd cubic that has the root's value and slope
+ * at 10 kPa, so that nothing changes above it. That limit rises for a wide-open valve on a nearly
  * empty chamber, so that no chamber fills faster than a substep of 0.25 ms resolves. Below tank
- * pressure air comes out of the oil, beta falls with the square of what is left above vacuum, and a
- * check valve lets oil in from the tank within a millisecond: a chamber torn open stays between
- * tank pressure and vacuum, as behind an anti-cavitation valve.
+ * pressure air leaves the oil, beta falls with the square of the pressure above vacuum, and a check
+ * valve admits oil from the tank within a millisecond: a chamber whose piston is pulled stays
+ * between tank pressure and vacuum, as behind an anti-cavitation valve.
  *
- * A line of length l and bore d between a port and its chamber is one cell: at the port its
- * capacitance V/beta (V = l pi d^2/4), then in series its inertance rho l/(pi d^2/4) and its
- * laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge sits at
- * the port. A line below 0.2 m counts as one of 0.2 m, and the inertance is at least what makes a
- * natural frequency of 5000 rad/s with a chamber at a tenth of its stroke, which steps of 0.5 ms
- * resolve: a short wide line is a volume of oil. */
+ * A hose (`line` in names) of length l and bore d between a port and its chamber is one cell: at
+ * the port its capacitance V/beta (V = l pi d^2/4), then in series its inertance rho l/(pi d^2/4)
+ * and its laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge
+ * sits at the port. A hose below 0.2 m counts as 0.2 m, and the inertance limits its natural
+ * frequency to 5000 rad/s with a chamber at a tenth of its stroke, which steps of 0.5 ms resolve: a
+ * short wide hose is a volume of oil. */
 #ifndef HEXID_CYLINDER_H
 #define HEXID_CYLINDER_H
 
@@ -35,37 +35,37 @@
 
 struct cylinder_state {
     double p1_pa, p2_pa, spool, spool_rate;
-    double deflection;        /* of the seals: -1 they slide in, 1 they slide out */
+    double deflection;        /* seals: -1 sliding in, 1 sliding out */
 };
 
 struct line_state {
-    double pressure_pa;       /* at the port */
-    double flow_m3_per_s;     /* into the chamber */
+    double pressure_pa;       /* pressure at the port */
+    double flow_m3_per_s;     /* flow into the chamber */
 };
 
 enum { PORT_A, PORT_B, PORTS };
 
 struct cylinder_model {        /* constants derived once from params and effects */
     struct machine machine;
-    int first, legs;               /* first <= leg < legs: those that the mechanism has, or the
-                                    * one that is asked for */
+    int first, legs;               /* first <= leg < legs: all legs of the mechanism, or one that is
+                                    * asked for */
     struct cylinder_leg {
         double a1_m2, a2_m2;
         double length_min_m, length_max_m; /* end stops */
-        double valve_gain[PORTS];      /* valve_flow / sqrt(valve_drop) */
+        double valve_gain[PORTS];      /* valve_flow / sqrt(valve_drop), scaled by effects */
         double valve_omega_squared, valve_damping_rate; /* w^2, 2 zeta w */
         double valve_bias, valve_rate_per_s;
         double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
-        double line_volume_m3, line_inertance, line_resistance; /* volume 0: no line */
+        double line_volume_m3, line_inertance, line_resistance; /* hose; volume 0: none */
         double seal_distance_m;        /* 0: seals slide at once */
         bool rate_limited;
     } leg[LEGS];
-    double supply_share;       /* of the supply pressure that is there: 1, less
-                                * while it comes and goes */
-    bool extended;             /* valve laws, lines or resistance of the mains */
+    double supply_share;       /* share of the supply pressure: 1, less while it builds up or
+                                * drops */
+    bool extended;             /* the model has valve laws, hoses or resistances of the mains */
 };
 
-/* Pressures that the valves are fed with and drain to. */
+/* Pressures of supply and tank at the valves. */
 struct mains {
     double supply_pa, tank_pa;
 };
@@ -73,40 +73,40 @@ struct mains {
 /* params must outlive the model. */
 void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 
-/* Without drop in the lines to the power unit. */
+/* Mains without a drop in the hoses to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 
-/* Time derivative of the state under valve command u at length L and rate v, chambers at the ports.
- * opening: of the valve, s->spool but for the laws of machine_opening. */
+/* Time derivative of the state under valve command u at length L and rate v, without hoses.
+ * opening: s->spool, unless machine_opening changes it. */
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
-/* The same behind lines. */
+/* Time derivative with hoses. */
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                                const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
                                                double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]);
 
-/* What the leg draws from the supply and gives to the tank; line NULL: none. */
+/* Flows of the leg from the supply and to the tank. line: NULL without hoses. */
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
                     const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
-/* What the derivative cannot say: the spool stops dead at +-1, no pressure is below vacuum, and no
- * seal is deflected further than it slides. After every substep. */
+/* Applies limits that the derivative cannot express: the spool stops dead at +-1, no pressure is
+ * below vacuum, and no seal is deflected beyond sliding. Call after every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
-/* What moves a piston and its valve. */
+/* Input of a piston and its valve. */
 struct cylinder_input {
     double length_m, rate_mps, valve;
 };
 
-/* On by a Runge-Kutta step of fourth order, then cylinder_limit; the input at the step's start,
- * middle and end. Of a model that is not extended: its legs have nothing in common. */
+/* Makes one RK4 step and applies cylinder_limit; the input is given at the step's start, middle and
+ * end. Only for a model that is not extended, whose legs are independent. */
 void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s);
 
-/* The spool alone, which nothing in the chambers moves: on by a step under this command. */
+/* Steps the spool alone, which no chamber pressure moves. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
 
-/* By how much the hydraulic force falls per metre with both ports shut. */
+/* Loss of hydraulic force per metre with both ports shut, N/m. */
 double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m);
 
 /* A1 P1 - A2 P2. */
@@ -116,14 +116,13 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
  * upper one, 0 between. */
 double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
 
-/* Of deflected seals, along the leg, whatever its motion. */
+/* Force of deflected seals along the leg, whatever its motion. */
 double cylinder_seal_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
-/* Sum of the base's viscous friction and of every effect's leg friction for
- * motion in a direction. */
+/* Friction for motion in a direction: the base's viscous part and every effect's leg friction. */
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction, double speed_mps);
 
-/* Some leg may be held by dry friction: the engine has to look for stick. */
+/* True if dry friction can hold some leg, so that the engine must look for sticking. */
 bool cylinder_can_stick(const struct cylinder_model *m);
 
 #endif

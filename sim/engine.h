@@ -1,12 +1,12 @@
-/* A rigid-body engine with its way of coupling the hydraulics. Two of them, derived independently:
- * sim/engine_ode.c (13 bodies, ODE's joints and semi-implicit Euler used as a leapfrog, bodies
- * stepped before the hydraulics, which take RK4 over that motion) and sim/engine_closed_form.c (6
- * degrees of freedom, RK4 over bodies and hydraulics together, stick events located inside the
- * substep). RT, no heap after create.
+/* A rigid-body engine with its way of coupling the hydraulics. There are two, derived
+ * independently: sim/engine_ode.c (13 bodies, ODE's joints and semi-implicit Euler used as a
+ * leapfrog, bodies stepped before the hydraulics, which take RK4 over that motion) and
+ * sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies and hydraulics together, stick
+ * events located inside the substep). RT, no heap after create.
  *
- * Universal joints, both engines: at each end of a leg the first axis is fixed in the base (or the
- * platform) and the second in the cylinder (or rod); joint friction acts about each of the two
- * axes. The first axis is as configured, else horizontal at neutral, tangential to the joint
+ * Universal joints of both engines: at each end of a leg the first axis is fixed in the base (or
+ * the platform) and the second in the cylinder (or rod); joint friction acts about each of the two.
+ * The first axis is as configured, or else horizontal at neutral and tangential to the joint
  * circle: (-sin angle, cos angle, 0), with the joint's angle about z of the drawing. */
 #ifndef HEXID_ENGINE_H
 #define HEXID_ENGINE_H
@@ -17,10 +17,10 @@
 /* Joint positions from the geometry of params (docs/method.md section 1), as drawn; sim's own
  * derivation. */
 struct sim_geometry {
-    double upper[LEGS][3];       /* in {M} */
-    double upper_axis[LEGS][3];  /* unit vectors: first axes of the universal joints, in {M} */
-    double lower[LEGS][3];       /* in {B} */
-    double lower_axis[LEGS][3];  /* and in {B} */
+    double upper[LEGS][3];       /* joints, m, in {M} */
+    double upper_axis[LEGS][3];  /* first axes of the universal joints, unit vectors in {M} */
+    double lower[LEGS][3];       /* joints, m, in {B} */
+    double lower_axis[LEGS][3];  /* first axes, unit vectors in {B} */
     double neutral_length_m[LEGS];
 };
 void sim_geometry_init(struct sim_geometry *g, const struct params *params);
@@ -31,15 +31,15 @@ struct engine_ops {
     const char *name;
     struct engine *(*create)(const struct params *params, struct error *error);
     void (*destroy)(struct engine *e);
-    /* Bodies at rest in this pose, legs stuck where dry friction is, rods so far ahead of their
-     * joints (machine_ahead; 0 without play). */
+    /* Puts the bodies at rest in this pose, legs stuck where dry friction acts, rods ahead of their
+     * joints by ahead_m (machine_ahead; 0 without backlash). */
     void (*place)(struct engine *e, const double pose[DOFS], const double ahead_m[LEGS]);
     /* One substep of bodies and hydraulics together, limits (hydraulics.h) included; valve commands
      * are constant over it. */
     void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);
     /* One substep of the bodies alone with these forces along the legs (plant_step_forced). */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
-    /* So much of the supply pressure is there from now on, 0..1. */
+    /* Sets the share of the supply pressure from now on, 0..1. */
     void (*supply)(struct engine *e, double share);
     /* Fills pose, twist, length, rate, friction, stuck and the energies. */
     void (*truth)(const struct engine *e, const struct hydraulics_state *hydraulics, struct plant_truth *truth);

@@ -1,16 +1,16 @@
-/* The closed-form engine: closed_form.h's RK4, and its events. Dry friction makes the right-hand
- * side jump where a coordinate stops, so no step crosses such an instant: it is found, stepped to,
- * and there decided whether the coordinate stays (stick.h). */
+/* The closed-form engine: closed_form.h's RK4 and its events. Dry friction makes the right-hand
+ * side jump where a coordinate stops. No step crosses such an instant: the engine finds it, steps
+ * to it, and decides there whether the coordinate stays (stick.h). */
 #include <stdlib.h>
 #include <string.h>
 
 #include "closed_form.h"
 
-enum { EVENTS_MAX = 4 * COORDINATES }; /* in a substep */
+enum { EVENTS_MAX = 4 * COORDINATES }; /* per substep */
 
-static const double STOPPED = 1e-9; /* m/s or rad/s: at rest, when an event is sought */
+static const double STOPPED = 1e-9; /* m/s or rad/s; slower is at rest when an event is sought */
 
-/* Takes out of the twist what is left of the held coordinates' motion. */
+/* Removes the remaining motion of held coordinates from the twist. */
 static void stop_held(struct closed_form *e, const struct instant *now) {
     struct stick_basis basis;
     double *twist = e->state.body.twist, x[DOFS];
@@ -24,15 +24,15 @@ static void stop_held(struct closed_form *e, const struct instant *now) {
     memcpy(twist, x, sizeof x);
 }
 
-/* Friction that can act on a leg at rest, against extension and against retraction. */
+/* Range of the friction force of a leg at rest. */
 static void leg_limits(const struct closed_form *e, int k, double *least_n, double *most_n) {
     const struct cylinder_state *s = &e->state.hydraulics.cylinder[k];
     *least_n = -cylinder_friction(&e->cylinder, k, s, 1, 0.0).dry;
     *most_n = cylinder_friction(&e->cylinder, k, s, -1, 0.0).dry;
 }
 
-/* Limits that do not enclose zero: what must act anyway goes into the free
- * acceleration. Returns it. */
+/* If the limits do not enclose zero, moves the force that must act into the free acceleration, and
+ * returns it. */
 static double centre_limits(double least, double most, struct stick_coordinate *c, struct instant *now) {
     double must = least > 0.0 ? least : most < 0.0 ? most : 0.0;
     if (must != 0.0) add6(must, c->row, now->free);
@@ -56,7 +56,7 @@ static struct stick_coordinate at_rest(const struct closed_form *e, struct insta
     return c;
 }
 
-/* Holds what has stopped. Returns how many more than before. */
+/* Holds the coordinates that have stopped. Returns their number. */
 static int arrest(struct closed_form *e) {
     int more = 0;
     for (int i = 0; i < e->sticks; i++) {
@@ -75,9 +75,9 @@ static int held_places(const struct closed_form *e, int place[COORDINATES]) {
     return count;
 }
 
-/* At the start of a step: what has stopped is held, brought to rest exactly, and let go where its
- * friction is too weak. Bringing one coordinate to rest may stop others that move with it; they
- * must all be known before any is let go. */
+/* Starts a step: holds stopped coordinates, brings them to rest exactly, and releases those whose
+ * friction is too weak. Bringing one to rest may stop others that move with it, and all must be
+ * known before any is released. */
 static void release(struct closed_form *e, const struct drive *drive, const bool caught[COORDINATES]) {
     struct stick_coordinate rest[COORDINATES];
     double must[COORDINATES];
@@ -99,7 +99,7 @@ static void release(struct closed_form *e, const struct drive *drive, const bool
     }
 }
 
-/* How far the coordinates of `which` are from having stopped: <= 0 when the first has. */
+/* Smallest speed of coordinates in `which`, in their sliding direction; <= 0 once one stops. */
 static double nearest_to_rest(const struct closed_form *e, const bool which[COORDINATES], const double rate[COORDINATES]) {
     double nearest = (double)INFINITY;
     for (int i = 0; i < e->sticks; i++) {
@@ -109,7 +109,7 @@ static double nearest_to_rest(const struct closed_form *e, const bool which[COOR
     return nearest;
 }
 
-/* Steps to the instant, before h, when the first of the coordinates that turn round stops (Illinois
+/* Steps to the instant before h at which the first of the turning coordinates stops (Illinois
  * rule). Returns its time. */
 static double step_to_rest(const struct closed_form *e, double h, const struct drive *drive, const bool turning[COORDINATES], double start,
                            double end, union system *to) {
@@ -134,8 +134,8 @@ static double step_to_rest(const struct closed_form *e, double h, const struct d
     return at;
 }
 
-/* From here to h, or to the first instant when a coordinate stops. Returns the time gone. A
- * coordinate that turns round as soon as it is let go is caught: held to the end of the substep. */
+/* Steps to h or to the first instant at which a coordinate stops. Returns the elapsed time. A
+ * coordinate that turns round when released is caught: held to the end of the substep. */
 static double slide(struct closed_form *e, double h, const struct drive *drive, bool caught[COORDINATES]) {
     double rate[COORDINATES];
     bool turning[COORDINATES] = {false}, any = false, at_once = false;
@@ -160,8 +160,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     return h;
 }
 
-/* Should events ever pile up, the rest of the step is taken as it comes: wrong by less than a
- * substep's friction, but never endless. */
+/* Finishes a step in which events pile up without looking for them: wrong by less than a substep's
+ * friction, but never endless. */
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);
@@ -171,7 +171,7 @@ static void slide_on(struct closed_form *e, double h, const struct drive *drive)
     }
 }
 
-/* Rods at rest stay while the other forces along them are within their friction. */
+/* Direction of a rod. One at rest stays while its other axial forces are within its friction. */
 static int rod_direction(const struct closed_form *e, const struct instant *now, int k) {
     double rate = e->state.rods.rate_mps[k], least, most;
     leg_limits(e, k, &least, &most);
@@ -189,8 +189,7 @@ static void release_rods(struct closed_form *e, const struct drive *drive) {
     }
 }
 
-/* One that has turned round within the step is at rest at its end, where its friction can
- * hold it. */
+/* Stops rods that have turned round within the step if their friction can hold them. */
 static void arrest_rods(struct closed_form *e, const struct drive *drive) {
     struct instant now;
     closed_form_look(e, &e->state, drive, &now);

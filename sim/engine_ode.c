@@ -1,19 +1,18 @@
 /* The ODE engine: bodies first, then the hydraulics over the motion just found.
  *
  * Time. ODE's semi-implicit Euler is used as the leapfrog it is: positions and pressures belong to
- * the substep's ends, velocities to its middle. That makes it second order, if each force is the
- * one at the substep's start, halfway between two velocities:
- *   of position and pressure  as they are;
- *   of velocity               at the velocity extrapolated by half a substep,
- *                             v + (v - v_before) / 2;
- *   held over substeps        the mean of this substep's and the one's before;
- *   and from rest             the velocities start half a substep before the positions (start()).
- * With the velocity as it is the engine would be of first order: viscous friction b would take dt/2
- * J'bJ from the inertia, 0.44 % of mz and 0.54 % of Ixx at 0.25 ms. All substeps after a place()
- * are to be of one length; dry friction is of first order at its reversals.
+ * the substep's ends, velocities to its middle. This is of second order if each force is taken at
+ * the substep's start, halfway between two velocities:
+ *   position, pressure   as they are;
+ *   velocity             extrapolated by half a substep, v + (v - v_before) / 2;
+ *   held over substeps   mean of this substep's force and the previous one's;
+ *   start from rest      velocities start half a substep before the positions (start()).
+ * Without extrapolation the engine would be of first order: viscous friction b would take dt/2 J'bJ
+ * from the inertia, 0.44 % of mz and 0.54 % of Ixx at 0.25 ms. All substeps after a place() must
+ * have the same length; dry friction is of first order at its reversals.
  *
- * Stick is part of ODE's complementarity problem: a leg is stuck when its motor needed
- * less than its limit. */
+ * Stick is part of ODE's complementarity problem: a leg is stuck if its motor needed less than its
+ * limit. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,18 +21,17 @@
 #include "ode_machine.h"
 #include "surroundings.h"
 
-/* kg, kg m^2. Below, ODE finds inertias that are no positive definite matrix. */
+/* kg, kg m^2. Below this ODE finds inertia matrices that are not positive definite. */
 static const double LEAST_BODY = 1e-8;
 
-/* A leg at an instant and what resists its motion. Forces act on the rod, away from
- * the base positive. */
+/* A leg at an instant and its resistance. Forces act on the rod, positive away from the base. */
 struct leg {
     dVector3 axis;
     double length_m, rate_mps;
     double viscous_n;
-    double passive_n; /* that, the end stop, and the middle of the dry friction's range */
+    double passive_n; /* viscous friction, seals, end stop and middle of the dry friction's range */
     double holding_n; /* half of that range: the motor's limit */
-    double contact_n; /* of the rod on the platform, of a leg with play */
+    double contact_n; /* force of the rod on the platform; leg with backlash */
 };
 
 struct engine_ode {
@@ -42,17 +40,17 @@ struct engine_ode {
     struct ode_machine machine;
     struct surroundings surroundings;
     bool joints_rub;
-    double pose[DOFS], ahead_m[LEGS]; /* of the last place() */
-    bool started;                   /* a substep has been made since */
-    struct velocity before[BODIES]; /* one substep ago */
-    bool hydraulic;                 /* the cylinders count: not when forced */
-    double held_n[LEGS];            /* forced: of the substep before */
-    struct leg leg[LEGS];           /* at the start of the substep */
-    double motor_n[LEGS];           /* the rest of the dry friction */
+    double pose[DOFS], ahead_m[LEGS]; /* arguments of the last place() */
+    bool started;                   /* a substep has been made since place() */
+    struct velocity before[BODIES]; /* velocities one substep ago */
+    bool hydraulic;                 /* the cylinders act; false when forced */
+    double held_n[LEGS];            /* forced: forces of the substep before */
+    struct leg leg[LEGS];           /* legs at the start of the substep */
+    double motor_n[LEGS];           /* part of the dry friction beyond passive_n */
     bool stuck[LEGS];
 };
 
-/* At the present positions: half a substep after ODE's. */
+/* Velocity at the present positions, which are half a substep after ODE's velocity. */
 static struct velocity velocity_now(const struct engine_ode *e, int body) {
     struct velocity v = ode_machine_velocity(&e->machine, body);
     for (int k = 0; k < 3; k++) {
@@ -62,7 +60,7 @@ static struct velocity velocity_now(const struct engine_ode *e, int body) {
     return v;
 }
 
-/* Where the leg has play, between rod and platform. */
+/* Contact force between rod and platform of a leg with backlash. */
 static double contact_now(const struct engine_ode *e, int i, const struct leg *leg) {
     const struct machine *machine = &e->model.machine;
     dVector3 joint, arm, turning;
@@ -76,8 +74,8 @@ static double contact_now(const struct engine_ode *e, int i, const struct leg *l
     return machine_contact(machine, i, leg->length_m - dCalcVectorDot3(arm, leg->axis), leg->rate_mps - rate_mps);
 }
 
-/* One of the two directions has speed, the other meets the leg should it turn round: a sliding
- * force is exact, and so is the range of forces that hold. */
+/* One direction takes the leg's speed, the other zero, for the case that it turns round. So a
+ * sliding force is exact, and so is the range of holding forces. */
 static struct leg leg_now(const struct engine_ode *e, int i, const struct hydraulics_state *s) {
     struct leg leg;
     struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
@@ -101,7 +99,7 @@ static void look_at_legs(struct engine_ode *e, const struct hydraulics_state *s)
     }
 }
 
-/* Both mass centres lie on the leg's axis: no moment. */
+/* Pushes at both mass centres: they lie on the leg's axis, so there is no moment. */
 static void push_leg(struct engine_ode *e, int i, double force_n) {
     const double *n = e->leg[i].axis;
     dBodyAddForce(e->machine.body[ROD + i], force_n * n[0], force_n * n[1], force_n * n[2]);
@@ -118,7 +116,7 @@ static void push_platform(struct engine_ode *e, int i) {
     dBodyAddForce(e->machine.body[ROD + i], -force_n * n[0], -force_n * n[1], -force_n * n[2]);
 }
 
-/* omega: of the motor's first body against its second. */
+/* omega: angular velocity of the motor's first body against its second. */
 static void rub_joint(struct engine_ode *e, int leg, dJointID motor, const dVector3 omega) {
     double moment[2];
     for (int k = 0; k < 2; k++) {
@@ -152,7 +150,7 @@ static void kick(struct engine_ode *e, double dt_s, const double force_n[LEGS]) 
     dWorldStep(e->machine.world, dt_s);
 }
 
-/* A trial step tells what a substep adds to the velocities; half of it belongs before the start. */
+/* A trial step finds the velocities' gain in a substep; half of it belongs before the start. */
 static void start(struct engine_ode *e, double dt_s, const double force_n[LEGS]) {
     kick(e, dt_s, force_n);
     ode_machine_place(&e->machine, e->pose, e->ahead_m);
@@ -171,12 +169,12 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     for (int i = 0; i < LEGS; i++) {
         double limit_n = e->leg[i].holding_n;
         e->motor_n[i] = limit_n > 0.0 ? -dCalcVectorDot3(e->machine.feedback[i].f1, e->leg[i].axis) : 0.0;
-        /* the solver sets a sliding motor to its limit, but for rounding */
+        /* the solver sets a sliding motor to its limit but for rounding */
         e->stuck[i] = fabs(e->motor_n[i]) < limit_n * (1.0 - 1e-9);
     }
 }
 
-/* Runge-Kutta of fourth order while the legs move from one length to the other. */
+/* Makes one RK4 step while the legs move evenly between two lengths. */
 static void step_hydraulics(struct engine_ode *e, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {
     double from_m[LEGS], middle_m[LEGS], to_m[LEGS], rate_mps[LEGS];
     for (int i = 0; i < LEGS; i++) {
@@ -191,7 +189,7 @@ static void step_hydraulics(struct engine_ode *e, double dt_s, const double valv
     hydraulics_step(&e->model, dt_s, input, s);
 }
 
-/* The frame of a base that moves is pulled the other way. */
+/* Moves base and pump. Bodies in the frame of a moving base feel its acceleration reversed. */
 static void yield(struct engine_ode *e, double dt_s) {
     struct surroundings *s = &e->surroundings;
     double momentum[3] = {0}, mass_kg = 0.0, pull[3];
@@ -280,8 +278,8 @@ static void truth(const struct engine *base, const struct hydraulics_state *s, s
 
 static void supply(struct engine *base, double share) { ((struct engine_ode *)base)->model.supply_share = share; }
 
-/* ODE asserts on a body without mass or inertia, which the closed form takes: a leg that weighs
- * nothing. */
+/* Refuses bodies without mass or inertia, on which ODE asserts; the closed form takes legs that
+ * weigh nothing. */
 static int bodies_check(const struct params *params, struct error *error) {
     struct machine m;
     machine_init(&m, params);

@@ -15,7 +15,7 @@ void hydraulics_rest(struct hydraulics_state *s) {
     s->supply_m3_per_s = 0.0;
 }
 
-/* Sums of what the legs draw and give. */
+/* Sums the legs' flows from the supply and to the tank. */
 static void flows(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS], const struct mains *mains,
                   double *supply_m3_per_s, double *tank_m3_per_s) {
     *supply_m3_per_s = *tank_m3_per_s = 0.0;
@@ -29,8 +29,8 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
     }
 }
 
-/* The back pressure that drives its own flow through the return line: the flow falls with the
- * pressure, so there is one (Illinois rule). */
+/* Finds the back pressure that drives its own flow through the return hose. The flow falls with the
+ * pressure, so there is exactly one (Illinois rule). */
 static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
                          struct mains *mains) {
     double resistance = m->machine.supply.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;
@@ -115,7 +115,7 @@ static void advance(double h, const union values *from, const union values *rate
 static void extended_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
     static const double divisor[4] = {6.0, 3.0, 3.0, 6.0};
     union values start, at, k[4];
-    memset(k, 0, sizeof k); /* of the legs that are not there */
+    memset(k, 0, sizeof k); /* for legs that the mechanism lacks */
     start.state = *s;
     extended(m, &start.state, &in[0], &k[0].state);
     advance(0.5 * dt_s, &start, &k[0], &at);

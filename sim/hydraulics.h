@@ -1,9 +1,8 @@
-/* The hydraulics of all six legs as one system: cylinder.h's legs, the lines between valve and
+/* The hydraulics of all six legs as one system: cylinder.h's legs, the hoses between valve and
  * chamber, and the mains that all valves share. Pure, RT.
  *
- * Mains: supply = Ps - Rs q with qdot = (Qs - q) / 10 ms, where Rs is not 0; tank = Pt + Rt Qt at
- * every instant. Qs and Qt: sums over the legs.
- */
+ * Mains: supply = Ps - Rs q with qdot = (Qs - q) / 10 ms if Rs is not 0; tank = Pt + Rt Qt at every
+ * instant. Qs and Qt are sums over the legs. */
 #ifndef HEXID_HYDRAULICS_H
 #define HEXID_HYDRAULICS_H
 
@@ -11,29 +10,29 @@
 
 struct hydraulics_state {
     struct cylinder_state cylinder[LEGS];
-    /* At work only in an extended model: */
+    /* Used only by an extended model: */
     struct line_state line[LEGS][PORTS];
-    double supply_m3_per_s; /* lagged */
+    double supply_m3_per_s; /* lagged flow from the supply */
 };
 
-/* Lines and gauges at chamber pressure, no flow. */
+/* Puts hoses and gauges at chamber pressure, without flow. */
 void hydraulics_rest(struct hydraulics_state *s);
 
-/* What moves the pistons: lengths and rates of the legs, up to the rods' ends, and the valve
+/* Drive of pistons and valves: lengths and rates of the legs, up to the rods' ends, and valve
  * commands. */
 struct hydraulics_input {
     const double *length_m, *rate_mps, *valve;
 };
 
-/* Rate of the state; of cylinder[] alone in a model that is not extended. */
+/* Rate of the state; only of cylinder[] in a model that is not extended. */
 void hydraulics_derivative(const struct cylinder_model *m, const struct hydraulics_state *s, const struct hydraulics_input *in,
                            struct hydraulics_state *rate);
 
-/* What a derivative cannot say: cylinder_limit of each leg. After every substep. */
+/* Applies cylinder_limit to each leg. Call after every substep. */
 void hydraulics_limit(const struct cylinder_model *m, struct hydraulics_state *s);
 
-/* One Runge-Kutta step of fourth order and hydraulics_limit; the input at its
- * start, middle and end. */
+/* Makes one RK4 step and applies hydraulics_limit; the input is given at the step's start, middle
+ * and end. */
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s);
 
 #endif

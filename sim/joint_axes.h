@@ -1,9 +1,9 @@
 /* Rates of the universal joints' axes, for joint friction in the closed-form engine. Pure, RT.
  *
  * The first axis E is fixed in the base or the platform, the second, E x n / s with s = |E x n|, in
- * the cylinder or rod. With the leg's angular velocity across itself, W = n x v / L, and w the
- * base's (0) or the platform's, the two rates are (W - w) d with d1 = (E - n (n.E)) / s^2 and
- * d2 = E x n / s: spin about n, which the rod is free to take, drops out of both. */
+ * the cylinder or rod. W = n x v / L is the leg's angular velocity across itself, w that of the
+ * base (0) or the platform. The two rates are (W - w) d with d1 = (E - n (n.E)) / s^2 and d2 = E x
+ * n / s. Spin about n, which the rod is free to take, drops out of both. */
 #ifndef HEXID_JOINT_AXES_H
 #define HEXID_JOINT_AXES_H
 
@@ -13,8 +13,8 @@
 enum { JOINT_AXES_PER_LEG = 4, JOINT_AXES = JOINT_AXES_PER_LEG * LEGS };
 
 struct joint_axes {
-    double row[JOINT_AXES][DOFS]; /* rate = row . twist; as a force, row' times
-                                   * the moment about the axis */
+    double row[JOINT_AXES][DOFS]; /* rate = row . twist; a moment about the axis adds row' times
+                                   * it */
     double bias[JOINT_AXES];      /* acceleration = row . acceleration + bias */
 };
 

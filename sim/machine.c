@@ -5,7 +5,7 @@
 
 #include "engine.h"
 
-static const double FLANK_RADPS = 2500.0, FLANK_DAMPING = 0.25; /* of a rod on its flank */
+static const double FLANK_RADPS = 2500.0, FLANK_DAMPING = 0.25; /* rod on its flank */
 
 static void base_bodies(struct machine *m, const struct params *params) {
     const struct payload_params *p = &params->payload;
@@ -73,14 +73,14 @@ void machine_init(struct machine *m, const struct params *params) {
         if (params->effects[i].on) apply(m, effect_table[i], &params->effects[i]);
 }
 
-/* Leading minors: positive definite. */
+/* True if the inertia matrix is positive definite, by its leading minors. */
 static bool turns(const double square[3], const double product[3]) {
     double xx = square[0], yy = square[1], zz = square[2], xy = product[0], xz = product[1], yz = product[2];
     double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
     return xx > 0.0 && xx * yy - xy * xy > 0.0 && determinant > 0.0;
 }
 
-/* Friction that drives is none. */
+/* True if the viscous friction would drive the leg. */
 static bool drives(const struct machine *m, int leg, int direction) {
     const struct leg_motion motion = {.speed_mps = 1.0, .direction = direction};
     struct friction sum = {.viscous = m->params->hydraulics.viscous_n_s_per_m[leg]};

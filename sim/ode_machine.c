@@ -4,18 +4,18 @@
 #include <pthread.h>
 #include <string.h>
 
-static const double AXIAL_SHARE = 4e-6;         /* of a part's transverse inertia, about the leg:
+static const double AXIAL_SHARE = 4e-6;         /* axial over transverse inertia of a leg's part;
                                                  * the closed form neglects it */
 static const double JOINT_ERP = 0.2;
 static const double JOINT_CFM = 1e-10;
 static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN
                                                  * creeps 10 nm in 10 s */
 
-/* ODE counts its users, but without a lock. */
+/* ODE counts its users without a lock. */
 static pthread_mutex_t ode_users = PTHREAD_MUTEX_INITIALIZER;
 
-/* ODE's solver prints when it gives up a step, and the loop thread must not. Such a step shows:
- * lengths leave the pose. */
+/* ODE's solver prints when it gives up a step, which the loop thread must not. Such a step shows
+ * anyway: lengths and pose disagree. */
 static void no_message(int number, const char *format, va_list args) {
     (void)number;
     (void)format;
@@ -202,7 +202,7 @@ static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, cons
     dJointSetUniversalAxis2(joint, axis2[0], axis2[1], axis2[2]);
 }
 
-/* The same, and one slides along the leg. */
+/* Makes a universal joint that also slides along the leg. */
 static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, const dVector3 point, const dVector3 axis1,
                        const dVector3 axis2, const dVector3 along) {
     dJointID joint = dJointCreatePU(m->world, NULL);
@@ -213,8 +213,8 @@ static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, con
     dJointSetPUAxisP(joint, along[0], along[1], along[2]);
 }
 
-/* A joint of its own, not the universal joint's motors: ODE then solves for the pistons first,
- * which is twice as fast where all stick. */
+/* Joint friction has a joint of its own, not the universal joint's motors: ODE then solves for the
+ * pistons first, twice as fast if all stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
     dJointID joint = dJointCreateAMotor(m->world, NULL);
     dJointAttach(joint, one, two);
@@ -235,7 +235,7 @@ static dJointID make_piston(struct ode_machine *m, dBodyID cylinder, dBodyID rod
     return joint;
 }
 
-/* ODE wants a moving body first: at the base its axes 1 and 2 are our second and first. */
+/* ODE wants a moving body first, so that at the base its axes 1 and 2 are our second and first. */
 static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyID platform = m->body[PLATFORM], cylinder = m->body[CYLINDER + leg], rod = m->body[ROD + leg];
     dVector3 a, along, first_upper, second_lower, second_upper;
@@ -268,8 +268,7 @@ int ode_machine_init(struct ode_machine *m, const struct params *params) {
     make_bodies(m);
     ode_machine_place(m, neutral, level);
     for (int leg = 0; leg < LEGS; leg++) make_joints(m, leg, m->machine.joint_friction.count > 0);
-    /* The first step allocates ODE's working memory, enough for all the rows these
-     * joints can have. */
+    /* The first step allocates ODE's working memory, enough for all rows of these joints. */
     if (!dWorldStep(m->world, 1e-6)) return ode_machine_free(m), -1;
     ode_machine_place(m, neutral, level);
     m->neutral_moment_kg_m = moment_of_mass(m);

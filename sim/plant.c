@@ -16,14 +16,14 @@
 struct plant {
     const struct params *params;
     struct cylinder_model cylinder;
-    struct rigid_model rigid; /* for static balance only */
+    struct rigid_model rigid; /* only for the static balance */
     struct engine *engine;
     struct sensors sensors;
     struct valve_line valve_line;
     struct hydraulics_state state;
     struct power_unit power_unit;
     bool has_power_unit, charge_pump;
-    uint64_t cycles;          /* time is exact, no sum of roundings */
+    uint64_t cycles;          /* count, so that time is exact */
     double forced_s;          /* time spent in plant_step_forced */
 };
 
@@ -36,7 +36,7 @@ static struct cylinder_state drained(const struct plant *plant) {
     return (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
 }
 
-/* What is left to the end stops: the legs' holding forces less what tank pressure pushes. */
+/* Loads of the end stops: holding forces of the legs less the push of tank pressure. */
 static bool stop_loads(const struct plant *plant, const double pose[DOFS], double load_n[LEGS]) {
     struct cylinder_state tank = drained(plant);
     bool possible = rigid_holding_forces(&plant->rigid, pose, load_n);
@@ -44,7 +44,7 @@ static bool stop_loads(const struct plant *plant, const double pose[DOFS], doubl
     return possible;
 }
 
-/* Rods with play, where they push at rest. */
+/* Finds the places at rest of rods with backlash. */
 static void rest_ahead(const struct plant *plant, const double pose[DOFS], double ahead_m[LEGS]) {
     struct rigid_state s;
     struct rigid_legs legs;
@@ -58,8 +58,8 @@ static void rest_ahead(const struct plant *plant, const double pose[DOFS], doubl
     }
 }
 
-/* Newton on the lengths at which each end stop carries its load. False where that is no
- * pose of the machine. */
+/* Newton's method on the lengths at which each end stop carries its load. False if no pose of the
+ * machine has them. */
 static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     double stiffness = plant->params->hydraulics.stop_stiffness_n_per_m;
     for (int iteration = 0; iteration < 100; iteration++) {
@@ -87,7 +87,7 @@ static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     return false;
 }
 
-/* What the sensors are about to see. */
+/* Exact values for the sensors to read. */
 static void exact_values(const struct plant *plant, struct exact *exact) {
     struct plant_truth truth;
     const struct hydraulics_state *s = &plant->state;
@@ -100,7 +100,7 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
     }
 }
 
-/* At rest in a pose, chambers as they are, for so long that nothing remembers anything else. */
+/* Rests in a pose, chambers as they are, for so long that nothing remembers an earlier motion. */
 static void rest(struct plant *plant, const double pose[DOFS]) {
     struct exact exact;
     double ahead_m[LEGS];
@@ -127,9 +127,9 @@ static int settle(struct plant *plant, struct error *error) {
     return resolution_check(&plant->cylinder, &plant->rigid, pose, substep_s(plant), error);
 }
 
-/* What rings, times a substep's time squared, kg: a rod with play between its oil, at its stiffest,
- * and a flank; on its seals, which are twice as stiff when it has just turned, a rod, and without
- * play its share of the payload. */
+/* dt^2 times the stiffness plus dt times the damping of a rod's fastest oscillation, kg. With
+ * backlash it has oil at its stiffest, flank and viscous friction; seals are always counted, and
+ * the bound's factor of two covers their double stiffness after a reversal. */
 static double rings_kg(const struct plant *plant, int leg) {
     const struct machine *m = &plant->cylinder.machine;
     const struct cylinder_leg *c = &plant->cylinder.leg[leg];
@@ -140,7 +140,7 @@ static double rings_kg(const struct plant *plant, int leg) {
     return dt_s * (dt_s * ((play ? oil + machine_flank(m, leg) : 0.0) + seals) + (play ? drag : 0.0));
 }
 
-/* The engines are stable up to twice as much. */
+/* The engines are stable up to twice this bound. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;
     for (int k = 0; k < LEGS; k++) {
@@ -181,7 +181,7 @@ void plant_destroy(struct plant *plant) {
     free(plant);
 }
 
-/* Chamber pressures for a leg force: P1 at half the supply, moved as little as brings P2 between
+/* Chamber pressures for a leg force: P1 at half the supply, or the nearest that keeps P2 between
  * tank and supply. */
 static struct cylinder_state holding_state(const struct cylinder_model *m, int leg, double force_n) {
     struct mains mains = cylinder_mains(m);
@@ -200,7 +200,7 @@ void plant_place(struct plant *plant, const double pose[DOFS]) {
     rest(plant, pose);
 }
 
-/* A valve amplifier that gets no sensible signal centres its valve. */
+/* A valve amplifier without a sensible signal centres its valve. */
 static double command(double valve) {
     if (isnan(valve)) return 0.0;
     return fmin(fmax(valve, -1.0), 1.0);

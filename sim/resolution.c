@@ -4,13 +4,13 @@
 
 #include "vec.h"
 
-/* Stability of the explicit steps: a spring at rate^2 dt^2 < 4 (leapfrog; Runge-Kutta's is 8), a
- * damper at rate dt < 1 (velocities extrapolated by half a substep; 2.8), a chamber at 2.8. */
+/* Stability limits of the explicit steps: a spring's rate^2 dt^2 < 4 (leapfrog; 8 for Runge-Kutta),
+ * a damper's rate dt < 1 (velocities extrapolated by half a substep; else 2.8), a chamber's 2.8. */
 static const double SPRING_MOST = 3.5, DAMPER_MOST = 0.9, LEAK_MOST = 2.5;
 enum { ITERATIONS = 60 };
 
-/* Returns the largest eigenvalue of sum of[k] w[k] w[k]' by the power method. of[k] is a
- * stiffness or a damping along leg k, w[k] the leg's row against the platform's inertia. */
+/* Largest eigenvalue of sum of[k] w[k] w[k]' by the power method. of[k] is a stiffness or damping
+ * along leg k, w[k] the leg's row scaled by the platform's inertia. */
 static double fastest(const double of[LEGS], double w[LEGS][DOFS]) {
     double x[DOFS] = {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}, value = 0.0;
     for (int n = 0; n < ITERATIONS; n++) {
@@ -44,7 +44,7 @@ static double viscous(const struct cylinder_model *m, int leg) {
     return fmax(cylinder_friction(m, leg, &rest, 1, 1.0).viscous, cylinder_friction(m, leg, &rest, -1, 1.0).viscous);
 }
 
-/* Returns the rate, 1/s, at which leakage evens out the pressures of the leg's chambers. */
+/* Rate, 1/s, at which leakage evens out the pressures of the leg's chambers. */
 static double leak_rate(const struct cylinder_leg *c, double length_m) {
     double stroke_m = c->length_max_m - c->length_min_m, in_m = fmin(fmax(length_m - c->length_min_m, 0.0), stroke_m);
     double one_m3 = c->dead_volume_m3[PORT_A] + c->a1_m2 * in_m, other_m3 = c->dead_volume_m3[PORT_B] + c->a2_m2 * (stroke_m - in_m);

@@ -1,5 +1,5 @@
-/* Can the substeps resolve the machine? Oil springs, dampers and leakage whose own rates are faster
- * than a substep make either engine diverge. Pure. */
+/* Checks whether the substeps resolve the machine. Oil springs, dampers and leakage whose rates are
+ * faster than a substep make either engine diverge. Pure. */
 #ifndef HEXID_RESOLUTION_H
 #define HEXID_RESOLUTION_H
 

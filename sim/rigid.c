@@ -7,7 +7,7 @@
 
 static void inertia_of(const struct machine *m, double inertia[3][3]) {
     const double *square = m->bodies.payload_inertia_kg_m2, *product = m->bodies.payload_products_kg_m2;
-    for (int i = 0; i < 3; i++)        /* xy, xz, yz */
+    for (int i = 0; i < 3; i++)        /* products: xy, xz, yz */
         for (int j = 0; j < 3; j++) inertia[i][j] = i == j ? square[i] : product[i + j - 1];
 }
 
@@ -66,8 +66,7 @@ void rigid_pose(const struct rigid_state *s, double pose[DOFS]) {
     pose[5] = atan2(t[1][0], t[0][0]);
 }
 
-/* One short loop per quantity, over legs as in an array machine: the compiler
- * makes pairs of them. */
+/* One short loop over the legs per quantity, which the compiler vectorises in pairs. */
 void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs) {
     const double *v = s->twist, *w = s->twist + 3;
     double (*t)[3] = legs->rotation, spin[3][3], square[LEGS];
@@ -106,7 +105,7 @@ static void payload_dynamics(const struct rigid_model *m, const struct rigid_sta
     double momentum[3], moment[3];
     memset(mass, 0, DOFS * sizeof mass[0]);
     for (int i = 0; i < 3; i++) {
-        double row[3] = {0}; /* of T Ic */
+        double row[3] = {0}; /* row of T Ic */
         for (int k = 0; k < 3; k++)
             for (int n = 0; n < 3; n++) row[k] += legs->rotation[i][n] * m->inertia[n][k];
         mass[i][i] = m->mass;
@@ -121,8 +120,7 @@ static void payload_dynamics(const struct rigid_model *m, const struct rigid_sta
     memcpy(load + 3, moment, sizeof moment);
 }
 
-/* The payload's mass at its own centre, off the origin: mass and load of rigid_dynamics get what
- * the payload at the origin lacks. */
+/* Corrects mass and load for a payload whose mass centre is off the origin of {M}. */
 static void add_offset(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, double mass[DOFS][DOFS],
                        double load[DOFS]) {
     const double *w = s->twist + 3;
@@ -142,8 +140,8 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
     mass[5][0] -= m->mass * r[1], mass[5][1] += m->mass * r[0];
 }
 
-/* Weights of payload and legs along x and y, where the base is tilted; moments about
- * the origin of {M}. */
+/* Weights of payload and legs along x and y on a tilted base, with moments about the origin of
+ * {M}. */
 static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
     const double *down = m->machine.bodies.down, gravity = m->machine.bodies.gravity_mps2;
     const double g[3] = {gravity * down[0], gravity * down[1], 0.0};
@@ -157,8 +155,8 @@ static void add_sideways(const struct rigid_model *m, const struct rigid_legs *l
     }
 }
 
-/* What each leg adds at its upper joint: f and ma - f of its mass, and its pull while the joint
- * does not accelerate. */
+/* Contribution of each leg at its upper joint: f and ma - f of its mass, and its force while the
+ * joint does not accelerate. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
     double pull[3][LEGS], moment[3][LEGS]; /* on the platform, about the origin of {M} */
@@ -187,7 +185,7 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
     }
 }
 
-/* sum (ma - f) J' J; whole rows, which are cheaper than a triangle. */
+/* sum (ma - f) J' J; whole rows are faster than a triangle. */
 static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEGS], double mass[DOFS][DOFS]) {
     for (int k = 0; k < LEGS; k++) {
         double row[DOFS];
@@ -196,7 +194,7 @@ static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEG
     }
 }
 
-/* sum f [I, -rho~; rho~, -rho~ rho~], lower triangle: the moments of f about the origin of {M}. */
+/* sum f [I, -rho~; rho~, -rho~ rho~], lower triangle: moments of f about the origin of {M}. */
 static void add_transverse_mass(const struct rigid_legs *legs, const double f[LEGS], double mass[DOFS][DOFS]) {
     const double *x = legs->rho[0], *y = legs->rho[1], *z = legs->rho[2];
     double s = 0.0, sx = 0.0, sy = 0.0, sz = 0.0, xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, yz = 0.0, zx = 0.0;
@@ -252,7 +250,7 @@ double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *leg
     return m->upper_mass[leg] * (acceleration_mps2 - inner_m * turn_squared - weight_mps2);
 }
 
-/* Kinetic energy body by body, not from the mass matrix: a test holds the two together. */
+/* Kinetic energy body by body, not from the mass matrix, so that a test can compare the two. */
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j) {
     struct rigid_legs legs;
     const double *down = m->machine.bodies.down;
@@ -272,15 +270,15 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
         double inner = legs.length[k] - m->upper_center[k], turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
         kinetic += m->upper_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass[k] * inner * inner * turn_squared +
                    m->fixed_inertia[k] * turn_squared;
-        /* from the lower joint, which stays */
+        /* measured from the lower joint, which is fixed */
         depth += (m->upper_mass[k] * inner + m->lower_moment[k]) * dot3(n, down);
     }
     *kinetic_j = 0.5 * kinetic;
     *potential_j = -m->machine.bodies.gravity_mps2 * depth - m->neutral_potential;
 }
 
-/* J' f = -load by way of J J' f = -J load: six legs that hold the platform at all are
- * far from singular. */
+/* Solves J' f = -load through J J' f = -J load: legs that hold the platform at all are far from
+ * singular. */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]) {
     struct rigid_state s;
     struct rigid_legs legs;

@@ -11,17 +11,16 @@
  *   f a + (ma - f) n (n.a) + f' Ldot v_perp + ma ra |v_perp|^2/L^2 n
  *       - ma grav - (mb rb - ma ra)/L (grav - n (n.grav))
  *
- * Apparent inertia (machine.h) adds to g, to the ma of the second term, and axial |v_perp|^2/L n. A
- * payload whose mass centre is off the origin adds a point mass's terms. The part of grav across z,
- * in a machine that does not stand level, is added apart.
+ * A payload whose mass centre is off the origin adds the terms of a point mass. The part of grav
+ * across z, in a machine that does not stand level, is added separately.
  *
- *  symbol   meaning                                             frame
+ *  symbol   meaning                                                 frame
  *  n, L     unit vector from the lower to the upper joint, length   {B}
- *  rho      upper joint from the origin of {M}: T a             {B}
- *  twist    velocity of the origin of {M}, angular velocity     {B}
+ *  rho      upper joint from the origin of {M}: T a                 {B}
+ *  twist    velocity of the origin of {M}, angular velocity         {B}
  *  J        leg rates = J twist, row [n, rho x n]
  *
- * So mass and load need no 3x3 products:
+ * This way mass and load need no 3x3 products:
  *
  *   M = blkdiag(m I, T Ic T') + sum (ma - f) J_i' J_i + sum f [I, -rho~; rho~, -rho~ rho~] */
 #ifndef HEXID_RIGID_H
@@ -32,14 +31,14 @@
 
 struct rigid_model {
     struct machine machine;
-    struct sim_geometry geometry; /* the joints' axes */
-    double upper[3][LEGS], lower[3][LEGS]; /* geometry, an array per coordinate */
+    struct sim_geometry geometry; /* axes of the joints */
+    double upper[3][LEGS], lower[3][LEGS]; /* joints, an array per coordinate */
     double mass, inertia[3][3], gravity;           /* gravity along z */
-    bool offset;                                   /* the payload's mass centre is not
-                                                    * the origin of {M} */
+    bool offset;                                   /* the payload's mass centre is off the origin of
+                                                    * {M} */
     double upper_center[LEGS];                     /* ra */
     double upper_mass[LEGS], upper_moment[LEGS], lower_moment[LEGS]; /* ma, ma ra, mb rb */
-    double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib */
+    double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib, with effects */
     double neutral_potential;
 };
 
@@ -54,38 +53,38 @@ struct rigid_legs {
     double rho[3][LEGS], n[3][LEGS], arm[3][LEGS]; /* arm: rho x n */
     double length[LEGS], rate[LEGS];
     double across[3][LEGS]; /* v_perp */
-    double centripetal[3][LEGS]; /* omega x (omega x rho): a without the
-                                  * acceleration of the platform */
+    double centripetal[3][LEGS]; /* omega x (omega x rho): the part of a that does not depend on the
+                                  * platform's acceleration */
 };
 
 void rigid_model_init(struct rigid_model *m, const struct params *params);
 
-/* Euler angles of types.h to the state and back; rest: twist zero. */
+/* Converts Euler angles (types.h) to a state with twist zero, and back. */
 void rigid_rest(struct rigid_state *s, const double pose[DOFS]);
 void rigid_pose(const struct rigid_state *s, double pose[DOFS]);
 
 void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs);
 
-/* mass acceleration = load + J' f. Lower triangle of mass only. */
+/* mass acceleration = load + J' f. Sets only the lower triangle of mass. */
 void rigid_dynamics(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, double mass[DOFS][DOFS],
                     double load[DOFS]);
 
 /* load += J' f */
 void rigid_push(const struct rigid_legs *legs, const double force_n[LEGS], double load[DOFS]);
 
-/* Row of J. */
+/* Row of J for one leg. */
 static inline void rigid_row(const struct rigid_legs *legs, int leg, double row[DOFS]) {
     for (int i = 0; i < 3; i++) row[i] = legs->n[i][leg], row[3 + i] = legs->arm[i][leg];
 }
 
-/* What a leg's rod needs along the leg, joint to joint or up to its end so long, for itself:
- * mass times acceleration, less what the leg's turning and the weight give. */
+/* Axial force that a leg's rod needs for itself when its end is length_m from the lower joint: mass
+ * times acceleration, less the parts due to the leg's turning and to weight. */
 double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *legs, int leg, double length_m, double acceleration_mps2);
 
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
 
-/* Forces along the legs that hold the platform at rest in a pose. False where the legs
- * cannot (J singular). */
+/* Forces along the legs that hold the platform at rest in a pose. False if the legs cannot (J
+ * singular). */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]);
 
 #endif

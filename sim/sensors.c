@@ -42,9 +42,9 @@ void sensors_rest(struct sensors *s, const struct exact *exact) {
     for (int i = 0; i < s->kept; i++) s->past[i] = *exact;
 }
 
-/* First order, exact for a value that changes evenly over the step. */
+/* First-order lag, exact for a value that changes evenly over the step. */
 static double lagged(double before, double from, double to, double lag_s, double dt_s) {
-    /* it ends up behind by rate times lag */
+    /* steady delay behind a ramp: rate times lag */
     double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s;
     return to - trail + (before - from + trail) * left;
 }
@@ -60,7 +60,7 @@ void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact) {
     s->past[s->newest] = s->lagged;
 }
 
-/* So long ago, between two substeps by a straight line. */
+/* Value of delay_s ago, interpolated linearly between substeps. */
 static double delayed(const struct sensors *s, int i, double delay_s, double dt_s) {
     double ago = delay_s / dt_s, whole = floor(ago), part = ago - whole;
     int later = (s->newest - (int)whole + 2 * s->kept) % s->kept, earlier = (later - 1 + s->kept) % s->kept;
@@ -80,7 +80,7 @@ static double uniform(uint64_t *state) {
     return (double)((z ^ z >> 31) >> 11) * 0x1p-53 - 0.5;
 }
 
-/* Codes of an n-bit converter: -2^(n-1) .. 2^(n-1)-1; beyond them it saturates. */
+/* Codes of an n-bit converter are -2^(n-1) .. 2^(n-1)-1; it saturates beyond them. */
 static double through_converter(struct sensors *s, double pressure_pa) {
     if (!s->params->enabled) return pressure_pa;
     double full = s->params->pressure_full_scale_pa;
@@ -90,7 +90,7 @@ static double through_converter(struct sensors *s, double pressure_pa) {
 }
 
 void sensors_read(struct sensors *s, double dt_s, const struct exact *exact, struct exact *reading) {
-    for (int k = 0; k < LEGS; k++) { /* leg by leg, as the noise is drawn */
+    for (int k = 0; k < LEGS; k++) { /* leg by leg, the order in which noise is drawn */
         for (int kind = 0; kind < KINDS; kind++) {
             int i = kind * LEGS + k;
             const struct sensor_path *p = path(s, i);

@@ -4,12 +4,11 @@
 
 #include "vec.h"
 
-static const double DEPENDENT = 1e-12;  /* share of a row's square that is left by the rows before
-                                         * it */
+static const double DEPENDENT = 1e-12;  /* rest of a dependent row, as a share of its square */
 static const double GIVES_WAY = 1e-6;  /* m/s^2 or rad/s^2: far above the solver's error, far below
-                                        * any motion (0.5 um after 1 s) */
-static const double CONVERGED = 1e-12; /* m/s^2 or rad/s^2 */
-static const double LEAST_LIMIT = 1e-9; /* N or N m: the solver needs room between the limits */
+                                        * any real motion (0.5 um after 1 s) */
+static const double CONVERGED = 1e-12; /* residual over room between limits, m/s^2 or rad/s^2 */
+static const double LEAST_LIMIT = 1e-9; /* N or N m: the solver needs room between limits */
 
 enum { ITERATIONS = 60 };
 
@@ -34,10 +33,10 @@ void stick_hold(const struct stick_basis *basis, double bias_scale, double x[DOF
     for (int k = 0; k < basis->rank; k++) add6(-dot6(basis->row[k], x) - bias_scale * basis->bias[k], basis->row[k], x);
 }
 
-/* Interior point for: minimise |x + sum force_k row_k|^2 / 2 + sum bias_k force_k, each force
+/* Interior point method: minimise |x + sum force_k row_k|^2 / 2 + sum bias_k force_k, each force
  * between its limits. The gradient is the coordinate's acceleration = extend - retract, the
- * multipliers of the two limits: an extending one presses the force to its lower limit. down, up:
- * distances of the force from its lower and upper limit. */
+ * multipliers of the two limits: a coordinate that extends presses its force to the lower limit.
+ * down, up: distances of the force from its lower and upper limit. */
 struct point {
     double force, down, up, extend, retract;
 };
@@ -50,14 +49,14 @@ static void point_start(const struct stick_coordinate *c, struct point *p, doubl
     add6(p->force, c->row, x);
 }
 
-/* Sum of distance times multiplier over all limits: 0 at the solution. */
+/* Sum of distance times multiplier over all limits; 0 at the solution. */
 static double complementarity(const struct point *p, int count) {
     double sum = 0.0;
     for (int k = 0; k < count; k++) sum += p[k].down * p[k].extend + p[k].up * p[k].retract;
     return sum;
 }
 
-/* Newton towards complementarity `target` at every limit: (I + sum y y'/d) dx = -sum y rho/d,
+/* Newton step towards complementarity `target` at every limit: (I + sum y y'/d) dx = -sum y rho/d,
  * df = -(rho + y.dx)/d. */
 static void newton(const struct stick_coordinate *c, const struct point *p, int count, double target, double *change) {
     struct factor6 metric = {0};
@@ -79,8 +78,7 @@ static void shorten(double value, double change, double *length) {
     if (value + *length * change < 0.0) *length = -value / change;
 }
 
-/* Steps along the forces' change, and the multipliers' that goes with it, not quite to
- * the nearest limit. */
+/* Steps forces and multipliers along their changes, not quite to the nearest limit. */
 static void advance(struct point *p, int count, double target, const double *change) {
     double extend[STICK_MAX], retract[STICK_MAX], length = 1.0 / 0.99;
     for (int k = 0; k < count; k++) {

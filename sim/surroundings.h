@@ -1,11 +1,11 @@
-/* What the machine stands on and is fed by, where that is not as stiff as the model has it: a base
- * on springs, a pump that pulses. No effect of the catalogue, so that there is something for the
- * diagnosis not to know; for the ODE engine. Pure, RT.
+/* A base on springs and a pump that pulses, which the model assumes rigid and steady. They are no
+ * effects of the catalogue, so that the diagnosis meets something it does not know. For the ODE
+ * engine. Pure, RT.
  *
  * Base: rigid, free to move without turning, mb from sim.base_mass_kg. In its own frame every body
  * feels -a_b, and with P their momentum there, (mb + M) a_b = -dP/dt - k x_b - c v_b,  k = (mb + M)
- * w^2, c = 0.1 (mb + M) w, w from sim.base_hz, M the mass of all that moves. Pump:
- * supply = Ps + ripple sin(2 pi f t). */
+ * w^2, c = 0.1 (mb + M) w, w from sim.base_hz, M the mass of all that moves. Pump: supply = Ps +
+ * ripple sin(2 pi f t). */
 #ifndef HEXID_SURROUNDINGS_H
 #define HEXID_SURROUNDINGS_H
 
@@ -14,14 +14,14 @@
 struct surroundings {
     const struct params *params;
     double time_s;
-    double position_m[3], rate_mps[3], acceleration_mps2[3]; /* of the base */
-    double momentum[3];                                      /* a substep ago */
-    bool moved;                                              /* it is known */
+    double position_m[3], rate_mps[3], acceleration_mps2[3]; /* motion of the base */
+    double momentum[3];                                      /* momentum a substep ago */
+    bool moved;                                              /* `momentum` is known */
 };
 
 bool surroundings_yield(const struct params *params);
 
-/* A substep later; momentum and mass of the bodies, in the base's frame. */
+/* Makes one substep; momentum and mass of the bodies, in the base's frame. */
 void surroundings_step(struct surroundings *s, double dt_s, double mass_kg, const double momentum[3]);
 
 double surroundings_supply(const struct surroundings *s);

@@ -21,7 +21,7 @@ void valve_line_hold(struct valve_line *l, const double valve[LEGS]) {
     double arrived[LEGS];
     valve_line_rest(l);
     for (int i = 0; i < l->kept; i++) valve_line_send(l, valve);
-    valve_line_receive(l, 0, arrived); /* what the command hooks remember */
+    valve_line_receive(l, 0, arrived); /* sets the memory of the command hooks */
 }
 
 void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
@@ -29,12 +29,12 @@ void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
     memcpy(l->sent[l->newest], valve, sizeof l->sent[0]);
 }
 
-/* Mean over the substep of what was sent a delay ago. */
+/* Mean over the substep of the command sent a delay ago. */
 static double arriving(const struct valve_line *l, int leg, int substep) {
     const struct params *p = l->machine->params;
     double cycles = l->machine->timing.command_delay_s[leg] / p->loop.period_s, delay = fmin(cycles, l->kept - 2.0);
     if (!(delay > 0.0)) return l->sent[l->newest][leg];
-    /* in substeps, from the newest command's */
+    /* start of the substep a delay ago, in substeps since the newest command */
     double start = substep - delay * p->sim.substeps;
     double cycle = floor(start / p->sim.substeps), change = (cycle + 1.0) * p->sim.substeps - start;
     int at = (l->newest + (int)cycle + 2 * l->kept) % l->kept, next = (at + 1) % l->kept;

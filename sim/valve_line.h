@@ -1,32 +1,32 @@
-/* The way of the valve commands from the controller to the spools' servos: a delay, then what
- * effects make of a command (effect.h's command hook). RT. */
+/* The path of the valve commands from the controller to the spools' servos: a delay, then the
+ * effects' command hooks (effect.h). RT. */
 #ifndef HEXID_VALVE_LINE_H
 #define HEXID_VALVE_LINE_H
 
 #include "machine.h"
 
-/* Those of 0.1 s, the longest delay, at 10 kHz, the shortest cycle; beyond that a delay is cut. */
+/* Commands in 0.1 s, the longest delay, at 10 kHz, the fastest loop; a longer delay is cut. */
 enum { VALVE_LINE_COMMANDS = 1024 };
 
 struct valve_line {
     const struct machine *machine;
-    double memory[EFFECTS_MAX][LEGS]; /* of the command hooks, in the order of machine->command */
+    double memory[EFFECTS_MAX][LEGS]; /* memory of command hooks, as in machine->command */
     int kept, newest;
-    double sent[VALVE_LINE_COMMANDS][LEGS]; /* one command a cycle; each is held for a cycle */
+    double sent[VALVE_LINE_COMMANDS][LEGS]; /* one command per cycle, held for the cycle */
 };
 
 /* machine must outlive the line. */
 void valve_line_init(struct valve_line *l, const struct machine *machine);
 
-/* Centred for ever; or held at these commands. */
+/* Starts as if the commands had always been zero, or these. */
 void valve_line_rest(struct valve_line *l);
 void valve_line_hold(struct valve_line *l, const double valve[LEGS]);
 
-/* The command of a new cycle. */
+/* Takes the command of a new cycle. */
 void valve_line_send(struct valve_line *l, const double valve[LEGS]);
 
-/* What arrives over a substep of that cycle; where a command changes within the substep, the mean,
- * which moves the spool alike. */
+/* Gives the commands that arrive over a substep of that cycle. If one changes within the substep it
+ * gives the mean, which moves the spool equally. */
 void valve_line_receive(struct valve_line *l, int substep, double valve[LEGS]);
 
 #endif

@@ -1,5 +1,4 @@
-/* Vectors of three and six, and the Cholesky factor of a 6x6 matrix: what the closed
- * form needs, inline. */
+/* Vectors of three and six, and the Cholesky factor of a 6x6 matrix, inline for the closed form. */
 #ifndef HEXID_VEC_H
 #define HEXID_VEC_H
 
@@ -27,7 +26,7 @@ struct factor6 {
     double c[6][6];
 };
 
-/* In place, from the lower triangle of M. */
+/* Factorises in place, from the lower triangle of M. */
 static inline void factor6(struct factor6 *f) {
     for (int j = 0; j < 6; j++) {
         double d = f->c[j][j];
@@ -41,7 +40,7 @@ static inline void factor6(struct factor6 *f) {
     }
 }
 
-/* x := C^-1 x. With x = C' v the metric of M is the plain one. */
+/* x := C^-1 x. For x = C' v the metric of M becomes the Euclidean one. */
 static inline void whiten6(const struct factor6 *f, double x[6]) {
     for (int i = 0; i < 6; i++) {
         for (int k = 0; k < i; k++) x[i] -= f->c[i][k] * x[k];

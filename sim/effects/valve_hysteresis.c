@@ -2,7 +2,7 @@
 
 enum { WIDTH };
 
-/* The play operator: what follows lags by half the width behind a command that turned round. */
+/* Backlash operator: the output follows half a width behind the command. */
 static double command(const struct effect_values *v, int leg, double command, double *memory) {
     double half = 0.5 * v->value[WIDTH][leg], low = command - half, high = command + half;
     return *memory = *memory < low ? low : *memory > high ? high : *memory;

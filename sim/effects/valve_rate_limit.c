@@ -4,7 +4,7 @@
 
 enum { RATE };
 
-static const double NONE_PER_S = 1e4; /* the neutral value stands for no limit at all */
+static const double NONE_PER_S = 1e4; /* neutral value: no limit */
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
