@@ -1,6 +1,6 @@
-/* What can fail, how it is seen, and what becomes of it: one table, for the names of faults in
- * messages and results, for what the terminal and HEXID_EVENT tell the operator to do, and for the
- * documentation (`hexid doctor --failures` prints it). */
+/* Failures, how each is detected, and how the platform reacts: one table for the names of faults
+ * in messages and results, for the operator's instructions on the terminal and in HEXID_EVENT,
+ * and for the documentation (`hexid doctor --failures` prints it). */
 #ifndef HEXID_FAILURE_H
 #define HEXID_FAILURE_H
 
@@ -8,41 +8,40 @@
 
 #include "types.h"
 
-/* What the platform does on its own. SAFETY: what control can do without parks the platform slowly;
- * what it cannot do without, and what says that somebody may be in danger, centres the valves and
- * takes the supply off at once. */
+/* The platform's automatic reaction. SAFETY: after failures that control can tolerate the
+ * platform is parked slowly; after those that it cannot, and after those that may mean danger to
+ * people, the valves are centred and the supply is switched off at once. */
 enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 
 struct failure {
-    uint32_t fault;       /* FAULT_..., 0: a failure that is no fault of the supervisor's */
-    const char *name;     /* what the operator sees: the fault's name, or in words */
+    uint32_t fault;       /* FAULT_...; 0: not a fault of the supervisor */
+    const char *name;     /* fault's name or words, as the operator sees them */
     const char *what;
-    const char *detected; /* by what */
+    const char *detected; /* by which check */
     const char *within;
     enum reaction reaction;
-    const char *platform; /* what it does then */
-    const char *cause;    /* the likely ones */
-    const char *remedy;   /* what to do, before the platform may move again */
-    const char *least_key, *most_key; /* of its limits; NULL: it has no such limit */
-    const char *unit;     /* that people read its value in; NULL: nothing is measured */
-    double per_si;        /* units in one of SI */
+    const char *platform; /* the platform's reaction in words */
+    const char *cause;    /* likely causes */
+    const char *remedy;   /* what to do before the platform may move again */
+    const char *least_key, *most_key; /* keys of its limits; NULL: no such limit */
+    const char *unit;     /* unit of the value for people; NULL: nothing is measured */
+    double per_si;        /* factor from SI to that unit */
 };
 
-/* Ended by a row without a name; first the faults: what else is seen in the same cycle as one
- * follows from it, and stands below. */
+/* Ended by a row without a name. Faults come first, causes above the consequences that are seen
+ * in the same cycle. */
 extern const struct failure failure_table[];
 
-/* The first row of these faults; NULL where there is none. */
+/* The first row with one of these faults; NULL if there is none. */
 const struct failure *failure_of(uint32_t faults);
 
-/* Its name, "none" for 0. */
+/* Name of the first of these faults; "none" for 0. */
 const char *fault_name(uint32_t faults);
 
-/* The faults with this reaction. */
+/* All faults with this reaction. */
 uint32_t failure_mask(enum reaction reaction);
 
-/* What an operator is told: name of the first fault, and the legs it was seen at: "following_error,
- * leg 3", "kinematics". */
+/* Writes the name of the first fault and its legs: "following_error, leg 3", "kinematics". */
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
@@ -56,14 +55,14 @@ const char *fault_measured(uint32_t first_fault, const struct fault_measure *mea
 enum { FAULT_LINE_SIZE = FAULT_TEXT_SIZE + 2 + FAULT_MEASURE_SIZE };
 void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]);
 
-/* The same at length: what was seen and the likely cause; then what to do, up to moving again,
- * which an automatic run cannot. missed, longest_s: deadlines missed in a row and the longest
- * delay, told of an overrun. */
+/* Explains a fault at length: what was seen and the likely cause; then the remedy, up to moving
+ * again (which an automatic run cannot do). missed, longest_s: deadlines missed in a row and the
+ * longest delay, for an overrun. */
 enum { FAILURE_TEXT_SIZE = 400 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);
 
-/* The table in Markdown. */
+/* Prints the table in Markdown. */
 void failure_print(FILE *out);
 
 #endif

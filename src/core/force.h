@@ -1,5 +1,5 @@
-/* Pressures to leg forces: f = A1 P1 - A2 P2, positive pushing the platform away from
- * the base; and how stiff the oil is that makes them. Pure, RT. */
+/* Leg forces from pressures: f = A1 P1 - A2 P2, positive if it pushes the platform away from the
+ * base; and the stiffness of the oil. Pure, RT. */
 #ifndef HEXID_FORCE_H
 #define HEXID_FORCE_H
 
@@ -17,19 +17,18 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
 }
 
 /* SAFETY: the loop gain of the force feedback (control.kpf) is proportional to the stiffness of
- * the oil, A1^2/V1 + A2^2/V2 times its bulk modulus, which is ten times that at neutral near the
- * ends of a long stroke: kept as it is, it shakes the platform off its stops. So kpf falls in
- * proportion where the oil is stiffer than 1.5 times that at neutral; nearer to neutral it is as
- * configured. */
+ * the oil (A1^2/V1 + A2^2/V2 times its bulk modulus), which near the ends of a long stroke is
+ * ten times that at neutral: with a constant kpf the platform oscillates there. So kpf is
+ * reduced in proportion where the oil is stiffer than 1.5 times that at neutral; elsewhere it is
+ * as configured. */
 struct oil_column {
     double area_m2[2], dead_m3[2]; /* rodless side, rod side */
     double least_m, most_m;        /* lengths at the end stops */
-    double most_stiff_per_m;       /* stiffness over bulk modulus up to which kpf is whole */
+    double most_stiff_per_m;       /* stiffness over bulk modulus above which kpf is reduced */
 };
 void oil_columns_init(struct oil_column column[LEGS], const struct params *params, const struct kinematics *k);
 
-/* Returns the share of control.kpf that is taken off at this length of the leg, 0 (nothing)
- * to 1. */
+/* Returns the reduction of control.kpf at this length of the leg, 0 (none) to 1. */
 double oil_feedback_cut(const struct oil_column *column, double length_m);
 
 #endif

@@ -55,7 +55,7 @@ const char *interlock_why(uint32_t wrong) {
     return wrong & INPUT_LINGERS ? "the supply has pressure although it is off: look at its relay and the dump valve" : NULL;
 }
 
-/* Names of the inputs in the mask, and the output. */
+/* Appends the names of the inputs in the mask, and of the output. */
 static int list(uint32_t inputs, bool supply, char *text, size_t size) {
     int count = 0;
     *text = '\0';

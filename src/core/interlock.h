@@ -1,5 +1,5 @@
-/* The machine's inputs: which must be closed, what an open one is called, and which fault
- * it is. Pure, RT. */
+/* The machine's digital inputs: which must be closed, their names, and the fault that an open
+ * one causes. Pure, RT. */
 #ifndef HEXID_INTERLOCK_H
 #define HEXID_INTERLOCK_H
 
@@ -10,19 +10,19 @@
 struct interlock {
     uint32_t input, fault;
     const char *name;     /* "emergency stop" */
-    const char *open;     /* in words, and what to do */
+    const char *open;     /* message for an open one, with the remedy */
 };
 extern const struct interlock interlock_table[INPUTS];
 
-/* An input travels twice, as antivalent contacts send it (the idea of CiA 304): INPUT_... is set
- * while it is closed, the same bit shifted by INPUT_INVERSE while it is open. SAFETY: so a wire
- * that breaks, an input that is stuck and a device that sends zeros or ones contradict
- * themselves. */
+/* An input is sent twice, as by antivalent contacts (the idea of CiA 304): INPUT_... is set
+ * while it is closed, the same bit shifted by INPUT_INVERSE while it is open. SAFETY: broken
+ * wires, stuck inputs and devices that send only zeros or ones are thus detected as
+ * contradictions. */
 enum { INPUT_INVERSE = 4 };
 
 struct interlock_reading {
-    uint32_t closed;       /* INPUT_...: both contacts say so, or the only one */
-    uint32_t contradicted; /* INPUT_...: both contacts say the same */
+    uint32_t closed;       /* INPUT_...: closed according to both contacts, or to the only one */
+    uint32_t contradicted; /* INPUT_...: both contacts have the same state */
 };
 
 /* Returns the byte that a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse. */
@@ -31,34 +31,35 @@ uint32_t interlock_bits(uint32_t closed);
 /* Reads the inputs from bits 0..7; without p->antivalent bits 4..7 are ignored. */
 struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits);
 
-/* How long each input has contradicted itself, in cycles. */
+/* Number of cycles for which each input has contradicted itself. */
 struct interlock_watch {
     int64_t cycles[INPUTS];
 };
 
 /* Counts a cycle with these contradictions (INPUT_...). Returns those of wired inputs that have
- * lasted longer than p->discrepancy_s: contacts do not switch at the same instant. */
+ * lasted longer than p->discrepancy_s; shorter ones are normal, because contacts do not switch
+ * at the same instant. */
 uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s);
 
-/* INPUT_... that are wired. */
+/* INPUT_... of the wired inputs. */
 uint32_t interlock_wired(const struct interlock_params *p);
 
-/* What is wrong with these inputs: those that are needed and open, the supply's pressure only where
- * the supply is on. SAFETY: where it is off and both its input and its output are wired, pressure
- * is wrong, INPUT_LINGERS: a relay that is welded, a dump valve that is stuck. */
+/* Inputs in a wrong state: required ones that are open; the supply's pressure is required only
+ * with the supply on. SAFETY: with the supply off, and both its input and output wired, pressure
+ * is wrong too (INPUT_LINGERS): a welded relay or a stuck dump valve. */
 uint32_t interlock_wrong(const struct interlock_params *p, bool powered, uint32_t inputs);
 
-/* Any input or output is: there is something to talk to. */
+/* True if any input or output is wired, so that there is a device to talk to. */
 bool interlock_any(const struct interlock_params *p);
 
 /* FAULT_... of open inputs. */
 uint32_t interlock_faults(uint32_t open);
 
-/* The first of what is wrong, in words; NULL for 0. */
+/* The first wrong input in words; NULL for 0. */
 const char *interlock_why(uint32_t wrong);
 
-/* What is wired and what is not: "emergency stop, door; NOT WIRED, so not watched: enable switch".
- * True when all is. */
+/* Lists wired and missing inputs: "emergency stop, door; NOT WIRED, so not watched: enable
+ * switch". True if all are wired. */
 bool interlock_describe(const struct interlock_params *p, char *text, size_t size);
 
 #endif

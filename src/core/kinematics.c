@@ -14,16 +14,19 @@
  *  E       angular velocity = E [phi theta psi]dot     -     {B} */
 
 static const double tolerance_m = 1e-13;
-static const double last_step_m = 1e-7; /* after a step this small Newton's error is its square over
-                                         * a leg length: below the tolerance */
+static const double last_step_m = 1e-7; /* after so small a step, Newton's error (its square over
+                                         * a leg length) is below the tolerance */
 
-static const double LEG_THIN = 0.01;   /* of its length: no leg is thinner */
-static const double LEG_MIDDLE = 0.45; /* of its length, both ways from its middle */
-/* Sine of a joint axis's least angle with its leg at neutral, 20 degrees: legs swing by 10. */
+static const double LEG_THIN = 0.01;   /* share of a leg's length; axes closer than this collide,
+                                        * as no leg is thinner */
+static const double LEG_MIDDLE = 0.45; /* share of a leg's length on either side of its middle
+                                        * that counts for collisions */
+/* Sine of the smallest angle between a joint's axis and its leg at neutral: 20 degrees, of which
+ * legs use 10 by swinging. */
 static const double AXIS_ACROSS = 0.35;
-static const double AXIS_LEAST = 1e-6; /* length of a direction that is one */
+static const double AXIS_LEAST = 1e-6; /* shortest vector that has a direction */
 
-/* Joints in the drawing of their body: as given, or in pairs on a circle. */
+/* Joints in the frame of their body: as given, or in pairs on a circle. */
 static void joints(const struct leg_vectors *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
     memset(point, 0, LEGS * sizeof point[0]);
     for (int i = 0; i < LEGS && !given->given; i++) point[i][0] = radius * cos(angle[i]), point[i][1] = radius * sin(angle[i]);
@@ -40,8 +43,7 @@ static double arm(double upper[LEGS][3]) {
     return sqrt(square / LEGS);
 }
 
-/* The origin of {M} is the payload's mass centre, and so is that of {B}, where the
- * platform is at neutral. */
+/* The origin of {M} is the payload's mass centre; the origin of {B} is where it is at neutral. */
 void kinematics_place(struct kinematics *k, const struct params *params) {
     const struct geometry_params *g = &params->geometry;
     const struct payload_params *p = &params->payload;
@@ -75,8 +77,8 @@ static inline void cross(const double a[3], const double b[3], double c[3]) {
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* At neutral two legs are in one place, and not where both end, as at a joint of two. Parallel ones
- * are not: no comparison with NaN holds. */
+/* True if two legs collide at neutral, except at their ends, since two legs may share a joint.
+ * Parallel legs do not collide: comparisons with NaN are false. */
 static bool legs_cross(const struct kinematics *k, int one, int other) {
     double u[3], v[3], between[3], normal[3], moment[3];
     for (int r = 0; r < 3; r++) {
@@ -94,7 +96,7 @@ static bool legs_cross(const struct kinematics *k, int one, int other) {
     return inside && distance_m < LEG_THIN * fmin(k->neutral_length_m[one], k->neutral_length_m[other]);
 }
 
-/* The axes that are fixed in platform or base: none lies along its leg. */
+/* Refuses axes fixed in platform or base that lie along their leg. */
 static int check_axes(const struct kinematics *k, const char *key, const struct leg_vectors *axis, struct error *error) {
     for (int i = 0; i < LEGS && axis->given; i++) {
         double leg[3], across[3];
@@ -159,7 +161,7 @@ void rotation_from_angles(double phi, double theta, double psi, double t[3][3]) 
     t[2][0] = -st, t[2][1] = ct * sp, t[2][2] = ct * cp;
 }
 
-/* Lever arm q, direction n; returns the length. */
+/* Computes lever arm q and direction n; returns the length. */
 static inline double leg(const struct kinematics *k, int i, const double pose[DOFS], double t[3][3], double q[3], double n[3]) {
     const double *a = k->upper[i], *b = k->lower[i];
     for (int r = 0; r < 3; r++) {
@@ -195,13 +197,13 @@ void wrench_from_forces(const struct kinematics *k, const double pose[DOFS], con
     }
 }
 
-/* Row i of m: d L_i / d pose, angles in units of 1/arm_m, and in the last column the length error.
- * Returns the largest error. */
+/* Fills in row i of m: d L_i / d pose, angles in units of 1/arm_m, and in the last column the
+ * length error. Returns the largest error. */
 static double fk_equations(const struct kinematics *k, const double length_m[LEGS], const double pose[DOFS], double m[LEGS][DOFS + 1]) {
     double t[3][3], q[3], moment[3], largest = 0.0, scale = 1.0 / k->arm_m;
     rotation_from_angles(pose[3], pose[4], pose[5], t);
-    /* E = [Rz Ry ex, Rz ey, ez]: the first column is that of T; the second from cos and sin of psi,
-     * had from T's first column. */
+    /* E = [Rz Ry ex, Rz ey, ez]: its first column is T's; its second needs cos and sin of psi,
+     * computed from T's first column. */
     double ct = sqrt(t[0][0] * t[0][0] + t[1][0] * t[1][0]), cs = t[0][0] / ct, ss = t[1][0] / ct;
     for (int i = 0; i < LEGS; i++) {
         double error = leg(k, i, pose, t, q, m[i]) - length_m[i];
@@ -210,7 +212,7 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
         m[i][4] = scale * (cs * moment[1] - ss * moment[0]);
         m[i][5] = scale * moment[2];
         m[i][6] = error;
-        /* once NaN, for ever NaN */
+        /* once NaN, it stays NaN */
         if (fabs(error) > largest || isnan(error)) largest = fabs(error);
     }
     return largest;
@@ -220,7 +222,7 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
  * Returns the pivot ratio. */
 static double eliminate(double m[LEGS][DOFS + 1]) {
     double smallest = INFINITY, largest = 0.0;
-#pragma GCC unroll 6 /* every bound a constant: two thirds of the instructions */
+#pragma GCC unroll 6 /* constant bounds save a third of the instructions */
     for (int c = 0; c < DOFS; c++) {
         int pivot = c;
         for (int r = c + 1; r < LEGS; r++)

@@ -10,28 +10,28 @@ struct kinematics {
     double upper[LEGS][3];       /* joints on the platform, in {M} */
     double lower[LEGS][3];       /* joints on the base, in {B} */
     double neutral_length_m[LEGS];
-    double arm_m;                /* rms distance of the upper joints from their
-                                  * middle: what an angle moves */
+    double arm_m;                /* rms distance of the upper joints from their centre; converts
+                                  * angles to lengths */
 };
 
 struct fk_result {
     int iterations;       /* Newton steps taken */
-    double residual_m;    /* largest length error of the pose returned; a bound when the
+    double residual_m;    /* largest length error of the returned pose; an upper bound if the
                            * last step was below 0.1 um */
     double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of
                            * 1/arm_m: 1 .. 0 (singular) */
     bool converged;
 };
 
-/* Joints and neutral lengths of a configuration, whatever it is. */
+/* Fills in joints and neutral lengths, without checks. */
 void kinematics_place(struct kinematics *k, const struct params *params);
 
-/* The same, and checks that the legs' strokes enclose the neutral pose and hold the platform there,
- * that no two legs are in one place, and that joints' axes lie across their legs; -2 and the key to
- * change otherwise. */
+/* The same with checks: the neutral pose lies within the legs' strokes and is not singular, no
+ * two legs collide, and the joints' axes are not along the legs. -2 and the key to change
+ * otherwise. */
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
 
-/* Lengths between a leg's end stops. */
+/* Leg lengths at the ends and the middle of the stroke. */
 struct stroke {
     double least_m, middle_m, most_m;
 };
@@ -46,9 +46,9 @@ void ik_lengths(const struct kinematics *k, const double pose[DOFS], double leng
  * (T a_i x n_i)'] . */
 void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]);
 
-/* Leg lengths -> pose by Newton from the start value in `pose` (the last pose): at most
- * FK_ITERATIONS steps, quadratic everywhere since it iterates on the six pose coordinates
- * themselves. Tolerance 1e-13 m. `pose` is left as it was when it does not converge. */
+/* Leg lengths -> pose by Newton's method from the start value in `pose` (the last pose): at most
+ * FK_ITERATIONS steps; converges quadratically, because it iterates on the six pose coordinates
+ * themselves. Tolerance 1e-13 m. `pose` is unchanged if it does not converge. */
 enum { FK_ITERATIONS = 6 };
 struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS]);
 

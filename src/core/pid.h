@@ -1,40 +1,41 @@
-/* The leg controller, exactly: sampled with period dt, command held until the next sample
+/* The leg controller as sampled with period dt; the command is held until the next sample
  * (docs/method.md section 5).
  *
  *     e     = Lref - L
- *     I    += Ki e dt, clamped to +-integral_limit; not while the output is saturated and e would
- *          drive it further (anti-windup)
+ *     I    += Ki e dt, clamped to +-integral_limit; unchanged while the output is saturated and e
+ *          would drive it further (anti-windup)
  *     d    += dt/(Tf+dt) ((e - e_prev)/dt - d)                            filtered derivative
  *     flp  += dt/(Tp+dt) (f - flp)                                        low-passed leg force
  *     u     = Kp e + I + Kd d + Kff (Lref - Lref_prev)/dt - s Kpf (f - flp), clamped
  *           to +-output_limit
  *
- * All of it in this order, I, d and flp updated before u is formed. f = A1 P1 - A2 P2 in newton, L
- * in metres, u -1..1; s = 1 but near the ends of the stroke (oil_feedback_cut). RT, pure. */
+ * The order is as given: I, d and flp are updated before u is computed. f = A1 P1 - A2 P2 in
+ * newton, L in metres, u -1..1; s = 1 except near the ends of the stroke (oil_feedback_cut). RT,
+ * pure. */
 #ifndef HEXID_PID_H
 #define HEXID_PID_H
 
 #include "params.h"
 
 struct pid {
-    double integral;       /* I, of full opening */
+    double integral;       /* I, as a share of full opening */
     double derivative_mps; /* d */
     double force_lp_n;     /* flp */
     double error_m;        /* e_prev */
     double ref_m;          /* Lref_prev */
     double feedback_cut;   /* 1 - s, set by the caller before a step; pid_reset makes it 0 */
-    double output;         /* the last u */
-    bool saturated;        /* it was clamped */
+    double output;         /* last u */
+    bool saturated;        /* last u was clamped */
 };
 
-/* Bumpless: no error, no reference rate, force filter settled; the first step with
- * Lref = L returns 0. */
+/* Bumpless start: no error, no reference rate, force filter settled; the first step with Lref =
+ * L returns 0. */
 void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
 
-/* A cycle without a sample: the last u is held, and the next step's Lref_prev is this reference, so
- * that u does not jump by several cycles of reference motion at once. */
+/* For a cycle without a sample: holds the last u and sets Lref_prev to this reference, so that
+ * the next step does not contain several cycles of reference motion. */
 void pid_hold(struct pid *c, double ref_m);
 
 #endif

@@ -7,8 +7,8 @@
 #include "units.h"
 
 enum {
-    GOOD_SAMPLES = 50,     /* in a row before the sensors are believed */
-    INIT_PATIENCE = 1000,  /* bad samples before waiting for the sensors is given up as a fault */
+    GOOD_SAMPLES = 50,     /* consecutive good samples before the sensors are trusted */
+    INIT_PATIENCE = 1000,  /* bad samples while waiting for the sensors before that is a fault */
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error) {
@@ -33,9 +33,8 @@ uint32_t platform_wrong(const struct platform *p) {
 /* false for NaN */
 static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; }
 
-/* SAFETY: a device that hangs may go on sending its last sample with fresh time stamps; its own
- * count gives it away. Returns what the count says about the sample, and leaves the cycle of the
- * last new one in anew_seq. */
+/* SAFETY: a hanging device may repeat its last sample with fresh time stamps; only its own count
+ * shows that. Returns SAMPLE_STALE for a count that has not increased. */
 static uint32_t count_says(struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_IO) return 0;
     bool anew = in->device_seq == 0 || (int64_t)(in->device_seq - p->device_seq) > 0;
@@ -49,7 +48,7 @@ static double age_s(const struct platform *p, const struct hal_sample *in) {
     return seconds_from_ns(in->age_ns < 0 || in->age_ns > silent_ns ? in->age_ns : silent_ns);
 }
 
-/* A quantity that a fault watches, and what it may be. */
+/* A monitored quantity and its bounds. */
 struct bound {
     uint32_t fault;
     double value, least, most;
@@ -58,8 +57,8 @@ enum { BOUNDS = 9 };
 
 static bool holds(const struct bound *b) { return inside(b->value, b->least, b->most); }
 
-/* Lists what is watched in one leg and returns how many there are. elapsed_s is the time since
- * its last good length. */
+/* Lists the monitored quantities of one leg and returns their number. elapsed_s: time since its
+ * last good length. */
 static int leg_bounds(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s, struct bound b[BOUNDS]) {
     const struct limit_params *l = &p->params->limits;
     double length_m = in->length_m[i], force_n = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
@@ -70,16 +69,17 @@ static int leg_bounds(const struct platform *p, const struct hal_sample *in, int
     b[n++] = (struct bound){FAULT_PRESSURE_SENSOR, in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa};
     b[n++] = (struct bound){FAULT_STROKE, length_m, l->length_min_m[i], l->length_max_m[i]};
     if (p->good_seq >= 0) b[n++] = (struct bound){FAULT_LEG_RATE, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps};
-    /* NaN is no force */
+    /* NaN is a pressure fault, not a force fault */
     if (!isnan(force_n)) b[n++] = (struct bound){FAULT_FORCE, force_n, -l->force_n, l->force_n};
-    /* SAFETY: with the supply on and nothing driven yet, a spool that is stuck moves its leg. */
+    /* SAFETY: with the supply on, a stuck spool moves its leg even before the platform is
+     * driven. */
     if (powers) b[n++] = (struct bound){FAULT_FOLLOWING, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m};
     if (drives) b[n++] = (struct bound){FAULT_STANDSTILL, p->still_high_m[i] - p->still_low_m[i], 0.0, l->standstill_m};
     return n;
 }
 
-/* Returns the time since the last good sample, by cycles or by the clock, whichever is longer:
- * deadlines may have been missed. */
+/* Returns the time since the last good sample by the count of cycles or by the clock, whichever
+ * is longer, because deadlines may have been missed. */
 static double since_good_s(const struct platform *p, const struct hal_sample *in) {
     return fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s, seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
 }
@@ -93,9 +93,9 @@ static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in
     return suspect;
 }
 
-/* Lists what is watched for all legs together and returns how many there are. */
+/* Lists the monitored quantities of all legs together and returns their number. */
 static int common_bounds(const struct platform *p, const struct hal_sample *in, struct bound b[BOUNDS]) {
-    /* whole nanoseconds, as the age is */
+    /* rounded to whole nanoseconds, as the age is */
     double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
     b[0] = (struct bound){FAULT_SENSOR_AGE, age_s(p, in), 0.0, oldest_s};
     b[1] = (struct bound){FAULT_OVERRUN, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0)};
@@ -104,21 +104,20 @@ static int common_bounds(const struct platform *p, const struct hal_sample *in, 
     return 3;
 }
 
-/* Returns how far a value is beyond its bound; NaN counts as furthest. */
+/* Returns the distance of a value beyond its bound; NaN counts as the furthest. */
 static double beyond(const struct bound *b) {
     double by = fmax(b->value - b->most, b->least - b->value);
     return isnan(b->value) ? (double)INFINITY : by;
 }
 
-/* Takes the value over where this bound of the fault is the furthest exceeded so far. */
+/* Records the value if it exceeds this fault's bound by the most so far. */
 static void take_measure(const struct bound *b, uint32_t fault, int leg, double *most, struct fault_measure *m) {
     if (b->fault != fault || holds(b) || !(beyond(b) > *most)) return;
     *most = beyond(b);
     *m = (struct fault_measure){.leg = leg, .value = b->value, .limit = b->value < b->least ? b->least : b->most};
 }
 
-/* Returns by how much lengths that fit no pose miss those of the nearest pose that was found,
- * m. */
+/* Returns the largest length error at the nearest pose found, for lengths that fit no pose; m. */
 static double misfit_m(const struct platform *p, const struct hal_sample *in) {
     double pose[DOFS];
     memcpy(pose, p->pose, sizeof pose);
@@ -140,21 +139,21 @@ static struct fault_measure measure_of(const struct platform *p, const struct ha
     return m;
 }
 
-/* SAFETY: an open interlock is a fault where it can hurt somebody, and refuses `engage` where
- * nothing is driven. */
+/* SAFETY: an open interlock is a fault in states in which it can mean danger; in others it
+ * refuses `engage`. */
 static uint32_t interlock_doubts(const struct platform *p) {
     enum state state = p->supervisor.state;
     if (!supervisor_powers(state)) return 0;
     return interlock_faults(platform_wrong(p) & ~(state == STATE_PRESSURISING ? INPUT_SUPPLY : 0u));
 }
 
-/* SAFETY: whatever a sensor can say, this decides whether the controller believes it. Returns
- * FAULT_... bits, and those of the legs where they were seen; 0 for a good sample. */
+/* SAFETY: decides whether the controller trusts a sample. Returns FAULT_... bits and those of
+ * the legs concerned; 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
     if (in->flags & SAMPLE_TWIN) suspect |= FAULT_TWIN | (in->twins << FAULT_LEG_SHIFT & FAULT_LEGS);
     if (p->contradicted) suspect |= FAULT_ANTIVALENCE;
-    /* also where nothing was read */
+    /* checked even if nothing was read */
     if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
@@ -172,8 +171,8 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* SAFETY: a transducer that stands still while the others hold their legs is seen by nothing else:
- * its own leg then runs away. */
+/* SAFETY: only this check notices a transducer whose reading is stuck while the others hold
+ * their legs: its leg then runs away. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
         bool moved = in->length_m[i] != p->still_m[i];
@@ -183,19 +182,19 @@ static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     }
 }
 
-/* SAFETY: deadlines missed in a row, whether the loop came late again and again or was away for
- * long at once: by then a device's watchdog may have centred the valves behind its back, and the
- * command of before is not to be gone on with. */
+/* SAFETY: counts deadlines missed in a row, whether the loop was late repeatedly or away for
+ * long: by then a device's watchdog may have centred the valves without the loop's knowledge, so
+ * the previous command must not be continued. */
 static void count_overruns(struct platform *p, const struct hal_sample *in) {
-    int64_t read_ns = in->time_ns + in->age_ns; /* now: the sample itself may be from before */
+    int64_t read_ns = in->time_ns + in->age_ns; /* the time now; the sample itself may be older */
     int64_t missed = (read_ns - p->last_ns) / ns_from_seconds(p->params->loop.period_s) - 1;
     int64_t count = p->overruns + (missed > 1 ? missed : 1), limit = p->params->loop.overrun_limit;
     p->overruns = in->flags & SAMPLE_OVERRUN ? (int)(count < limit ? count : limit) : 0;
     p->last_ns = read_ns;
 }
 
-/* A leg whose pressures are doubtful keeps its force: the high-pass in control then brings
- * its share to zero. */
+/* A leg with doubtful pressures keeps its last force: the high-pass filter in the controller
+ * then lets its share decay to zero. */
 static void observe_forces(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     for (int i = 0; i < LEGS; i++)
         if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
@@ -206,8 +205,8 @@ static void observe_inputs(struct platform *p, const struct hal_sample *in) {
     p->contradicted = interlock_contradicts(&p->watch, &p->params->interlocks, in->contradicted, p->params->loop.period_s);
 }
 
-/* Takes the sample over when control can do with it: pose and leg forces. Returns what is
- * doubtful about it. */
+/* Accepts a sample that the controller can use: pose and leg forces. Returns the faults that it
+ * shows. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     count_overruns(p, in);
     watch_standstill(p, in);
@@ -225,9 +224,10 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* Bad samples to ride out. Overruns come counted, an oscillation has been watched for a quarter
- * of a second. SAFETY: where two masters command, neither knows where the platform goes next;
- * and who presses, lets go or opens something means it. */
+/* Number of bad samples tolerated before a fault. Overruns are counted elsewhere, and an
+ * oscillation has been observed for a quarter of a second. SAFETY: none with two masters,
+ * because neither knows where the platform goes next, and none for switches, because a person
+ * operated them on purpose. */
 static int patience(const struct platform *p, uint32_t suspect) {
     const uint32_t means_it = FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
     if (suspect & (FAULT_MASTER | FAULT_OSCILLATION | means_it)) return 1;
@@ -248,10 +248,10 @@ static enum trigger commanded(struct platform *p, struct request request) {
 
 static double in_state_s(const struct platform *p) { return (double)p->ticks * p->params->loop.period_s; }
 
-/* What `motion.automatic` does without being told: engage, test, park. */
+/* Requests that `motion.automatic` makes by itself: engage, test, park. */
 static enum trigger automatic(struct platform *p) {
     bool left = p->test < tests_count(&p->params->tests);
-    /* SAFETY: who closes the last interlock does not start the machine. */
+    /* SAFETY: closing the last interlock must not start the machine. */
     if (p->supervisor.state == STATE_SETTLED && platform_wrong(p)) p->automatic = false;
     if (!p->automatic) return TRIGGER_NONE;
     if (p->supervisor.state == STATE_SETTLED) return left ? TRIGGER_ENGAGE : TRIGGER_NONE;
@@ -267,7 +267,7 @@ static void move_to(struct platform *p, double z_m, double duration_s) {
     reference_move(&p->reference, &from, (const double[DOFS]){[DOF_Z] = z_m}, &limits);
 }
 
-/* Bumpless: the reference starts where the platform is. */
+/* Bumpless: the reference starts at the measured pose. */
 static void engage(struct platform *p) {
     memcpy(p->ref, p->pose, sizeof p->ref);
     memset(p->ref_rate, 0, sizeof p->ref_rate);
@@ -285,7 +285,7 @@ static void test_begin(struct platform *p) {
     reference_test(&p->reference, tests_single(t) ? t->order[p->test] : DOF_NONE, p->trajectory, t, p->params->loop.period_s);
 }
 
-/* What is done once, on the way into a state. */
+/* Actions at the entry into a state. */
 static void enter(struct platform *p, const struct transition *row) {
     p->supervisor.state = row->to;
     p->ticks = 0;
@@ -293,7 +293,7 @@ static void enter(struct platform *p, const struct transition *row) {
     case STATE_INIT: supervisor_clear(&p->supervisor); break;
     case STATE_SETTLED:
         p->automatic = p->automatic && row->from == STATE_INIT;
-        /* the patience of init does not count against what is ridden out here */
+        /* bad samples tolerated in init do not count here */
         p->supervisor.bad = p->supervisor.doubtful = 0;
         break;
     case STATE_ENGAGING: engage(p); break;
@@ -305,17 +305,17 @@ static void enter(struct platform *p, const struct transition *row) {
         test_begin(p);
         break;
     case STATE_PARKING:
-        /* the move down follows the ramp-out */
+        /* otherwise the move down follows the ramp-out */
         if (!row->ramp_out) move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
         break;
     default: p->automatic = false; break;
     }
 }
 
-/* False: it does nothing in this state. */
+/* Applies a trigger. False: it has no effect in this state. */
 static bool apply(struct platform *p, enum trigger trigger) {
     const struct transition *row = supervisor_find(p->supervisor.state, trigger);
-    /* SAFETY: no supply where somebody may be in danger. */
+    /* SAFETY: no supply while an interlock is open. */
     if (!row || (trigger == TRIGGER_ENGAGE && platform_wrong(p))) return false;
     if (row->ramp_out) reference_stop(&p->reference);
     if (row->to != row->from) enter(p, row);
@@ -323,7 +323,7 @@ static bool apply(struct platform *p, enum trigger trigger) {
     return true;
 }
 
-/* A move or a test has ended: what comes next in this state. */
+/* Chooses the next step when a move or a test has ended. */
 static void ended(struct platform *p, enum reference_mode was) {
     switch (p->supervisor.state) {
     case STATE_TESTING:
@@ -352,8 +352,8 @@ static struct reference_sample refer(struct platform *p) {
     return s;
 }
 
-/* SAFETY: a sample that is not believed moves nothing: the last command is held, for as long as
- * the bucket allows. */
+/* SAFETY: an untrusted sample moves nothing: the last command is held, for as long as the leaky
+ * bucket allows. */
 static void control(struct platform *p, bool good) {
     const struct control_params *gains = &p->params->control;
     double dt_s = p->params->loop.period_s;
@@ -367,25 +367,26 @@ static void control(struct platform *p, bool good) {
     p->command.enable = true;
 }
 
-/* SAFETY: not driving: valves centred. The reference stays with the platform. */
+/* SAFETY: while not driving, valves are centred and the reference follows the platform. */
 static void rest(struct platform *p) {
     p->command = (struct hal_command){.enable = false, .supply = p->command.supply};
     memcpy(p->ref, p->pose, sizeof p->ref);
 }
 
-/* SAFETY: what a dead daemon cannot go on with, and a fault does not. */
+/* SAFETY: toggles the supply output, a life sign that a dead daemon cannot continue and that a
+ * fault ends. */
 static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }
 
-/* What was latched ends the drive: at once, or by putting the platform down first. */
+/* Reacts to a latched fault: stops at once, or parks the platform. */
 static void react(struct platform *p, enum reaction reaction) {
     if (reaction == REACTION_STOP) apply(p, TRIGGER_FAULT);
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);
 }
 
-/* Until there is pressure, by a good sample; where no input tells, for the time that it may take.
- * Returns what is doubtful about the wait. */
+/* Waits for pressure with a good sample; without an input for it, for the longest time it may
+ * take. Returns FAULT_SUPPLY if there is none in time. */
 static uint32_t await_pressure(struct platform *p, bool good) {
     const struct interlock_params *i = &p->params->interlocks;
     bool over = in_state_s(p) >= i->pressure_s;
@@ -401,11 +402,11 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
 
     uint32_t stale = count_says(p, in), suspect = observe(p, in);
     enum trigger asked = commanded(p, request);
-    /* SAFETY: nothing begins on a sample that is doubtful, its inputs among them. */
+    /* SAFETY: nothing is started on a doubtful sample, whose inputs are doubtful too. */
     if (asked != TRIGGER_NONE) p->request_taken = !(suspect && asked == TRIGGER_ENGAGE) && apply(p, asked);
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
-    /* SAFETY: the sensors have the last word: no request of the same cycle can undo a fault
+    /* SAFETY: faults are judged last, so that no request of the same cycle can undo a fault
      * before it is seen. */
     uint32_t headline = s->first_fault;
     enum reaction reaction = supervisor_judge(s, suspect, patience(p, suspect));
@@ -436,7 +437,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
                           .test = -1,
                           .dof = DOF_NONE};
     out->in.flags |= stale | (platform_wrong(p) ? SAMPLE_OPEN : 0);
-    /* what the controller did not believe the identifier must not use */
+    /* the identifier must not use samples that the controller rejected */
     if (suspect) out->in.flags |= SAMPLE_INVALID;
     if (ref.phase != PHASE_NONE) out->test = test, out->dof = dof, out->phase = ref.phase, out->test_time_s = ref.test_time_s;
     memcpy(out->ref, p->ref, sizeof out->ref);

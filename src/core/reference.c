@@ -5,7 +5,7 @@
 
 #include "units.h"
 
-/* An acceleration dies away in no less, so that its rate of change stays bounded. */
+/* Shortest braking time; bounds the rate of change of the acceleration. */
 static const double brake_least_s = 0.25;
 
 static int64_t ticks_of(double seconds, double dt_s) { return llround(seconds / dt_s); }
@@ -89,7 +89,7 @@ static void move_step(struct reference *r, double dt_s, struct reference_sample 
     double t = (double)r->ticks * dt_s, left_s = r->brake_s + r->travel_s - t;
     s->done = left_s <= 1e-9 * dt_s;
     if (s->done) {
-        memcpy(s->pose, r->to, sizeof s->pose); /* without the sum's rounding */
+        memcpy(s->pose, r->to, sizeof s->pose); /* exact, without the sum's rounding */
         reference_hold(r, r->to);
     } else if (t < r->brake_s) brake(r, t / r->brake_s, s->pose);
     else travel(r, (t - r->brake_s) / r->travel_s, s->pose);
@@ -99,8 +99,8 @@ static double sinusoid(const struct test_params *t, enum dof dof, double time_s)
     return t->amplitude[dof] * sin(2.0 * PI * t->hz[dof] * time_s);
 }
 
-/* What a test does, without its envelope. SAFETY: what is neither one axis's, nor a multisine, nor
- * has a trajectory stays at neutral. */
+/* A test's motion without its envelope. SAFETY: a test that is neither a sinusoid, a multisine
+ * nor a trajectory stays at neutral. */
 static void motion(const struct reference *r, const struct test_params *t, double time_s, double begin_s, double pose[DOFS]) {
     if (r->trajectory) trajectory_at(r->trajectory, time_s - begin_s, pose);
     for (int i = 0; i < t->count && r->dof == DOF_NONE && !r->trajectory && t->multisine; i++)

@@ -9,18 +9,18 @@ static double slope(const struct trajectory *t, int i, int axis) {
     return (t->knot[i + 1].pose[axis] - t->knot[i].pose[axis]) / step_s(t, i);
 }
 
-/* The unknown second derivatives b of the knots, h[i] the step behind knot i:
+/* The unknown second derivatives b of the knots; h[i] is the step after knot i:
  *
  *     h[i-1] b[i-1] + 2 (h[i-1] + h[i]) b[i] + h[i] b[i+1] = 6 (slope[i] - slope[i-1])
  *
- * A natural spline has those of the inner knots, a closed one that of the first, too, whose
- * neighbour is the last: the corner of the matrix, taken out as a matrix of rank one (Sherman and
- * Morrison) and 0 for a natural one. The matrix is diagonally dominant. */
+ * A natural spline has unknowns at the inner knots, a periodic one at the first too, whose
+ * neighbour is the last: that adds a corner to the matrix, which is split off as a rank-one term
+ * (Sherman and Morrison; 0 for a natural spline). The matrix is diagonally dominant. */
 struct system {
-    int size, first;      /* unknowns; the knot of the first */
+    int size, first;      /* number of unknowns; knot of the first one */
     double corner, gamma;
-    double *above;        /* after elimination, row by row: off the diagonal, */
-    double *rank_one;     /* and the solution for the rank-one part */
+    double *above;        /* superdiagonal after elimination */
+    double *rank_one;     /* solution for the rank-one term */
 };
 
 static int before(const struct trajectory *t, int i) { return i ? i - 1 : t->knots - 2; }
@@ -81,7 +81,7 @@ static double pass_s(const struct trajectory *t) { return t->knot[t->knots - 1].
 
 double trajectory_s(const struct trajectory *t) { return t->passes * pass_s(t); }
 
-/* The last knot that is not behind the time; never the last of all. */
+/* The last knot at or before the time, but never the very last. */
 static int find(const struct trajectory *t, double time_s) {
     int low = 0, high = t->knots - 1;
     while (high - low > 1) {

@@ -7,7 +7,8 @@
 
 enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 
-static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* steps on a way */
+static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* step along a path, as a
+                                                                   * share of it */
 
 static double condition(const struct kinematics *k, const double pose[DOFS]) {
     double j[LEGS][DOFS], value[DOFS];
@@ -18,7 +19,7 @@ static double condition(const struct kinematics *k, const double pose[DOFS]) {
     return value[0] / value[DOFS - 1];
 }
 
-/* The two ends of a leg's way, and neutral between them. */
+/* Lengths of a leg retracted, at neutral and extended. */
 static void places(const struct kinematics *k, const struct params *p, double length_m[LEGS][PLACES]) {
     for (int i = 0; i < LEGS; i++) {
         struct stroke stroke = kinematics_stroke(k, &p->actuator, i);
@@ -28,10 +29,10 @@ static void places(const struct kinematics *k, const struct params *p, double le
     }
 }
 
-/* A way from neutral: how far it went, and the worst that it met. */
+/* A path from neutral: how far it went, and its worst pose. */
 struct way {
     double gone, condition;
-    double pose[DOFS], worst_pose[DOFS]; /* where it ended */
+    double pose[DOFS], worst_pose[DOFS]; /* end of the path */
 };
 
 static void look(const struct kinematics *k, struct way *w) {
@@ -41,8 +42,8 @@ static void look(const struct kinematics *k, struct way *w) {
     memcpy(w->worst_pose, w->pose, sizeof w->worst_pose);
 }
 
-/* All legs in proportion. Too many Newton steps may lead to another way of assembling the machine:
- * shorter ones then. */
+/* Follows a path with all legs in proportion. A step that takes many Newton iterations may jump
+ * to another assembly mode of the machine, so it is shortened. */
 static struct way go(const struct kinematics *k, const double to_m[LEGS]) {
     struct way w = {0};
     double length_m[LEGS], step = LONGEST;

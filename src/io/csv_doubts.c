@@ -38,7 +38,7 @@ void csv_range_take(struct csv_range *range, const struct cycle *cycle) {
     take_force(range, cycle);
 }
 
-/* A unit, and the factor that brings values in it to a usual size. */
+/* A unit, and the factor from it to SI. */
 struct guess {
     const char *unit;
     double si;

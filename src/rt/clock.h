@@ -1,11 +1,11 @@
-/* The loop's time: nanoseconds since the loop's start, of one of three kinds.
+/* The loop's time: nanoseconds since the loop's start, in one of three kinds.
  *
- *   real     CLOCK_MONOTONIC. What is missed is missed. Hardware, and `--rt require`.
- *   paced    Follows CLOCK_MONOTONIC as long as the host keeps up, and stretches where it does not:
+ *   real     CLOCK_MONOTONIC; missed time is lost. Hardware, and `--rt require`.
+ *   paced    Follows CLOCK_MONOTONIC as long as the host keeps up, and stretches if it does not:
  *            the loop sees the same times as on a virtual clock. The simulated platform.
  *   virtual  As fast as the loop can go: `--fast`.
  *
- * All functions are RT; clock_now() may be called by any thread, the others by the loop's only. */
+ * All functions are RT; any thread may call clock_now(), only the loop's thread the others. */
 #ifndef HEXID_CLOCK_H
 #define HEXID_CLOCK_H
 
@@ -16,8 +16,8 @@ enum clock_kind { CLOCK_REAL, CLOCK_PACED, CLOCK_VIRTUAL };
 
 struct clock {
     enum clock_kind kind;
-    int64_t start_ns;          /* CLOCK_MONOTONIC at zero; later by what a
-                                * paced clock was stretched */
+    int64_t start_ns;          /* CLOCK_MONOTONIC at zero; later by the time that a paced clock
+                                * was stretched */
     int64_t system_us;         /* CLOCK_REALTIME at zero; 0 on a virtual clock */
     int64_t woke_ns;           /* CLOCK_MONOTONIC at the end of the last wait; 0 on a virtual
                                 * clock */
@@ -27,14 +27,14 @@ struct clock {
 void clock_start(struct clock *c, enum clock_kind kind);
 int64_t clock_now(const struct clock *c);
 
-/* Sleeps until the absolute time, interrupted or not; returns the time it is then, and how much
- * later than wanted the host woke the thread (0 on a virtual clock). */
+/* Sleeps until the absolute time, in spite of signals; returns the time, and by how much the
+ * host woke the thread too late (0 on a virtual clock). */
 int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns);
 
-/* Of a paced clock: the host was late by so much, and the time after it is later by as much. */
+/* Stretches a paced clock: shifts all later times by the host's delay. */
 void clock_stretch(struct clock *c, int64_t by_ns);
 
-/* The host's time since the last wait ended; 0 on a virtual clock. */
+/* Host's time since the end of the last wait; 0 on a virtual clock. */
 int64_t clock_since_wake(const struct clock *c);
 
 /* Lets other threads run; for loops that wait for one on a paced or virtual clock. */

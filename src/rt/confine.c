@@ -23,19 +23,19 @@
 #endif
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
-/* LOWEST: vm.mmap_min_addr as distributions have it */
+/* LOWEST: usual vm.mmap_min_addr of distributions */
 enum { PAGE = 4096, LOWEST = 0x10000, PLACES = 64 };
 
 void confine_thread(void) {
     struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
     struct __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {0};
     if (SANITIZED) return;
-    /* to give up is always allowed; the ambient ones go with the permitted */
+    /* dropping capabilities is always allowed; ambient ones go with the permitted */
     syscall(SYS_capset, &header, none);
 }
 
-/* Copies both paths, a page each, below all other memory, so that one comparison keeps every call
- * that changes memory away from them. */
+/* Copies both paths, a page each, below all other memory, so that a single comparison of
+ * addresses protects them in every call that changes memory. */
 static char *intern(const char *first, const char *second) {
     for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE; at += PAGE) {
         char *pages = mmap((void *)at, 2 * PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
@@ -55,19 +55,19 @@ static int allow(scmp_filter_ctx filter, const int *calls, size_t count) {
 
 static int allow_always(scmp_filter_ctx filter) {
     static const int calls[] = {
-        /* what is open */
+        /* open descriptors */
         SCMP_SYS(read), SCMP_SYS(readv), SCMP_SYS(write), SCMP_SYS(writev), SCMP_SYS(pwrite64), SCMP_SYS(lseek), SCMP_SYS(fstat),
         SCMP_SYS(newfstatat), SCMP_SYS(close), SCMP_SYS(fsync), SCMP_SYS(fdatasync), SCMP_SYS(fcntl), SCMP_SYS(recvmsg), SCMP_SYS(recvmmsg),
         SCMP_SYS(recvfrom), SCMP_SYS(sendmsg), SCMP_SYS(sendmmsg), SCMP_SYS(sendto), SCMP_SYS(shutdown), SCMP_SYS(accept4),
         SCMP_SYS(getsockopt), SCMP_SYS(getsockname), SCMP_SYS(getpeername),
-        /* to wait, and the time */
+        /* waiting and time */
         SCMP_SYS(poll), SCMP_SYS(ppoll), SCMP_SYS(select), SCMP_SYS(pselect6), SCMP_SYS(futex), SCMP_SYS(nanosleep),
         SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(clock_getres), SCMP_SYS(gettimeofday), SCMP_SYS(time),
         SCMP_SYS(restart_syscall), SCMP_SYS(sched_yield), SCMP_SYS(sched_getparam), SCMP_SYS(sched_getscheduler),
         SCMP_SYS(sched_getaffinity),
         /* signals */
         SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(rt_sigtimedwait), SCMP_SYS(sigaltstack),
-        /* SAFETY: a thread that is just starting; glibc ends the process where these fail */
+        /* SAFETY: for a thread that is just starting; glibc ends the process if these fail */
         SCMP_SYS(rseq), SCMP_SYS(set_robust_list),
         /* this process */
         SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(munlockall), SCMP_SYS(capset), SCMP_SYS(exit),
@@ -75,7 +75,7 @@ static int allow_always(scmp_filter_ctx filter) {
     return allow(filter, calls, COUNT(calls));
 }
 
-/* Of a terminal or a serial line: settings, sizes and queues; nothing that puts
+/* Allows settings, sizes and queues of a terminal or a serial line; nothing that inserts
  * characters into it. */
 static int allow_ioctl(scmp_filter_ctx filter) {
     static const unsigned requests[] = {TCGETS, TCSETS, TCSETSW, TCSETSF, TCSBRK, TCFLSH, TIOCOUTQ, TIOCGWINSZ, FIONREAD};
@@ -85,7 +85,8 @@ static int allow_ioctl(scmp_filter_ctx filter) {
     return failed;
 }
 
-/* Never executable, never in another's place, and not the pages of the paths, which lie lowest. */
+/* Allows memory that is neither executable nor mapped over existing memory, and never the pages
+ * of the paths, which lie lowest. */
 static int allow_memory(scmp_filter_ctx filter, const char *paths) {
     const scmp_datum_t first = paths ? (uintptr_t)paths + 2 * PAGE : 0;
     const struct scmp_arg_cmp above = SCMP_A0(SCMP_CMP_GE, first), data = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
@@ -109,7 +110,7 @@ static int allow_result(scmp_filter_ctx filter, const struct output *result, con
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(renameat2), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
                                   SCMP_A3(SCMP_CMP_EQ, (uintptr_t)paths + PAGE), SCMP_A4(SCMP_CMP_EQ, result->rename_flags));
-    if (!failed && result->rename_flags) /* a file system that knows no such flag */
+    if (!failed && result->rename_flags) /* for file systems without that flag */
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(linkat), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
                                   SCMP_A3(SCMP_CMP_EQ, (uintptr_t)paths + PAGE), SCMP_A4(SCMP_CMP_EQ, 0));
@@ -126,7 +127,7 @@ static int allow_reconnecting(scmp_filter_ctx filter) {
     if (!failed)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
-    if (!failed) /* as libmodbus opens a serial device */
+    if (!failed) /* flags with which libmodbus opens a serial device */
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
     return failed;
@@ -140,7 +141,7 @@ static int allow_can(scmp_filter_ctx filter) {
     for (size_t i = 0; i < COUNT(requests) && !failed; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(ioctl), 1, SCMP_A1(SCMP_CMP_EQ, requests[i]));
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_CAN));
-    if (!failed) /* connects to nobody: that is denied */
+    if (!failed) /* used for queries only: connecting it is denied */
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 2, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_INET),
                                   SCMP_A1(SCMP_CMP_EQ, SOCK_DGRAM | SOCK_CLOEXEC));
     return failed;
@@ -149,7 +150,7 @@ static int allow_can(scmp_filter_ctx filter) {
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
-    /* speed only */
+    /* filter options for speed */
     if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);

@@ -6,7 +6,7 @@
 
 #include "units.h"
 
-static struct hal *guarded; /* a signal handler can reach nothing else */
+static struct hal *guarded; /* global, because a signal handler has no other access */
 static _Atomic bool *told;
 
 static void on_crash(int number) {
@@ -14,15 +14,15 @@ static void on_crash(int number) {
     atomic_store_explicit(told, true, memory_order_relaxed);
     guarded->ops->safe(guarded);
     nanosleep(&send, NULL);
-    guarded->ops->safe(guarded); /* the loop may have written one more command */
+    guarded->ops->safe(guarded); /* again, because the loop may have written one more command */
     nanosleep(&send, NULL);
-    raise(number); /* SA_RESETHAND: as if there were no handler */
+    raise(number); /* SA_RESETHAND: now without the handler */
 }
 
 void crash_stack(void) {
     static _Thread_local unsigned char stack[1 << 15];
     stack_t there;
-    /* a sanitizer's, which it takes back itself */
+    /* a sanitizer's stack, which it removes itself */
     if (!sigaltstack(NULL, &there) && !(there.ss_flags & SS_DISABLE)) return;
     sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
 }

@@ -7,15 +7,15 @@
 #include "thread.h"
 #include "units.h"
 
-/* Nothing more to do: told to end, or the automatic run is over; and never while the platform is
- * held up by the valves. */
+/* True if told to end, or if the automatic run is over; never while the valves hold the platform
+ * up. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
     return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_powers(l->platform.supervisor.state);
 }
 
-/* What becomes of the deadlines missed; true where the machine did without their commands. */
+/* Handles missed deadlines; true if the machine missed their commands. */
 static bool overrun(struct loop *l, int64_t late_ns) {
     int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = late_ns / period_ns;
     if (l->clock.kind == CLOCK_PACED) {
@@ -27,7 +27,7 @@ static bool overrun(struct loop *l, int64_t late_ns) {
     return missed > 0;
 }
 
-/* SAFETY: told to end, nothing else that is asked for counts: the platform is put down. */
+/* SAFETY: once told to end, the loop ignores other requests and parks the platform. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
     if (atomic_load_explicit(&l->quit, memory_order_acquire)) request.command = COMMAND_PARK;
@@ -84,8 +84,8 @@ bool loop_cycle(struct loop *l) {
 
     platform_step(&l->platform, &sample, asked(l), &c);
 
-    /* SAFETY: without the supply, or a command that cannot be written: centre the valves by the
-     * back-end's shortest way, every cycle. */
+    /* SAFETY: without the supply, or after a failed write, the valves are centred in every cycle
+     * by the back-end's fastest way. */
     bool powered = supervisor_powers(c.state);
     l->unwritten = powered && l->hal->ops->write(l->hal, &c.out) != 0;
     if (!powered || l->unwritten) l->hal->ops->safe(l->hal);

@@ -1,15 +1,15 @@
-/* The loop: every period, wake at an absolute deadline, read, decide, write, hand the record over.
+/* The loop: every period, wake at an absolute deadline, read, decide, write, pass on the record.
  * loop_cycle() and platform_step() are the daemon.
  *
- * Overruns: a cycle that begins a whole period or more after its deadline. On the real clock what
- * was missed is skipped, never caught up in a burst: the next deadline is the next one of the
- * original grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier leaves it out),
- * and loop.overrun_limit deadlines missed in a row are a fault. On the paced clock it is a stall of
- * the host and nothing of the machine's: time stretches by the periods missed. The reference counts
- * cycles, so it never jumps.
+ * Overruns: a cycle that begins a whole period or more after its deadline. On the real clock missed
+ * cycles are skipped, never caught up in a burst: the next deadline is the next one of the original
+ * grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier excludes it), and
+ * loop.overrun_limit deadlines missed in a row are a fault. On the paced clock an overrun is the
+ * host's delay, which the machine does not see: time stretches by the periods missed. The reference
+ * counts cycles, so it never jumps.
  *
- * The record ring: on the real clock a full ring loses the record (counted, and seen as a
- * gap in seq), never the deadline; on the others the loop waits for room, so that only an
+ * The record ring: on the real clock a full ring loses the record (counted, and visible as a gap
+ * in seq), never the deadline; on the other clocks the loop waits for room, so that only an
  * abort loses records. */
 #ifndef HEXID_LOOP_H
 #define HEXID_LOOP_H
@@ -30,15 +30,15 @@ struct loop {
     struct ring *records;            /* struct cycle, to the recorder */
     struct mailbox requests;         /* any thread -> loop */
     _Atomic bool quit;               /* any thread -> loop, by loop_quit() */
-    _Atomic bool abort;              /* any thread -> loop: valves to centre and end now */
+    _Atomic bool abort;              /* any thread -> loop: centre the valves and end now */
     _Atomic bool ended;              /* loop -> world: the last record is in the ring */
-    _Atomic uint64_t lost;           /* loop -> world: records that found the ring full */
+    _Atomic uint64_t lost;           /* loop -> world: records lost because the ring was full */
     _Atomic uint64_t acted;          /* loop -> world: loop_acted() */
     struct clock clock;
     struct platform platform;
     int64_t deadline_ns;
     int64_t overruns;                /* deadlines missed on the real clock */
-    bool unwritten;                  /* the last command could not be written */
+    bool unwritten;                  /* the last command was not written */
     enum realtime_mode mode;
     pthread_t thread;
     sem_t started;
@@ -50,30 +50,30 @@ struct loop {
 int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, enum clock_kind clock,
               struct error *error);
 
-/* Starts the loop thread. STATUS_UNSAFE when mode is REALTIME_REQUIRE and real time was refused:
- * nothing runs then. With REALTIME_TRY a refusal is in l->realtime and l->realtime_error. */
+/* Starts the loop thread. With REALTIME_REQUIRE, if real time is refused: STATUS_UNSAFE, and
+ * nothing runs. With REALTIME_TRY a refusal is in l->realtime and l->realtime_error. */
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error);
 void loop_join(struct loop *l);
 
-/* What became of requests, as of the last cycle. Any thread. */
+/* Results of requests, as of the last cycle. Any thread. */
 struct loop_acted {
-    uint32_t request_id;             /* the last one that was looked at */
-    bool taken;                      /* it did something in the state it met */
-    bool stopped;                    /* the tests begun last were ended by a stop, or are being */
-    enum state state;                /* now, */
-    uint32_t wrong;                  /* and what is wrong with the inputs: INPUT_... */
+    uint32_t request_id;             /* the last request that was processed */
+    bool taken;                      /* it had an effect in the state at that time */
+    bool stopped;                    /* the latest tests were ended by a stop, or are ending */
+    enum state state;                /* current state */
+    uint32_t wrong;                  /* current wrong inputs: INPUT_... */
 };
 struct loop_acted loop_acted(const struct loop *l);
 
-/* The same as the word that the loop hands over, for tests in the loop's place. Pure, RT. */
+/* The same packed in a word, for tests that act as the loop. Pure, RT. */
 uint64_t loop_acted_word(const struct loop_acted *acted);
 
-/* SAFETY: park, whatever else is asked for from now on, and end as soon as nothing is driven. Any
- * thread, also a signal handler; more than once does no harm. */
+/* SAFETY: parks in spite of any later request, and ends as soon as nothing is driven. Any
+ * thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 
-/* One cycle; false after the last. RT: no heap, no lock, no system call but the sleep
- * (and the clock's). */
+/* One cycle; false after the last. RT: no heap, no lock, no system call except the sleep (and
+ * the clock's). */
 bool loop_cycle(struct loop *l);
 
 #endif

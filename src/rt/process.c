@@ -11,12 +11,13 @@
 
 #include "thread.h"
 
-/* The lowest free number is the one that is closed, for they are opened in ascending order. */
+/* Descriptors are opened in ascending order, so that the lowest free number is the closed one. */
 static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;
         int got = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-        if (got < 0) got = open("/", O_PATH); /* without /dev: cannot be read or written either */
+        if (got < 0) got = open("/", O_PATH); /* without /dev; can be neither read nor written
+                                               * either */
         if (got != file)
             return error_set(error, STATUS_IO, "descriptor %d is closed, and /dev/null cannot take its place: %s", file, strerror(errno));
     }
@@ -37,7 +38,7 @@ static void close_to_others(void) {
     umask(asked | S_IWOTH);
 }
 
-/* The unit is what the message counts in: the kernel counts stacks in bytes. */
+/* unit: that of the message; the kernel counts stacks in bytes. */
 static int need(int resource, rlim_t least, rlim_t unit, const char *what, const char *remedy, struct error *error) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= least) return STATUS_OK;
@@ -48,8 +49,8 @@ static int need(int resource, rlim_t least, rlim_t unit, const char *what, const
                      (unsigned long long)(least / unit), remedy);
 }
 
-/* Debian's liblcm brings GLib: G_MESSAGES_DEBUG=all prints into results on standard output, and
- * G_DEBUG=fatal-warnings aborts a daemon that holds a platform up. */
+/* Debian's liblcm loads GLib: G_MESSAGES_DEBUG=all would print into results on standard output,
+ * and G_DEBUG=fatal-warnings would abort a daemon that holds a platform up. */
 static void clean_environment(void) {
     static const char *const names[] = {"G_DEBUG", "G_MESSAGES_DEBUG", "G_SLICE"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) unsetenv(names[i]);

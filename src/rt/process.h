@@ -1,38 +1,38 @@
-/* The start of the process, one for all subcommands: main() calls it before anything else, so that
- * a program behaves the same whoever starts it and whatever that one left behind.
+/* Process start for all subcommands: main() calls it first, so that a program behaves the same
+ * whatever state the caller left behind.
  *
- *   descriptors   0, 1 and 2 that are closed are opened on /dev/null, against their direction: what
- *                 is read from or written to them fails, and no file, socket or bus that is opened
- *                 later gets their number, and with it the text for a terminal.
- *   signals       The mask is emptied; SIGPIPE and SIGCHLD do what they do by default, so that a
- *                 pipe's end ends a command and gnuplot's status can be fetched; SIGXFSZ is
- *                 ignored, so that a file limit is an error of writing that names the file.
- *   umask         Nothing is created that everybody may write; the rest is the caller's choice.
- *   stack         The soft limit is raised to PROCESS_STACK where the hard limit allows it; the
+ *   descriptors   Closed ones among 0, 1 and 2 are opened on /dev/null in the wrong direction:
+ *                 reading or writing them fails, and no file, socket or bus opened later gets their
+ *                 number, and with it the output for a terminal.
+ *   signals       The mask is emptied. SIGPIPE and SIGCHLD get their default actions, so that a
+ *                 closed pipe ends a command and gnuplot's status can be fetched. SIGXFSZ is
+ *                 ignored, so that a file limit becomes a write error that names the file.
+ *   umask         Write permission for others is removed; the rest is the caller's choice.
+ *   stack         The soft limit is raised to PROCESS_STACK if the hard limit allows it; the
  *                 kernel leaves more address space below the stack than that. Threads that
  *                 libraries start get THREAD_STACK_REALTIME (thread.h).
  *   open files    The soft limit is raised to PROCESS_FILES.
- *   locale        "C" always: setlocale() is never called, LANG and LC_* change nothing. TZ counts
- *                 for names of logs alone.
- *   environment   Variables by which GLib, which liblcm brings, prints to standard output or aborts
- *                 on a warning are removed. MALLOC_* and LD_* act before main() and are the
- *                 caller's; LCM_DEFAULT_URL is not read, for an URL is always given. */
+ *   locale        Always "C": setlocale() is never called, LANG and LC_* have no effect. TZ matters
+ *                 only for the names of logs.
+ *   environment   Variables are removed by which GLib (loaded by liblcm) prints to standard output
+ *                 or aborts on a warning. MALLOC_* and LD_* act before main(), at the caller's
+ *                 choice; LCM_DEFAULT_URL is not read, because the URL is always given. */
 #ifndef HEXID_PROCESS_H
 #define HEXID_PROCESS_H
 
 #include "status.h"
 
 enum {
-    PROCESS_STACK = 8 << 20, /* bytes; `hexid gap`, the deepest, uses a part of it (stack.sh) */
+    PROCESS_STACK = 8 << 20, /* bytes; `hexid gap` needs most, but less than this (stack.sh) */
     PROCESS_FILES = 128,     /* descriptors; a run has fewer than 32, and 66 for operators */
 };
 
-/* Main thread, first of all. STATUS_IO with the limit, its value and the remedy where one is too
- * low to work with. */
+/* Main thread, first of all. STATUS_IO with the limit, its value and the remedy if one is too
+ * low. */
 int process_start(struct error *error);
 
-/* Makes a reader that has gone an error of writing, which does not end the process. It is for
- * programs that serve others, the daemon above all. Main thread. */
+/* Makes writing to a closed pipe an error instead of the end of the process; for programs that
+ * serve others, above all the daemon. Main thread. */
 void process_survive_readers(void);
 
 #endif

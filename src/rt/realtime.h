@@ -1,5 +1,5 @@
-/* What makes a thread real-time: SCHED_FIFO, locked and prefaulted memory, a processor of
- * its own when asked. */
+/* Makes a thread real-time: SCHED_FIFO, locked and prefaulted memory, and its own processor if
+ * requested. */
 #ifndef HEXID_REALTIME_H
 #define HEXID_REALTIME_H
 
@@ -8,22 +8,22 @@
 
 enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
 
-/* Before any other thread: one heap for all. malloc reserves 64 MB for each further one, which
- * count as locked memory, and before it gives back of one it reads a file of /proc, which a
- * confined process may not. */
+/* Limits malloc to one heap; to be called before any other thread starts. Each further heap
+ * would reserve 64 MB of locked memory, and before returning memory of one malloc reads a file
+ * of /proc, which a confined process may not. */
 void realtime_heap(void);
 
-/* For the calling thread. 0: all of it was got, and read back. Otherwise STATUS_UNSAFE with what
- * was refused and the remedy; with REALTIME_TRY the thread goes on with what it got and the caller
- * shows the message. SAFETY: a daemon that did not get it never says so only in a log. */
+/* For the calling thread. 0: everything was granted, and read back. Otherwise STATUS_UNSAFE with
+ * the refused part and the remedy; with REALTIME_TRY the thread continues with what was granted
+ * and the caller shows the message. SAFETY: a refusal is never reported only in a log. */
 int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error);
 
-/* SCHED_FIFO for the calling thread, so much below the loop's; where that is refused it
- * goes on as it is. */
+/* Sets SCHED_FIFO for the calling thread, with a priority `below` that of the loop; if refused,
+ * the thread continues unchanged. */
 void realtime_follow(const struct loop_params *params, int below);
 
-/* Memory is locked no longer, of the whole process: once nothing is driven, what is left to do may
- * need more of it than may be locked. */
+/* Unlocks the memory of the whole process: once nothing is driven, the remaining work may need
+ * more than may be locked. */
 void realtime_leave(void);
 
 #endif

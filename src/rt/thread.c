@@ -5,7 +5,7 @@
 
 #include "monotonic.h"
 
-/* A sanitizer keeps its state of a thread, half a megabyte, in the thread's stack. */
+/* A sanitizer keeps half a megabyte of state in each thread's stack. */
 #if defined __SANITIZE_THREAD__ || defined __SANITIZE_ADDRESS__
 enum { SANITIZER = 2 << 20 };
 #else
@@ -27,8 +27,8 @@ int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *
                      what, stack_bytes >> 10, strerror(refused));
 }
 
-/* pthread_clockjoin_np() would do, but ThreadSanitizer does not know it and takes what the thread has
- * written for a race. */
+/* pthread_clockjoin_np() would suffice, but ThreadSanitizer does not know it and reports false
+ * races. */
 bool thread_join_within(pthread_t thread, int seconds) {
     int64_t until = monotonic_ns() + seconds * NS_PER_S;
     while (pthread_tryjoin_np(thread, NULL)) {

@@ -1,6 +1,6 @@
-/* Threads with a stack of a stated size, the only place that starts one: by itself the size is the
- * stack limit of whoever started the program, 8 MB of locked memory for each thread, or 64 kB in
- * which nothing can work. Sizes hold three times the depth that was measured (stack.sh). */
+/* Starts all threads, with stacks of stated sizes: otherwise the size would be the stack limit
+ * of the calling shell, 8 MB of locked memory for each thread, or 64 kB, too small to work.
+ * Sizes are three times the measured depth (stack.sh). */
 #ifndef HEXID_THREAD_H
 #define HEXID_THREAD_H
 
@@ -20,10 +20,11 @@ enum {
 /* Any thread. STATUS_IO with its name ("loop"), the reason and the remedy. */
 int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *(*run)(void *), void *argument, struct error *error);
 
-/* Waits for the end of a thread; false: it has not ended after so many seconds, and can be waited for again. */
+/* Waits for the end of a thread for at most so many seconds; false: it has not ended, and can be
+ * waited for again. */
 bool thread_join_within(pthread_t thread, int seconds);
 
-/* Sets the size of the stacks of threads that libraries start. Main thread, at the start. */
+/* Sets the stack size of threads that libraries start. Main thread, at the start. */
 void thread_defaults(void);
 
 #endif
