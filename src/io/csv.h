@@ -28,8 +28,8 @@
  *
  * Columns may stand in any order; only t_s is required. A missing column or an empty cell is NaN in
  * the log, and whatever needs it is not evaluated. `flags` (SAMPLE_..., decimal) and `phase` (enum
- * phase) are hexid's own: without them no sample is flagged, and the phase follows from t_s, rounded
- * to whole periods. Files are ordered by the numbers in their names (1_x.csv ... 10_x.csv).
+ * phase) are hexid's own: without them no sample is flagged, and the phase follows from t_s,
+ * rounded to whole periods. Files are ordered by the numbers in their names (1_x.csv ... 10_x.csv).
  *
  * config.yaml in the directory is the run's configuration. Numbers are written in the shortest form
  * that reads back bit for bit, so CSV -> log -> CSV gives the same values, and log -> CSV -> log

@@ -49,7 +49,8 @@ static int type_channel(struct mcap_export *e, const struct message_type *type) 
         [FIELD_INTEGER] = "integer", [FIELD_BOOLEAN] = "boolean", [FIELD_REAL] = "number", [FIELD_TEXT] = "string"};
     schema_begin(e, type->name);
     for (const struct field *f = type->field; f->name; f++) {
-        if (f->kind == FIELD_COUNT) continue; /* the array's length says the same; never the
+        if (f->kind == FIELD_COUNT)
+            continue; /* the array's length says the same; never the
                                                * first field */
         json_text_say(&e->json, "%s\"%s\":{\"type\":", f == type->field ? "" : ",", f->name);
         json_text_say(&e->json, f->count == 1 ? "\"%s\"}" : "\"array\",\"items\":{\"type\":\"%s\"}}", json[f->kind]);

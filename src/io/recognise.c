@@ -63,7 +63,8 @@ const char *recognise(const char *path) {
     char head[HEAD_SIZE + 1];
     const char *unsaid;
     struct stat s;
-    if (stat(path, &s) || !S_ISREG(s.st_mode)) return NULL; /* opening a device may have an
+    if (stat(path, &s) || !S_ISREG(s.st_mode))
+        return NULL; /* opening a device may have an
                                                              * effect */
     int file = input_open(path, &unsaid);
     if (file < 0) return NULL;
