@@ -275,7 +275,7 @@ static void run_hydraulic(int substeps, double pose[DOFS]) {
     struct plant *plant = plant_at(&params, (const double[DOFS]){0});
     for (int i = 0; i < 160; i++) {
         double valve[LEGS];
-        /* of one sign, so no port reverses */
+        /* equal signs, so no port reverses */
         for (int k = 0; k < LEGS; k++) valve[k] = -0.1 - 0.05 * cos(2.0 * k);
         plant_step(plant, valve);
     }

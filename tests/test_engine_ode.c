@@ -211,7 +211,7 @@ static void joint_friction_only_takes_energy(void **state) {
     for (int i = 0; i < 400; i++) {
         e->ops->forced(e, DT_S, nothing);
         e->ops->truth(e, &EMPTY, &t);
-        /* of tens of J: kinetic energy is of second order */
+        /* energy is tens of J, kinetic energy of second order */
         assert_below(t.kinetic_j + t.potential_j, energy_j + 1e-4);
         energy_j = t.kinetic_j + t.potential_j;
     }

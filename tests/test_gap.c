@@ -100,8 +100,8 @@ static void residuals_of_the_right_model_vanish(void **state) {
         assert_true(residual_evaluate(&d.test[i], &exact, PART_ALL, ALL_LEGS, row));
         for (int k = 0; k < LEGS; k++)
             for (int a = 0; a < RESIDUAL_SIZE; a++) {
-                assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* of about 500 N */
-                assert_below(fabs(row[k][RESIDUAL_P1][a]), 4e3);     /* of about 1 MPa */
+                assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* forces are about 500 N */
+                assert_below(fabs(row[k][RESIDUAL_P1][a]), 4e3);     /* pressures are about 1 MPa */
                 assert_below(fabs(row[k][RESIDUAL_P2][a]), 4e3);
             }
     }
@@ -133,7 +133,8 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
                     residual_evaluate(&e.test[i], &scaled, PART_ALL, ALL_LEGS, larger));
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++) {
-                double rounding = q == RESIDUAL_FORCE ? 1e-6 : 1e-3; /* of 500 N, of 1 MPa */
+                /* values are 500 N and 1 MPa */
+                double rounding = q == RESIDUAL_FORCE ? 1e-6 : 1e-3;
                 for (int a = 0; a < RESIDUAL_SIZE; a++) assert_close(larger[k][q][a], scale * row[k][q][a], rounding);
             }
     }

@@ -1,6 +1,6 @@
-/* Limits that protect: on every shipped machine each one trips at what that machine can do or its
- * sensors can say, and one that nothing reaches is said before a run, with a value that
- * protects. */
+/* Protective limits: on every shipped machine each one trips at values that the machine can reach
+ * or its sensors can report; a limit that nothing can reach is reported before a run with a value
+ * that protects. */
 #include "platform_rig.h"
 
 #include <stdio.h>
@@ -21,14 +21,14 @@ static struct params load(const char *path, const char *const settings[], int co
 
 static const struct rig *rig_now;
 
-/* A reading of leg 2 just beyond a limit, by what the machine can do: a leg that runs against an
- * end, a chamber at supply pressure beside an empty one, a transducer that jumps. */
+/* Makes a reading of leg 2 just beyond a limit that the machine can reach: a leg against an end
+ * stop, a chamber at supply pressure beside an empty one, a transducer that jumps. */
 static void beyond_longest(struct hal_sample *s, int n) { (void)n, s->length_m[1] = rig_now->params.limits.length_max_m[1] + 1e-5; }
 static void beyond_shortest(struct hal_sample *s, int n) { (void)n, s->length_m[1] = rig_now->params.limits.length_min_m[1] - 1e-5; }
 static void at_supply(struct hal_sample *s, int n) { (void)n, s->p1_pa[1] = rig_now->params.hydraulics.supply_pa, s->p2_pa[1] = 0.0; }
 static void above_range(struct hal_sample *s, int n) {
     (void)n;
-    /* in both chambers, in balance: no force is too large */
+    /* both chambers in balance, so that no force is too large */
     double ratio = rig_now->platform.areas.a1_m2[1] / rig_now->platform.areas.a2_m2[1];
     s->p2_pa[1] = rig_now->params.limits.pressure_max_pa * 1.01, s->p1_pa[1] = s->p2_pa[1] / ratio;
 }
@@ -65,7 +65,7 @@ static void each_limit_trips_on_every_shipped_machine(void **unused) {
         const struct rig ready = rig;
         for (unsigned c = 0; c < sizeof cases / sizeof *cases; c++) {
             char line[FAULT_LINE_SIZE];
-            rig = ready; /* the controller as it was; the machine is held all the while */
+            rig = ready; /* the controller as before; the machine is held all the while */
             for (int n = 0; n < params.limits.bad_cycles + 5 && !rig.now.faults; n++) {
                 struct hal_sample s = ready.now.in;
                 s.time_ns += (n + 1) * PERIOD_NS, s.device_seq += (uint64_t)n + 1;
@@ -80,8 +80,7 @@ static void each_limit_trips_on_every_shipped_machine(void **unused) {
     }
 }
 
-/* Faults of a leg itself: the cable of its valve is cut while it is to move, or its transducer
- * freezes. */
+/* Faults of one leg: its valve's cable is cut during a motion, or its transducer freezes. */
 static void a_leg_that_does_not_follow_or_move_trips_on_every_shipped_machine(void **unused) {
     (void)unused;
     static const char *const settings[] = {"motion.automatic=false", "sim.engine=closed_form", "motion.engage_s=5", "motion.park_s=5"};
@@ -89,7 +88,7 @@ static void a_leg_that_does_not_follow_or_move_trips_on_every_shipped_machine(vo
         for (int frozen = 0; frozen < 2; frozen++) {
             struct params params = load(machines[m], settings, 4);
             struct rig rig;
-            /* or these would speak first */
+            /* otherwise these would trip first */
             params.limits.oscillation_mps2 = 1e3;
             if (!frozen) params.limits.standstill_m = 1.0;
             rig_init(&rig, &params);
@@ -110,7 +109,7 @@ static void a_leg_that_does_not_follow_or_move_trips_on_every_shipped_machine(vo
 
 /* ---- limits that protect nobody ---- */
 
-/* Sets "KEY to VALUE" of a remedy. */
+/* Applies the "KEY to VALUE" of a remedy. */
 static void follow(const char *remedy, struct params *p) {
     char key[60], value[30], setting[100];
     const char *one = setting;
@@ -159,7 +158,7 @@ static void patience_in_which_a_leg_goes_far_is_said(void **unused) {
     assert_non_null(strstr(f.found, "one sample that is bad is a fault"));
 }
 
-/* Only where the readings come over a bus. */
+/* Applies only if the readings come over a bus. */
 static void a_channel_that_ends_below_the_supply_is_said(void **unused) {
     (void)unused;
     static const char *const low[] = {"p1_channel.high=8e6"};

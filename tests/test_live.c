@@ -1,5 +1,5 @@
-/* The live page's server, but for its sockets: what it keeps of what it hears is bounded and true,
- * whoever sent it; what is asked of it is answered under names that are its own only. */
+/* The live page's server without its sockets: it keeps a bounded and true record of its messages
+ * whoever sent them, and answers requests only under its own names. */
 #include "support.h"
 
 #include <jansson.h>
@@ -33,7 +33,7 @@ static void hear(const char *channel, const void *data, int size, int64_t now_ms
     live_state_take(&state, &m, now_ms);
 }
 
-static double stretch_m; /* of the legs that the cycles are of */
+static double stretch_m; /* stretch of the legs in the cycles */
 
 static void hear_cycle(uint64_t seq, uint32_t faults, int64_t now_ms) {
     unsigned char buffer[STATE_MESSAGE_MAX];
@@ -54,7 +54,7 @@ static void hear_event(uint64_t seq, const char *kind, const char *text) {
     hear(CHANNEL_EVENT, buffer, event_encode(0, seq, kind, text, buffer, sizeof buffer), 0);
 }
 
-/* To be given back by json_decref(). */
+/* The caller frees it with json_decref(). */
 static json_t *parsed(const struct json_text *j) {
     json_error_t error;
     json_t *root = json_loadb(j->text, j->size, 0, &error);
@@ -81,7 +81,7 @@ static void says_of_the_fault(const char *name, const char *words) {
     json_decref(fault);
 }
 
-/* ---- what is heard ---- */
+/* ---- received messages ---- */
 
 static void the_machine_is_described_by_its_configuration(void **unused) {
     (void)unused;
@@ -108,14 +108,14 @@ static void another_machine_than_the_configured_one_is_noticed(void **unused) {
     (void)unused;
     stretch_m = 0.02;
     hear_cycle(10, 0, 0);
-    /* the lengths' own rounding is 1e-16 m, JSON's six digits 1e-8 m at most */
+    /* the lengths round to 1e-16 m, JSON's six digits to 1e-8 m at most */
     assert_close(health("misfit_m", 0), stretch_m, 1e-9);
     hear_cycle(20, FAULT_LEG_RATE, 0); /* here the pose is an older one */
     assert_close(health("misfit_m", 0), 0.0, 1e-9);
     stretch_m = 0.0;
 }
 
-/* 50 a second of the loop's time are kept, whatever comes, and no more than the ring has. */
+/* It keeps 50 cycles per second of the loop's time, and never more than the ring holds. */
 static void a_flood_of_cycles_is_thinned_and_bounded(void **unused) {
     (void)unused;
     for (uint64_t seq = 1; seq <= 500 * 60; seq++) hear_cycle(seq, 0, (int64_t)seq * 2);
@@ -136,7 +136,7 @@ static void a_new_start_is_noticed_and_clears_what_was_of_the_old_one(void **unu
     for (uint64_t seq = 0; seq < 1000; seq += 10) hear_cycle(seq, 0, (int64_t)seq * 2);
     hear_cycle(1000, FAULT_STROKE, 2000);
     assert_true(state.place[LIVE_FAULT].size > 0);
-    hear_cycle(990, FAULT_STROKE, 2001); /* late on its way: no new start */
+    hear_cycle(990, FAULT_STROKE, 2001); /* delayed on its way: no new start */
     assert_int_equal((int)health("run", 2001), 1);
     hear_cycle(0, 0, 2010);
     assert_int_equal((int)health("run", 2010), 2);
@@ -189,13 +189,13 @@ static void no_message_is_counted_and_kept_out(void **unused) {
         for (int k = 0; k < 5; k++) hear(channels[i], bytes, sizes[k], 0);
     assert_int_equal((int)health("dropped", 0), 25);
     assert_false(state.heard);
-    /* not this page's: no message of the run's is lost with it */
+    /* a foreign message: no message of the run counts as lost with it */
     hear(CHANNEL_COMMAND, bytes, 10, 0);
     assert_int_equal((int)health("dropped", 0), 25);
 }
 
-/* Sequence numbers and times that no run has, in any order: no overflow (the sanitizers look),
- * and always JSON. */
+/* Impossible sequence numbers and times in any order cause no overflow (sanitizers check), and the
+ * output is always JSON. */
 static void times_of_strangers_do_no_harm(void **unused) {
     static const uint64_t seqs[] = {0, INT64_MAX, 1, INT64_MAX - 1, 5, INT64_MAX, 0};
     static const int64_t times[] = {INT64_MIN, INT64_MAX, 0, INT64_MIN, INT64_MAX};
@@ -226,7 +226,7 @@ static void a_single_cylinder_has_one_of_everything(void **unused) {
     json_decref(c);
 }
 
-/* ---- what is asked ---- */
+/* ---- requests ---- */
 
 static void addresses_are_read_or_refused(void **unused) {
     static const struct {

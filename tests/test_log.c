@@ -1,5 +1,5 @@
-/* The native log: liblcm and hexid read each other's, a cut or damaged one is read up to there, a
- * full disk is said. */
+/* The native log: liblcm and hexid read each other's logs, a truncated or damaged one is read up to
+ * the damage, and a full disk is reported. */
 #include <lcm/eventlog.h>
 #include <malloc.h>
 #include <setjmp.h>
@@ -17,7 +17,7 @@
 
 enum { EVENTS = 40, HEADER = 28, DATA_MAX = 400 };
 
-static char path[] = "/tmp/hexid_log_XXXXXX"; /* a directory for a file each */
+static char path[] = "/tmp/hexid_log_XXXXXX"; /* a directory with one file per test */
 static char file[64];
 
 static int make_directory(void **unused) {
@@ -33,7 +33,7 @@ static int remove_directory(void **unused) {
     return rmdir(path);
 }
 
-/* What event i of the test log is. */
+/* Channel and size of event i of the test log. */
 static const char *channel_of(int i) { return i % 3 ? "HEXID_STATE" : "SOMEBODY_ELSE"; }
 static int size_of(int i) { return i * 37 % DATA_MAX; }
 static int64_t utime_of(int i) { return 1700000000000000 + 2000 * i; }
@@ -45,7 +45,7 @@ static void write_test_log(void) {
     struct log_writer *w;
     struct error error;
     unsigned char data[DATA_MAX];
-    unlink(file); /* one that is there is set aside */
+    unlink(file); /* an existing file is set aside */
     assert_int_equal(log_create(&w, file, &error), 0);
     for (int i = 0; i < EVENTS; i++) {
         data_of(i, data);
@@ -63,7 +63,7 @@ static void assert_is_event(const struct log_event *e, int i) {
     assert_memory_equal(e->data, data, (size_t)e->size);
 }
 
-/* Number of events read, all of them those of the test log. */
+/* Returns the number of events read, each checked against the test log. */
 static int read_test_log(bool *cut, int64_t *offset) {
     struct log_reader *r;
     struct log_event e;
@@ -71,7 +71,7 @@ static int read_test_log(bool *cut, int64_t *offset) {
     int events = 0;
     assert_int_equal(log_open(&r, file, &error), 0);
     while (log_next(r, &e)) assert_is_event(&e, events++);
-    assert_int_equal(log_next(r, &e), 0); /* and stays there */
+    assert_int_equal(log_next(r, &e), 0); /* and remains at the end */
     *cut = log_cut(r, offset);
     log_release(r);
     return events;
@@ -101,8 +101,7 @@ static void liblcm_reads_it(void **unused) {
     lcm_eventlog_destroy(log);
 }
 
-/* The writer is liblcm's: this holds the reader alone against it, with sizes round
- * those of its buffer. */
+/* liblcm's writer tests the reader alone, with sizes around that of its buffer. */
 static void events_of_any_size_are_read(void **unused) {
     (void)unused;
     static const int sizes[] = {0, 1, 262144 - 28 - 1, 262144 - 28, 262144 - 27, 3, 5000000, 0, 70, 262143, 10};
@@ -147,7 +146,7 @@ static void store(const unsigned char *bytes, int64_t size) {
     fclose(f);
 }
 
-/* Where event i begins; EVENTS: the size of the log. */
+/* Offset of event i; for EVENTS, the size of the log. */
 static int64_t begin_of(int i) {
     int64_t offset = 0;
     for (int k = 0; k < i; k++) offset += HEADER + (int64_t)strlen(channel_of(k)) + size_of(k);
@@ -171,7 +170,8 @@ static void a_log_cut_anywhere_is_read_up_to_the_cut(void **unused) {
     free(bytes);
 }
 
-/* Event 5 with another word in its head: the five before it are read, and the place is named. */
+/* Another word in the header of event 5: the five events before it are read and the place is
+ * named. */
 static void assert_stops(int word_offset, uint32_t word) {
     int64_t size, offset;
     bool cut;
@@ -212,13 +212,13 @@ static void a_wrong_length_loses_what_follows_it_only(void **unused) {
         assert_int_equal(log_next(r, &e), 1);
         assert_is_event(&e, i);
     }
-    assert_int_equal(log_next(r, &e), 1); /* a byte longer or shorter than it was */
+    assert_int_equal(log_next(r, &e), 1); /* a byte longer or shorter than before */
     assert_int_equal(log_next(r, &e), 0);
     assert_true(log_cut(r, &offset));
     log_release(r);
 }
 
-/* Sanitizers watch the rest: any bytes at all may come. */
+/* Arbitrary bytes; sanitizers check the rest. */
 static void garbage_is_survived(void **unused) {
     (void)unused;
     int64_t size, offset;
@@ -309,8 +309,8 @@ static void what_cannot_be_written_is_named_at_once(void **unused) {
     assert_int_equal(log_close(w, &again), STATUS_IO);
 }
 
-/* A disk that is full later on: here the largest size of a file, which write(2) reports
- * in the same way. */
+/* The disk fills up later: the limit of a file's size stands in for it, because write(2) reports
+ * both alike. */
 static void a_disk_that_fills_up_is_said_and_keeps_what_it_has(void **unused) {
     (void)unused;
     enum { LIMIT = 100000, SIZE = 417 };

@@ -1,4 +1,4 @@
-/* A directory of logs with a quota: what goes, what stays, and how a new one is named. */
+/* A directory of logs with a quota: which are deleted, which stay, and how a new one is named. */
 #include "support.h"
 
 #include <fcntl.h>
@@ -13,7 +13,7 @@
 #include "log_directory.h"
 
 static char directory[] = "/tmp/log_directory.XXXXXX";
-enum { LOG_BYTES = 65536 }; /* whole blocks of any file system */
+enum { LOG_BYTES = 65536 }; /* whole blocks on any file system */
 
 static const char *in(const char *name) {
     static char path[4][PATH_MAX];
@@ -25,7 +25,7 @@ static const char *in(const char *name) {
 
 static bool there(const char *name) { return access(in(name), F_OK) == 0; }
 
-/* Written so many seconds ago. */
+/* Makes a log last written age_s ago. */
 static void make(const char *name, int age_s) {
     static char bytes[LOG_BYTES];
     memset(bytes, 'x', sizeof bytes);
@@ -50,7 +50,7 @@ static int empty(void **unused) {
 static void the_oldest_go_until_the_rest_is_within_the_quota(void **unused) {
     (void)unused;
     struct error error;
-    /* by what was written last, not by name: clocks are set */
+    /* ordered by the last write and not by name, because clocks are set */
     make("2026-01-01T00-00-00Z.lcm", 10);
     make("2026-01-02T00-00-00Z.lcm", 40);
     make("2026-01-02T00-00-00Zb.lcm", 30);
@@ -62,7 +62,7 @@ static void the_oldest_go_until_the_rest_is_within_the_quota(void **unused) {
     assert_true(there("2026-01-03T00-00-00Z.lcm") && there("2026-01-01T00-00-00Z.lcm"));
 }
 
-/* A clock that was wrong: the latest run was written in the past, and is named so. */
+/* After a wrong clock, the latest run's name and time lie in the past. */
 static void the_order_is_that_of_the_numbers_whatever_the_clock_said(void **unused) {
     (void)unused;
     struct error error;
@@ -70,7 +70,7 @@ static void the_order_is_that_of_the_numbers_whatever_the_clock_said(void **unus
     make("000010_1970-01-01T00-00-09Z.0001.lcm", 900000);
     make("000010_1970-01-01T00-00-09Z.0002.lcm", 899990);
     make("000011_2000-01-01T00-00-00Z.lcm", 800000);
-    make("2030-01-01T00-00-00Z.lcm", 0); /* of an earlier version */
+    make("2030-01-01T00-00-00Z.lcm", 0); /* from an earlier version */
     assert_int_equal(log_directory_prune(directory, 4 * LOG_BYTES, NULL, &error), STATUS_OK);
     assert_false(there("2030-01-01T00-00-00Z.lcm"));
     assert_int_equal(log_directory_prune(directory, 3 * LOG_BYTES, NULL, &error), STATUS_OK);
@@ -88,7 +88,7 @@ static void the_next_number_is_beyond_all_that_are_there(void **unused) {
     assert_int_equal(log_directory_create(directory, false, path, sizeof path, &error), STATUS_OK);
     assert_non_null(strstr(path, "/000001_2"));
     make("001234_2026-01-01T00-00-00Z.0007.lcm", 0);
-    make("999999999_2026-01-01.lcm", 0);           /* of somebody else */
+    make("999999999_2026-01-01.lcm", 0);           /* another program's */
     make("9999999999_2026-01-01T00-00-00Z.lcm", 0);
     assert_int_equal(log_directory_create(directory, true, path, sizeof path, &error), STATUS_OK);
     assert_non_null(strstr(path, "/001235_2"));
@@ -136,7 +136,7 @@ static void no_part_of_a_run_in_progress_goes(void **unused) {
     assert_int_equal(log_directory_prune(directory, 1, &left, &error), STATUS_OK);
     assert_true(there("2026-01-01T00-00-00Z.0001.lcm") && there("2026-01-01T00-00-00Z.0002.lcm") && there("2026-01-01T00-00-00Z.0003.lcm"));
     assert_false(there("2026-01-01T00-00-00Zb.0001.lcm") || there("2026-01-01T00-00-00Zb.0002.lcm"));
-    assert_int_equal(left, 3 * LOG_BYTES); /* of 65,536 bytes each; the log has none yet */
+    assert_int_equal(left, 3 * LOG_BYTES); /* 65,536 bytes each; the present log is empty */
     assert_int_equal(log_close(log, &error), STATUS_OK);
     /* part by part, once it has ended */
     assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, &left, &error), STATUS_OK);
@@ -198,7 +198,7 @@ static void runs_of_the_same_second_have_logs_of_their_own(void **unused) {
         assert_int_equal(log_directory_create(directory, false, path[i], sizeof path[i], &error), STATUS_OK);
         for (int j = 0; j < i; j++) assert_string_not_equal(path[i], path[j]);
     }
-    /* empty ones take nothing */
+    /* empty files free no space */
     assert_int_equal(log_directory_prune(directory, 0, NULL, &error), STATUS_OK);
     for (int i = 0; i < 5; i++) assert_int_equal(access(path[i], F_OK), 0);
 }

@@ -1,4 +1,4 @@
-/* The process that makes the parts of a log, and the writer that goes on in them. */
+/* The process that creates the parts of a log, and the writer that continues in them. */
 #include "support.h"
 
 #include <dirent.h>
@@ -30,7 +30,7 @@ static int begin(void **unused) {
     return system(command) || log_directory_create(directory, true, first, sizeof first, &error);
 }
 
-/* All processes of this test's are keepers. */
+/* All child processes of this test are keepers. */
 static int end(void **unused) {
     (void)unused;
     log_keeper_stop(&keeper);
@@ -118,11 +118,12 @@ static void earlier_runs_make_room_and_the_one_in_progress_never_does(void **unu
     make_old("2026-01-01T00-00-00Z.lcm");
     make_old("2026-01-02T00-00-00Z.0001.lcm");
     make_old("2026-01-02T00-00-00Z.0002.lcm");
-    /* Of old logs a unit each; a part has two, and its events' headers. */
+    /* Each old log takes one unit; a part takes two plus its events' headers. */
     assert_int_equal(log_keeper_start(&keeper, first, 4 * OLD_BYTES + OLD_BYTES / 2, &error), STATUS_OK);
     assert_int_equal(log_create(&log, first, &error), STATUS_OK);
     for (int p = 0; p < 3; p++) {
-        /* 5 units, and 4.5 are allowed: one goes; 6: the others; then nothing is left to go */
+        /* 5 units where 4.5 are allowed: one is deleted; 6: the others; then none is left to
+         * delete */
         static const int left[] = {4, 3, 4};
         static const bool over[] = {false, false, true};
         assert_int_equal(log_write(log, 0, "CHANNEL", bytes, sizeof bytes, &error), STATUS_OK);
@@ -143,7 +144,7 @@ static void a_part_that_cannot_be_made_can_be_asked_for_again(void **unused) {
     char elsewhere[64];
     snprintf(elsewhere, sizeof elsewhere, "%s.away", directory);
     assert_int_equal(log_keeper_start(&keeper, first, 1, &error), STATUS_OK);
-    assert_int_equal(log_keeper_take(&keeper, 0, &part, &error), 0); /* nobody asked */
+    assert_int_equal(log_keeper_take(&keeper, 0, &part, &error), 0); /* nobody asked for one */
     assert_int_equal(rename(directory, elsewhere), 0);
     log_keeper_ask(&keeper);
     assert_int_equal(log_keeper_take(&keeper, WAIT_MS, &part, &error), STATUS_IO);
@@ -180,12 +181,12 @@ static void a_part_that_was_made_ahead_goes_with_the_run(void **unused) {
     assert_int_equal(access(unused_part.path, F_OK), -1);
 }
 
-/* SAFETY: a bus that the daemon has open must not stay open when it is gone. */
+/* SAFETY: a bus that the daemon has open must not stay open after its end. */
 static void the_process_has_nothing_of_the_daemons_open_and_hears_no_signals(void **unused) {
     (void)unused;
     char path[64];
     int files = 0;
-    /* nothing, three times, and the socket; for a moment the part that was sent, too */
+    /* /dev/null three times and the socket; briefly also the part that was sent */
     enum { ALL = 4 };
     assert_int_equal(log_keeper_start(&keeper, first, 0, &error), STATUS_OK);
     close(next().file);

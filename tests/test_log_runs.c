@@ -1,4 +1,5 @@
-/* One run or several in a log: what separates them, what does not, and what is no log of runs. */
+/* One or several runs in a log: which events separate them, which do not, and which logs contain
+ * none. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -21,7 +22,7 @@ static int begin(void **unused) {
     return log_create(&log_, path, &error);
 }
 
-/* utime_us: of a clock that began so many seconds before the daemon. */
+/* utime_us comes from a clock that started began_s before the daemon. */
 static void cycle_at(uint64_t seq, double began_s) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * PERIOD_NS, .test = -1, .dof = DOF_NONE};
@@ -43,7 +44,7 @@ static int found(void) {
     return runs.count;
 }
 
-/* Cycles that the run of this number has when it is read alone; -1: it is refused. */
+/* Returns the cycles of run `run` read alone; -1 if it is refused. */
 static int read_alone(int run) {
     struct log_reader *reader;
     struct log_event e;
@@ -62,7 +63,7 @@ static void a_run_is_one_whatever_it_has_lost(void **unused) {
     cycles(700, 900, 1, 0);
     event("config", "a"), event("part", "2"); /* joined with its next part */
     cycles(900, 1200, 1, 0);
-    cycle_at(1199, 0); /* twice */
+    cycle_at(1199, 0); /* received twice */
     cycles(1200, 1300, 1, 0);
     assert_int_equal(found(), 1);
     assert_int_equal(read_alone(0), 1101);
@@ -73,7 +74,7 @@ static void a_run_is_one_whatever_it_has_lost(void **unused) {
 
 static void a_number_that_goes_back_begins_another_run(void **unused) {
     (void)unused;
-    cycles(300, 1000, 10, 5.0); /* as lcm-logger hears them */
+    cycles(300, 1000, 10, 5.0); /* as received by lcm-logger */
     cycles(0, 2000, 10, 60.0);
     cycles(0, 100, 10, 90.0);
     assert_int_equal(found(), 3);

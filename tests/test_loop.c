@@ -1,6 +1,6 @@
-/* The loop: its time, its ends and its duties towards the back-end. The test's own clock_gettime
- * and clock_nanosleep stand before the C library's: CLOCK_MONOTONIC is then as late, and its sleeps
- * are interrupted as often, as a test says. */
+/* The loop: its timing, its ends and its duties towards the back-end. The test's own clock_gettime
+ * and clock_nanosleep override the C library's, so the test sets how late CLOCK_MONOTONIC is and
+ * how often its sleeps are interrupted. */
 #include "support.h"
 
 #include <errno.h>
@@ -19,9 +19,9 @@ enum { PERIOD_NS = 2000000, RING = 1 << 14 };
 /* ---- the clock ---- */
 
 static int64_t monotonic_ns = 123456789;
-static int64_t late_ns;      /* of the next sleep */
-static int interruptions;    /* of the next sleep */
-static int64_t told_ns;      /* the last deadline given to it */
+static int64_t late_ns;      /* lateness of the next sleep */
+static int interruptions;    /* interruptions of the next sleep */
+static int64_t told_ns;      /* last deadline given to it */
 
 int clock_gettime(clockid_t id, struct timespec *t) {
     (void)id;
@@ -47,15 +47,15 @@ int clock_nanosleep(clockid_t id, int flags, const struct timespec *until, struc
 
 /* ---- the back-end ---- */
 
-/* Six legs whose speed is the valve's; it keeps count of what is asked of it. */
+/* Six legs whose speed is the valve's command; counts the calls. */
 struct fake {
     struct hal hal;
     double length_m[LEGS], valve[LEGS];
-    int64_t now_ns;          /* of the last read */
+    int64_t now_ns;          /* time of the last read */
     int reads, writes, safes;
     bool read_fails, write_fails;
     bool powered;            /* the last call was a command */
-    bool opened;             /* a valve was, without enable */
+    bool opened;             /* a valve was opened without enable */
 };
 
 static int fake_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
@@ -82,7 +82,7 @@ static int fake_write(struct hal *hal, const struct hal_command *command) {
 static void fake_safe(struct hal *hal) {
     struct fake *f = (struct fake *)hal;
     f->safes++;
-    f->powered = f->write_fails; /* its supply does not go at once */
+    f->powered = f->write_fails; /* the supply does not switch off if the write failed */
     memset(f->valve, 0, sizeof f->valve);
 }
 
@@ -118,7 +118,7 @@ static void bench_end(struct bench *b) {
     ring_free(&b->records);
 }
 
-/* One cycle and its record. */
+/* Runs one cycle and pops its record. */
 static bool bench_cycle(struct bench *b) {
     bool more = loop_cycle(&b->loop);
     assert_true(ring_pop(&b->records, &b->last));
@@ -161,7 +161,7 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
     (void)unused;
     static const int64_t late[] = {PERIOD_NS - 1, PERIOD_NS, PERIOD_NS + 1, 3 * PERIOD_NS - 1, 3 * PERIOD_NS, 20 * PERIOD_NS + 777};
     struct params params = by_hand();
-    params.loop.overrun_limit = 100; /* what is late by more is not believed */
+    params.loop.overrun_limit = 100; /* older samples are not believed */
     for (unsigned k = 0; k < sizeof late / sizeof *late; k++) {
         struct bench b;
         int64_t missed = late[k] / PERIOD_NS;
@@ -176,8 +176,8 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
         for (int n = 1; n < 5; n++) {
             int64_t before_ns = monotonic_ns;
             bench_cycle(&b);
-            assert_int_equal(told_ns, zero_ns + (5 + missed + n) * PERIOD_NS); /* the old grid, */
-            /* ahead of now: no burst */
+            assert_int_equal(told_ns, zero_ns + (5 + missed + n) * PERIOD_NS); /* on the old grid */
+            /* in the future: no burst */
             assert_true(told_ns > before_ns);
             assert_int_equal(b.last.in.flags, 0);
             assert_int_equal(b.last.seq, 5 + n); /* the reference counts cycles */
@@ -202,8 +202,8 @@ static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
     bench_end(&b);
 }
 
-/* Away for a second: a fault in the first cycle, also where that cycle has nothing to read, or the
- * command before could not be written; and a failed read by itself is no missed deadline. */
+/* After a second's absence the first cycle is a fault, even if it has nothing to read or the
+ * previous command could not be written; a failed read alone is no missed deadline. */
 static void a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -243,7 +243,7 @@ static void virtual_time_has_no_wall_clock_in_it(void **unused) {
     bench_end(&b);
 }
 
-/* Bit for bit, but for the padding and for what the host's clock says. */
+/* Compares bit for bit, except padding and the host's clock. */
 #define SAME(member) (memcmp(&a->member, &b->member, sizeof a->member) == 0)
 static bool same_record(const struct cycle *a, const struct cycle *b) {
     return SAME(seq) && SAME(in.time_ns) && SAME(in.age_ns) && SAME(in.device_seq) && SAME(in.flags) && SAME(in.length_m) &&
@@ -310,7 +310,7 @@ static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
     assert_int_equal(b.fake.reads, 10);
     for (uint64_t n = 0; n < 4; n++) assert_true(ring_pop(&b.records, &c) && c.seq == n);
     bench_cycle(&b);
-    assert_int_equal(b.last.seq, 10); /* the gap shows */
+    assert_int_equal(b.last.seq, 10); /* the gap is visible */
     bench_end(&b);
 }
 
@@ -355,7 +355,7 @@ static void an_abort_does_not_wait_for_a_reader_that_is_gone(void **unused) {
     assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
     while (ring_count(&b.records) < 4) sched_yield();
     atomic_store(&b.loop.abort, true);
-    loop_join(&b.loop); /* hangs where it waits */
+    loop_join(&b.loop); /* would hang if the loop waited */
     assert_true(atomic_load(&b.loop.ended));
     bench_end(&b);
 }
@@ -425,7 +425,7 @@ static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unus
             mailbox_post(&b.loop.requests, n % 2 ? COMMAND_ENGAGE : COMMAND_START);
             assert_true(n < 3000);
         }
-        /* valves as legs, and an integral at work: roughly */
+        /* only roughly, because valves act as legs and the integral is at work */
         assert_close(b.last.pose[DOF_Z], params.motion.park_z_m, 1e-2);
         bench_end(&b);
     }
@@ -458,7 +458,7 @@ static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     bench_until(&b, STATE_ENGAGING);
     for (int n = 0; n < 300; n++) bench_cycle(&b);
     assert_true(b.fake.valve[0] != 0.0);
-    /* the thread goes on from here */
+    /* the thread continues from here */
     assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
     while (!ring_pop(&b.records, &c)) sched_yield();
     atomic_store(&b.loop.abort, true);
@@ -473,8 +473,7 @@ static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     bench_end(&b);
 }
 
-/* Does not come back when it is refused: a processor that no machine has is refused
- * on every machine. */
+/* Must return from a refusal; every machine refuses a processor that does not exist. */
 static void real_time_that_is_refused_runs_nothing_when_required(void **unused) {
     (void)unused;
     pid_t child = fork(); /* locked memory stays with the process */
@@ -491,7 +490,7 @@ static void real_time_that_is_refused_runs_nothing_when_required(void **unused) 
         loop_quit(&b.loop);
         if (loop_start(&b.loop, REALTIME_TRY, &error)) _exit(3);
         loop_join(&b.loop);
-        /* ran, and says what it did not get */
+        /* it ran and reports what was refused */
         if (!b.loop.realtime || !b.loop.realtime_error.text[0] || b.fake.reads != 1) _exit(4);
         _exit(0);
     }
@@ -547,10 +546,10 @@ static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void 
     bench_cycle(&b);
     b.fake.write_fails = false;
     bench_cycle(&b);
-    assert_true(b.last.in.flags & SAMPLE_IO); /* the identifier leaves it out */
+    assert_true(b.last.in.flags & SAMPLE_IO); /* the identifier excludes it */
     bench_cycle(&b);
     assert_int_equal(b.last.in.flags, 0);
-    assert_int_equal(b.last.state, STATE_READY); /* one is ridden out */
+    assert_int_equal(b.last.state, STATE_READY); /* a single one is ridden out */
     bench_end(&b);
 }
 

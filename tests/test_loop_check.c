@@ -1,5 +1,5 @@
-/* The closed loop from the configuration alone against what the nonlinear machine does with it.
- * With an argument, "all", on both engines and at every fifth of a decade. */
+/* The closed loop predicted from the configuration alone against the nonlinear machine. With the
+ * argument "all", on both engines and at every fifth of a decade. */
 #include "support.h"
 
 #include <stdio.h>
@@ -20,7 +20,7 @@ static struct params load(const char *path, const char *setting) {
     struct params p;
     struct error error;
     if (config_load(&p, path, &setting, setting != NULL, &error)) fail_msg("%s", error.text);
-    p.sensors.enabled = false; /* noise would hide how it settles */
+    p.sensors.enabled = false; /* noise would hide the settling */
     return p;
 }
 
@@ -28,7 +28,7 @@ static struct params load(const char *path, const char *setting) {
 
 enum { BLOCKS = 8, BLOCK_OF_BLOW = 2 };
 
-/* Leg rates of a platform that is held in a pose and gets a blow of 0.1 mm, rms of each half
+/* Leg rates of a platform that is held in a pose and displaced by 0.1 mm, rms of each half
  * second. */
 static void hold(const struct params *p, const double pose[DOFS], double rms_mps[BLOCKS]) {
     static const double blow[LEGS] = {1e-4, -0.5e-4, 0.3e-4, -0.8e-4, 0.6e-4, -1e-4};
@@ -66,7 +66,7 @@ static void hold(const struct params *p, const double pose[DOFS], double rms_mps
     for (int i = 0; i < BLOCKS; i++) rms_mps[i] = sqrt(rms_mps[i]);
 }
 
-/* Two seconds after the blow it moves at more than 1 mm/s: as much as at first, or at its own
+/* Two seconds after the blow it moves at more than 1 mm/s: as fast as at first, or at its own
  * limits. */
 static bool shakes(const struct params *p, const double pose[DOFS]) {
     double rms_mps[BLOCKS];
@@ -100,8 +100,7 @@ static double *gain(struct params *p, int i) {
     return gains[i];
 }
 
-/* Sets a gain to so many decades of the shipped one; kd, which is 0 there, to so many of 0.01
- * s/m. */
+/* Multiplies a gain by powers of ten; kd, which is 0 by default, is relative to 0.01 s/m. */
 static bool set_gain(struct params *p, int i, double decades) {
     bool kd = i == 2;
     if (kd && decades > 2.01) return false;
@@ -109,8 +108,8 @@ static bool set_gain(struct params *p, int i, double decades) {
     return true;
 }
 
-/* From a tenth to a thousand times the shipped gain, kd from 0.001 to 1 s/m: what is refused
- * shakes, and what is not refused holds the platform. What is proposed instead holds it. */
+/* From a tenth to a thousand times the shipped gain (kd from 0.001 to 1 s/m), refused gains shake
+ * the platform and accepted ones hold it. The proposed replacement holds it. */
 static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
     (void)unused;
     int table[2][2] = {{0}};
@@ -142,7 +141,7 @@ static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
                   table[1][0], table[0][1], table[0][0]);
 }
 
-/* The same of what is configured as an effect, because it was found, and of the machine itself. */
+/* The same for an effect that was found and configured, and for the machine itself. */
 static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
     (void)unused;
     static const struct {
@@ -175,7 +174,7 @@ static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
     }
 }
 
-/* A field bus has each command in force a cycle later. */
+/* On a field bus each command takes effect a cycle later. */
 static void a_bus_is_a_delay_of_one_cycle(void **unused) {
     (void)unused;
     struct params p = load(NULL, NULL), late = load(NULL, "effects.command_delay.delay_s=0.002");
@@ -186,7 +185,7 @@ static void a_bus_is_a_delay_of_one_cycle(void **unused) {
     assert_true(loop_pole_damping(&bus.neutral.pole) < loop_pole_damping(&direct.neutral.pole));
 }
 
-/* At neutral it is damped, tilted it is not; so does the machine. */
+/* It is damped at neutral but not when tilted, and the machine agrees. */
 static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     (void)unused;
     struct params p = load(NULL, "control.kp=140");
@@ -205,7 +204,7 @@ static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     assert_false(shakes(&p, tilted));
 }
 
-/* The force feedback is what the controller makes of it where the oil is stiff. */
+/* With stiff oil the force feedback is the controller's own. */
 static void the_loop_of_a_parked_platform_has_the_controllers_own_feedback(void **unused) {
     (void)unused;
     struct params p = load(NULL, "effects.command_delay.delay_s=0.002");
@@ -221,7 +220,7 @@ static void the_loop_of_a_parked_platform_has_the_controllers_own_feedback(void 
     assert_true(loop_pole_damping(&whole.pole) < 0.0);
 }
 
-/* The way into trouble of somebody with a platform of his own: his masses, the default gains. */
+/* A user with his own platform enters his masses and keeps the default gains. */
 static void a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits(void **unused) {
     (void)unused;
     struct params p = load("config/simulator.yaml", "control.kpf=2e-5");
@@ -234,7 +233,7 @@ static void a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits
     assert_int_equal(loop_check_run(&p, false, &error), STATUS_OK);
 }
 
-/* A platform of 4 t in the geometry of a flight simulator, with the default's controller. */
+/* A platform of 4 t in the geometry of a flight simulator with the default's controller. */
 static struct params four_tonnes(void) {
     struct params p = load("config/simulator.yaml", NULL), usual = load(NULL, NULL);
     p.payload.mass_kg = 4000.0;
@@ -244,7 +243,7 @@ static struct params four_tonnes(void) {
     return p;
 }
 
-/* Sets the first "KEY to VALUE" of a remedy. */
+/* Applies the first "KEY to VALUE" of a remedy. */
 static void follow(const char *remedy, struct params *p) {
     char key[60], setting[100];
     const char *one = setting;
@@ -255,8 +254,7 @@ static void follow(const char *remedy, struct params *p) {
     if (config_override(p, "test", &one, 1, &error)) fail_msg("%s: %s", remedy, error.text);
 }
 
-/* Whoever sets what doctor proposes, and asks again, comes to a loop that nothing is said of, and
- * that holds the platform. */
+/* Applying doctor's proposals until there are none leads to a loop that holds the platform. */
 static void whoever_follows_the_proposals_gets_through(void **unused) {
     (void)unused;
     struct params p = four_tonnes();
@@ -284,12 +282,12 @@ static void poles_that_do_not_oscillate_and_fast_ones_are_seen(void **unused) {
     struct params p = load(NULL, "control.kd=1000");
     struct loop_check c = loop_check(&p, false);
     assert_int_equal(c.state, LOOP_UNSTABLE);
-    p = load(NULL, "control.tf=0"); /* of samples alone: no filter */
+    p = load(NULL, "control.tf=0"); /* samples alone, no filter */
     p.control.kd = 1.0;
     c = loop_check(&p, false);
     assert_true((c.state == LOOP_UNSTABLE) == shakes(&p, neutral));
     p = load(NULL, "control.kp=0");
-    p.control.ki = 0.0; /* it drifts, and no pole grows: following_error is for that */
+    p.control.ki = 0.0; /* it drifts but no pole grows, which is following_error's task */
     assert_true(loop_check(&p, false).neutral.known);
 }
 

@@ -1,6 +1,5 @@
-/* A survey of the simulated platform against the platform's own linearisation: the machine's
- * equations differentiated by finite differences, with the controller in the loop, and the
- * eigenvalues of that. */
+/* A survey of the simulated platform against its linearisation: the machine's equations
+ * differentiated by finite differences with the controller in the loop, and their eigenvalues. */
 #include "platform_rig.h"
 
 #include <complex.h>
@@ -20,7 +19,7 @@ struct linear {
     struct closed_form *machine;
     struct pid pid[LEGS];
     double valve[LEGS], neutral_m[LEGS];
-    double (*map)[CLOSED]; /* [size] from one instant to the next, dt_s later */
+    double (*map)[CLOSED]; /* [size] maps one instant to the next, dt_s later */
     int size;
     double dt_s;
 };
@@ -72,8 +71,7 @@ static void advance(struct linear *l) {
     else closed_form_rk4(l->machine, &l->machine->state, l->dt_s, &drive, &l->machine->state);
 }
 
-/* Central differences; steps that are small against the working point and large
- * against rounding. */
+/* Central differences with steps small against the working point and large against rounding. */
 static void differentiate(struct linear *l, int size) {
     static const double step[4] = {1e3, 1e3, 1e-5, 1e-3}, control_step[4] = {1e-4, 1e-6, 1.0, 1e-7};
     double at[CLOSED], from[CLOSED], to[CLOSED], valve[LEGS];
@@ -92,7 +90,7 @@ static void differentiate(struct linear *l, int size) {
     set(l, at);
 }
 
-/* Gauss with row pivots. */
+/* Gaussian elimination with row pivots. */
 static void solve(int n, double complex a[CLOSED][CLOSED], double complex *b) {
     for (int c = 0; c < n; c++) {
         int pivot = c;
@@ -116,7 +114,7 @@ static void solve(int n, double complex a[CLOSED][CLOSED], double complex *b) {
     }
 }
 
-/* A pole next to a guess, by inverse iteration. */
+/* Finds a pole near a guess by inverse iteration. */
 static double complex pole_near(const struct linear *l, double complex guess) {
     static double complex a[CLOSED][CLOSED];
     double complex z = cexp(guess * l->dt_s), x[CLOSED], before[CLOSED], grown = 1.0;
@@ -131,15 +129,16 @@ static double complex pole_near(const struct linear *l, double complex guess) {
             for (int c = 0; c < l->size; c++) a[r][c] = l->map[r][c] - (r == c ? z : 0.0);
         solve(l->size, a, x);
         grown = x[most] / before[most];
-        if (n % 10 == 9) z += 1.0 / grown, grown = HUGE_VAL; /* nearer to it than to any other */
+        /* now nearer to it than to any other */
+        if (n % 10 == 9) z += 1.0 / grown, grown = HUGE_VAL;
     }
     return clog(z) / l->dt_s;
 }
 
-/* A machine, surveyed as a run does it; `configured` need not be like it. */
+/* A machine surveyed as in a run; `configured` may differ from it. */
 struct surveyed {
     struct params params, configured;
-    double noise_pa; /* on top, of leg 3's pressures as they are recorded */
+    double noise_pa; /* noise added to leg 3's recorded pressures */
     struct loop_survey survey;
     struct linear linear;
 };
@@ -159,7 +158,7 @@ static void work_out(struct surveyed *s) {
         l->machine->state.hydraulics.cylinder[leg] = (struct cylinder_state){.p1_pa = 3.4e6, .p2_pa = 6.6e6, .spool = -0.07};
         pid_reset(&l->pid[leg], l->neutral_m[leg], 500.0);
     }
-    for (int i = 0; i < 5000; i++) cycle(l); /* ten seconds: the integral's time constant is two */
+    for (int i = 0; i < 5000; i++) cycle(l); /* ten seconds: five time constants of the integral */
 }
 
 static int survey(struct surveyed *s, struct error *error) {
@@ -205,7 +204,7 @@ static struct surveyed *surveyed_default(void) {
     return &s;
 }
 
-/* Nothing of it as configured: heavier, softer oil, one leg with air in it and one with dead
+/* A machine unlike the configuration: heavier, softer oil, one leg with air in it and one with dead
  * volume, more friction, slower valves. */
 static struct surveyed *surveyed_other(void) {
     static struct surveyed s;
@@ -226,7 +225,7 @@ static void check_oil_columns(struct surveyed *s) {
     differentiate(&s->linear, OPEN);
     for (int i = 0; i < DOFS; i++) {
         double hz = s->survey.mode[i].hz, plant_hz = HUGE_VAL;
-        /* neighbours are near: which one is found depends on the guess */
+        /* poles are close together: the guess decides which one is found */
         for (double damping = 0.02; damping < 0.4; damping += 0.06) {
             double pole_hz = cabs(pole_near(&s->linear, CMPLX(-damping, 1.0) * 2.0 * PI * hz)) / (2.0 * PI);
             if (fabs(pole_hz - hz) < fabs(plant_hz - hz)) plant_hz = pole_hz;
@@ -249,7 +248,7 @@ static void and_of_a_machine_that_is_not_as_configured(void **unused) {
 
 static bool oscillates(double complex s) { return fabs(cimag(s)) > 1.0 && -creal(s) < 0.95 * cabs(s); }
 
-/* Also: poles found from guesses all below it are no lower ones that oscillate. */
+/* Guesses below the found poles must lead to no lower pole that oscillates. */
 static void check_loop(struct surveyed *s) {
     double hz = loop_survey_loop_hz(&s->survey), least = HUGE_VAL;
     differentiate(&s->linear, CLOSED);
@@ -277,7 +276,7 @@ static void what_the_pressures_do_not_show_is_no_number(void **unused) {
     static struct surveyed s;
     struct error error;
     s.params = s.configured = brisk();
-    s.noise_pa = 3e6; /* a hundred and fifty times the sensors' */
+    s.noise_pa = 3e6; /* 150 times the sensors' */
     if (survey(&s, &error)) fail_msg("%s", error.text);
     assert_true(isnan(s.survey.leg[2].stiffness) && isfinite(s.survey.leg[1].stiffness));
     assert_true(!s.survey.determined && isnan(s.survey.mode[0].hz) && isnan(loop_survey_oil_hz(&s.survey)) &&
@@ -299,7 +298,7 @@ static void samples_lost_in_every_pass_are_said(void **unused) {
     assert_int_equal(multisine_average(&mean, &multisine, &test, 0.0, &error), STATUS_USAGE);
     assert_non_null(strstr(error.text, "1.400 s"));
     multisine_free(&mean);
-    test.sample[700 + 2 * multisine.samples].good = true; /* once is enough */
+    test.sample[700 + 2 * multisine.samples].good = true; /* one is enough */
     assert_int_equal(multisine_average(&mean, &multisine, &test, 0.0, &error), 0);
     multisine_free(&mean);
     free(test.sample);

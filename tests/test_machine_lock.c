@@ -1,5 +1,5 @@
-/* One master for each machine on this host: whoever starts it, whatever it is called, whoever would
- * like to be in the way. */
+/* A machine has one master per host, whoever starts it, by whatever name, and whoever tries to
+ * block it. */
 #include "support.h"
 
 #include <fcntl.h>
@@ -17,11 +17,11 @@
 #include "host_lock.h"
 #include "machine_lock.h"
 
-enum { NOBODY = 65534, SOMEBODY = 65533 }; /* users */
+enum { NOBODY = 65534, SOMEBODY = 65533 }; /* user ids */
 
 static struct error error;
 
-/* Machines of this test process alone: others may run beside it. */
+/* Machines of this test process alone, because others may run beside it. */
 static const char *tcp(const char *host) {
     static char url[2][100];
     static int at;
@@ -99,7 +99,7 @@ static void what_is_put_in_front_of_a_machine_does_not_count(void **unused) {
 
 /* ---- users ---- */
 
-/* A process of another user that has the first of these slots until it is ended. */
+/* Another user's process that holds the first of these slots until it is ended. */
 struct other {
     pid_t process;
     int end;
@@ -196,7 +196,7 @@ static void who_may_write_a_device_has_its_lock_and_nobody_else(void **unused) {
     close(master), close(slave);
 }
 
-/* A queue that nobody empties: its holder cannot be asked who he is. */
+/* Nobody empties this queue, so its holder cannot be asked for his identity. */
 static void who_does_not_say_who_he_is_is_a_stranger(void **unused) {
     (void)unused;
     char name[40];
@@ -213,7 +213,7 @@ static void who_does_not_say_who_he_is_is_a_stranger(void **unused) {
     finish(stranger);
 }
 
-/* As many as wait in a queue at most, by the C library and by the kernel. */
+/* As many as the C library and the kernel allow to wait in a queue. */
 static void a_lock_counts_however_often_it_is_asked_for(void **unused) {
     (void)unused;
     enum { QUEUE = 4096, BETWEEN = 64 };
@@ -227,7 +227,7 @@ static void a_lock_counts_however_often_it_is_asked_for(void **unused) {
     machine_unlock(&l);
 }
 
-/* ---- at once ---- */
+/* ---- simultaneous starts ---- */
 
 static void of_many_that_start_at_once_one_at_most_has_it(void **unused) {
     (void)unused;

@@ -1,5 +1,5 @@
-/* Messages field by field, of the types that no run's log has; tests/scenarios/export.sh
- * reads those of a log. */
+/* Messages field by field, of the types that no run's log contains; tests/scenarios/export.sh reads
+ * those of a log. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -98,7 +98,7 @@ static void a_message_cut_anywhere_or_too_long_is_none(void **unused) {
     struct message m = {0};
     int size = encode_gap();
     for (int cut = 0; cut < size; cut++) {
-        /* so that a sanitizer sees a read behind it */
+        /* exact size, so that a sanitizer sees an overrun */
         unsigned char *exact = malloc((size_t)cut + 1);
         memcpy(exact, buffer, (size_t)cut);
         assert_false(message_read(CHANNEL_GAP, exact, cut, &m));
@@ -109,14 +109,14 @@ static void a_message_cut_anywhere_or_too_long_is_none(void **unused) {
     assert_null(m.type);
 }
 
-/* Text i is found by passing those before it: a count without a bound would take the
- * square of its time. */
+/* Text i is reached by skipping those before it, so an unbounded count would take quadratic
+ * time. */
 static void counts_have_a_bound(void **unused) {
     (void)unused;
     enum { MANY = ELEMENTS_MAX + 1 };
     static char *texts[MANY];
     static double numbers[MANY];
-    static int8_t legs[1]; /* of no parameter, but memcpy takes no null pointer */
+    static int8_t legs[1]; /* no parameter has one, but memcpy accepts no null pointer */
     static unsigned char large[CAPACITY + 64 * MANY];
     struct message m;
     for (int i = 0; i < MANY; i++) texts[i] = "";

@@ -1,5 +1,5 @@
-/* The wire types: what is encoded comes back bit for bit, what could not have been a cycle is
- * refused, and no type changes unnoticed. */
+/* The wire types: encoding and decoding is exact bit for bit, impossible cycles are refused, and no
+ * type changes unnoticed. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -78,7 +78,7 @@ static void state_comes_back_bit_for_bit(void **unused) {
     }
 }
 
-/* Against the generated decoder: two fields swapped both ways would come back, too. */
+/* Uses the generated decoder, because swapping two fields in both directions would cancel out. */
 static void every_field_of_a_state_is_what_its_name_says(void **unused) {
     (void)unused;
     uint64_t state = 2;
@@ -121,7 +121,7 @@ static void a_state_of_the_wrong_size_or_type_is_refused(void **unused) {
         assert_false(state_decode(buffer, STATE_SIZE, &back));
         buffer[bit / 8] ^= (unsigned char)(1 << bit % 8);
     }
-    assert_cycles_equal(&back, &before); /* left alone */
+    assert_cycles_equal(&back, &before); /* unchanged */
     assert_true(state_decode(buffer, STATE_SIZE, &back));
 }
 
@@ -151,7 +151,7 @@ static void a_state_takes_no_heap(void **unused) { /* sanitizers have an allocat
     skip_because(OWN_ALLOCATOR);
 }
 #else
-static volatile int allocations; /* which the compiler would think no malloc() touches */
+static volatile int allocations; /* the compiler would assume that malloc() changes nothing else */
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
 void *malloc(size_t size) { return allocations++, __libc_malloc(size); }
@@ -162,9 +162,9 @@ static void a_state_takes_no_heap(void **unused) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle c = {.dof = DOF_NONE, .test = -1};
     int before = allocations;
-    void *volatile block = malloc(1); /* volatile: or the compiler leaves the pair out */
+    void *volatile block = malloc(1); /* volatile, or the compiler omits the pair */
     free(block);
-    assert_int_equal(allocations, before + 1); /* the count does count */
+    assert_int_equal(allocations, before + 1); /* the counter does count */
     assert_true(state_decode(buffer, state_encode(&c, buffer), &c));
     assert_int_equal(allocations, before + 1);
 }
@@ -202,7 +202,7 @@ static void a_configuration_is_found_in_its_event_only(void **unused) {
     assert_false(event_decode_config(buffer, size, &text, &length));
 }
 
-/* In a block of exactly the message's size, so that a sanitizer sees every byte read too far. */
+/* Copies into a block of exactly the message's size, so that a sanitizer sees every overrun. */
 static bool event_good(const unsigned char *message, int size) {
     unsigned char *exact = malloc((size_t)size + 1);
     struct event e;
@@ -263,7 +263,7 @@ static void stop_and_park_come_back_and_nothing_else_is_a_command(void **unused)
     assert_false(command_decode(buffer, size, &c));
 }
 
-/* In blocks of exactly the message's size. */
+/* Copies into blocks of exactly the message's size. */
 static bool test_result_good(const unsigned char *message, int size, struct test_summary *r) {
     unsigned char *exact = malloc(size ? (size_t)size : 1);
     memcpy(exact, message, (size_t)size);
@@ -336,7 +336,7 @@ static void results_are_read_as_the_generated_code_writes_them(void **unused) {
     assert_true(g.noise_floor_ratio == 0.1 && g.held_out_before_ratio == 0.5 && g.held_out_after_ratio == 0.2);
 }
 
-/* Every length and count is among the words that are overwritten here. */
+/* The overwritten words include every length and count. */
 static void a_damaged_result_is_refused(void **unused) {
     (void)unused;
     static const int32_t lengths[] = {-1, -2, 0, 1000, 0x10000000, INT32_MAX, INT32_MIN};
@@ -359,11 +359,11 @@ static void a_damaged_result_is_refused(void **unused) {
     assert_true(refused > 13 * 7); /* the lengths and counts alone */
 }
 
-/* Of lists that are empty: nothing after the count would give it away. */
+/* The lists are empty, so nothing after the count reveals it. */
 static void a_negative_count_and_no_boolean_are_refused(void **unused) {
     (void)unused;
     char *empty = (char *)(uintptr_t)"";
-    double numbers[] = {0.0}; /* liblcm copies none of them, but takes no NULL */
+    double numbers[] = {0.0}; /* liblcm copies none of them but accepts no NULL */
     int8_t legs[] = {0};
     hexid_gap_t m = {.verdict = empty,
                      .reason = empty,
@@ -389,7 +389,7 @@ static void a_negative_count_and_no_boolean_are_refused(void **unused) {
     assert_false(gap_good(buffer, size, &g));
 }
 
-/* A changed type makes old logs unreadable: add a type, do not edit one. */
+/* A changed type makes old logs unreadable: add a type instead of editing one. */
 static void types_are_frozen(void **unused) {
     (void)unused;
     assert_int_equal(__hexid_state_t_get_hash(), 0x82de43c6682a2716);

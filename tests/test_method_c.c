@@ -1,6 +1,6 @@
-/* Method C on recordings whose machine is known: motions in closed form, forces by inverse dynamics
- * of another machine than the configured one, dry friction of each leg and direction its own. What
- * is found may not depend on what was configured. */
+/* Method C on recordings of a known machine: motions in closed form, forces by inverse dynamics of
+ * another machine than the configured one, separate dry friction for each leg and direction. The
+ * result must not depend on the configuration. */
 #include "support.h"
 
 #include "agreement.h"
@@ -19,18 +19,18 @@ struct rig {
     struct kinematics kinematics;
     struct inverse_dynamics inverse;
     double dry[LEGS][2], nominal[DOFS][DOFS];
-    double unwanted; /* motion of the other axes, of their amplitudes */
+    double unwanted; /* motion of the other axes, relative to their amplitudes */
     double noise_m, noise_pa;
-    double presliding_m;        /* a seal gives so much before it slides (Dahl); 0: Coulomb */
+    double presliding_m;        /* a seal deflects this far before it slides (Dahl); 0: Coulomb */
     double seal_n[LEGS], last_m[LEGS];
-    double slow_share, slow_mps; /* of dry friction, more of it below this speed (Stribeck) */
-    double load_mu;             /* times (A1 - A2) (P1 + P2) / 2 */
-    double pressure_pa[DOFS];   /* of the rod side, test by test */
+    double slow_share, slow_mps; /* excess of dry friction at rest, and the speed at which it fades
+                                  * (Stribeck) */
+    double load_mu;             /* multiplies (A1 - A2) (P1 + P2) / 2 */
+    double pressure_pa[DOFS];   /* pressure of the rod side, per test */
     uint64_t seed;
 };
 
-/* The machine's payload is a fifth lighter than the configuration says, and its
- * inertias are others. */
+/* The machine's payload is a fifth lighter than configured, and its inertias differ. */
 static void rig_init(struct rig *r, double dry_n) {
     static const double neutral[DOFS] = {0};
     struct error error;
@@ -52,8 +52,8 @@ static void rig_init(struct rig *r, double dry_n) {
     inverse_dynamics_init(&r->inverse, &r->machine, 0.0, 0.0);
 }
 
-/* The tested axis, the others a little and out of phase, so that couplings and friction mix as they
- * do on a machine. */
+/* The tested axis moves, the others slightly and out of phase, so that couplings and friction mix
+ * as on a real machine. */
 static void pose_at(const struct rig *r, int dof, double t_s, double pose[DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         double w = 2.0 * PI * r->configured.tests.hz[dof], share = i == dof ? 1.0 : r->unwanted;
@@ -75,8 +75,7 @@ static void legs_at(const struct rig *r, int dof, double t_s, double leg[LEGS][3
     }
 }
 
-/* Dahl's seal after the leg has moved: dF = (F_slide - F) |dx| / presliding, exactly,
- * whatever the step. */
+/* Dahl's seal after the leg has moved: dF = (F_slide - F) |dx| / presliding, exact for any step. */
 static double seal(struct rig *r, int leg, double length_m, double rate) {
     double slides = rate > 0.0 ? r->dry[leg][0] : -r->dry[leg][1], moved = fabs(length_m - r->last_m[leg]);
     if (r->slow_mps > 0.0) slides *= 1.0 + r->slow_share * exp(-rate * rate / (r->slow_mps * r->slow_mps));
@@ -121,7 +120,7 @@ static struct recording *record(struct rig *r, int tests) {
     return &recording;
 }
 
-/* One log: its equations and what comes of them. */
+/* One log: its equations and their solution. */
 struct log {
     struct equations equations;
     struct estimate estimate;
@@ -133,7 +132,7 @@ static void solve(const struct rig *r, struct log *log) {
     if (method_c_solve(&log->equations, &r->configured, &log->estimate, &log->result, &error)) fail_msg("%s", error.text);
 }
 
-/* Of the tests from `first` on. */
+/* Solves the tests from `first` on. */
 static void find(struct rig *r, int first, int tests, struct log *log) {
     struct recording *recording = record(r, first + tests);
     struct error error;
@@ -167,8 +166,8 @@ static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
     }
 }
 
-/* Over rates far from a reversal. Eight harmonics of a step overshoot it by up to a tenth of its
- * height, and ripple about it. */
+/* Evaluated at rates far from a reversal: eight harmonics of a step overshoot it by up to a tenth
+ * of its height and ripple about it. */
 static void force_less_what_the_found_matrix_needs_is_the_friction_found(void **unused) {
     (void)unused;
     static struct log log;
@@ -210,7 +209,7 @@ static void force_less_what_the_found_matrix_needs_is_the_friction_found(void **
     assert_below(worst_n, 0.1);
 }
 
-/* What weighs off the origin turns the platform as it leans: a moment that is no inertia. */
+/* An off-centre weight tips the platform as it tilts: a moment that is no inertia. */
 static void the_payload_is_found_with_its_centre(void **unused) {
     (void)unused;
     static const double centre[3] = {0.03, -0.02, 0.04};
@@ -243,8 +242,8 @@ static void what_no_test_moves_is_no_number(void **unused) {
     assert_true(isnan(m.matrix.mt[DOF_Z][DOF_Z]));
 }
 
-/* In one test of one axis all legs move in step: dry friction is told from inertia by harmonics
- * alone, which noise hides. */
+/* In one test of one axis all legs move in step, so only harmonics, which noise hides, distinguish
+ * dry friction from inertia. */
 static void friction_that_no_test_tells_is_no_number(void **unused) {
     (void)unused;
     struct rig r;
@@ -262,7 +261,7 @@ static void friction_that_no_test_tells_is_no_number(void **unused) {
     assert_true(one.matrix.condition_number > 10.0 * all.matrix.condition_number && all.matrix.condition_number >= 1.0);
 }
 
-/* Of the errors of all entries in units of their stated deviations. */
+/* Mean square of all entries' errors in units of their stated deviations. */
 static double mean_square(const struct method_c *m, const struct rig *r) {
     enum { ENTRIES = DOFS * (DOFS + 1) / 2 };
     double sum = 0.0;
@@ -273,13 +272,13 @@ static double mean_square(const struct method_c *m, const struct rig *r) {
 
 static double common_variance(const struct estimate *e, int c) { return estimate_covariance(e, c, c) - e->noise[c][c]; }
 
-/* Four logs of one motion: a quarter of the noise's variance, and what joints within their
- * tolerance do is no less. */
+/* Four logs of one motion quarter the noise's variance but not the effect of joints within their
+ * tolerance. */
 static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unused) {
     (void)unused;
     enum { LOGS = 4 };
     static struct log log, sum;
-    /* mean of the logs: their scatters and sizes of shapes differ */
+    /* mean of the logs: their scatters and the scales of their basis functions differ */
     double noise[MATRIX_ENTRIES] = {0}, common[MATRIX_ENTRIES] = {0};
     struct rig r;
     rig_init(&r, 100.0);
@@ -313,7 +312,7 @@ static void what_one_log_leaves_open_another_gives(void **unused) {
         equations_add(&sum.equations, &log[i].equations);
     }
     solve(&r, &sum);
-    assert_below(mean_square(&sum.result, &r), 2.0); /* not of NaN */
+    assert_below(mean_square(&sum.result, &r), 2.0); /* fails on NaN */
 }
 
 static struct agreement agreement_of(const struct rig *r, int logs, const struct log *log) {
@@ -325,8 +324,8 @@ static struct agreement agreement_of(const struct rig *r, int logs, const struct
     return a;
 }
 
-/* Nine trios: chi-square's mean is its degrees of freedom, to a fifth; its deviation would be 4 %,
- * the rows' noise is less well known. */
+/* Nine trios: the mean of chi-square is its degrees of freedom, to a fifth; its own deviation is 4
+ * %, and the rows' noise is less well known. */
 static void logs_that_differ_by_noise_agree(void **unused) {
     (void)unused;
     enum { LOGS = 3, TRIOS = 9 };
@@ -368,9 +367,9 @@ static void a_leg_that_rubs_in_one_log_is_named(void **unused) {
     for (int c = 0; c < MATRIX_ENTRIES; c++) assert_false(a.apart[1][c]);
 }
 
-/* A hundred parts of a long motion, the third and the last of which are no good, and from the 65th
- * on a leg rubs: all count, in groups of eight. Eight draws of the noise are taken in turn: one
- * alone in every part would be a difference that no repeat makes smaller. */
+/* A hundred parts of a long motion: the third and the last are bad, and from the 65th on a leg
+ * rubs. All count, in groups of eight. Eight draws of noise alternate, because a single one in
+ * every part would be a difference that no repeat reduces. */
 static void many_parts_are_joined_and_a_change_on_the_way_is_seen(void **unused) {
     (void)unused;
     enum { ALL = 100, FROM = 64, LEG = 4, DRAWS = 8 };
@@ -406,7 +405,7 @@ static void many_parts_are_joined_and_a_change_on_the_way_is_seen(void **unused)
     parts_free(&parts);
 }
 
-/* Five per cent and one in a thousand, from tables. */
+/* Table values for 5 % and one in a thousand. */
 static void chi_square_is_that_of_tables(void **unused) {
     (void)unused;
     assert_close(agreement_chi_square_above(3.841459, 1), 0.05, 1e-7);
@@ -417,8 +416,8 @@ static void chi_square_is_that_of_tables(void **unused) {
     assert_below(agreement_chi_square_above(1e5, 39), 1e-300);
 }
 
-/* Over machines that differ in noise and friction: none, Coulomb's, Dahl's. A machine's 21 errors
- * are not independent: half to half as much again of 1. */
+/* Machines with different noise and friction: none, Coulomb's, Dahl's. A machine's 21 errors are
+ * correlated, so the bounds are half to 1.5. */
 static void the_stated_deviation_is_that_of_the_errors(void **unused) {
     (void)unused;
     enum { SEEDS = 12 };
@@ -440,7 +439,7 @@ static void the_stated_deviation_is_that_of_the_errors(void **unused) {
     assert_close(scatter, 1.0, 0.15);
 }
 
-/* Joints of the machine elsewhere than configured, by up to 1 mm in each coordinate. */
+/* Moves the joints by up to 1 mm in each coordinate from the configured places. */
 static void move_joints(struct rig *r) {
     static const double most_m = 1e-3, neutral[DOFS] = {0};
     int place = effect_find("geometry_error");
@@ -473,7 +472,7 @@ static void joints_within_their_tolerance_are_in_the_stated_deviation(void **unu
     assert_below(0.3, square);
 }
 
-/* Exact sensors, all six tests; coupling entries to this share of themselves. */
+/* Exact sensors and all six tests; coupling entries must agree to this relative error. */
 static void assert_matrix_found(struct rig *r, double coupling) {
     struct method_c m = found(r, DOFS);
     for (int i = 0; i < DOFS; i++)
@@ -482,9 +481,9 @@ static void assert_matrix_found(struct rig *r, double coupling) {
     assert_close(m.matrix.mt[1][3], r->nominal[1][3], coupling * fabs(r->nominal[1][3]));
 }
 
-/* None of these lengths is one of those that are fitted beside Coulomb's law, but what they leave
- * of 200 N is below a hundredth. Without them the matrix is off by a quarter at 50 um, and by more
- * than itself at 200 um. */
+/* None of these lengths is among those fitted beside Coulomb's law, but they leave less than a
+ * hundredth of 200 N. Without them the matrix is off by a quarter at 50 um, and by more than itself
+ * at 200 um. */
 static void a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
     static const double give_m[] = {10e-6, 50e-6, 100e-6, 200e-6};
@@ -496,10 +495,10 @@ static void a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is(void *
     }
 }
 
-/* What is asked where the law of friction is none that is fitted. */
+/* Accuracy required if the law of friction is not among the fitted ones. */
 static const double UNASSUMED = 0.03;
 
-/* Nor is any of these speeds; twice Coulomb's friction at rest. */
+/* None of these speeds is fitted either; friction at rest is twice Coulomb's. */
 static void friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
     static const double slow_mps[] = {0.010, 0.016, 0.025, 0.040};
@@ -511,7 +510,7 @@ static void friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is(void
     }
 }
 
-/* Both: what the seal has to make up is less the faster the leg is. */
+/* Both at once: the faster the leg, the less the seal has to compensate. */
 static void a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
     static const double give_m[] = {50e-6, 100e-6};
@@ -523,7 +522,7 @@ static void a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_a
     }
 }
 
-/* The mean pressures of the tests differ, so Coulomb's part of one test is not that of another. */
+/* The mean pressures of the tests differ, so Coulomb's part differs from test to test. */
 static void friction_that_goes_with_the_pressures_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
     struct rig r;
@@ -535,8 +534,8 @@ static void friction_that_goes_with_the_pressures_leaves_the_matrix_as_it_is(voi
 
 extern const struct effect external_stiffness;
 
-/* Hoses of 5 to 8 N/mm: at one frequency an inertia of -K / w^2, which the interval then has in it;
- * two frequencies tell. */
+/* Springs of hoses, 5 to 8 N/mm: at one frequency they act as an inertia of -K / w^2, which the
+ * interval then includes; two frequencies separate them. */
 static void springs_that_may_be_there_are_told_from_inertia_by_a_second_frequency(void **unused) {
     (void)unused;
     static const double spring[DOFS] = {8e3, 6e3, 5e3, 1e3, 800.0, 1.5e3};
@@ -564,7 +563,7 @@ static void springs_that_may_be_there_are_told_from_inertia_by_a_second_frequenc
         assert_close(both.result.spring[i], spring[i], 3.0 * both.result.spring_std[i]);
         assert_close(both.result.spring[i], spring[i], 0.1 * spring[i]);
     }
-    /* not asked for, they are taken for inertia: 13 kg of x */
+    /* if not considered, they are taken for inertia: 13 kg in x */
     r.configured.model.tolerance.springs_n_per_m = r.configured.model.tolerance.springs_nm_per_rad = 0.0;
     for (int i = 0; i < DOFS; i++) r.configured.tests.hz[i] = 4.0;
     find(&r, 0, DOFS, &one);

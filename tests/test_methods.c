@@ -1,5 +1,5 @@
-/* The methods on test results that are known: what is exact, what biases which, and how far
- * noise spreads them. */
+/* The methods on known test results: which is exact, which is biased by what, and how far noise
+ * spreads them. */
 #include "ident_rig.h"
 
 #include <complex.h>
@@ -22,7 +22,7 @@ static void modified_a_replaces_the_couplings_by_their_mean_with_the_nominal_sig
     }
 }
 
-/* Test results straight from matrices and motions: F = -w^2 M x + B xdot on the fundamental. */
+/* Test results computed from matrices and motions: F = -w^2 M x + B xdot on the fundamental. */
 static void exact_results(const struct rig *r, struct test_result result[DOFS]) {
     for (int d = 0; d < DOFS; d++) {
         struct test_result *t = &result[d];
@@ -66,8 +66,8 @@ static void viscous_legs_have_the_damping_of_the_method(void **unused) {
 
 static double complex phasor(const double coefficient[2]) { return CMPLX(coefficient[0], coefficient[1]); }
 
-/* x = Im(X exp(i w t)): test d's fundamentals as columns, turned back by the phase of
- * the tested axis. */
+/* x = Im(X exp(i w t)): test d's fundamentals as columns, rotated back by the tested axis's
+ * phase. */
 static void turned(const struct test_result result[DOFS], double complex x[DOFS][DOFS], double complex f[DOFS][DOFS]) {
     for (int d = 0; d < DOFS; d++) {
         double complex back = cexp(CMPLX(0, -carg(phasor(result[d].pose[d]))));
@@ -94,12 +94,12 @@ static void method_b_maps_acceleration_in_phase_to_wrench_in_phase(void **unused
         for (int d = 0; d < DOFS; d++) {
             double wrench = 0;
             for (int k = 0; k < DOFS; k++) wrench -= b.mt[i][k] * w * w * creal(x[k][d]);
-            assert_close(wrench, creal(f[i][d]), 1e-10); /* roundings of 700 N */
+            assert_close(wrench, creal(f[i][d]), 1e-10); /* rounding of 700 N */
         }
 }
 
-/* F = (-w^2 M + i w B)(P + i Q), in phase: -w^2 M P - w B Q. So method B is off by B Q P^-1 / w, Q:
- * unwanted motion in quadrature. */
+/* F = (-w^2 M + i w B)(P + i Q), in phase: -w^2 M P - w B Q. So method B is off by B Q P^-1 / w,
+ * where Q is unwanted motion in quadrature. */
 static void damping_biases_method_b_by_unwanted_motion_in_quadrature(void **unused) {
     (void)unused;
     struct rig *r = rig_create(13, 1);
@@ -118,10 +118,10 @@ static void damping_biases_method_b_by_unwanted_motion_in_quadrature(void **unus
                 bias += (b.mt[i][k] - r->mt[i][k]) * creal(x[k][d]);
                 predicted += r->bt[i][k] * cimag(x[k][d]) / w;
             }
-            assert_close(bias, predicted, 1e-14); /* roundings of 272 kg times 4 mm */
+            assert_close(bias, predicted, 1e-14); /* rounding of 272 kg times 4 mm */
             largest = fmax(largest, fabs(predicted));
         }
-    assert_true(largest > 1e-3); /* kg m; 0.1 % of 272 kg at 4 mm: there is something to predict */
+    assert_true(largest > 1e-3); /* kg m; 0.1 % of 272 kg at 4 mm: large enough to be predicted */
 }
 
 static void without_damping_or_quadrature_method_b_is_exact(void **unused) {
@@ -134,11 +134,11 @@ static void without_damping_or_quadrature_method_b_is_exact(void **unused) {
     memcpy(own, r->bt, sizeof own);
     memset(r->bt, 0, sizeof r->bt);
     exact_results(r, result);
-    /* roundings of 272 */
+    /* rounding of 272 */
     assert_below(distance(&method_b(test).mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11);
     memcpy(r->bt, own, sizeof own);
     for (int d = 0; d < DOFS; d++)
-        for (int i = 0; i < DOFS; i++) { /* every axis in step with the tested one, or against it */
+        for (int i = 0; i < DOFS; i++) { /* every axis in phase or antiphase with the tested one */
             double *coefficient = r->pose[d][i][0], *tested = r->pose[d][d][0], share = (i + d) % 2 ? 0.05 : -0.05;
             if (i != d) coefficient[0] = share * tested[0], coefficient[1] = share * tested[1];
         }
@@ -193,9 +193,9 @@ static void spread_add(struct spread *s, const double *value, const double *trut
     s->runs++;
 }
 
-/* The relative spread of an observed variance is sqrt(2 / runs): five of them for the
- * worst of 36 entries; the mean over all of them has at least six independent ones, as
- * rows are: four of theirs. */
+/* An observed variance has a relative spread of sqrt(2 / runs): five of them for the worst of 36
+ * entries. The mean over all has at least six independent ones, as many as rows: four of their
+ * spread. */
 static void assert_spread(const struct spread *s, const char *name) {
     double one = sqrt(2.0 / s->runs), mean = 0;
     for (int i = 0; i < DOFS * DOFS; i++) {
@@ -223,14 +223,14 @@ static void predicted_std_is_the_spread_over_noisy_coefficients(void **unused) {
     uint64_t state = 3;
     exact_results(r, exact);
     pointers(exact, test);
-    struct method_result biased = method_b(test); /* method B's own expectation, with its bias */
+    struct method_result biased = method_b(test); /* method B's own expectation, including its
+                                                   * bias */
     pointers(noisy, test);
     for (int run = 0; run < 4000; run++) {
         for (int d = 0; d < DOFS; d++) {
             noisy[d] = exact[d];
             for (int i = 0; i < DOFS; i++) {
-                /* Alike in their effect: 0.1 % of the amplitude, and of the wrench
-                 * that goes with it. */
+                /* Equal effect: 0.1 % of the amplitude and of the corresponding wrench. */
                 noisy[d].pose_std[i] = 1e-3 * amplitude(r, i);
                 noisy[d].wrench_std[i] = 1e-3 * pow(omega(r, 0), 2) * r->mt[i][i] * amplitude(r, i);
             }
@@ -246,8 +246,8 @@ static void predicted_std_is_the_spread_over_noisy_coefficients(void **unused) {
     assert_spread(&b, "Mt of method B");
 }
 
-/* The whole way, with white noise of the paper's sensors: 50 um / sqrt(12) on lengths, 20
- * kPa / sqrt(3) on pressures. */
+/* The whole chain with white noise of the paper's sensors: 50 um / sqrt(12) on lengths, 20 kPa /
+ * sqrt(3) on pressures. */
 static void predicted_std_is_the_spread_over_noisy_sensors(void **unused) {
     (void)unused;
     struct rig *r = rig_create(17, 0.5);

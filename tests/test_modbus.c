@@ -1,5 +1,5 @@
-/* The register map and the addresses of Modbus: pure, without a line. The line itself:
- * tests/scenarios/modbus.sh. */
+/* The register map and addresses of Modbus, pure functions without a line;
+ * tests/scenarios/modbus.sh tests the line. */
 #include "support.h"
 
 #include <errno.h>
@@ -28,7 +28,7 @@ static void readings_come_back_to_the_resolution_of_their_registers(void **unuse
     for (int i = 0; i < LEGS; i++) {
         r.length_m[i] = 1.431 + 0.1234567 * i;
         r.p1_pa[i] = 1.2345e6 * i - 1e5;
-        r.p2_pa[i] = 3.2e7 - 1e6 * i; /* 32 MPa fit in i16 kPa */
+        r.p2_pa[i] = 3.2e7 - 1e6 * i; /* 32 MPa fits in i16 kPa */
     }
     modbus_put_reading(&p, &r, registers);
     modbus_get_reading(&p, registers, &back);
@@ -59,7 +59,7 @@ static void what_the_device_does_not_have_is_no_number(void **unused) {
     }
 }
 
-/* Whatever 16 bits arrive: a reading is plausible or no number. */
+/* For any 16 bits, a reading is plausible or NaN. */
 static void no_register_content_gives_an_implausible_reading(void **unused) {
     (void)unused;
     struct params p = default_params();
@@ -89,7 +89,7 @@ static void commands_come_back_and_what_is_none_is_the_centre(void **unused) {
     assert_true(back.supply);
     for (int i = 0; i < 4; i++) assert_close(back.valve[i], sent.valve[i], 0.5 / 32767);
     assert_true(back.valve[4] == 0.0);
-    assert_close(back.valve[5], 1.0, 1e-12); /* beyond full opening is full opening */
+    assert_close(back.valve[5], 1.0, 1e-12); /* clipped to full opening */
 }
 
 static void registers_of_the_map_follow_each_other_and_are_those_of_the_transaction(void **unused) {
@@ -107,7 +107,7 @@ static void registers_of_the_map_follow_each_other_and_are_those_of_the_transact
     assert_int_equal(read, MODBUS_READ);
 }
 
-/* 33 + 63 bytes of 10 bits at 115200 baud are 8.33 ms, and the silences 7 bytes more. */
+/* 33 + 63 bytes of 10 bits at 115200 baud take 8.33 ms, and the silences 7 bytes more. */
 static void a_cycle_on_a_serial_line_takes_its_bits(void **unused) {
     (void)unused;
     struct modbus_load l = modbus_load(115200.0);
@@ -117,8 +117,8 @@ static void a_cycle_on_a_serial_line_takes_its_bits(void **unused) {
     assert_close(l.cycle_s, 103 * 10 / 115200.0, 1e-12);
 }
 
-/* Serial Line V1.02, 2.5.1.1: 3.5 characters, above 19200 baud 1.75 ms; less only where the period
- * has no room for that. */
+/* Serial Line V1.02, 2.5.1.1: 3.5 characters, above 19200 baud 1.75 ms; less only if the period has
+ * no room for that. */
 static void the_silence_between_frames_is_the_standards_where_the_period_has_room(void **unused) {
     (void)unused;
     assert_close(modbus_silence_s(9600.0), 35 / 9600.0, 1e-12);

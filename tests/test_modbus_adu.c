@@ -1,5 +1,5 @@
-/* Modbus requests out of a stream: whole, in pieces, several at once, and what is none. Bytes are
- * those of the standard's examples. */
+/* Modbus requests in a stream: whole, in parts, several at once, and invalid ones. Bytes are those
+ * of the standard's examples. */
 #include "support.h"
 
 #include <string.h>
@@ -23,13 +23,13 @@ static void a_whole_request_is_taken_apart(void **unused) {
     assert_int_equal(adu_take_tcp(exchange, sizeof exchange, &a), ADU_REQUEST);
 }
 
-/* A stand-in for a client that sends byte by byte: nothing is taken before the last byte, and then
- * exactly once. */
+/* A client that sends byte by byte: nothing is accepted before the last byte, and then exactly
+ * once. */
 static void part_of_a_request_waits_for_the_rest(void **unused) {
     (void)unused;
     struct adu a;
     for (size_t size = 0; size < sizeof exchange; size++) {
-        uint8_t part[sizeof exchange]; /* so that a sanitizer sees a look beyond the end */
+        uint8_t part[sizeof exchange]; /* exact size, so that a sanitizer sees an overrun */
         memcpy(part, exchange, size);
         assert_int_equal(adu_take_tcp(part, size, &a), ADU_MORE);
     }
@@ -66,7 +66,7 @@ static void another_protocol_is_discarded_and_what_follows_is_taken(void **unuse
     }
 }
 
-/* A unit and a function are 2 bytes, the longest PDU and the unit 254. */
+/* Unit and function take 2 bytes, the longest PDU and the unit 254. */
 static void a_length_that_cannot_be_breaks_the_stream(void **unused) {
     (void)unused;
     for (unsigned length = 0; length < 65536; length++) {
@@ -78,7 +78,7 @@ static void a_length_that_cannot_be_breaks_the_stream(void **unused) {
     }
 }
 
-/* The header says more, or less, than the function has. */
+/* The header states more or fewer bytes than the function has. */
 static void a_length_that_is_not_the_functions_is_discarded(void **unused) {
     (void)unused;
     static const struct {
@@ -96,7 +96,7 @@ static void a_length_that_is_not_the_functions_is_discarded(void **unused) {
         }
 }
 
-/* Exception 3 is the server's to answer. */
+/* The server answers it with exception 3. */
 static void a_byte_count_that_is_not_the_quantitys_is_a_request(void **unused) {
     (void)unused;
     uint8_t bytes[sizeof exchange];
@@ -123,7 +123,7 @@ static void no_full_buffer_waits_for_more(void **unused) {
     }
 }
 
-/* The checksums are those of other programs: 01 03 00 00 00 0A C5 CD is in most manuals. */
+/* The checksums come from other programs: 01 03 00 00 00 0A C5 CD is in most manuals. */
 static const uint8_t rtu_read[] = {1, 3, 0, 0, 0, 10, 0xc5, 0xcd};
 
 static void a_serial_request_is_taken_when_its_function_has_all_its_bytes(void **unused) {
@@ -158,7 +158,7 @@ static void a_wrong_checksum_is_waited_out_and_discarded(void **unused) {
     }
 }
 
-/* Its length is not known: the silence ends it. */
+/* Its length is unknown, so the silence ends it. */
 static void a_serial_request_with_an_unknown_function_is_taken_in_the_silence(void **unused) {
     (void)unused;
     static const uint8_t pdu[] = {0x41, 1, 2, 3};
@@ -172,8 +172,8 @@ static void a_serial_request_with_an_unknown_function_is_taken_in_the_silence(vo
     assert_memory_equal(a.pdu, pdu, sizeof pdu);
 }
 
-/* Junk before a request, of every length and of what there is on shared lines, does not take it
- * along; and no silence is waited for. */
+/* Junk of any length and kind found on shared lines must not swallow the following request, nor
+ * require a silence. */
 static void a_request_behind_junk_is_found_without_a_silence(void **unused) {
     (void)unused;
     static const struct {
@@ -185,7 +185,7 @@ static void a_request_behind_junk_is_found_without_a_silence(void **unused) {
         {3, {0x00, 0xff, 0x00}},
         {7, {2, 3, 2, 0xbe, 0xef, 0xfd, 0xa8}},        /* another device's answer */
         {8, {2, 3, 0, 0, 0, 10, 0xc5, 0xcd}},          /* a request with a wrong checksum */
-        {7, {1, 3, 2, 0x48, 0x45, 0x4f, 0xb7}},        /* an answer of our own, heard */
+        {7, {1, 3, 2, 0x48, 0x45, 0x4f, 0xb7}},        /* our own answer, echoed */
         {5, {1, 3, 0, 0, 0}},                          /* half a request */
     };
     for (size_t k = 0; k < sizeof junk / sizeof *junk; k++) {
@@ -193,7 +193,7 @@ static void a_request_behind_junk_is_found_without_a_silence(void **unused) {
         size_t size = junk[k].size;
         struct adu a;
         memcpy(bytes, junk[k].bytes, size);
-        /* nothing is thrown away too soon */
+        /* nothing is discarded too early */
         assert_int_equal(adu_take_rtu(bytes, size, false, &a), ADU_MORE);
         memcpy(bytes + size, rtu_read, sizeof rtu_read);
         size += sizeof rtu_read;
@@ -208,7 +208,7 @@ static void a_request_behind_junk_is_found_without_a_silence(void **unused) {
     }
 }
 
-/* Bytes that look like a request within one that still grows are its own. */
+/* Bytes that look like a request inside an incomplete one belong to it. */
 static void a_request_that_grows_is_not_cut_by_what_it_carries(void **unused) {
     (void)unused;
     uint8_t pdu[ADU_PDU_MAX] = {16, 0, 0x15, 0, 6, 12}, bytes[ADU_MAX];

@@ -1,6 +1,5 @@
-/* The Modbus back-end in one process with a device whose silence the test commands, and
- * the line under it. No clock decides a claim: where time must pass, it is the one that
- * the claim is about. */
+/* The Modbus back-end in one process with a device whose silence the test controls, and the line
+ * below it. No claim depends on a clock except on the one that it is about. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -36,26 +35,26 @@ enum {
     OWNER = 0x0a000007
 };
 
-/* A device, one connection after the other. Answers at once until `held`: then it asks (`asked`)
- * and waits (`go`) at every function 23. */
+/* A device that serves one connection after another. It answers at once until `held`; then it
+ * signals (`asked`) and waits (`go`) at every function 23. */
 struct fake {
     pthread_t thread;
     int listener, port;
-    _Atomic bool held, hang_up; /* hang_up: instead of the next answer */
+    _Atomic bool held, hang_up; /* hang_up: closes the connection instead of the next answer */
     sem_t asked, go;
-    _Atomic int valve, first;   /* of leg 1 in the last function 23, and in the
-                                 * first of this connection */
-    _Atomic int supply;         /* in the last function 23 */
-    _Atomic int greeted;        /* claims */
-    _Atomic int cycles;         /* functions 23 */
-    _Atomic int foreign;        /* what it says that others wrote */
-    _Atomic bool owned, usurped; /* another master has it: at the claim, in a cycle */
-    int watchdog_ms, longer_ms; /* as it was set, and by how much more it is */
+    _Atomic int valve, first;   /* leg 1 in the last function 23, and in the first one of this
+                                 * connection */
+    _Atomic int supply;         /* value in the last function 23 */
+    _Atomic int greeted;        /* number of claims */
+    _Atomic int cycles;         /* number of functions 23 */
+    _Atomic int foreign;        /* number of writes by others that it reports */
+    _Atomic bool owned, usurped; /* another master owns it: at the claim, in a cycle */
+    int watchdog_ms, longer_ms; /* the configured time, and the excess that it reads back */
     uint16_t sample;
-    _Atomic bool twin;          /* a second one answers each function 23, too */
-    _Atomic int refuses;        /* the exception that it answers to function 3, 0: none */
-    _Atomic int behind;         /* its answers are to a command so many before */
-    long byte_ns;               /* between the bytes of an answer to function 23; 0: at once */
+    _Atomic bool twin;          /* a second device answers each function 23 as well */
+    _Atomic int refuses;        /* its exception to function 3, 0: none */
+    _Atomic int behind;         /* its answers belong to a command so many before */
+    long byte_ns;               /* gap between bytes of an answer to function 23; 0: none */
 };
 
 static void put(uint8_t *to, int value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
@@ -67,7 +66,7 @@ static bool receive_all(int fd, uint8_t *to, size_t size) {
     return true;
 }
 
-/* The values of an answer from out on. */
+/* Writes the values of an answer to `out`. */
 static void fill(struct fake *f, const uint8_t *request, uint8_t *out) {
     int address = get(request + MBAP + 1);
     if (request[MBAP] == FUNCTION_EXCHANGE) {
@@ -83,14 +82,14 @@ static void fill(struct fake *f, const uint8_t *request, uint8_t *out) {
     } else put(out, address == MODBUS_WATCHDOG_MS ? f->watchdog_ms + f->longer_ms : f->foreign);
 }
 
-/* Exception 6 to who is not its master. */
+/* Exception 6 for anyone but its master. */
 static bool refused(const struct fake *f, const uint8_t *request) {
     return (request[MBAP] == FUNCTION_WRITE && f->owned) || (request[MBAP] == FUNCTION_EXCHANGE && f->usurped);
 }
 
 static void answer(struct fake *f, int fd, const uint8_t *request) {
     uint8_t out[FRAME] = {0};
-    size_t size = MBAP + 5; /* function 16: address and count come back */
+    size_t size = MBAP + 5; /* function 16: address and count are echoed */
     memcpy(out, request, MBAP + 5);
     if (refused(f, request)) {
         out[MBAP] |= FAILED, out[MBAP + 1] = BUSY;
@@ -156,7 +155,7 @@ static void fake_start(struct fake *f) {
     assert_int_equal(pthread_create(&f->thread, NULL, fake_thread, f), 0);
 }
 
-/* Its clients have gone. */
+/* Its clients are gone. */
 static void fake_stop(struct fake *f) {
     shutdown(f->listener, SHUT_RDWR);
     pthread_join(f->thread, NULL);
@@ -165,7 +164,7 @@ static void fake_stop(struct fake *f) {
     sem_destroy(&f->go);
 }
 
-/* The back-end, of which the test is the loop, and its device. */
+/* The back-end, with the test as its loop, and its device. */
 struct session {
     struct fake device;
     struct params params;
@@ -178,7 +177,7 @@ static int session_open(struct session *s) {
     char url[64];
     fake_start(&s->device);
     config_default(&s->params);
-    /* The longest that the configuration allows: no command of these tests is too old. */
+    /* The longest that the configuration allows, so that no command of these tests is too old. */
     s->params.limits.sensor_age_s = s->sensor_age_s > 0.0 ? s->sensor_age_s : 1.0;
     s->params.device.watchdog_s = s->watchdog_s > 0.0 ? s->watchdog_s : 10.0;
     snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", s->device.port);
@@ -192,7 +191,7 @@ static void command_motion(struct session *s) {
     s->hal->ops->write(s->hal, &moving);
 }
 
-/* From a command of motion on, which it has got, the device is silent until it is released. */
+/* From a command of motion on, which it received, the device is silent until released. */
 static void session_hold(struct session *s) {
     s->device.held = true;
     command_motion(s);
@@ -209,9 +208,8 @@ static void session_end(struct session *s) {
     fake_stop(&s->device);
 }
 
-/* While the device is silent the loop commands full opening for longer than any queue, then
- * the centre. What the device is told next is the centre: a command that the loop has
- * replaced is never sent. */
+/* While the device is silent, the loop commands full opening for longer than any queue, then the
+ * centre. The device must receive the centre next: a replaced command is never sent. */
 static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -229,8 +227,8 @@ static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
     assert_int_equal(told, 0);
 }
 
-/* A change of the supply output that safe() has replaced is never sent: only a loop that drives
- * changes it. */
+/* A toggle of the supply output that safe() has replaced is never sent: only a loop that drives
+ * toggles it. */
 static void a_change_of_the_supply_that_safe_has_replaced_is_never_sent(void **unused) {
     (void)unused;
     static const struct hal_command changed = {.supply = true};
@@ -248,8 +246,8 @@ static void a_change_of_the_supply_that_safe_has_replaced_is_never_sent(void **u
     assert_int_equal(told, before);
 }
 
-/* A command waits while the connection breaks, and the loop says no more. The first that the device
- * is told over the new one is the end's centre. */
+/* A command waits while the connection breaks and the loop ends. The first command over the new
+ * connection is the final centre. */
 static void a_command_from_before_a_new_connection_is_never_sent(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -265,7 +263,7 @@ static void a_command_from_before_a_new_connection_is_never_sent(void **unused) 
     assert_int_equal(s.device.first, 0);
 }
 
-/* The answer is whole and of the right transaction, but not to this command. */
+/* The answer is complete and of the right transaction but belongs to another command. */
 static void an_answer_to_another_command_is_refused(void **unused) {
     (void)unused;
     struct session s = {.device.behind = 1};
@@ -275,7 +273,7 @@ static void an_answer_to_another_command_is_refused(void **unused) {
     assert_non_null(strstr(s.error.text, "an answer to another request"));
 }
 
-/* It says who has it, and it has written nothing but the claim. */
+/* The message names the owner, and only the claim was written. */
 static void a_machine_with_another_master_is_refused(void **unused) {
     (void)unused;
     struct session s = {.device.owned = true};
@@ -286,7 +284,7 @@ static void a_machine_with_another_master_is_refused(void **unused) {
     assert_int_equal(s.device.cycles, 0);
 }
 
-/* SAFETY: one that keeps another time than it was told cannot be relied on to stop the machine. */
+/* SAFETY: a watchdog with another time than set cannot be relied on to stop the machine. */
 static void a_watchdog_that_reads_back_as_another_one_is_refused(void **unused) {
     (void)unused;
     struct session s = {.device.longer_ms = 1};
@@ -297,7 +295,7 @@ static void a_watchdog_that_reads_back_as_another_one_is_refused(void **unused) 
     assert_int_equal(s.device.cycles, 0);
 }
 
-/* Cycles of the loop until a sample is new; returns the flags of all of them. */
+/* Runs cycles until a sample is new; returns all their flags. */
 static uint32_t cycle_flags(struct session *s) {
     struct hal_sample sample = {.flags = SAMPLE_STALE};
     uint32_t flags = 0;
@@ -312,14 +310,14 @@ static uint32_t cycle_flags(struct session *s) {
     return flags;
 }
 
-/* Once each: what was there before is not this master's affair. */
+/* Each is reported once; earlier writes do not concern this master. */
 static void what_others_wrote_is_told_with_the_next_sample(void **unused) {
     (void)unused;
     struct session s = {.device.foreign = 65535};
     char text[100];
     session_begin(&s);
     uint32_t alone = cycle_flags(&s) | cycle_flags(&s), after = 0;
-    s.device.foreign = 0; /* one more: the count is of 16 bits */
+    s.device.foreign = 0; /* one more: the count has 16 bits */
     while (!(cycle_flags(&s) & SAMPLE_FOREIGN)) continue;
     for (int i = 0; i < 5; i++) after |= cycle_flags(&s);
     s.hal->ops->describe(s.hal, text, sizeof text);
@@ -329,7 +327,7 @@ static void what_others_wrote_is_told_with_the_next_sample(void **unused) {
     assert_string_equal(text, "another master tried to command this machine");
 }
 
-/* By the refusal itself; that the next claim would be granted again is no comfort. */
+/* The refusal itself is reported, even if the next claim would be granted again. */
 static void a_command_refused_for_another_master_is_told(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -344,10 +342,10 @@ static void a_command_refused_for_another_master_is_told(void **unused) {
     session_end(&s);
 }
 
-/* It was away for so long that another one has the machine: it writes no more, not even once. */
+/* It was away so long that another master has the machine: it never writes again. */
 static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
     (void)unused;
-    /* ten time-outs in a row are a lost connection, one refusal is */
+    /* ten time-outs in a row are a lost connection; so is one refusal */
     struct session s = {.sensor_age_s = 0.05};
     struct hal_sample sample = {0};
     char text[100];
@@ -368,8 +366,7 @@ static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
     assert_true(written_later <= written + 1); /* one may have been under way */
 }
 
-/* The loop takes its time to begin, longer than the watchdog: the machine is not to
- * be had meanwhile. */
+/* The loop takes longer than the watchdog to start: the machine is kept meanwhile. */
 static void the_machine_is_kept_until_the_loop_begins(void **unused) {
     (void)unused;
     struct session s = {.watchdog_s = 0.02};
@@ -380,15 +377,14 @@ static void the_machine_is_kept_until_the_loop_begins(void **unused) {
     assert_int_equal(valve, 0);
 }
 
-/* SAFETY: the device's watchdog is for a loop that has stopped, and nobody feeds
- * it in its place. */
+/* SAFETY: the device's watchdog guards against a stopped loop, so nothing else may feed it. */
 static void the_machine_is_not_kept_for_a_loop_that_has_stopped(void **unused) {
     (void)unused;
     static const struct timespec many_watchdogs = {.tv_nsec = 200000000};
     struct session s = {.watchdog_s = 0.02};
     session_begin(&s);
     cycle_flags(&s);
-    cycle_flags(&s); /* what was begun before the first is over */
+    cycle_flags(&s); /* the exchange begun before the first is complete */
     int cycles = s.device.cycles;
     nanosleep(&many_watchdogs, NULL);
     int later = s.device.cycles;
@@ -396,7 +392,7 @@ static void the_machine_is_not_kept_for_a_loop_that_has_stopped(void **unused) {
     assert_int_equal(later, cycles);
 }
 
-/* Ends: what is waited for at the end has a time-out too. */
+/* Waiting at the end has a time-out as well. */
 static void close_ends_though_the_device_is_silent(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -408,7 +404,7 @@ static void close_ends_though_the_device_is_silent(void **unused) {
     session_end(&s);
 }
 
-/* Highest priority of SCHED_FIFO among the threads of this process but the caller, 0: none. */
+/* Highest SCHED_FIFO priority among the other threads of this process, 0: none. */
 static int highest_priority(void) {
     DIR *tasks = opendir("/proc/self/task");
     int highest = 0;
@@ -422,8 +418,8 @@ static int highest_priority(void) {
     return highest;
 }
 
-/* The test's thread is the loop. Once the device is asked, the back-end's thread
- * has begun its work. */
+/* The test's thread is the loop. Once the device is asked, the back-end's thread has started its
+ * work. */
 static int priority_below(int own) {
     struct session s = {0};
     struct hal_sample sample;
@@ -448,8 +444,8 @@ static void the_thread_is_real_time_only_when_the_loop_is(void **unused) {
     assert_int_equal(found, 9);
 }
 
-/* 70 bytes 50 ms apart take 3.5 s, each within 0.1 s of the one before: a time-out that begins anew
- * with every byte would take that. */
+/* 70 bytes 50 ms apart take 3.5 s, each within 0.1 s of the one before: a time-out restarted by
+ * every byte would last as long. */
 static void an_answer_that_trickles_is_given_up(void **unused) {
     (void)unused;
     struct fake f = {.byte_ns = 50000000};
@@ -468,7 +464,7 @@ static void an_answer_that_trickles_is_given_up(void **unused) {
     assert_int_equal(reason, ETIMEDOUT);
 }
 
-/* Two devices with one number: the second answer to every request is one that nobody asked for. */
+/* Two devices have the same number: every request gets a second answer that nobody asked for. */
 static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -495,12 +491,10 @@ static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void *
     assert_non_null(strstr(text, "two devices"));
 }
 
-/* It has answered: not the wiring is wrong, but the map or what is behind the gateway. */
-/* An answer that is to a request before, and the right one behind it: as from a device that is
- * slow. */
+/* A slow device first answers an earlier request and then the present one. */
 static void a_device_that_is_late_is_no_second_one(void **unused) {
     (void)unused;
-    struct session s = {.sensor_age_s = 0.02}; /* the connection is given up after 0.5 s of them */
+    struct session s = {.sensor_age_s = 0.02}; /* the connection is abandoned after 0.5 s of them */
     struct hal_sample sample;
     uint32_t flags = 0;
     session_begin(&s);
@@ -540,7 +534,7 @@ static uint16_t crc(const uint8_t *data, size_t size) {
     return c;
 }
 
-/* A serial line: the test holds the device's end. */
+/* A serial line whose device's end the test holds. */
 struct serial {
     int device;
     struct modbus_link *link;
@@ -589,7 +583,7 @@ static void a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one(void **
     assert_int_not_equal(read[0], 77);
 }
 
-/* Nothing of this hangs on how fast the machine is: the silence is a lower bound. */
+/* Does not depend on the machine's speed: the silence is a lower bound. */
 static void a_request_waits_for_the_silence_after_what_was_before(void **unused) {
     (void)unused;
     static const int bauds[] = {1200, 115200};
@@ -607,7 +601,7 @@ static void a_request_waits_for_the_silence_after_what_was_before(void **unused)
     }
 }
 
-/* The device's end: what the n-th request gets. */
+/* Reads the device's n-th request. */
 static bool serial_request(const struct serial *s, uint8_t request[8]) {
     for (size_t got = 0; got < 8;) {
         ssize_t n = read(s->device, request + got, 8 - got);
@@ -617,7 +611,7 @@ static bool serial_request(const struct serial *s, uint8_t request[8]) {
     return true;
 }
 
-/* The first answer is spoilt. */
+/* The first answer is corrupted. */
 static void *answers_badly_at_first(void *argument) {
     static const uint8_t who[] = {1, 3, 4, 0x48, 0x45, 0, MODBUS_MAP_VERSION};
     const struct serial *s = argument;
@@ -648,7 +642,7 @@ static int greet_with(void *(*device)(void *), struct error *error) {
     assert_int_equal(pthread_create(&thread, NULL, device, &s), 0);
     int status = modbus_link_greet(s.link, "rtu:line", who, error);
     if (!status) assert_int_equal(who[0], MODBUS_IS_HEXID);
-    modbus_link_close(s.link); /* the line is hung up: the device reads no more */
+    modbus_link_close(s.link); /* the line is hung up: the device's read ends */
     pthread_join(thread, NULL);
     close(s.device);
     return status;
@@ -667,7 +661,7 @@ static void an_adapter_that_echoes_is_named(void **unused) {
     if (!strstr(error.text, "echoes")) fail_msg("%s", error.text);
 }
 
-/* libmodbus runs a line at 9600 baud, without a word, when it does not know the rate. */
+/* libmodbus silently runs a line at 9600 baud if it does not know the rate. */
 static void the_line_runs_at_the_rate_of_its_address(void **unused) {
     (void)unused;
     static const speed_t codes[] = {B1200,   B2400,   B4800,   B9600,    B19200,   B38400,   B57600,   B115200,  B230400,  B460800,

@@ -1,5 +1,5 @@
 /* The Modbus device without its line: one master, the watchdog, and the exceptions. Time is an
- * argument: nothing sleeps. */
+ * argument, so nothing sleeps. */
 #include "support.h"
 
 #include <string.h>
@@ -40,7 +40,7 @@ static void pass(struct rig *r, int ms) {
 
 static void put(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
 
-/* 0, or the exception with the sign turned. */
+/* Returns 0 or the negative exception. */
 static int ask(struct rig *r, const struct modbus_peer *from, const uint8_t *request, size_t size) {
     memset(r->answer, 0xee, sizeof r->answer);
     r->size = modbus_server_answer(&r->server, from, request, size, r->now_ns, r->answer);
@@ -50,7 +50,7 @@ static int ask(struct rig *r, const struct modbus_peer *from, const uint8_t *req
     return -r->answer[1];
 }
 
-/* Register, or FAILED plus the exception. */
+/* Returns the register, or FAILED plus the exception. */
 static int read_one(struct rig *r, unsigned address) {
     uint8_t request[5] = {FUNCTION_READ};
     put(request + 1, address), put(request + 3, 1);
@@ -78,7 +78,7 @@ static int claim(struct rig *r, const struct modbus_peer *from, uint32_t token, 
     return write_values(r, from, MODBUS_WATCHDOG_MS, MODBUS_CLAIMED, claimed);
 }
 
-/* A cycle, as the daemon has it. */
+/* One cycle as the daemon sends it. */
 static int command(struct rig *r, const struct modbus_peer *from, uint32_t token, uint16_t number, double opening) {
     const struct hal_command sent = {.valve = {opening, opening, opening, opening, opening, opening}, .supply = number % 2};
     uint16_t written[MODBUS_WRITTEN];
@@ -137,7 +137,7 @@ static void who_claims_commands(void **unused) {
     rig_free(&r);
 }
 
-/* Whatever it writes, over whichever function, with the master's token or without. */
+/* Covers every function, with and without the master's token. */
 static void anybody_elses_write_moves_nothing_and_is_counted(void **unused) {
     (void)unused;
     struct rig r;
@@ -166,7 +166,7 @@ static void anybody_elses_write_moves_nothing_and_is_counted(void **unused) {
     rig_free(&r);
 }
 
-/* How a second daemon asks: the first one does not even notice. */
+/* A second daemon asks, and the first one does not even notice. */
 static void a_claim_of_an_owned_machine_is_refused_without_a_trace(void **unused) {
     (void)unused;
     struct rig r;
@@ -182,7 +182,7 @@ static void a_claim_of_an_owned_machine_is_refused_without_a_trace(void **unused
     rig_free(&r);
 }
 
-/* To the millisecond; and then the one before is a stranger. */
+/* Exact to the millisecond; the former master is then a stranger. */
 static void a_master_silent_for_the_watchdogs_time_can_be_replaced(void **unused) {
     (void)unused;
     struct rig r;
@@ -199,7 +199,7 @@ static void a_master_silent_for_the_watchdogs_time_can_be_replaced(void **unused
     rig_free(&r);
 }
 
-/* Nobody wanted it: it goes on. */
+/* Nobody else claimed it, so it continues. */
 static void a_master_that_was_silent_is_still_the_master(void **unused) {
     (void)unused;
     struct rig r;
@@ -223,8 +223,8 @@ static void who_only_reads_loses_the_machine(void **unused) {
     rig_free(&r);
 }
 
-/* Its connection was lost and made again, within the watchdog's time: the old one, half open, is
- * nobody's. */
+/* The connection was lost and restored within the watchdog's time; the old one, half open, has no
+ * owner. */
 static void the_same_token_takes_the_machine_over_to_a_new_connection(void **unused) {
     (void)unused;
     struct rig r;
@@ -239,7 +239,8 @@ static void the_same_token_takes_the_machine_over_to_a_new_connection(void **unu
     rig_free(&r);
 }
 
-/* On a serial line all requests come from the same end: the token in each write is the proof. */
+/* On a serial line all requests come from the same end, so the token in each write proves the
+ * master. */
 static void on_a_serial_line_the_token_is_the_proof(void **unused) {
     (void)unused;
     struct rig r;
@@ -253,8 +254,7 @@ static void on_a_serial_line_the_token_is_the_proof(void **unused) {
     rig_free(&r);
 }
 
-/* What the one before commanded is not gone on with: the legs are where they were, whatever the
- * valves were told. */
+/* The former master's commands are dropped: the legs stay where they were. */
 static void a_new_master_finds_the_valves_centred_and_the_devices_own_watchdog(void **unused) {
     (void)unused;
     struct rig r;
@@ -267,7 +267,7 @@ static void a_new_master_finds_the_valves_centred_and_the_devices_own_watchdog(v
     assert_int_equal(write_values(&r, &second, MODBUS_TOKEN, 2, token), 0);
     assert_int_equal(read_one(&r, MODBUS_VALVE), 0);
     assert_int_equal(read_one(&r, MODBUS_WATCHDOG_MS), OWN_WATCHDOG_MS);
-    pass(&r, 100); /* swings out */
+    pass(&r, 100); /* the swing dies out */
     double held_m = length_m(&r);
     pass(&r, 100);
     assert_close(length_m(&r), held_m, 1e-3);
@@ -300,7 +300,7 @@ static void nobody_can_read_the_token(void **unused) {
     rig_free(&r);
 }
 
-/* SAFETY: every value there is. */
+/* SAFETY: tries every value. */
 static void a_watchdog_outside_its_bounds_is_refused(void **unused) {
     (void)unused;
     struct rig r;
@@ -326,8 +326,8 @@ static void a_claim_with_a_bad_watchdog_claims_nothing(void **unused) {
     rig_free(&r);
 }
 
-/* While the valves are driven it becomes shorter only; a claim of the same master is no way
- * round. */
+/* While the valves are driven it can only become shorter; a claim by the same master does not
+ * circumvent this. */
 static void a_watchdog_becomes_longer_only_while_the_valves_are_centred(void **unused) {
     (void)unused;
     struct rig r;
@@ -370,7 +370,7 @@ static void what_is_the_devices_to_say_cannot_be_written(void **unused) {
     rig_free(&r);
 }
 
-/* Every span of two registers and every address: exception 2 exactly where one is not there. */
+/* Every span of two registers and every address: exception 2 exactly for missing ones. */
 static void registers_that_are_not_there_are_an_exception(void **unused) {
     (void)unused;
     struct rig r;

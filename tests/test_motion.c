@@ -1,4 +1,4 @@
-/* Any motion: what is a steady sinusoid, and the pieces of what is none. */
+/* Any motion: recognises steady sinusoids and cuts everything else into segments. */
 #include "support.h"
 
 #include <math.h>
@@ -28,7 +28,7 @@ static double rests(double t_s) { return fmod(t_s, 10.0) < 5.0 ? sine(t_s) : 0.0
 static double sweep(double t_s) { return sin(2.0 * PI * (0.3 * t_s + 0.05 * t_s * t_s)); }
 static double still(double t_s) { return 0.0 * t_s; }
 
-/* So many seconds along a path, with a force and a sensor's noise. */
+/* Records so many seconds along a path, with a force and sensor noise. */
 static void record(struct recording *r, path *along, double seconds, double stated_hz) {
     uint64_t state = 3;
     struct error error;
@@ -61,11 +61,12 @@ static void a_sinusoid_is_told_from_other_motions(void **unused) {
     assert_false(steady(sweep, 1.0, 1.0));
     assert_false(steady(still, 1.0, 1.0));
     assert_false(steady(sine, 1.0, (double)NAN));
-    assert_true(steady(distorted, 1.0, 1.0)); /* as stated, a weak loop's; else another motion */
+    assert_true(steady(distorted, 1.0, 1.0)); /* a weak loop's motion if stated; otherwise another
+                                               * motion */
     assert_false(steady(distorted, 3.0, 1.0));
 }
 
-/* One after the other, inside the record, none of them at rest, each with its margins. */
+/* Segments follow one another inside the record, none at rest, each with its margins. */
 static void pieces_cover_what_moves(void **unused) {
     (void)unused;
     struct recording r;
@@ -91,7 +92,7 @@ static void pieces_cover_what_moves(void **unused) {
 
 static double two_tones(double t_s) { return sin(2.0 * PI * 1.7 * t_s) + 0.5 * sin(2.0 * PI * 2.9 * t_s); }
 
-/* Logged for so long of so long: the motion is the same, and so are its pieces. */
+/* Logged in bursts: the motion is the same, and so are its segments. */
 static void a_record_in_bursts_is_cut_as_it_moves(void **unused) {
     (void)unused;
     static const double lasts_s[] = {5.0, 2.0, 1.5}, every_s[] = {5.0, 5.0, 4.0};
@@ -130,8 +131,8 @@ static void what_is_too_short_or_still_is_refused(void **unused) {
     recording_free(&r);
 }
 
-/* A short record sampled slowly: the band is limited by the samples, which are enough for the
- * series of every piece. */
+/* A short record with slow sampling: the samples limit the band but suffice for every segment's
+ * series. */
 static void a_slow_rate_limits_the_band(void **unused) {
     (void)unused;
     struct recording r;
@@ -140,7 +141,7 @@ static void a_slow_rate_limits_the_band(void **unused) {
     step_s = 0.01;
     record(&r, sweep, 8.0, 1.0);
     step_s = 1e-3;
-    /* now and then one is lost */
+    /* occasionally one is lost */
     for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].good = false;
     if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
@@ -149,8 +150,8 @@ static void a_slow_rate_limits_the_band(void **unused) {
     recording_free(&r);
 }
 
-/* The row of a piece is the signal's: a known acceleration comes back from noisy lengths, within
- * what its deviation says. */
+/* A segment's row reproduces the signal: a known acceleration is recovered from noisy lengths
+ * within its stated deviation. */
 static void a_piece_knows_its_acceleration(void **unused) {
     (void)unused;
     struct recording r;
@@ -177,13 +178,13 @@ static void a_piece_knows_its_acceleration(void **unused) {
     assert_below(sqrt(off / square), 0.02);
     residual_free(&d);
     assert_int_equal(residual_prepare(&d, &r, CYCLES_EVEN, &error), STATUS_OK);
-    assert_int_equal(d.tests, (r.tests + 1) / 2); /* every other piece */
+    assert_int_equal(d.tests, (r.tests + 1) / 2); /* every other segment */
     residual_free(&d);
     recording_free(&r);
 }
 
-/* Differences from the path that was recorded, away from the ends, of the series alone and with
- * what it lacks: the largest of the length, the rms of the rate, which a corner has not. */
+/* Differences from the recorded path away from the ends, of the series alone and with the fast
+ * motion added: the maximum for the length, the rms for the rate, which a corner does not have. */
 struct differences {
     double series_m, length_m, series_mps, rate_mps;
 };
@@ -210,7 +211,7 @@ static struct differences differ(const struct recording *r, path *along) {
     return d;
 }
 
-/* So long is lost about every half second, shifted. */
+/* About every half second lost_s are missing, shifted by shift_s. */
 static struct differences differ_without(path *along, double lost_s, double shift_s) {
     struct recording r;
     record(&r, along, 7.0, 1.0);
@@ -223,34 +224,34 @@ static struct differences differ_without(path *along, double lost_s, double shif
     return d;
 }
 
-/* A triangle's corners: a series of 4.4 Hz is off by 0.5 mm and a third of the speed there. Lines
- * under windows of 19 ms either way blunt them by 0.1 mm (20 mm/s times a quarter of that), of 30
- * ms by 0.15 mm. */
+/* At a triangle's corners a series of 4.4 Hz is off by 0.5 mm and a third of the speed. Local lines
+ * with windows of 19 ms either way blunt them by 0.1 mm (20 mm/s times a quarter of that), of 30 ms
+ * by 0.15 mm. */
 static void what_the_series_lacks_is_in_the_fast_motion(void **unused) {
     (void)unused;
     struct differences d = differ_without(triangle, 0.0, 0.0);
     assert_true(d.series_m > 4e-4 && d.series_mps > 6e-3);
     assert_below(d.length_m, 1.1e-4);
     assert_below(d.rate_mps, 2.6e-3);
-    /* lost where it goes straight on; around the corners */
+    /* lost on the straight parts; then around the corners */
     d = differ_without(triangle, 0.06, 0.0);
     assert_below(d.length_m, 1.1e-4);
     assert_below(d.rate_mps, 2.6e-3);
     d = differ_without(triangle, 0.06, 0.25);
     assert_true(d.length_m < d.series_m && d.rate_mps < d.series_mps);
-    /* three samples to a window */
+    /* three samples per window */
     step_s = 0.01;
     d = differ_without(triangle, 0.0, 0.0);
     step_s = 1e-3;
     assert_below(d.length_m, 1.6e-4);
     assert_below(d.rate_mps, 3.2e-3);
-    /* where it lacks nothing there is noise alone, 2 um */
+    /* a complete series leaves only noise of 2 um */
     d = differ_without(two_tones, 0.0, 0.0);
     assert_below(d.length_m, 1e-6);
     assert_below(d.rate_mps, 5e-5);
 }
 
-/* What a gap in a corner hides is not known; one between two corners hides nothing. */
+/* The motion in a gap at a corner is unknown; a gap between two corners hides nothing. */
 static void a_gap_is_bridged_where_the_motion_goes_on(void **unused) {
     (void)unused;
     static const struct {

@@ -1,4 +1,4 @@
-/* The nominal inertia matrix: against the paper, against the kinetic energy of the thirteen bodies,
+/* The nominal inertia matrix against the paper, against the kinetic energy of the thirteen bodies,
  * and in its limits. */
 #include "support.h"
 
@@ -27,8 +27,8 @@ static const double neutral[DOFS] = {0};
 
 static void neutral_matrix_is_that_of_the_papers_tables(void **unused) {
     (void)unused;
-    /* docs/method.md section 3: Tables 1 and 2 put into (A1)-(A6) by another
-     * program; three decimals. */
+    /* docs/method.md section 3: Tables 1 and 2 in (A1)-(A6), computed by another program; three
+     * decimals. */
     const double expected[DOFS][DOFS] = {{272.009, 0, 0, 0, 14.915, 0}, {0, 272.009, 0, -14.915, 0, 0}, {0, 0, 272.392, 0, 0, 0},
                                          {0, -14.915, 0, 30.688, 0, 0}, {14.915, 0, 0, 0, 30.688, 0},   {0, 0, 0, 0, 0, 53.221}};
     struct machine m = machine_default();
@@ -51,7 +51,7 @@ static void a_payload_3_mm_higher_gives_the_papers_printed_matrix(void **unused)
     int row, column, rows = 0;
     assert_int_equal(fscanf(table, "%*[^\n]"), 0);
     while (fscanf(table, " %*[^,],%d,%d,%*f,%*f,%*f,%*f,%lf,%*[^\n]", &row, &column, &nominal) == 3) {
-        /* Izz, which h does not move, is 0.11 % off in print */
+        /* Izz, which is independent of h, is 0.11 % off in print */
         assert_below(fabs(mt[row - 1][column - 1] / nominal - 1), 1.2e-3);
         rows++;
     }
@@ -72,8 +72,8 @@ static void leg_at(const struct kinematics *k, int leg, const double pose[DOFS],
     for (int r = 0; r < 3; r++) n[r] /= *length_m;
 }
 
-/* Kinetic energy by differences of positions: payload m v^2/2 + w' I w / 2, leg ma
- * Ldot^2/2 + g(L) Omega^2/2. */
+/* Kinetic energy by differences of positions: payload m v^2/2 + w' I w / 2, leg ma Ldot^2/2 + g(L)
+ * Omega^2/2. */
 static double kinetic_energy(const struct machine *m, const double pose[DOFS], const double rate[DOFS]) {
     const double step = 1e-5;
     const struct payload_params *p = &m->params.payload;
@@ -86,7 +86,7 @@ static double kinetic_energy(const struct machine *m, const double pose[DOFS], c
     rotation_from_angles(pose[3], pose[4], pose[5], t);
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
-            spin[r][c] = 0; /* T' Tdot: body rates, crossed */
+            spin[r][c] = 0; /* T' Tdot: body rates as a skew matrix */
             for (int i = 0; i < 3; i++) spin[r][c] += t[i][r] * (t1[i][c] - t0[i][c]) / (2 * step);
         }
     double wx = spin[2][1], wy = spin[0][2], wz = spin[1][0];
@@ -116,8 +116,8 @@ static void twist_from_rate(const double pose[DOFS], const double rate[DOFS], do
     }
 }
 
-/* No symmetry to hide behind: joints anywhere near their circles, a payload that leans,
- * no two legs alike. */
+/* An asymmetric machine, since symmetry could hide errors: joints near their circles, an off-centre
+ * payload, six different legs. */
 static struct machine machine_at_random(uint64_t *state) {
     struct machine m = machine_default();
     struct error error;

@@ -1,4 +1,4 @@
-/* The service manager's socket: what is said, to which names, and what is wrong with others. */
+/* The service manager's socket: messages, valid names, and errors for other names. */
 #include "support.h"
 
 #include <errno.h>
@@ -12,7 +12,7 @@
 
 static char directory[] = "/tmp/notify.XXXXXX", path[64], abstract[64];
 
-/* A manager that listens on this name, "@" for one without a file. */
+/* A manager that listens on this name; "@" marks one without a file. */
 static int listen_on(const char *name) {
     struct sockaddr_un at = {.sun_family = AF_UNIX};
     memcpy(at.sun_path, name, strlen(name));
@@ -65,7 +65,7 @@ static void both_kinds_of_names_are_heard(void **unused) {
         assert_int_equal(notify_open(&n, &error), STATUS_OK);
         notify_send(&n, "READY=1");
         hears(manager, "READY=1");
-        notify_alive(&n); /* no watchdog was asked for */
+        notify_alive(&n); /* no watchdog was requested */
         hears(manager, NULL);
         notify_close(&n);
         close(manager);
@@ -118,10 +118,10 @@ static void a_manager_that_takes_nothing_holds_nobody_up(void **unused) {
     struct error error;
     int manager = listen_on(path);
     assert_int_equal(notify_open(&n, &error), STATUS_OK);
-    /* no socket's queue is so long */
+    /* more than any socket's queue holds */
     for (int i = 0; i < 100000; i++) notify_send(&n, "STATUS=settled");
     close(manager);
-    notify_send(&n, "STATUS=settled"); /* nobody any more: no signal, no end */
+    notify_send(&n, "STATUS=settled"); /* nobody listens: no signal, no exit */
     notify_close(&n);
 }
 

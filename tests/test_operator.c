@@ -1,5 +1,5 @@
-/* Requests of operators against a loop that looks at them when it is told to: a stop is not lost,
- * whatever comes with it, and nobody who went away leaves a machine in motion. */
+/* Operators' requests against a loop that reads them when told to: a stop is never lost, whatever
+ * comes with it, and no operator who leaves abandons a moving machine. */
 #include "support.h"
 
 #include "operator.h"
@@ -28,7 +28,7 @@ static void take_answer(void *context, uint64_t peer, const struct command_answe
     answered[answers++ % ANSWERS].a = *a;
 }
 
-/* The loop has acted on all that was asked, and is in this state. */
+/* Reports that the loop has acted on every request and is in this state. */
 static void loop_acts(enum state state, bool taken) {
     struct loop_acted acted = {.request_id = mailbox_read(&loop.requests).id, .state = state, .taken = taken};
     atomic_store(&loop.acted, loop_acted_word(&acted));
@@ -43,7 +43,7 @@ static void ask(uint64_t peer, enum command command, int64_t now_ns) { ask_as(pe
 static enum command asked(void) { return mailbox_read(&loop.requests).command; }
 static uint32_t posted(void) { return mailbox_read(&loop.requests).id; }
 
-/* The last answer is this peer's, with this outcome. */
+/* Expects the last answer to go to this peer with this outcome. */
 static void expect(uint64_t peer, enum outcome outcome) {
     assert_true(answers > 0);
     assert_int_equal(answered[(answers - 1) % ANSWERS].peer, peer);
@@ -60,7 +60,7 @@ static void begin(enum state state) {
     said = answers = 0;
 }
 
-/* Sets up this state, with a lease of client A for the command that leads to it. */
+/* Sets up this state with client A holding the lease for the command that leads to it. */
 static void lease(enum command command, enum state state) {
     begin(command == COMMAND_ENGAGE ? STATE_SETTLED : STATE_READY);
     ask(A, command, 1);
@@ -118,7 +118,7 @@ static void stops_of_many_at_once_are_all_done(void **unused) {
     (void)unused;
     begin(STATE_TESTING);
     for (uint64_t peer = 1; peer <= OPERATOR_STOPS; peer++) ask_as(peer, false, COMMAND_STOP, 1);
-    /* one that floods takes no place of another's */
+    /* a flooding client takes no other client's place */
     for (int n = 0; n < 1000; n++) ask_as(5, false, COMMAND_STOP, 2);
     operator_tick(&operator, 3);
     assert_int_equal(answers, 0);
@@ -146,8 +146,8 @@ static void what_moves_comes_from_who_may_move_it_alone(void **unused) {
     }
 }
 
-/* Ten thousand a second of what is refused, from anybody: each is answered, the terminal hears five
- * a second and how many it was. */
+/* Anybody sends ten thousand requests per second that are refused: each is answered, and the
+ * terminal shows five per second and their number. */
 static void refusals_are_answered_and_do_not_flood_the_terminal(void **unused) {
     (void)unused;
     begin(STATE_READY);
@@ -169,11 +169,11 @@ static void a_lease_that_ran_out_parks_until_the_loop_has_seen_it(void **unused)
     loop_acts(STATE_READY, true);
     operator_tick(&operator, 2 * lease_ns - 1);
     assert_int_equal(asked(), COMMAND_ENGAGE);
-    ask(B, COMMAND_NONE, 2 * lease_ns - 1); /* another's renewal renews nothing */
+    ask(B, COMMAND_NONE, 2 * lease_ns - 1); /* another client's renewal does not count */
     expect(B, OUTCOME_REFUSED);
     operator_tick(&operator, 2 * lease_ns + 1);
     assert_int_equal(asked(), COMMAND_PARK);
-    mailbox_post(&loop.requests, COMMAND_STOP); /* whatever takes its place */
+    mailbox_post(&loop.requests, COMMAND_STOP); /* replaces it in the mailbox */
     operator_tick(&operator, 2 * lease_ns + 2);
     assert_int_equal(asked(), COMMAND_PARK);
     ask(A, COMMAND_NONE, 2 * lease_ns + 2); /* too late */
@@ -217,7 +217,7 @@ static void a_lease_ends_with_what_it_was_for(void **unused) {
     lease(COMMAND_START, STATE_TESTING);
     loop_acts(STATE_READY, true);
     operator_tick(&operator, 3);
-    ask(A, COMMAND_NONE, 4); /* told so, not refused */
+    ask(A, COMMAND_NONE, 4); /* informed, not refused */
     expect(A, OUTCOME_DONE);
     operator_gone(&operator, A, 5);
     operator_tick(&operator, 2 * ns_from_seconds(params.lcm.lease_s));
@@ -250,14 +250,14 @@ static void a_request_whose_client_went_away_is_taken_back(void **unused) {
     for (int i = 0; i < 2; i++) {
         begin(moves[i].state);
         ask(A, moves[i].command, 1);
-        operator_gone(&operator, A, 2); /* before the loop has looked */
+        operator_gone(&operator, A, 2); /* before the loop has read it */
         assert_int_equal(asked(), moves[i].instead);
-        ask(B, COMMAND_START, 3); /* nothing that moves takes its place */
+        ask(B, COMMAND_START, 3); /* no motion takes its place */
         assert_int_equal(asked(), moves[i].instead);
         begin(moves[i].state);
         ask(A, moves[i].command, 1);
         loop_acts(moves[i].command == COMMAND_ENGAGE ? STATE_PRESSURISING : STATE_TESTING, true);
-        operator_gone(&operator, A, 2); /* when it has acted */
+        operator_gone(&operator, A, 2); /* after the loop has acted */
         assert_int_equal(asked(), COMMAND_PARK);
     }
 }

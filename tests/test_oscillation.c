@@ -1,5 +1,5 @@
-/* The monitor of oscillation: what it must stop, what it must not, and a campaign of gains from 0.1
- * to 1000 times the shipped ones on the simulated machines, judged by the machine's own motion. */
+/* The monitor of oscillation: what it must and must not stop, and a campaign of gains from 0.1 to
+ * 1000 times the shipped ones on the simulated machines, judged by the machine's own motion. */
 #include "platform_rig.h"
 
 #include <stdlib.h>
@@ -35,8 +35,8 @@ static void bench_init(struct bench *b, int machine) {
 
 typedef void motion(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what);
 
-/* The pose goes through the lengths' steps, as the sensors give it. Returns when it is found, s;
- * INFINITY where it is not. */
+/* Passes the pose through the lengths' resolution, as the sensors do. Returns the detection time,
+ * s; INFINITY if undetected. */
 static double found_after_s(struct bench *b, motion *move, const void *what, double step_m, double seconds) {
     double seen[DOFS] = {0};
     for (int n = 0; n * b->params.loop.period_s < seconds; n++) {
@@ -52,7 +52,7 @@ static double found_after_s(struct bench *b, motion *move, const void *what, dou
 
 struct sine {
     enum dof dof;
-    double hz, mps2, asked; /* amplitude of the motion; its share that is asked for */
+    double hz, mps2, asked; /* amplitude of the motion; commanded share of it */
 };
 
 static void shake(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
@@ -62,8 +62,8 @@ static void shake(double time_s, double pose[DOFS], double ref[DOFS], double val
     ref[s->dof] = s->asked * pose[s->dof];
 }
 
-/* 4.5 m/s^2 are 3.2 rms. The lengths have steps of 50 um; or ten times as many, as a user may have
- * configured nothing. */
+/* 4.5 m/s^2 are 3.2 rms. The lengths' resolution is 50 um, or ten times as coarse, since users may
+ * not have configured it. */
 static void a_pose_that_oscillates_is_found_within_half_a_second(void **unused) {
     (void)unused;
     static const double hz[] = {2, 3, 5, 8, 13, 20, 30};
@@ -79,8 +79,8 @@ static void a_pose_that_oscillates_is_found_within_half_a_second(void **unused) 
                 }
 }
 
-/* The machine makes up to 1.6 times what it is asked for: below its resonance, in the paper's
- * tests of 4, 12, 20 and 36 Hz and slower ones. */
+/* The machine moves by up to 1.6 times the command: below its resonance, in the paper's tests of 4,
+ * 12, 20 and 36 Hz and slower ones. */
 static void what_is_asked_for_is_none(void **unused) {
     (void)unused;
     static const double hz[] = {0.5, 1, 4, 6, 12, 20, 36};
@@ -104,8 +104,8 @@ static void swing(double time_s, double pose[DOFS], double ref[DOFS], double val
     for (int leg = 0; leg < c->legs; leg++) valve[leg] = c->valve * cos(2 * PI * c->hz * time_s);
 }
 
-/* Lengths show nothing of it. Above 150 Hz the valve and the oil let a tenth through. At half
- * the loop's rate the command changes its sign in every cycle. */
+/* The lengths do not show it: above 150 Hz valve and oil transmit a tenth. At half the loop's rate
+ * the command changes its sign every cycle. */
 static void a_command_that_oscillates_is_found_within_half_a_second(void **unused) {
     (void)unused;
     static const double hz[] = {20, 40, 60, 90, 125, 160, 200, 250};
@@ -134,9 +134,9 @@ static void tremble(double time_s, double pose[DOFS], double ref[DOFS], double v
     for (int leg = 0; leg < LEGS; leg++) valve[leg] = n->valve * random_unit(&n->seed);
 }
 
-/* The same limit for sensors that are finer and coarser than the configured ones, at rest and in
- * slow motion, where their steps come one by one. White commands of half a percent of the
- * opening are three times what the sensors of the shipped machines make. */
+/* The same limit must do for finer and coarser sensors than configured, at rest and in slow motion,
+ * where their steps come singly. White commands of half a percent of the opening are three times
+ * those of the shipped machines' sensors. */
 static void noise_and_steps_of_the_sensors_are_none(void **unused) {
     (void)unused;
     static const double step_m[] = {0.0, 1e-6, 50e-6, 100e-6}, slow_mps[] = {0.0, 5e-4, 2e-3, 1e-2, 0.03};
@@ -175,7 +175,7 @@ static void swell(double time_s, double pose[DOFS], double ref[DOFS], double val
     pose[DOF_Y] = 1e-6 * exp(time_s / *tau_s) * sin(2 * PI * 7 * time_s);
 }
 
-/* However slowly it grows, it is found before it is at three times the limit. */
+/* However slowly it grows, it is detected before it reaches three times the limit. */
 static void one_that_beats_and_one_that_grows_slowly_are_found(void **unused) {
     (void)unused;
     static const double beat_hz[] = {0.5, 1, 2, 3}, tau_s[] = {0.5, 2, 10};
@@ -195,8 +195,8 @@ static void one_that_beats_and_one_that_grows_slowly_are_found(void **unused) {
 
 /* ---- the campaign ---- */
 
-/* The machine's own acceleration against what is asked, rms over a quarter of a second: how long at
- * a stretch it is above twice that and 1 m/s^2; the most. */
+/* Longest time for which the machine's acceleration, rms over a quarter of a second, exceeds both
+ * twice the commanded one and 1 m/s^2. */
 struct witness {
     double twist[DOFS], ref[DOFS], rate[DOFS], own[125], asked[125], own_sum, asked_sum;
     double over_s, longest_s, most_mps2;
@@ -234,7 +234,7 @@ struct trial {
     double fault_s;
 };
 
-/* A run of so many seconds; from neutral, or from its stops as it comes. Ends with the fault. */
+/* A run of `seconds`, from neutral or from its stops. Ends with the fault. */
 static void run_trial(struct trial *t, const struct params *params, bool from_neutral, double seconds) {
     static struct rig rig;
     rig_init(&rig, params);
@@ -268,8 +268,8 @@ enum { GAINS = sizeof gains / sizeof *gains, KD = 4 };
 
 static bool full_grid(void) { return getenv("OSCILLATION_GRID") && !strcmp(getenv("OSCILLATION_GRID"), "full"); }
 
-/* The run that `hexid run` refuses is none. From its stops the machine rises, from neutral its test
- * comes sooner. */
+/* Gains that `hexid run` refuses are skipped. From its stops the machine rises; from neutral its
+ * test comes sooner. */
 static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
     (void)unused;
     int runs = 0, refused = 0, stopped = 0, steps = full_grid() ? 8 : 2;
@@ -313,7 +313,7 @@ static void no_effect_of_typical_size_is_stopped_but_what_shakes(void **unused) 
     }
 }
 
-/* 33 m/s^2 without it. */
+/* It would reach 33 m/s^2 without the monitor. */
 static void a_command_delay_of_8_ms_is_stopped(void **unused) {
     (void)unused;
     struct params params;
@@ -338,8 +338,8 @@ static void no_shipped_machine_shakes(void **unused) {
     }
 }
 
-/* One leg's valve has four times the flow that the configuration knows, so its command stands for a
- * quarter of what it does: a quarter of a second later than the others, and the leg is told. */
+/* One leg's valve has four times the configured flow, so its command shows a quarter of its effect:
+ * detection takes a quarter of a second longer, and the leg is named. */
 static void one_leg_that_is_unstable_alone_is_stopped(void **unused) {
     (void)unused;
     struct params params;

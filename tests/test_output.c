@@ -1,5 +1,5 @@
-/* Outputs: results are written whole or not at all, recordings are never overwritten, a log has
- * one writer. */
+/* Outputs: results are written whole or not at all, recordings are never overwritten, a log has one
+ * writer. */
 #include "support.h"
 
 #include <fcntl.h>
@@ -110,7 +110,7 @@ static void a_result_takes_the_place_of_the_earlier_one_when_it_is_whole(void **
     assert_int_equal(files(), 2);
 }
 
-/* The largest size of a file stands for a disk that is full. */
+/* The limit of a file's size stands in for a full disk. */
 static void one_that_cannot_be_written_leaves_the_earlier_one(void **unused) {
     (void)unused;
     static char large[100000];
@@ -248,7 +248,7 @@ static void of_many_that_begin_at_once_each_has_a_file_or_is_refused(void **unus
     assert_int_equal(files(), written);
 }
 
-/* Each does something to the file of a log that is being written. */
+/* Each disturbs the file of a log while it is written. */
 static void delete(const char *path) { assert_int_equal(unlink(path), 0); }
 static void rename_it(const char *path) { assert_int_equal(rename(path, in("away")), 0); }
 static void replace(const char *path) {
@@ -295,7 +295,7 @@ static void a_log_that_disappears_is_a_fault_of_the_log(void **unused) {
     }
 }
 
-/* Events that a disk has not taken are counted to the last one. */
+/* Events lost to a full disk are all counted. */
 static void events_that_a_full_disk_has_not_taken_are_counted(void **unused) {
     (void)unused;
     enum { EVENTS = 500, SIZE = 417 };

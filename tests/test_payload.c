@@ -1,4 +1,4 @@
-/* The payload's ten parameters from matrices that are known. */
+/* The payload's ten parameters from known matrices. */
 #include "support.h"
 
 #include "nominal.h"
@@ -11,8 +11,8 @@ struct given {
     double entry[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
 };
 
-/* The configured legs, and a body with these values; one part in a thousand of
- * the matrix unsure. */
+/* The configured legs and a body with these values; the matrix is uncertain by one part in a
+ * thousand. */
 static void machine_with(struct given *g, const double value[PAYLOAD_VALUES]) {
     static const double neutral[DOFS] = {0};
     static const int inertia[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
@@ -99,8 +99,7 @@ static void a_mass_that_nothing_determines_is_no_result(void **unused) {
     assert_false(payload_find(&g.params, &g.kinematics, g.entry, g.covariance).evaluated);
 }
 
-/* Against the simulation's bodies, whose payload effects make another one; {M} stays where the
- * configured centre is. */
+/* Against the simulation's bodies with a changed payload; {M} stays at the configured centre. */
 static void the_matrix_in_any_pose_is_that_of_the_simulated_bodies(void **unused) {
     (void)unused;
     static const char *const of_center[3] = {"x_m", "y_m", "z_m"};

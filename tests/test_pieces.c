@@ -1,5 +1,5 @@
-/* A recording is cut into rest, steady motion and other motion by its lengths alone, whatever the
- * motion, the rate and the sensor. */
+/* A recording is cut into rest, steady motion and other motion by its lengths alone, for any
+ * motion, rate and sensor. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -10,11 +10,11 @@
 static const double TURN = 2.0 * 3.14159265358979323846;
 static struct error error;
 
-/* A machine's motion: metres at a time. */
+/* A machine's motion: metres over time. */
 typedef double motion(double t_s);
 
 struct sensor {
-    /* lost: share of the samples; jitter: of a period, rms */
+    /* lost: share of the samples; jitter: rms share of a period */
     double rate_hz, duration_s, noise_m, step_m, lost, jitter;
 };
 
@@ -29,7 +29,7 @@ static double normal(uint64_t *state) {
     return sum;
 }
 
-/* Two legs, the second at half the motion and against it. */
+/* Two legs; the second moves by half in the opposite direction. */
 enum { TEST_LEGS = 2 };
 static struct recording_test measure(motion *m, const struct sensor *s) {
     uint64_t state = 4;
@@ -51,7 +51,7 @@ static struct recording_test measure(motion *m, const struct sensor *s) {
 
 static const char letters[] = "RSM";
 
-/* "R0-2.0 M-3.0 S4.0-8.0": kind, frequency of a steady one, where it ends. */
+/* Formats "R0-2.0 M-3.0 S4.0-8.0": kind, frequency of a steady one, end. */
 static const char *show(const struct recording_test *t, const struct pieces *p) {
     static char text[1000];
     size_t used = 0;
@@ -65,7 +65,8 @@ static const char *show(const struct recording_test *t, const struct pieces *p) 
     return text;
 }
 
-/* Of the whole record in order: kind, hertz, end in seconds within a tolerance. */
+/* Expected segments of the whole record in order: kind, hertz, end in seconds within a
+ * tolerance. */
 struct expected {
     char kind;
     double hz, end_s, within_s;
@@ -179,7 +180,7 @@ static void what_does_not_repeat_is_not_steady(void **unused) {
         expect("motion", motions[i], &coarse, (const struct expected[]){{'M', 0, 0, 0}}, 1);
     }
     EXPECT(slow_chirp, &minute, {'M', 0, 0, 0});
-    /* at first by less than 0.3 % of what it comes to */
+    /* at first by less than 0.3 % of its final amplitude */
     EXPECT(swell, &minute, {'R', 0, 0.5, 0.2}, {'M', 0, 0, 0});
 }
 
@@ -235,7 +236,7 @@ static void a_machine_that_stands_still_rests(void **unused) {
     EXPECT(nothing, &coarse, {'R', 0, 20, 0.01});
 }
 
-/* What no recording should have, and what a hostile one has. */
+/* Defects that no recording should have, and those of a hostile one. */
 static void too_little_is_one_piece(void **unused) {
     (void)unused;
     struct recording_test t = measure(from_the_start, &good);
@@ -270,7 +271,7 @@ static void noise_and_steps_of_a_sensor_are_seen(void **unused) {
         struct recording_test t = measure(from_the_start, &sensors[i]);
         struct noise n = noise_measure(t.count, t.sample->length_m, sizeof *t.sample / sizeof(double));
         double rms = sqrt(sensors[i].noise_m * sensors[i].noise_m + sensors[i].step_m * sensors[i].step_m / 12.0);
-        /* the median of blocks of 32 is 4 % low, steps of a slow sine are not quite white */
+        /* the median of blocks of 32 is 4 % low, and steps of a slow sine are not quite white */
         assert_close(n.rms / rms, 1.0, 0.15);
         assert_close(n.step, sensors[i].step_m, 1e-9);
         free(t.sample);

@@ -1,4 +1,4 @@
-/* The controller through its states: the automatic run, what comes before and after it, and
+/* The controller through its states: the automatic run, the states before and after it, and
  * requests at any instant. */
 #include "platform_rig.h"
 
@@ -19,7 +19,7 @@ static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
         if (c->phase == PHASE_EVALUATE) {
             assert_int_equal(c->dof, params.tests.order[c->test]);
             evaluated[c->test]++;
-            /* a lag of 10 degrees at 4 Hz is 0.7 mm of 4 */
+            /* a lag of 10 degrees at 4 Hz is 0.7 of 4 mm */
             assert_below(distance(c->pose, c->ref, DOFS), 1e-3);
         }
         assert_int_equal(c->test >= 0, c->phase != PHASE_NONE);
@@ -31,7 +31,7 @@ static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
     assert_close(truth.pose[DOF_Z], params.motion.park_z_m, 2e-3);
     print_message("# largest valve step of a run: %.3f\n", rig.largest_valve_step);
     assert_below(rig.largest_valve_step, 0.2);
-    rig_run(&rig, 500); /* and stays */
+    rig_run(&rig, 500); /* and remains there */
     assert_int_equal(rig.now.state, STATE_SETTLED);
     plant_destroy(rig.plant);
 }
@@ -60,7 +60,7 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
     assert_int_equal(rig.now.state, STATE_INIT);
     rig_run(&rig, 2);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
-    spoil_cycles(&rig, flagged_io, 1); /* patience in init does not shorten it now */
+    spoil_cycles(&rig, flagged_io, 1); /* bad samples tolerated in init do not count now */
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     plant_destroy(rig.plant);
 
@@ -70,7 +70,7 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
     spoil_cycles(&rig, flagged_io, 3000);
     rig_cycle(&rig, COMMAND_RESET);
     rig_run(&rig, 200);
-    /* not engaging: a fault ends what was automatic */
+    /* not engaging: a fault ends the automatic run */
     assert_int_equal(rig.now.state, STATE_SETTLED);
     plant_destroy(rig.plant);
 }
@@ -96,7 +96,7 @@ static void engage_starts_where_the_platform_is(void **unused) {
     struct params params = by_hand();
     uint64_t seed = 5;
     struct rig rig;
-    params.motion.engage_s = 4.0; /* from as far as 0.4 m above and tilted */
+    params.motion.engage_s = 4.0; /* for up to 0.4 m above neutral, and tilted */
     for (int n = 0; n < 25; n++) {
         double pose[DOFS];
         struct plant_truth truth;
@@ -151,14 +151,14 @@ static void park_at_any_instant_of_a_test_ramps_out_and_puts_down(void **unused)
     for (int n = 0; n < 30; n++) {
         rig.params.tests.order[0] = (enum dof)(n % DOFS);
         rig_bring(&rig, STATE_TESTING, random_below(&seed, 500));
-        /* stopping already */
+        /* already stopping */
         if (n % 3 == 0) rig_cycle(&rig, COMMAND_STOP), rig_run(&rig, random_below(&seed, 80));
         rig_cycle(&rig, COMMAND_PARK);
         for (int m = 0; rig.now.state != STATE_SETTLED; m++) {
             assert_int_equal(rig.now.state, STATE_PARKING);
             assert_true(rig.now.phase == PHASE_RAMP_OUT || rig.now.phase == PHASE_NONE);
             assert_true(m < 101 + down);
-            rig_cycle(&rig, m % 7 ? COMMAND_NONE : COMMAND_PARK); /* told again and again */
+            rig_cycle(&rig, m % 7 ? COMMAND_NONE : COMMAND_PARK); /* repeated requests */
         }
         assert_close(rig.now.pose[DOF_Z], params.motion.park_z_m, 2e-3);
     }
@@ -172,18 +172,18 @@ static void stop_ends_the_test_and_start_takes_it_up_again(void **unused) {
     struct params params = by_hand();
     struct rig rig;
     rig_init(&rig, &params);
-    rig_bring(&rig, STATE_TESTING, 1000); /* in the second of about 526 cycles each */
+    rig_bring(&rig, STATE_TESTING, 1000); /* in the second test, of about 526 cycles each */
     assert_int_equal(rig.now.test, 1);
     rig_cycle(&rig, COMMAND_STOP);
     rig_run(&rig, 150);
     assert_int_equal(rig.now.state, STATE_READY);
     rig_run(&rig, 500);
-    assert_int_equal(rig.now.state, STATE_READY); /* held until told otherwise */
+    assert_int_equal(rig.now.state, STATE_READY); /* held until the next request */
     rig_cycle(&rig, COMMAND_START);
     assert_int_equal(rig.now.state, STATE_TESTING);
     assert_int_equal(rig.now.test, 1);
     rig_until(&rig, STATE_READY);
-    rig_cycle(&rig, COMMAND_START); /* all done: from the first again */
+    rig_cycle(&rig, COMMAND_START); /* all are done: restarts with the first */
     assert_int_equal(rig.now.test, 0);
     plant_destroy(rig.plant);
 }
@@ -208,11 +208,11 @@ static void a_request_is_acted_upon_once(void **unused) {
     struct rig rig;
     rig_init(&rig, &params);
     const struct request engage = {.id = 7, .command = COMMAND_ENGAGE}, park = {.id = 8, .command = COMMAND_PARK};
-    /* came while init: too early, and never later */
+    /* came during init: too early, and it is not taken later */
     for (int n = 0; n < 200; n++) rig_request(&rig, engage, NULL, 0);
     assert_int_equal(rig.now.state, STATE_SETTLED);
     rig_request(&rig, park, NULL, 0);
-    rig_request(&rig, engage, NULL, 0); /* its id is another one now */
+    rig_request(&rig, engage, NULL, 0); /* now with a new id */
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     for (int n = 0; n < 500; n++) rig_request(&rig, engage, NULL, 0);
     for (int n = 0; n < 5; n++) rig_request(&rig, engage, flagged_io, 0);
@@ -220,7 +220,7 @@ static void a_request_is_acted_upon_once(void **unused) {
     rig_request(&rig, (struct request){.id = UINT32_MAX, .command = COMMAND_RESET}, NULL, 0);
     for (int n = 0; n < 200; n++) rig_request(&rig, (struct request){.id = UINT32_MAX, .command = COMMAND_ENGAGE}, NULL, 0);
     assert_int_equal(rig.now.state, STATE_SETTLED);
-    /* ids come round */
+    /* ids wrap around */
     rig_request(&rig, (struct request){.id = 0, .command = COMMAND_ENGAGE}, NULL, 0);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     plant_destroy(rig.plant);
@@ -244,8 +244,8 @@ static void hostile_commands_do_nothing(void **unused) {
     }
 }
 
-/* Three minutes of buttons pushed at random, with a bad sample now and then: check_always holds,
- * and there is never a bump. */
+/* Three minutes of random requests with occasional bad samples: check_always holds, and the
+ * platform never jerks. */
 static void random_requests_never_bump_the_platform(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -270,7 +270,7 @@ static void random_requests_never_bump_the_platform(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* Any bits at all from the sensors, in any mixture with good ones: check_always holds. */
+/* Arbitrary bits from the sensors, mixed with good ones: check_always holds. */
 static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -284,7 +284,7 @@ static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
             uint64_t word;
             size_t at = (size_t)random_below(&seed, (int)(sizeof sample / sizeof word)) * sizeof word;
             random_unit(&seed);
-            /* also exponents that make sense */
+            /* also plausible exponents */
             word = random_below(&seed, 2) ? seed ^ seed << 31 : seed >> 1;
             memcpy((char *)&sample + at, &word, sizeof word);
         }
@@ -294,7 +294,7 @@ static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* Differences of the reference in driven cycles: rates and accelerations of z between them. */
+/* Differences of the reference in driven cycles give rates and accelerations of z. */
 struct z_motion {
     double last, rate, most_mps, most_mps2, most_step_mps2, accel;
     int cycles;
@@ -308,8 +308,8 @@ static void watch_z(struct z_motion *m, const struct rig *rig) {
     m->last = z, m->rate = rate, m->accel = accel, m->cycles++;
 }
 
-/* 0.46 m in a second: the move takes as long as its limits ask for. Then told to stop at any
- * instant of it: it turns round without a step in rate or acceleration. */
+/* 0.46 m in a second: the move takes as long as its limits require. A stop at any instant of it
+ * reverses it without a step in rate or acceleration. */
 static void a_move_keeps_its_limits_whatever_duration_is_asked_for(void **unused) {
     (void)unused;
     struct params params = by_hand();

@@ -1,9 +1,9 @@
-/* The controller's limits: what the sensors say too much, too late or not at all ends in a fault,
- * and no earlier than it must. */
+/* The controller's limits: readings beyond limits, late or missing end in a fault, and no earlier
+ * than they must. */
 #include "platform_rig.h"
 
-/* Whatever is asked for and however good the samples, a fault holds still until the reset; and then
- * it waits to be engaged. */
+/* A fault holds still until the reset whatever is requested and however good the samples; after it
+ * the platform waits to be engaged. */
 static void assert_stays_still_until_reset(struct rig *rig) {
     static const enum command tempting[] = {COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_NONE};
     uint32_t faults = rig->now.faults, headline = rig->now.first_fault;
@@ -37,7 +37,7 @@ static void each_limit_trips_in_bad_cycles_and_holds_until_reset(void **unused) 
             rig_trip(&rig, bad[b].spoil);
             assert_stays_still_until_reset(&rig);
         }
-    rig_bring(&rig, STATE_READY, 0); /* none the worse for it */
+    rig_bring(&rig, STATE_READY, 0); /* nothing was latched */
     plant_destroy(rig.plant);
 }
 
@@ -47,7 +47,7 @@ static void flagged_foreign_and_not_read(struct hal_sample *s, int cycle) {
     *s = (struct hal_sample){.flags = SAMPLE_FOREIGN | SAMPLE_IO};
 }
 
-/* In every state, of a machine at rest too, and however patient the limits are. */
+/* In every state, also at rest, and however tolerant the limits are. */
 static void another_master_trips_at_the_first_sample_that_says_so(void **unused) {
     (void)unused;
     static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
@@ -82,7 +82,7 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
                     rig_spoilt(&rig, bad[b].spoil, n);
                     if (!parks(bad[b].headline)) assert_memory_equal(kept.valve, rig.now.out.valve, sizeof kept.valve);
                     assert_true(rig.now.out.enable);
-                    /* the identifier leaves it out */
+                    /* the identifier excludes it */
                     assert_true(rig.now.in.flags & (SAMPLE_INVALID | SAMPLE_IO));
                 }
                 rig_run(&rig, 10);
@@ -99,7 +99,7 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
 static void a_leg_that_does_not_follow_trips(void **unused) {
     (void)unused;
     struct params params = by_hand();
-    params.limits.standstill_m = 1.0; /* or this would speak first */
+    params.limits.standstill_m = 1.0; /* otherwise this would trip first */
     for (int leg = 0; leg < LEGS; leg++) {
         struct rig rig;
         int beyond = 0;
@@ -107,7 +107,7 @@ static void a_leg_that_does_not_follow_trips(void **unused) {
         rig_bring(&rig, STATE_ENGAGING, 100);
         rig.cut_leg = leg;
         while (rig.now.state == STATE_ENGAGING) {
-            double ref = rig.platform.leg_ref_m[leg]; /* that the next sample is judged by */
+            double ref = rig.platform.leg_ref_m[leg]; /* the reference for the next sample */
             rig_cycle(&rig, COMMAND_NONE);
             if (fabs(ref - rig.now.in.length_m[leg]) > params.limits.following_m) beyond++;
         }
@@ -117,8 +117,8 @@ static void a_leg_that_does_not_follow_trips(void **unused) {
     }
 }
 
-/* A transducer dies while the platform moves. Without this its leg would follow a reference that it
- * can never reach, to the end stop. */
+/* A transducer dies while the platform moves. Without this limit its leg would follow an
+ * unreachable reference to the end stop. */
 static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -149,7 +149,7 @@ static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **
         }
 }
 
-/* However the swing lies about the place where the reading stopped: its range counts. psi moves all
+/* The range of the swing counts, wherever it lies relative to the frozen reading. psi moves all
  * legs by 2.5 mm from end to end. */
 static void a_length_that_stands_still_in_a_test_trips_within_a_period(void **unused) {
     (void)unused;
@@ -193,7 +193,7 @@ static void a_leg_with_much_dry_friction_does_not_stand_still_for_long_enough_to
     plant_destroy(rig.plant);
 }
 
-/* Each length is one a leg can have; together they fit no pose. */
+/* Each length is possible for its leg; together they fit no pose. */
 static void no_such_platform(struct hal_sample *s, int cycle) {
     (void)cycle;
     for (int i = 0; i < LEGS; i++) s->length_m[i] = i % 2 ? 2.2 : 1.45;
@@ -203,7 +203,7 @@ static void lengths_that_fit_no_pose_trip(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
-    /* or these would speak first */
+    /* otherwise these would trip first */
     params.limits.leg_rate_mps = params.limits.following_m = params.limits.standstill_m = 1e6;
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_READY, 10);
@@ -220,7 +220,7 @@ static void commanded_by_another_unread(struct hal_sample *s, int cycle) {
     (void)cycle, *s = (struct hal_sample){.flags = SAMPLE_FOREIGN | SAMPLE_IO};
 }
 
-/* In whatever state, and whatever else is wrong with that sample. */
+/* In any state, and whatever else is wrong with that sample. */
 static void a_second_master_is_a_fault_at_its_first_frame(void **unused) {
     static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
     (void)unused;
@@ -258,13 +258,13 @@ static void overrun_limit_in_a_row_trips_and_one_less_does_not(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* 16 ms without the loop, at the fastest the platform goes: the leg did not break its rate limit,
- * the loop was away; and not for so long that the relay of the supply has opened. */
+/* After 16 ms without the loop at the platform's top speed: the loop was away and the leg kept its
+ * rate limit; the supply's relay is still closed. */
 static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
-    /* or these would speak first */
+    /* otherwise these would trip first */
     params.loop.overrun_limit = 100, params.limits.following_m = 0.05;
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_ENGAGING, 500); /* the middle of the move */
@@ -272,7 +272,7 @@ static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     struct hal_sample sample = {.flags = SAMPLE_OVERRUN};
     plant_measure(rig.plant, &sample);
     double moved = fabs(sample.length_m[0] - rig.platform.length_m[0]);
-    /* it is a jump for one period */
+    /* it would be a jump for one period */
     assert_true(moved > 2 * params.limits.leg_rate_mps * params.loop.period_s);
     for (int n = 0; n < 20; n++) {
         sample.time_ns = (rig.cycles + 8) * PERIOD_NS;

@@ -1,4 +1,4 @@
-/* What a terminal would obey, or cannot show, does not reach it. */
+/* Control codes and characters that a terminal cannot show never reach it. */
 #include "support.h"
 
 #include "printable.h"
@@ -37,7 +37,7 @@ static void what_is_no_utf8_is_replaced_byte_by_byte(void **unused) {
     is_printed("\xe0\x80\x9b\xf0\x80\x80\x9b", "???????");
     is_printed("\xed\xa0\x80", "???");                      /* surrogate */
     is_printed("\xf4\x90\x80\x80\xf8\x88\x80\x80\x80", "?????????");
-    is_printed("\xe2\x82", "??");                           /* ends too early */
+    is_printed("\xe2\x82", "??");                           /* truncated */
     is_printed("\xe2\x82"
                "A\xc3",
                "??A?");

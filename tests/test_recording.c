@@ -1,5 +1,5 @@
-/* What is recorded is what the configuration says, or it is refused for what it is: a plug in the
- * wrong socket is no physical effect. What a log lacks is left out. */
+/* A recording that contradicts its configuration is refused with the reason: a plug in the wrong
+ * socket is no physical effect. Missing samples are left out. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -160,7 +160,7 @@ static struct recording in_a_row(void) {
     return r;
 }
 
-/* In a third of the time the legs go against it, and on the whole they follow. */
+/* For a third of the time the legs move against it, but overall they follow. */
 static void a_reference_is_judged_by_the_whole_record(void **unused) {
     (void)unused;
     for (int all = 0; all < 2; all++) {
@@ -197,7 +197,7 @@ static void another_machine_is_refused(void **unused) {
         if (i == 1) other.payload.mass_kg = 4000.0;
         if (i == 2) all_legs(other.actuator.piston_diameter_m, 0.2);
         r.params = &other;
-        /* the forces that this cylinder would make of these pressures */
+        /* the forces that this cylinder would produce from these pressures */
         for (int n = 0; i == 2 && n < r.tests; n++)
             for (int j = 0; j < r.test[n].count; j++)
                 for (int k = 0; k < LEGS; k++) {
@@ -226,8 +226,7 @@ static void stamps_that_stand_still_are_no_clock(void **unused) {
     recording_free(&r);
 }
 
-/* Played faster: 4 Hz become 4.125, which lies in the middle between two
- * frequencies of the search. */
+/* Played faster: 4 Hz become 4.125, halfway between two frequencies of the search. */
 static void any_frequency_that_the_configuration_states_is_accepted(void **unused) {
     (void)unused;
     struct error error = {0};
@@ -240,7 +239,7 @@ static void any_frequency_that_the_configuration_states_is_accepted(void **unuse
     recording_free(&r);
 }
 
-/* Nothing that a file says about the motion is believed before it is measured. */
+/* A file's statements about the motion are measured before they are believed. */
 static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
     (void)unused;
     static const double off[] = {1e-3, -0.01, 0.05, -0.09, 0.3, -0.5};
@@ -255,8 +254,8 @@ static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
     }
 }
 
-/* A loop that settles for as long as a test lasts turns its phase without another frequency: the
- * reference says so, and without one it is told from the second half. */
+/* A loop that settles throughout a test drifts in phase without a change of frequency: the
+ * reference shows that, and without one the second half does. */
 static void legs_that_settle_move_at_the_frequency_of_the_reference(void **unused) {
     (void)unused;
     const double turned_rad = 0.3, settled_s = 1.0, most_off[] = {2e-4, 1e-9};
@@ -304,8 +303,8 @@ static void what_is_as_it_should_be_is_accepted(void **unused) {
     }
 }
 
-/* Without commands the chambers are not evaluated, and no effect is blamed that
- * shows there alone. */
+/* Without commands the chambers are not evaluated, and effects visible only there are not
+ * blamed. */
 static void without_commands_forces_alone_are_explained(void **unused) {
     (void)unused;
     static struct gap_result g;
@@ -325,8 +324,8 @@ static void without_commands_forces_alone_are_explained(void **unused) {
     recording_free(&r);
 }
 
-/* One row in a hundred lost: cycles that miss more than a tenth do not count, and the sampling is
- * what it is between the gaps. */
+/* One row in a hundred is lost: cycles that miss more than a tenth do not count, and the sampling
+ * period is that between the gaps. */
 static void lost_samples_do_not_change_the_sampling(void **unused) {
     (void)unused;
     struct error error;
@@ -375,12 +374,12 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     if (recording_check(&r, &error)) fail_msg("%s", error.text);
     double first_mt[DOFS][DOFS], both_mt[DOFS][DOFS];
     assert_true(replay_identify(&params, &clean, first_mt) && replay_identify(&params, &r, both_mt));
-    for (int i = 0; i < DOFS; i++) /* of the first run alone */
+    for (int i = 0; i < DOFS; i++) /* from the first run alone */
         for (int j = 0; j < DOFS; j++) assert_close(both_mt[i][j], first_mt[i][j], 1e-9 * fabs(first_mt[i][i]));
     recording_free(&r);
 }
 
-/* At any rate it takes no more than so many samples, from each quarter of it. */
+/* At any rate the number of samples is bounded, and each quarter of the recording contributes. */
 static void a_long_recording_is_kept_from_all_over_it(void **unused) {
     (void)unused;
     enum { MOST = 400000, ROWS = 6 * MOST - 1, QUARTERS = 4 };

@@ -1,5 +1,5 @@
-/* The result as JSON and as a table: every number arrives, what was not evaluated is null, and
- * memory is given back. As messages: test_ident_messages.c. */
+/* The result as JSON and as a table: every number arrives, missing values are null, and memory is
+ * freed. test_ident_messages.c tests the messages. */
 #include "support.h"
 
 #include <float.h>
@@ -18,7 +18,7 @@ struct report {
 
 static uint64_t state;
 
-/* All magnitudes, and now and then a number that a printer may spoil. */
+/* All magnitudes, and sometimes a number that printing may spoil. */
 static double awkward(void) {
     static const double spoilt[] = {0.1, -0.0, 1.0 / 3, 5, 1e22, 1.2345678901234567e17, DBL_MAX, -DBL_MIN, 5e-324, 1 + DBL_EPSILON};
     int which = random_below(&state, 30);
@@ -49,7 +49,7 @@ static void fill_method(struct method_result *m, double (*source)(void)) {
     m->evaluated = true;
 }
 
-/* Everything there, in tests of reversed order. */
+/* Every field filled, tests in reversed order. */
 static struct report *report_full(double (*source)(void)) {
     static struct report report;
     struct report *r = &report;
@@ -84,7 +84,7 @@ static json_t *member(const json_t *object, const char *key) {
     return value;
 }
 
-/* Bit for bit: -0.0 is not 0.0. What JSON cannot hold is null. */
+/* Bit for bit, so -0.0 is not 0.0. Values that JSON cannot hold are null. */
 static void assert_number(const json_t *got, double expected) {
     double value = json_real_value(got);
     if (!isfinite(expected) ? !json_is_null(got) : !json_is_real(got) || memcmp(&value, &expected, sizeof value) != 0)
@@ -270,7 +270,7 @@ static void json_never_has_what_is_not_a_number(void **unused) {
     json_decref(root);
 }
 
-/* Jansson's allocations: how many are held, and which one fails, -1: none. */
+/* Jansson's allocations: number held, and which one fails, -1: none. */
 static int held, fail_at, requests;
 
 static void *counting_malloc(size_t size) {
@@ -284,7 +284,7 @@ static void counting_free(void *memory) {
     free(memory);
 }
 
-/* The text is the one thing that stays. */
+/* Only the text remains allocated. */
 static char *json_counted(const struct report *r, int failing) {
     held = requests = 0;
     fail_at = failing;

@@ -1,9 +1,7 @@
-/* What the loop thread must not do: touch the heap, take a lock, make a system call other
- * than to sleep. Each is a trap that ends a child process; that the traps work is proved by
- * walking into them.
- *
- * The allocator and the lock functions of this program stand before the C library's and pass on to
- * them unless a cycle is running. */
+/* The loop thread must not touch the heap, take a lock, or make a system call other than to sleep.
+ * Each is a trap that ends a child process; deliberate violations prove that the traps work. The
+ * allocator and lock functions of this program override the C library's and forward to them unless
+ * a cycle is running. */
 #include "support.h"
 
 #include <dlfcn.h>
@@ -21,7 +19,7 @@
 #include "units.h"
 
 #if SANITIZED
-/* The sanitizers bring their own allocator, locks and system calls. */
+/* Sanitizers bring their own allocator, locks and system calls. */
 static void traps_need_a_build_without_sanitizers(void **unused) {
     (void)unused;
     skip_because(OWN_ALLOCATOR);
@@ -103,7 +101,8 @@ LOCK(sem_post, (sem_t * s), (s))
 
 /* ---- system calls ---- */
 
-/* From now on this thread may sleep, ask the time, yield (virtual time, full ring) and end. */
+/* From now on this thread may only sleep, read the time, yield (virtual time, full ring) and
+ * end. */
 static void forbid_system_calls(void) {
     static const int allowed[] = {SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(sched_yield), SCMP_SYS(rt_sigreturn),
                                   SCMP_SYS(exit_group)};
@@ -118,14 +117,15 @@ static void forbid_system_calls(void) {
 
 struct run {
     enum engine_kind engine;
-    bool effects;            /* all of them that are off by default, on */
+    bool effects;            /* all effects that are off by default are on */
     enum clock_kind clock;
     int cycles;
     const char *url;
-    void (*sin)(void);       /* done in the middle of the run as if by the loop */
+    void (*sin)(void);       /* called in the middle of the run, as if by the loop */
 };
 
-/* Every effect on, a twentieth of the typical one: all code runs, and the machine still moves. */
+/* Switches every effect on at a twentieth of its typical size: all code runs, and the machine still
+ * moves. */
 static void switch_effects_on(struct params *params) {
     for (int e = 0; effect_table[e]; e++) effect_at(effect_table[e], 0.05, &params->effects[e]);
 }
@@ -142,7 +142,7 @@ static struct params params_of(const struct run *run) {
     return params;
 }
 
-/* In a child: the loop's cycles with every trap set. Does not return. */
+/* Runs the loop's cycles in a child with every trap set. Does not return. */
 static void run_cycles(const struct run *run, bool system_calls_too) {
     static struct loop loop;
     struct params params = params_of(run);
@@ -165,7 +165,7 @@ static void run_cycles(const struct run *run, bool system_calls_too) {
     _exit(driven || run->sin ? ENDED_WELL : BROKEN);
 }
 
-/* Status of the child as from waitpid. */
+/* Returns the child's status as from waitpid. */
 static int outcome(const struct run *run, bool system_calls_too) {
     int status = -1;
     pid_t child = fork();
@@ -183,7 +183,7 @@ static const struct run runs[] = {
     {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", NULL},
     {ENGINE_CLOSED_FORM, false, CLOCK_REAL, 450, "sim:", NULL},
     {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 200, "sim:", NULL},
-    /* faults and after */
+    /* faults and the cycles after them */
     {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL},
 };
 
@@ -253,7 +253,8 @@ static void the_system_call_trap_trips(void **unused) {
     for (unsigned i = 0; i < sizeof sins / sizeof *sins; i++) {
         int status = outcome_of_sin(sins[i], true);
         assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS);
-        assert_int_equal(outcome_of_sin(sins[i], false), ENDED_WELL); /* harmless without it */
+        /* harmless without the trap */
+        assert_int_equal(outcome_of_sin(sins[i], false), ENDED_WELL);
     }
 }
 

@@ -1,5 +1,5 @@
-/* The promises of docs/safety.md's table that no other test holds: what stops, who may move the
- * machine, what a fault says, and what comes after it. */
+/* The promises of docs/safety.md's table that no other test covers: what stops, who may move the
+ * machine, what a fault reports, and what follows it. */
 #include "platform_rig.h"
 
 #include "cli.h"
@@ -14,8 +14,8 @@ static void burst(struct hal_sample *s, int leg) { s->p2_pa[leg] = 20e6; }
 
 /* ---- stop ---- */
 
-/* Told to stop in any state, also again and again: nothing speeds up, nothing begins by itself, and
- * it comes to rest. */
+/* After a stop in any state, also a repeated one, nothing speeds up or starts by itself, and the
+ * platform comes to rest. */
 static void a_stop_in_any_state_leads_to_rest(void **unused) {
     (void)unused;
     static const enum state states[] = {STATE_INIT,    STATE_SETTLED, STATE_ENGAGING, STATE_READY,
@@ -82,7 +82,7 @@ static void nothing_is_run_without_ramps(void **unused) {
     }
 }
 
-/* 1.4310 m in the paper's machine: it rests there. */
+/* The paper's machine rests at 1.4310 m. */
 static void nothing_is_run_whose_rest_is_a_fault(void **unused) {
     (void)unused;
     static const struct {
@@ -102,13 +102,13 @@ static void nothing_is_run_whose_rest_is_a_fault(void **unused) {
     }
 }
 
-/* On either side of 0.1 s, each key by itself and a slow loop; the message has the keys to
- * turn and the time. */
+/* On either side of 0.1 s, for each key alone and for a slow loop; the message names the keys to
+ * change and the time. */
 static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
     (void)unused;
     static const char slow[] = "loop.period_s=0.01", steps[] = "sim.substeps=40";
     static const struct {
-        const char *settings[7], *said[3]; /* nothing said: good */
+        const char *settings[7], *said[3]; /* NULL: accepted */
     } cases[] = {
         {{"limits.sensor_age_s=0.044"}, {NULL}},
         {{"limits.sensor_age_s=0.045"}, {"0.102 s", "limits.sensor_age_s", "limits.bad_cycles"}},
@@ -186,13 +186,13 @@ static void far_too_old(struct hal_sample *s, int cycle) { (void)cycle, s->age_n
 static void in_vain(struct hal_sample *s, int leg) { s->p2_pa[leg] = -3e5; }
 static void too_short(struct hal_sample *s, int leg) { s->length_m[leg] = 1.4; }
 
-/* The value is that of the first or the last of the bad cycles; limit and key stand beside it, in
- * units that people read. */
+/* The value is that of the first or the last bad cycle; limit and key stand beside it in units for
+ * people. */
 static void a_fault_says_value_limit_and_key(void **unused) {
     (void)unused;
     static const struct {
         spoiler *spoil;
-        bool by_cycle;         /* the spoiler is given the cycle, else leg 4 */
+        bool by_cycle;         /* the spoiler gets the cycle, otherwise leg 4 */
         const char *said[3];
     } cases[] = {
         {too_long, false, {"stroke, leg 4: 3000 mm, limit 2240 mm (limits.length_max_m)"}},
@@ -222,15 +222,14 @@ static void a_fault_says_value_limit_and_key(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* The faults of control, made by the machine itself: a valve whose cable is cut, and a transducer
- * that is frozen. */
+/* Control faults caused by the machine itself: a valve with a cut cable and a frozen transducer. */
 static void a_leg_that_does_not_follow_says_how_far_it_is_off(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
     char line[FAULT_LINE_SIZE];
     double off_mm = 0.0;
-    params.limits.standstill_m = 1.0; /* or this would speak first */
+    params.limits.standstill_m = 1.0; /* otherwise this would trip first */
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_ENGAGING, 100);
     rig.cut_leg = 2;
@@ -256,7 +255,7 @@ static void an_unstable_loop_is_among_the_causes_of_what_it_trips(void **unused)
     }
 }
 
-/* The same sample for ever with the time of now: only the device's own count shows it. */
+/* The same sample for ever with fresh time stamps: only the device's own counter shows it. */
 static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -271,7 +270,7 @@ static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unu
         assert_true(rig.now.in.flags & SAMPLE_STALE);
     }
     assert_int_equal(rig.now.first_fault, FAULT_SENSOR_AGE);
-    assert_int_equal(cycles, 10); /* 10 ms, and bad_cycles */
+    assert_int_equal(cycles, 10); /* 10 ms and bad_cycles */
     plant_destroy(rig.plant);
 }
 
@@ -292,8 +291,7 @@ static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* A loop that was away for so long finds a machine that may have been centred by its device:
- * it does not go on. */
+/* After such an absence the device may have centred the valves, so the loop does not continue. */
 static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -306,7 +304,7 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
         rig_given(&rig, &sample);
         assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
         plant_destroy(rig.plant);
-        /* the same with a sample that was latched before */
+        /* the same with a sample latched earlier */
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_READY, 0);
         sample = rig.now.in;
@@ -347,7 +345,7 @@ static void engaging_again_after_a_fault_is_bumpless(void **unused) {
         }
     }
     print_message("# reference off by %.2g m or rad, valves step by %.4f, then by %.4f a cycle\n", reference, valve_first, valve_later);
-    assert_below(reference, 5e-6);   /* a cycle of the move's beginning */
+    assert_below(reference, 5e-6);   /* one cycle from the start of the move */
     assert_below(valve_first, 0.005);
     /* a quantum of the length, 50 um, is 0.002 of the valve; the rest damps the pressures */
     assert_below(valve_later, 0.03);
@@ -411,7 +409,7 @@ static void a_steady_motion_wanders_not_at_all_at_any_rate(void **unused) {
 
 static void each_witness_sees_its_fault_and_names_its_leg(void **unused) {
     (void)unused;
-    /* a whole period of eight before it and after it */
+    /* a whole period of eight before and after it */
     for (int from = 130; from < SAMPLES - 150; from += 60) {
         struct testimony t = testify(4.0, 0.002, FROZEN, from);
         assert_true(t.still_leg == 2 && t.still_samples == SAMPLES - from && t.length_leg == 2);

@@ -1,5 +1,5 @@
-/* The closed-form engine's dry friction: against Gauss' principle, and against what
- * friction cannot do. */
+/* The closed-form engine's dry friction against Gauss' principle and against physical bounds of
+ * friction. */
 #include "closed_form_rig.h"
 
 #include "stick.h"
@@ -12,7 +12,7 @@ static void friction_at_rest_satisfies_gauss_principle(void **unused) {
     for (int trial = 0; trial < 500; trial++) {
         struct stick_coordinate c[30] = {0};
         double x[DOFS];
-        int count = 1 + random_below(&seed, 30); /* most sets depend on each other */
+        int count = 1 + random_below(&seed, 30); /* most sets are linearly dependent */
         for (int i = 0; i < DOFS; i++) x[i] = random_unit(&seed);
         double start[DOFS];
         memcpy(start, x, sizeof x);
@@ -73,7 +73,7 @@ static void legs_below_their_capacity_do_not_creep(void **unused) {
     struct params params = defaults();
     set_effect(&params, "cylinder_coulomb_friction", 0, 300.0);
     set_effect(&params, "cylinder_coulomb_friction", 1, 100.0);
-    /* held exactly, not to the 1 um that is asked for */
+    /* held exactly, although 1 um would do */
     assert_below(creep(&params, 295.0), 1e-12);
     assert_below(creep(&params, -95.0), 1e-12);
 }
@@ -83,11 +83,11 @@ static void joints_below_their_capacity_do_not_creep(void **unused) {
     struct params params = defaults();
     set_effect(&params, "passive_joint_friction", 0, 5.0);
     assert_below(creep(&params, 2.0), 1e-12);
-    assert_below(0.01, creep(&params, 4.0)); /* 24 axes of 5 N m hold some 20 N at the platform */
+    assert_below(0.01, creep(&params, 4.0)); /* 24 axes of 5 N m hold about 20 N at the platform */
 }
 
-/* All legs loaded alike at neutral: the platform can only rise or sink. Returns its
- * acceleration, up. */
+/* All legs carry the same load at neutral, so the platform can only rise or sink. Returns its
+ * upward acceleration. */
 static double rise(const struct params *params, double load_n) {
     double force[LEGS];
     struct plant *plant = plant_at(params, (const double[DOFS]){0});
@@ -111,13 +111,13 @@ static void slip_starts_at_the_capacity_of_each_direction(void **unused) {
     double per_newton = LEGS * params.geometry.height_m / g.neutral_length_m[0] / 272.392;
     assert_below(fabs(rise(&params, 299.9)), 1e-12);
     assert_below(fabs(rise(&params, -99.9)), 1e-12);
-    /* the legs turn a little in 10 ms */
+    /* the legs rotate a little in 10 ms */
     assert_close(rise(&params, 310.0), 10.0 * per_newton, 1e-4 * 10.0 * per_newton);
     assert_close(rise(&params, -110.0), -10.0 * per_newton, 1e-4 * 10.0 * per_newton);
 }
 
-/* Forces that make every leg reverse again and again, stepwise constant over 1 ms so that the
- * substep does not matter. */
+/* Forces that make every leg reverse repeatedly, constant over 1 ms so that the substep does not
+ * matter. */
 static void shaken(const struct params *params, double dt, double scale, struct plant_truth *end, double *work, double path[LEGS]) {
     double hold[LEGS], force[LEGS], last[LEGS];
     int per_ms = (int)round(1e-3 / dt);
@@ -152,7 +152,7 @@ static void dry_friction_takes_force_times_path(void **unused) {
     shaken(&params, SUBSTEP_S / 4, 300.0, &end, &work, path);
     for (int k = 0; k < LEGS; k++) heat += 60.0 * path[k];
     assert_true(heat > 1.0);
-    /* path misses what a leg goes back within the substep of its reversal: 1 nm at 5 m/s^2, 50
+    /* the path lacks each leg's return within the substep of its reversal: 1 nm at 5 m/s^2, 50
      * times, times 60 N */
     assert_close(end.kinetic_j + end.potential_j + heat, work, 1e-5);
 }
@@ -167,14 +167,13 @@ static void reversals_fall_where_they_must_whatever_the_substep(void **unused) {
         if (!joints) set_effect(&params, "cylinder_coulomb_friction", 1, 90.0);
         shaken(&params, SUBSTEP_S, 300.0, &coarse, &work, path);
         shaken(&params, SUBSTEP_S / 4, 300.0, &fine, &work, path);
-        /* Releases fall on a substep's start, with the forces; a stop is found to 1 nm/s,
-         * some hundred times. */
+        /* Releases fall on a substep's start, as the forces do; a stop is located to 1 nm/s, some
+         * hundred times. */
         assert_below(distance(coarse.pose, fine.pose, DOFS), 2e-8);
     }
 }
 
-/* All 24 axes reverse at one instant in a vertical motion: none of them may be left behind and
- * lock the others. */
+/* All 24 axes reverse at once in a vertical motion: none may stay held and lock the others. */
 static void axes_that_stop_together_are_let_go_together(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -200,7 +199,7 @@ static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unuse
     double hold[LEGS], start[LEGS];
     set_effect(&params, "cylinder_coulomb_friction", 0, 500.0);
     set_effect(&params, "cylinder_coulomb_friction", 1, 500.0);
-    /* pressures stay */
+    /* pressures stay constant */
     memset(params.hydraulics.leakage_m3_per_s_pa, 0, sizeof params.hydraulics.leakage_m3_per_s_pa);
     struct plant *plant = plant_at(&params, (const double[DOFS]){0});
     holding_forces(&params, (const double[DOFS]){0}, hold);
@@ -217,7 +216,8 @@ static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unuse
     plant_destroy(plant);
 }
 
-/* In either engine, with play and without: what deflected seals hold besides. */
+/* In either engine, with and without backlash: the force of deflected seals adds to the holding
+ * force. */
 static void a_stuck_leg_carries_its_seals_too(void **unused) {
     (void)unused;
     for (int i = 0; i < 4; i++) {
@@ -260,12 +260,12 @@ static void legs_that_have_come_to_rest_stay_there(void **unused) {
     end = truth_of(plant);
     assert_below(1e-4, distance(start.length_m, rested.length_m, LEGS));
     for (int k = 0; k < LEGS; k++) assert_true(rested.stuck[k]);
-    /* the stop is found to 1 nm/s; none of that may be left */
+    /* the stop is located to 1 nm/s, and no drift may remain */
     assert_below(distance(rested.length_m, end.length_m, LEGS), 1e-14);
     plant_destroy(plant);
 }
 
-/* One leg or its joints blocked, the others swinging freely: the constraint must hold through
+/* One leg or its joints are blocked while the others swing freely: the constraint must hold through
  * every velocity term. */
 static void a_held_leg_keeps_its_length_while_the_others_move(void **unused) {
     (void)unused;
@@ -282,7 +282,7 @@ static void a_held_leg_keeps_its_length_while_the_others_move(void **unused) {
         plant_step_forced(plant, SUBSTEP_S, force);
         now = truth_of(plant);
         assert_true(now.stuck[2] && !now.stuck[0]);
-        assert_below(fabs(now.rate_mps[2]), 1e-9); /* what one RK4 step leaves, until the next */
+        assert_below(fabs(now.rate_mps[2]), 1e-9); /* error of one RK4 step, until the next */
         path += SUBSTEP_S * fabs(now.rate_mps[0]);
     }
     assert_true(path > 0.1);

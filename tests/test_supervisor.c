@@ -1,8 +1,8 @@
-/* The loop, fuzzed against an independent model of what may never be (supervisor_model.h). `make
- * soak` runs a hundred times as much. */
+/* The loop, fuzzed against an independent model of what must never happen (supervisor_model.h).
+ * `make soak` runs a hundred times as long. */
 #include "supervisor_fuzz.h"
 
-/* Each change of state that there is; a fuzzer that does not come there shows nothing. */
+/* Every possible change of state; a fuzzer that misses one proves nothing about it. */
 static const struct {
     enum state from, to;
 } changes[] = {
@@ -44,7 +44,7 @@ static void neither_do_they_on_the_simulated_platform(void **state) {
     if (!fuzz(1000001, 100000, true, &run, NULL)) fail_msg("see above");
 }
 
-/* Nothing that a cycle, a restart or a client leaves behind is memory. */
+/* No cycle, restart or client leaves memory behind. */
 static void no_memory_grows(void **state) {
     (void)state;
     static struct run run;

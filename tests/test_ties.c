@@ -1,5 +1,5 @@
-/* What effects say of each other and of the base, each in its own file: that it is there, once, and
- * what hexid and the reader can use. */
+/* The statements of each effect's file about other effects and the base: each is present once and
+ * is usable by hexid and the reader. */
 #include "support.h"
 
 #include <stdio.h>
@@ -42,7 +42,7 @@ static void what_an_effect_is_parallel_to_can_be_fitted(void **state) {
                 fail_msg("%s: parallel_to[%d] is not in the base", effect_table[i]->name, k);
 }
 
-/* Springs that may be there are no finding; where none are stated they are an effect. */
+/* Springs within the stated tolerance are no finding; without a tolerance they are an effect. */
 static void springs_of_the_tolerance_are_in_the_base(void **state) {
     (void)state;
     struct params model = platform;
@@ -105,7 +105,7 @@ static const char *between(enum mechanism_kind mechanism, int i, int j) {
     return text;
 }
 
-/* The options in backquotes, as `hexid run` takes them. */
+/* Passes the options in backquotes as `hexid run` takes them. */
 static void assert_runs(const char *text) {
     char options[GAP_TEXT], setting[GAP_TEXT];
     const char *open = strchr(text, '`'), *settings[1] = {setting};
@@ -177,8 +177,8 @@ static void assert_machine(const struct params *p, const char *effect, const str
     if (machine_check(&machine, &error)) fail_msg("%s %s = %g, leg %d: %s", effect, v->name, value, v->leg, error.text);
 }
 
-/* Beside the lightest base, too: a fit whose step leaves less than no inertia of a leg stands
- * still. */
+/* Holds beside the lightest base as well: a fit whose step would make a leg's inertia negative gets
+ * stuck. */
 static void what_an_effect_may_be_leaves_a_machine(void **unused) {
     (void)unused;
     static const bool found[EFFECTS_MAX];

@@ -1,5 +1,5 @@
-/* Motions that are no sinusoid of one axis: splines, their files, the reference and the platform
- * that follow them, and the check before. */
+/* Motions other than a sinusoid of one axis: splines, their files, the reference and the platform
+ * that follow them, and the check beforehand. */
 #include "platform_rig.h"
 
 #include <stdio.h>
@@ -48,8 +48,8 @@ static void a_trajectory_goes_through_its_poses(void **unused) {
     }
 }
 
-/* Error of a cubic spline, 5/384 h^4 |f''''| with h = 0.16 s, where its ends do not disturb it;
- * closed, everywhere. */
+/* Error of a cubic spline, 5/384 h^4 |f''''| with h = 0.16 s, away from open ends; if closed,
+ * everywhere. */
 static void between_them_it_is_the_wave_they_are_of(void **unused) {
     (void)unused;
     for (int passes = 1; passes <= 2; passes++) {
@@ -63,8 +63,8 @@ static void between_them_it_is_the_wave_they_are_of(void **unused) {
     }
 }
 
-/* Second differences of a smooth curve change by h times its third derivative from step to step; a
- * jump of the second would stay. */
+/* Second differences of a smooth curve change by h times its third derivative per step; a jump of
+ * the second derivative would remain. */
 static void pose_rate_and_acceleration_are_continuous(void **unused) {
     (void)unused;
     static const double h = 1e-3;
@@ -76,7 +76,7 @@ static void pose_rate_and_acceleration_are_continuous(void **unused) {
             for (int axis = 0; axis < DOFS; axis++)
                 step = fmax(step, fabs(p[3][axis] - 3 * p[2][axis] + 3 * p[1][axis] - p[0][axis]) / (h * h));
         }
-        /* a corner between two passes, or knots, would be 0.06 PI^2 */
+        /* a corner between two passes, or at a knot, would be 0.06 PI^2 */
         assert_below(step, h * 6.0 * 0.06 * pow(PI, 3));
     }
 }
@@ -189,7 +189,8 @@ static void whatever_else_is_refused_with_line_and_remedy(void **unused) {
     trajectory_free(&t);
 }
 
-/* Bytes of a good file changed at random: refused, or poses that are numbers at every instant. */
+/* Random changes to bytes of a good file: it is refused, or its poses are finite at every
+ * instant. */
 static void no_file_makes_a_pose_that_is_no_number(void **unused) {
     (void)unused;
     static const char good[] = "t_s,x_m,psi_rad\n0,0,0\n0.5,0.01,0.02\n1.5,-0.01,1e-2\n2,0,0\n",
@@ -219,7 +220,7 @@ static void no_file_makes_a_pose_that_is_no_number(void **unused) {
 
 /* ---- reference ---- */
 
-/* 2nd differences over dt^2: what the legs must be able to do. */
+/* Second differences over dt^2: accelerations that the legs must be able to follow. */
 struct watch {
     int seen;
     double last[DOFS], before[DOFS], acceleration, rate;
@@ -234,8 +235,8 @@ static void watch(struct watch *w, const double pose[DOFS]) {
     w->seen++;
 }
 
-/* Pose, rate and acceleration of the motion are within 0.06, 0.2 and 0.6 (a natural end's, straight
- * on for a ramp: 0.25); the envelope's within 1, 3 and 24 (0.5 s). Product rule. */
+/* The motion's pose, rate and acceleration are within 0.06, 0.2 and 0.6 (0.25 where a natural end
+ * goes straight on for a ramp), the envelope's within 1, 3 and 24 (0.5 s). Product rule. */
 static const double rate_most = 0.25 * 3.0 + 0.2, acceleration_most = 0.25 * 24.0 + 2.0 * 3.0 * 0.2 + 0.7;
 
 static struct test_params half_second_ramps(void) {
@@ -257,7 +258,7 @@ static void a_trajectory_is_entered_and_left_smoothly(void **unused) {
             struct reference_sample s = reference_step(&r, &t, dt_s);
             double pose[DOFS];
             trajectory_at(&trajectory, s.test_time_s - 0.5, pose);
-            /* exactly */
+            /* exactly equal */
             if (s.phase == PHASE_EVALUATE) assert_true(distance(s.pose, pose, DOFS) == 0.0);
             if (s.phase == PHASE_SETTLE) assert_true(distance(s.pose, (double[DOFS]){0}, DOFS) == 0.0);
             watch(&w, s.pose);
@@ -374,7 +375,7 @@ static void without_the_trajectory_it_asks_for_it_stays_at_neutral(void **unused
     plant_destroy(rig.plant);
 }
 
-/* Stop leads back to neutral, park down, at any instant of it; neither jumps (platform_rig.h). */
+/* At any instant a stop leads back to neutral and a park down; neither jerks (platform_rig.h). */
 static void stop_and_park_in_the_middle_act_as_in_any_test(void **unused) {
     (void)unused;
     static const int at[] = {1, 200, 320, 1000, 2100, 2330};
@@ -395,7 +396,7 @@ static void stop_and_park_in_the_middle_act_as_in_any_test(void **unused) {
         }
 }
 
-/* ---- before anything moves ---- */
+/* ---- the check before any motion ---- */
 
 static void assert_refused(const struct params *params, const struct trajectory *t, const char *words) {
     char copy[200], *save = NULL;
@@ -427,7 +428,7 @@ static void what_the_machine_can_do_is_let_through(void **unused) {
 static void each_limit_refuses_by_its_name(void **unused) {
     (void)unused;
     struct params params = brisk();
-    /* neutral 1.8307 m; 4 mm of z make 3.6 mm of a leg */
+    /* neutral 1.8307 m; 4 mm of z are 3.6 mm of a leg */
     all_legs(params.limits.length_max_m, 1.8332);
     assert_refused(&params, NULL, "test z|leg |length 1.83|limit 1.8332 (limits.length_max_m)");
     params = brisk();
@@ -440,7 +441,7 @@ static void each_limit_refuses_by_its_name(void **unused) {
     for (int k = 0; k < LEGS; k++) params.hydraulics.valve_flow_m3_per_s[k] *= k == 4 ? 0.1 : 1.0;
     assert_refused(&params, NULL, "leg 5|rate|flow, by hydraulics.valve_flow_m3_per_s");
     params.tests.multisine = true;
-    /* alike, their shares of a leg might cancel */
+    /* with equal frequencies their shares of a leg might cancel */
     for (int d = 0; d < DOFS; d++) params.tests.hz[d] = 4.0 + d;
     assert_refused(&params, NULL, "test multisine|leg 5|scale all amplitudes by 0.");
     params = brisk();
@@ -448,7 +449,7 @@ static void each_limit_refuses_by_its_name(void **unused) {
     assert_refused(&params, NULL, "force|limit|100|at rest|no smaller motion would do|payload.mass_kg|hexid doctor");
 }
 
-/* A hundredth more would be too much. */
+/* A hundredth more would exceed a limit. */
 static void the_scale_it_gives_is_the_largest_that_does(void **unused) {
     (void)unused;
     struct params params = brisk();
@@ -462,8 +463,8 @@ static void the_scale_it_gives_is_the_largest_that_does(void **unused) {
     }
 }
 
-/* It rests at the ends and is far away between: to come back from there within the ramp-out takes
- * more than the motion itself. */
+/* The motion rests at its ends and is far away in between: returning within the ramp-out takes more
+ * than the motion itself. */
 static void a_stop_in_the_middle_is_checked_too(void **unused) {
     (void)unused;
     struct params params = gently();
@@ -477,8 +478,7 @@ static void a_stop_in_the_middle_is_checked_too(void **unused) {
     if (motion_check(&params, &t, &error)) fail_msg("%s", error.text);
 }
 
-/* The fastest that any leg goes between two cycles, however the test is stopped: at
- * every tick of it. */
+/* Largest speed of any leg between two cycles if the test is stopped at any tick. */
 static double fastest(const struct params *params, const struct trajectory *t, enum dof dof) {
     struct kinematics k;
     struct reference r;
@@ -500,7 +500,7 @@ static double fastest(const struct params *params, const struct trajectory *t, e
     return most;
 }
 
-/* Let through at the limit, refused 2 % beyond it: of what repeats, not all is walked. */
+/* Accepted at the limit, refused 2 % beyond it: the check does not simulate all repetitions. */
 static void assert_limited_at(struct params *params, const struct trajectory *t, enum dof dof) {
     double most = fastest(params, t, dof);
     params->limits.leg_rate_mps = 1.001 * most;
@@ -513,14 +513,14 @@ static void what_repeats_is_checked_as_if_all_of_it_were(void **unused) {
     (void)unused;
     struct params params = gently();
     struct trajectory t = {.knots = 11, .passes = 30, .knot = knots};
-    /* passes that are far shorter than the ramp-out, to and fro about a place far out */
+    /* passes far shorter than the ramp-out, to and fro about a distant place */
     for (int i = 0; i < 11; i++)
         knots[i] = (struct trajectory_knot){.time_s = 0.01 * i, .pose = {[DOF_Z] = 0.05 + 0.5e-3 * cos(0.2 * PI * i)}};
     knots[10].pose[DOF_Z] = knots[0].pose[DOF_Z];
     assert_true(trajectory_bend(&t));
     params.tests.ramp_s = params.tests.ramp_out_s = 2.0;
     assert_limited_at(&params, &t, DOF_NONE);
-    /* periods of a few cycles, whose phases no single one has; the end in the middle of one */
+    /* periods of a few cycles, none covering all phases; the end falls within one */
     for (int i = 0; i < 2; i++) {
         params = brisk();
         params.tests.order[0] = DOF_Z, params.tests.count = 1;

@@ -1,10 +1,10 @@
-/* The checks of a run: each limit from both sides, what is not a number, and what is missing. */
+/* The checks of a run: each limit from both sides, NaN, and missing data. */
 #include "support.h"
 
 #include "verdict.h"
 
-/* A limit that is computed, not just compared, is met to a rounding or two: 1e-15 of 100 % against
- * limits of 1 % and more. */
+/* A computed limit is met within a rounding or two: 1e-15 of 100 % against limits of 1 % and
+ * more. */
 static const double inside = 1 - 1e-9, outside = 1 + 1e-9;
 
 enum { CYCLES = 10000, SAMPLES = 2500 };
@@ -17,7 +17,7 @@ struct run {
 
 static double amplitude(const struct params *p, int dof) { return p->tests.amplitude[dof]; }
 
-/* Nothing wrong with it: six perfect tests, a plain inertia matrix. */
+/* A flawless run: six perfect tests, a plain inertia matrix. */
 static struct run *good_run(void) {
     static struct run run;
     struct run *r = &run;
@@ -46,7 +46,7 @@ static void assert_passes(const struct run *r) {
     if (v.status != VERDICT_PASS || v.reasons) fail_msg("%s: %s", verdict_names[v.status], v.reasons ? v.reason[0] : "no reason");
 }
 
-/* For one reason only, which has this in its words. */
+/* Expects exactly one reason, whose text contains `words`. */
 static void assert_one_reason(const struct run *r, enum verdict_status status, const char *words) {
     struct verdict v = judge(r);
     if (v.status != status) fail_msg("%s, not %s: %s", verdict_names[v.status], verdict_names[status], words);
@@ -98,7 +98,7 @@ static void excluded_samples_are_limited_in_every_test(void **unused) {
         struct run *r = good_run();
         struct test_result *t = &r->id.test[d];
         r->params.checks.excluded_pct = 1;
-        /* of all that were evaluated, not of those left */
+        /* share of all evaluated samples, not of those left */
         t->samples = SAMPLES - 25, t->excluded = 25;
         assert_passes(r);
         t->samples = SAMPLES - 26, t->excluded = 26;
@@ -164,7 +164,7 @@ static void a_matrix_with_what_is_not_a_number_fails(void **unused) {
     }
 }
 
-/* Its numbers are not looked at: they may be anything. */
+/* Its numbers are ignored and may be anything. */
 static void an_incomplete_test_is_not_evaluated(void **unused) {
     (void)unused;
     for (int d = 0; d < DOFS; d++) {
@@ -173,7 +173,7 @@ static void an_incomplete_test_is_not_evaluated(void **unused) {
         char words[VERDICT_TEXT];
         snprintf(words, sizeof words, "test %s: not complete (0 samples)", dof_names[d]);
         *t = (struct test_result){.dof = (enum dof)d, .amplitude = t->amplitude, .achieved_amplitude = (double)NAN};
-        /* of a part of a period */
+        /* over a fraction of a period */
         for (int leg = 0; leg < LEGS; leg++) t->witness.mean_n[leg] = 1e6;
         assert_one_reason(r, VERDICT_NOT_EVALUATED, words);
     }
@@ -193,7 +193,7 @@ static void without_a_matrix_it_is_not_evaluated_and_its_entries_are_not_looked_
     struct run *r = good_run();
     r->id.method_a = (struct method_result){.mt = {{(double)NAN}}};
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
-    /* a run of one axis: all it was asked for, but no matrix */
+    /* a run of one axis is complete but has no matrix */
     r->id.tests = r->params.tests.count = 1;
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs");
 }

@@ -46,8 +46,8 @@ static double white_p2(const struct residual_test *t, int leg, double p2_pa) {
     return row[leg][RESIDUAL_P2][0];
 }
 
-/* The mean pressure of a chamber that empties and fills again, its valve shut, is what no steady
- * state of any model has. */
+/* The mean pressure of a chamber that slowly empties and fills behind a shut valve matches no
+ * model's steady state. */
 static void a_chamber_on_its_way_says_little(void **unused) {
     (void)unused;
     struct residual_test t;
@@ -56,13 +56,12 @@ static void a_chamber_on_its_way_says_little(void **unused) {
     t.std[CHANNEL_P2][UNSTEADY_LEG][0] = t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] = scatter_pa / sqrt(CYCLES);
     /* noise of 300 Pa, three times the model error of 70 Pa */
     assert_true(fabs(white_p2(&t, STEADY_LEG, scatter_pa)) > 1000.0);
-    /* so far does it go by itself */
+    /* its own drift */
     assert_close(fabs(white_p2(&t, UNSTEADY_LEG, scatter_pa)), 1.0, 0.01);
 }
 
-/* Twice the spread that the samples' noise makes is what few cycles may have by chance: a
- * mean whose deviation is twice as large has no less than half the weight. As wander it
- * would have a fifth. */
+/* With few cycles, twice the expected spread of noise may be chance: a mean with twice the
+ * deviation keeps at least half its weight. Counted as drift, it would have a fifth. */
 static void cycles_of_noise_are_steady(void **unused) {
     (void)unused;
     struct residual_test t;
@@ -74,8 +73,8 @@ static void cycles_of_noise_are_steady(void **unused) {
     assert_true(weight > 0.5 && weight < 1.0);
 }
 
-/* White noise of both pressures, seventeen coefficients of all that the samples have; and the mass
- * of the leg times the acceleration that a wrong length makes. */
+/* White noise of both pressures, seventeen coefficients of all that the samples contain; and the
+ * leg's mass times the acceleration that a wrong length implies. */
 static void a_force_is_as_sure_as_its_pressures(void **unused) {
     (void)unused;
     struct residual_test t;

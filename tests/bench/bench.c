@@ -1,15 +1,15 @@
-/* Benchmarks for bench.sh, one a process:
+/* Benchmarks for bench.sh, one per process:
  *
  *     bench                   lists the names
- *     bench NAME RUNS [SHARE] a line a run: time of one operation [ns], operations in a run, time
- *                             over time inside dWorldStep (0: none); of a plant, a SHARE-th of
- *                             the cycles (1)
+ *     bench NAME RUNS [SHARE] prints a line per run: time of one operation [ns], operations in a
+ *                             run, share of time inside dWorldStep (0: none); SHARE: only every
+ *                             SHARE-th of a plant's cycles (1)
  *     bench use COMMAND ...   runs a command and prints its wall time [s] and largest memory [kB];
  *                             exits with its status
  *
- * Only the functions measured_* are timed, and they are what callgrind is told to count. Every run
- * starts from the same state and does the same work, so the instructions are exact and the spread
- * of the times is the machine's. */
+ * Only the functions measured_* are timed and counted by callgrind. Every run starts from the same
+ * state and does the same work, so the instructions are exact and the spread of the times is the
+ * machine's. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,25 +29,25 @@
 
 enum { CYCLES = 500, LEAD_MAX = 10000, POSES = 1000, TEST_CYCLES = 2500 };
 
-/* A closed loop from neutral into the evaluated part of the first test, and what the
- * benchmarks make of it. */
+/* A closed loop from neutral into the evaluated part of the first test, and the data that the
+ * benchmarks derive from it. */
 struct work {
     struct params params;
-    struct cycle *cycle;   /* recorded */
-    int begin;             /* the cycle that begins the test, at rest at neutral */
-    int first, end;        /* the evaluated cycles to work on */
+    struct cycle *cycle;   /* recorded cycles */
+    int begin;             /* the cycle that starts the test, at rest at neutral */
+    int first, end;        /* evaluated cycles to work on */
     struct kinematics kinematics;
     struct platform platform;
     struct ident ident;
     struct plant *plant;
     double pose[POSES][DOFS], length_m[POSES][LEGS];
-    double sum;            /* of results: no work is optimised away */
+    double sum;            /* sum of results, so that no work is optimised away */
 };
 
 struct benchmark {
     const char *name;
     int operations;
-    int cycles;            /* to record */
+    int cycles;            /* number of cycles to record */
     void (*prepare)(struct work *w);
     void (*measured)(struct work *w);
     const char *settings[6];
@@ -59,8 +59,8 @@ static int64_t now_ns(void) {
     return (int64_t)t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* The linker turns the engine's calls of dWorldStep into calls of this: its share of a simulated
- * step, measured in the step itself. */
+/* The linker redirects the engine's calls of dWorldStep to this, which measures its share of a
+ * simulated step within the step itself. */
 typedef struct dxWorld *dWorldID;
 int __real_dWorldStep(dWorldID world, double dt_s);
 int __wrap_dWorldStep(dWorldID world, double dt_s);
@@ -107,8 +107,8 @@ static void step_plant(struct work *w, int i) {
     plant_step(w->plant, w->cycle[i].out.enable ? w->cycle[i].out.valve : centred);
 }
 
-/* The daemon's own loop on the simulation: whatever a run needs to come to its test, the cycles
- * recorded here have. The closed form gives every engine its commands, ten times as fast. */
+/* Runs the daemon's own loop on the simulation, so the recorded cycles contain everything that a
+ * run needs up to its test. The closed form supplies every engine's commands, ten times as fast. */
 static void record(struct work *w, int cycles) {
     static struct loop loop;
     struct hal *hal;
@@ -148,7 +148,7 @@ static double random_unit(uint64_t *state) {
     return (double)(int64_t)*state / 9223372036854775808.0;
 }
 
-/* Within +-0.1 m and +-0.1 rad of neutral, from where the search starts. */
+/* Poses within +-0.1 m and +-0.1 rad of neutral, where the search starts. */
 static void prepare_from_neutral(struct work *w) {
     uint64_t state = 1;
     for (int i = 0; i < POSES; i++) {
@@ -196,7 +196,7 @@ static void measured_ident(struct work *w) {
     ident_end(&w->ident);
 }
 
-/* Six results that a machine with the nominal matrix and no friction would give. */
+/* Six results of a machine with the nominal matrix and no friction. */
 static void prepare_solve(struct work *w) {
     prepare_ident(w);
     struct identification *r = &w->ident.result;

@@ -1,10 +1,10 @@
-/* Instructions of one cycle of the controller, by state and by what is wrong, for cycle.sh:
+/* Instructions of one cycle of the controller, by state and fault, for cycle.sh:
  *
  *     cycle FAULT...    a run on the virtual clock behind `fault:FAULT,...;sim:` (none: healthy)
  *
- * Under callgrind (--instr-atstart=no) each platform_step() is a part of its own, and its name is
- * the state that it ended in and the faults that are latched: `STATE FAULTS`. The first cycles of a
- * state are among them. Without callgrind it prints the same names, a line a cycle. */
+ * Under callgrind (--instr-atstart=no) each platform_step() is a separate part, named after its
+ * final state and the latched faults: `STATE FAULTS`. The first cycles of a state are included.
+ * Without callgrind the program prints the same names, a line per cycle. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,7 +21,7 @@ static void fail(const char *text) {
     exit(1);
 }
 
-/* A short run: every state within a few hundred cycles. */
+/* Shortens the run, so that every state comes within a few hundred cycles. */
 static void configure(struct params *p) {
     struct error error;
     static const char *const settings[] = {"sim.engine=closed_form", "motion.park_z_m=0.35", "motion.rate_mps=0.55", "motion.engage_s=1.6",
@@ -30,7 +30,7 @@ static void configure(struct params *p) {
     if (config_load(p, NULL, settings, sizeof settings / sizeof *settings, &error)) fail(error.text);
 }
 
-/* The loop's cycle, of which platform_step() alone is counted. */
+/* The loop's cycle; only platform_step() is counted. */
 static bool step(struct platform *platform, struct hal *hal, int64_t now_ns, int i) {
     struct hal_sample sample = {0};
     struct cycle c;

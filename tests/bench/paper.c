@@ -1,15 +1,15 @@
 /* `make bench-paper`: Tian 2015's tables beside hexid's own results under the same headings, method
- * C, and what methods of others give, as text and as CSV.
+ * C, and the results of other authors' methods, as text and as CSV.
  *
  *     paper HEXID TABLES LEAST_SQUARES OUT [KEY=VALUE ...]
  *
- * Runs HEXID once a case (viscous friction only; 20..200 N of dry friction added), exact sensors,
- * then LEAST_SQUARES (tests/ident/least_squares.py) on the same logs, as many at a time as there
- * are cores; leaves the JSON of both in OUT, and compares. hexid's errors are against the nominal
- * matrix of its configuration, the paper's against the paper's: its inputs are rounded and its
+ * Runs HEXID once per case (viscous friction only; with 20..200 N of dry friction) with exact
+ * sensors, then LEAST_SQUARES (tests/ident/least_squares.py) on the same logs, one process per
+ * core; leaves the JSON of both in OUT and compares them. hexid's errors are relative to the
+ * nominal matrix of its configuration, the paper's to the paper's: its inputs are rounded and its
  * hydraulics and controller are not printed (docs/method.md). No figure passes or fails here, but
- * one of hexid's that is no number ends the benchmark with an error. Each table begins with the
- * build that it was made with, `# hexid ...`. */
+ * a NaN from hexid ends the benchmark with an error. Each table starts with its build,
+ * `# hexid ...`. */
 #include <jansson.h>
 #include <math.h>
 #include <stdbool.h>
@@ -24,7 +24,7 @@ enum { CASES = 11, STEP_N = 20, ENTRIES = 10, SETTINGS_MAX = 16 };
 enum { METHOD_A, MODIFIED_A, METHOD_B, METHOD_C, LEAST_SQUARES, WAVELET, METHODS };
 static const char *const method_names[METHODS] = {"method_a", "modified_a", "method_b", "method_c", "least_squares", "wavelet"};
 
-/* Entries of the matrix that the paper prints, in its order. */
+/* Entries of the matrix in the paper's order. */
 struct entry {
     const char *name;
     int row, col;
@@ -67,8 +67,8 @@ static struct table table_read(const char *directory, const char *name) {
     return t;
 }
 
-/* Starts the child that does a part of a case. Case 0: viscous only; case k: k * STEP_N of dry
- * friction in each cylinder. */
+/* Starts the child for one part of a case. Case 0: viscous friction only; case k: plus k * STEP_N
+ * of dry friction in each cylinder. */
 typedef void start_fn(const char *program, const char *out, int index, char *const extra[]);
 
 static void case_path(char path[400], const char *out, int index, const char *ending) {
@@ -100,8 +100,7 @@ static void start_least_squares(const char *least_squares, const char *out, int 
     execl(least_squares, least_squares, log, "-o", json, (char *)NULL);
 }
 
-/* Removes what an earlier benchmark left, so that it does not stand for a result that this one
- * did not measure. */
+/* Removes an earlier benchmark's files, so that they cannot pass for results of this one. */
 static void forget(const char *out, int index) {
     static const char *const endings[] = {".json", ".least_squares.json", ".lcm"};
     char path[400];
@@ -165,7 +164,7 @@ static struct result result_read(const char *out, int index) {
 
 static double error_pct(double value, double nominal) { return 100.0 * fabs(value - nominal) / fabs(nominal); }
 
-/* A row of numbers to the terminal and to the CSV file. */
+/* Prints a row of numbers to the terminal and to the CSV file. */
 static void print_row(FILE *csv, const char *name, const double *cell, int count) {
     printf("%-8s", name);
     fprintf(csv, "%s", name);
@@ -177,7 +176,7 @@ static void print_row(FILE *csv, const char *name, const double *cell, int count
     fprintf(csv, "\n");
 }
 
-static char build[120]; /* what `hexid --version` says */
+static char build[120]; /* output of `hexid --version` */
 
 static void read_build(const char *hexid) {
     char command[500];
@@ -187,7 +186,7 @@ static void read_build(const char *hexid) {
     if (!said || pclose(said) || !read || strncmp(build, "hexid ", 6) != 0) die(hexid, "does not say its version");
     build[strcspn(build, "\n")] = 0;
     printf("%s\n", build);
-    fflush(stdout); /* the children that are forked have none of it */
+    fflush(stdout); /* forked children must not inherit buffered output */
 }
 
 static FILE *begin(const char *out, const char *name, const char *title, const char *columns) {
@@ -205,8 +204,8 @@ static FILE *begin(const char *out, const char *name, const char *title, const c
     return csv;
 }
 
-/* Tables 3 and 4: `value` and `error` are the paper's columns of each method, -1
- * where it has none. */
+/* Tables 3 and 4: `value` and `error` are the paper's columns for each method, -1 if it has
+ * none. */
 static void print_methods(FILE *csv, const struct table *paper, const int value[METHODS], const int error[METHODS],
                           const struct result *r) {
     for (int i = 0; i < ENTRIES; i++) {
@@ -246,7 +245,7 @@ static void print_sweep(const char *out, const char *tables, const struct result
     fclose(csv);
 }
 
-/* Of a method that the paper has nothing beside. */
+/* Prints the errors of a method that the paper does not list. */
 static void print_errors(const char *out, const char *title, int method, const struct result r[CASES]) {
     FILE *csv = begin(out, method_names[method], title, "force_n,mx,my,mz,Ixx,Iyy,Izz,Mt15,Mt24,Mt42,Mt51");
     for (int k = 0; k < CASES; k++) {
@@ -259,7 +258,7 @@ static void print_errors(const char *out, const char *title, int method, const s
     fclose(csv);
 }
 
-/* docs/method.md section 4: what an independent simulation of the same machine gave. */
+/* docs/method.md section 4: values from an independent simulation of the same machine. */
 static void print_expected(const char *out, const struct result *r) {
     static const char *const expected[ENTRIES] = {"0.55", "0.55", "1.0", "4.4", "6.9", "1.2", "2-46", "2-46", "2-46", "2-46"};
     char path[400];

@@ -1,8 +1,8 @@
-/* Which effects the six tests can tell apart. For every effect, typical, on a machine like the
- * model: z, its whitened signature beyond what the base can take up, and how much of that no other
- * effect takes up. Prints a table. With a file's name, as CSV for tests/gap/score.py: the strength
- * of each effect at which z = 8, 0 where no strength has so little, and what share of that z each
- * other effect leaves there. Effects that are named behind the file are the only rows.
+/* Which effects the six tests can tell apart. For every effect at its typical size, on a machine
+ * like the model, it prints z, the normalised signature that the base cannot absorb, and the share
+ * of it that no other effect absorbs. With a file's name it writes CSV for tests/gap/score.py: the
+ * strength of each effect at which z = 8 (0: no strength has so little), and the share of that z
+ * that each other effect leaves. Effects named after the file are the only rows.
  *
  *     signatures [FILE [EFFECT ...]]
  */
@@ -30,7 +30,7 @@ static void *room(size_t doubles) {
     return place;
 }
 
-/* Changes of the model that may take up a signature. */
+/* Changes of the model that may absorb a signature. */
 struct span {
     int count;
     const double *column[FIT_VARIABLES];
@@ -42,18 +42,18 @@ static void span_add(struct span *s, const double *column, double min, double ma
     s->min[s->count] = min, s->max[s->count++] = max;
 }
 
-/* Length of what the span cannot take up of a vector; in place. */
+/* Removes the span's part from the vector in place; returns the length of the rest. */
 static double leave(const struct span *s, double *vector) {
     double x[FIT_VARIABLES];
     int values = d.fit.values;
     if (!fit_box(s->count, values, vector, s->column, NULL, s->min, s->max, x, NULL)) fail("the columns are singular");
     for (int i = 0; i < s->count; i++)
         for (int a = 0; a < values; a++) vector[a] += x[i] * s->column[i][a];
-    /* there are as many cycles again that are not fitted to */
+    /* the held-out cycles are as many again */
     return sqrt(2.0 * fit_square(values, vector));
 }
 
-/* The base within its tolerance, but for what is parallel to the hypothesis. */
+/* The base within its tolerance, except for directions parallel to the hypothesis. */
 static struct span base_span(const struct hypothesis *h) {
     struct span s = {0};
     for (int i = 0; i < d.variables; i++) {
@@ -64,7 +64,8 @@ static struct span base_span(const struct hypothesis *h) {
     return s;
 }
 
-/* White change of the residual at this strength. False: no machine has that. */
+/* Normalised change of the residual at this strength. Returns false if no machine can have that
+ * strength. */
 static bool signature(int effect, double strength, double *vector) {
     struct params with = d.model;
     double *here = room((size_t)d.fit.values);
@@ -75,15 +76,15 @@ static bool signature(int effect, double strength, double *vector) {
     return possible;
 }
 
-/* Its z beside the base. */
+/* Returns the z of the signature beside the base. */
 static double z_at(const struct hypothesis *h, double strength, double *vector) {
     struct span base = base_span(h);
     return signature(h->effect, strength, vector) ? leave(&base, vector) : HUGE_VAL;
 }
 
-/* The strength at which z = 8: the base takes up what fits into its tolerance, so z does not
- * grow in proportion. 0: there is none, for a line as short as one likes is one of 0.2 m, and air
- * replaces the modulus of the base. */
+/* Strength at which z = 8. The base absorbs changes within its tolerance, so z is not proportional
+ * to the strength. Returns 0 if no strength has so little: the shortest hose acts as one of 0.2 m,
+ * and air replaces the modulus of the base. */
 static double detectable(const struct hypothesis *h, double *vector) {
     double low = 1e-5, high = 4.0, z = z_at(h, high, vector);
     if (z < 8.0) return high * 8.0 / z;
@@ -96,8 +97,8 @@ static double detectable(const struct hypothesis *h, double *vector) {
     return high;
 }
 
-/* The rival, each key for itself, as it acts at its typical size, without bounds: what is left
- * beside it is the least that any law of its kind leaves. */
+/* Adds the rival to the span, each key separately at its typical size and without bounds, so that
+ * the rest is a lower bound for any law of its kind. */
 static void add_rival(const struct hypothesis *h, double *place, struct span *s) {
     struct params at = d.model;
     size_t values = (size_t)d.fit.values;
@@ -110,8 +111,8 @@ static void add_rival(const struct hypothesis *h, double *place, struct span *s)
         if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0) span_add(s, place + (size_t)i * values, -1e300, 1e300);
 }
 
-/* What is left of a signature beside the base and each other effect, in all legs or in one: its
- * length, by the place of the other in the list. */
+/* Length of the signature's rest beside the base and each other effect, in all legs or in one, by
+ * the other's place in the list. */
 static void leave_beside(const struct hypothesis *all, int count, int of, const double *vector, double left[]) {
     size_t values = (size_t)d.fit.values;
     double *rest = room(values), *place = room(HYPOTHESIS_VARIABLES * values);
@@ -130,7 +131,7 @@ static void leave_beside(const struct hypothesis *all, int count, int of, const 
 
 static const char *name_of(int of) { return effect_table[hypothesis[of].effect]->name; }
 
-/* The effect, but for one, beside which least is left. */
+/* The effect, other than `but`, beside which least is left. */
 static int least(const double left[], int count, int but) {
     int found = -1;
     for (int j = 0; j < count; j++)
@@ -138,7 +139,7 @@ static int least(const double left[], int count, int but) {
     return found;
 }
 
-/* Of each other effect, the least over its shapes. */
+/* For each other effect, the minimum over its basis functions. */
 static void write_left(FILE *file, const double left[], int count, double z) {
     double share[EFFECTS_MAX];
     for (int e = 0; e < EFFECTS_MAX; e++) share[e] = INFINITY;
@@ -147,7 +148,7 @@ static void write_left(FILE *file, const double left[], int count, double z) {
         if (isfinite(share[e])) fprintf(file, "%s:%.3f ", effect_table[e]->name, share[e]);
 }
 
-/* Is a row asked for? All are, where none is named. */
+/* Whether a row is wanted; all are if none is named. */
 static bool asked(const char *effect, int names, char **name) {
     for (int i = 0; i < names; i++)
         if (!strcmp(name[i], effect)) return true;

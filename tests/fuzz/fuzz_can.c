@@ -1,5 +1,5 @@
 /* libFuzzer: any frames at any times into the master, an axis and the I/O module. The first byte of
- * a record picks receiver and error flag; then a frame. */
+ * a record selects receiver and error flag; then comes a frame. */
 #include <stddef.h>
 #include <string.h>
 
@@ -45,7 +45,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         for (int i = 0; i < 2 * sent.count; i++) can_node_receive(&node[i % 2], &sent.frame[i / 2], now_ns, &q);
         can_master_sample(&master, &sample);
         can_condition_describe(can_master_condition(&master), &params, text, sizeof text);
-        for (int k = 0; k < 2; k++) /* SAFETY: the node's promise */
+        for (int k = 0; k < 2; k++) /* SAFETY: the node's watchdog promise */
             if (can_node_output(&node[k]) != 0 && node[k].state != CAN_OPERATIONAL) __builtin_trap();
     }
     return 0;

@@ -1,5 +1,5 @@
-/* libFuzzer: any bytes as a configuration file, and as --set. What is accepted reads back bit for
- * bit from the text that is made of it. */
+/* libFuzzer: any bytes as a configuration file and as --set. An accepted configuration printed as
+ * text reads back bit for bit. */
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* libFuzzer: any bytes as a CSV file of an import. */
+/* libFuzzer: any bytes as an imported CSV file. */
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,7 +30,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     FILE *file = fopen(path, "w");
     if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
     int status = csv_import(&(struct csv_source){.path = directory}, "/dev/null", &report, &error);
-    /* what a file says is never a matter of I/O */
+    /* a file's content is never an I/O error */
     assert(status == STATUS_OK || (status == STATUS_USAGE && error.text[0]));
     if (!status) assert(report.files == 1 && report.rows > 0);
     return 0;

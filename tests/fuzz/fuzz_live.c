@@ -1,5 +1,5 @@
-/* libFuzzer: any bytes as a message on each channel that the live page listens to. What it makes
- * of them is JSON. */
+/* libFuzzer: any bytes as a message on each channel that the live page listens to. Its output must
+ * be JSON. */
 #include <assert.h>
 #include <jansson.h>
 #include <stdlib.h>
@@ -35,7 +35,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (s.events) is_json(&s.event[s.events % LIVE_EVENTS]);
     for (int i = 0; i < LIVE_PLACES; i++)
         if (s.place[i].size) is_json(&s.place[i]);
-    s.machine = (struct json_text){0}; /* the fresh one's */
+    s.machine = (struct json_text){0}; /* belongs to the new one */
     live_state_free(&s);
     return 0;
 }

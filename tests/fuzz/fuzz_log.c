@@ -1,5 +1,5 @@
-/* libFuzzer: any bytes as a log, read as `hexid identify` and `hexid export` read it. Nothing is
- * invented: the events add up to no more than the file. */
+/* libFuzzer: any bytes as a log, read as by `hexid identify` and `hexid export`. The events must
+ * not add up to more than the file. */
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* All that can be asked of a message. */
+/* Calls every query of a message. */
 static void look(const struct message *m) {
     for (int f = 0; m->type->field[f].name; f++)
         for (int i = 0; i < m->value[f].count; i++) {
@@ -46,7 +46,7 @@ static void format_message(void *to, int64_t utime_us, const struct message *m) 
 static int format_failed(const void *to) { return to != NULL; }
 static int format_close(void *to, struct error *error) { return (void)to, (void)error, STATUS_OK; }
 
-/* Reads the log as hexid export does: its runs, and the cycles that are lost in them. */
+/* Reads the log as hexid export does: its runs and their lost cycles. */
 static void read_whole(const char *path) {
     static const struct export_format none = {
         .open = format_open, .cycle = format_cycle, .message = format_message, .failed = format_failed, .close = format_close};

@@ -1,6 +1,6 @@
-/* libFuzzer: any bytes as a datagram, as text, as a message of LCM (commands, events, states,
- * results) and as a packet of a command socket. What is accepted must be something a cycle or a
- * command can be, and a state must come out of it as it went in. */
+/* libFuzzer: any bytes as a datagram, as text, as an LCM message (commands, events, states,
+ * results) and as a packet of a command socket. An accepted message must be a possible cycle or
+ * command, and a state must be re-encoded unchanged. */
 #include <assert.h>
 #include <stddef.h>
 #include <string.h>
@@ -19,8 +19,8 @@ static void command(const uint8_t *data, int size) {
     assert(command_stops(c) && !strcmp((const char *)data + size - strlen(command_names[c]) - 1, command_names[c]));
 }
 
-/* Reads the data as packets of a command socket. A command that moves is taken from a whole
- * packet only, and encoding it again gives the same packet. */
+/* Reads the data as packets of a command socket. Only a whole packet yields a command that moves,
+ * and encoding it again gives the same packet. */
 static void packets(const uint8_t *data, size_t size) {
     unsigned char packet[COMMAND_ANSWER_SIZE];
     struct command_request r;
@@ -34,7 +34,7 @@ static void packets(const uint8_t *data, size_t size) {
         assert(a.outcome < OUTCOMES && a.state < STATES && a.lease_s >= 0.0 && strlen(a.text) < COMMAND_TEXT_SIZE);
 }
 
-/* As a datagram: what is taken lies within it. */
+/* Parses a datagram; the result must lie within it. */
 static void datagram(const uint8_t *data, int size) {
     struct bus_message m;
     if (!bus_parse(data, size, &m)) return;
@@ -69,8 +69,8 @@ static void results(const uint8_t *data, int size) {
     if (gap_decode(data, size, &g)) assert(within(g.verdict, data, size) && within(g.reason, data, size));
 }
 
-/* Any text, made printable, is at most as long, has no control characters, and is
- * printable as it is. */
+/* Text made printable is no longer than before, has no control characters, and stays unchanged when
+ * made printable again. */
 static void printable(const uint8_t *data, size_t size) {
     char text[200], out[sizeof text], again[sizeof text];
     size_t length = size < sizeof text ? size : sizeof text - 1;

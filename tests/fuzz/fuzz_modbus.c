@@ -1,7 +1,7 @@
-/* What a Modbus device may answer: bytes through libmodbus and the register map to a reading. The
- * first two bytes, the transaction's number, are put right, or nearly all inputs would end there.
- * And what a client may ask: the same bytes as a stream, on TCP and on a serial line, through the
- * framing to the device's registers. */
+/* libFuzzer: a Modbus device's answers, through libmodbus and the register map to a reading; the
+ * first two bytes, the transaction's number, are corrected, since nearly all inputs would end
+ * there. And a client's requests: the same bytes as a stream, on TCP and on a serial line, through
+ * the framing to the device's registers. */
 #include <arpa/inet.h>
 #include <assert.h>
 #include <math.h>
@@ -26,18 +26,18 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 static struct {
     const uint8_t *data;
     size_t size;
-    int device; /* its end of the connection */
+    int device; /* the device's end of the connection */
 } next;
 
-/* Replaces the C library's send() under libmodbus: the request is answered as it is sent, with
- * its own number. */
+/* Replaces the C library's send() under libmodbus: a request is answered as it is sent, with its
+ * own number. */
 ssize_t send(int fd, const void *request, size_t size, int flags) {
     (void)fd, (void)flags;
     if (write(next.device, request, TRANSACTION) != TRANSACTION) return -1;
     return write(next.device, next.data, next.size) == (ssize_t)next.size ? (ssize_t)size : -1;
 }
 
-/* Whatever the registers hold: a reading is plausible or no number. */
+/* For any register content, a reading is plausible or NaN. */
 static void look(const struct params *p, const struct modbus_reading *r) {
     for (int i = 0; i < LEGS; i++) {
         assert(isnan(r->length_m[i]) || (r->length_m[i] >= p->length_channel.low[i] && r->length_m[i] <= p->length_channel.high[i]));
@@ -46,10 +46,10 @@ static void look(const struct params *p, const struct modbus_reading *r) {
     }
 }
 
-/* Whoever writes what: who has not claimed moves nothing, and the watchdog stays
- * within its bounds. */
+/* Whatever is written, an unclaimed client moves nothing and the watchdog stays within its
+ * bounds. */
 static void ask(struct modbus_server *s, const struct modbus_peer *from, const struct adu *a, int64_t now_ns, bool serial) {
-    /* so that a look beyond the end is seen */
+    /* exact size, so that a sanitizer sees an overrun */
     uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX], *exact = malloc(a->pdu_size);
     uint16_t before[MODBUS_END];
     memcpy(before, s->registers, sizeof before);
@@ -66,7 +66,7 @@ static void ask(struct modbus_server *s, const struct modbus_peer *from, const s
         assert(!memcmp(s->registers + MODBUS_WATCHDOG_MS, before + MODBUS_WATCHDOG_MS, 2 * (MODBUS_SAMPLE - MODBUS_WATCHDOG_MS)));
 }
 
-/* The bytes come in pieces whose sizes are the bytes'. */
+/* The bytes arrive in segments whose sizes are taken from the bytes themselves. */
 static void stream(struct modbus_server *s, const uint8_t *data, size_t size, bool serial) {
     static const uint8_t claim[] = {FUNCTION_WRITE, 0, MODBUS_WATCHDOG_MS, 0, 3, 6, 0, 10, 0, 0, 0, 1};
     const struct modbus_peer peer[2] = {{.connection = !serial}, {.connection = serial ? 0 : 2}};
@@ -96,7 +96,7 @@ static void stream(struct modbus_server *s, const uint8_t *data, size_t size, bo
     }
 }
 
-/* A machine for all inputs; the registers begin anew. */
+/* All inputs share a machine; its registers are reset each time. */
 static void requests(struct params *params, const uint8_t *data, size_t size) {
     static struct device *device;
     struct error error;

@@ -1,4 +1,5 @@
-/* libFuzzer: any bytes as a trajectory's file. What is taken is a number at every instant. */
+/* libFuzzer: any bytes as a trajectory file. An accepted one yields finite numbers at every
+ * instant. */
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
@@ -24,7 +25,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     FILE *file = fopen(path, "w");
     if (!file || fwrite(data, 1, size, file) != size || fclose(file)) abort();
     int status = trajectory_load(&t, path, 1 + (int)(size % 3), &error);
-    /* what a file says is never a matter of I/O */
+    /* a file's content is never an I/O error */
     assert(status == STATUS_OK || (status == STATUS_USAGE && error.text[0]));
     for (int i = -1; !status && i <= 101; i++) {
         double pose[DOFS];

@@ -1,4 +1,5 @@
-/* Runs a fuzz harness over files, without libFuzzer: the kept corpora are tests like any other. */
+/* Runs a fuzz harness over files without libFuzzer, so that the stored corpora are ordinary
+ * tests. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +18,7 @@ int main(int argc, char **argv) {
         }
         size_t size = fread(buffer, 1, sizeof buffer, file);
         fclose(file);
-        /* of its own size, so that AddressSanitizer sees the end */
+        /* exact size, so that AddressSanitizer sees an overrun */
         uint8_t *input = malloc(size + 1);
         if (!input) return 1;
         for (size_t n = 0; n < size; n++) input[n] = buffer[n];

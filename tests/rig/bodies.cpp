@@ -77,11 +77,10 @@ void Bodies::evaluate(const Coords &q, const Coords &v, BodyState &out)
         assemble<kMax>(q, v, out);
 }
 
-/*
- * With q1, q2 the angles of the lower joint and r the distance from it, a point on the leg's axis
- * is, in the leg's frame, X = r (s2, -s1 c2, c1 c2). Its derivatives e1, e2, n after q1, q2, r are
- * orthogonal, which solves the closure: joint rates = K v, joint accelerations = K dv/dt + kappa.
- */
+/* q1 and q2 are the angles of the lower joint and r the distance from it. A point on the leg's axis
+ * is X = r (s2, -s1 c2, c1 c2) in the leg's frame. Its derivatives e1, e2, n by q1, q2, r are
+ * orthogonal, which solves the closure: joint rates = K v, joint accelerations = K dv/dt +
+ * kappa. */
 template <int N> void Bodies::assemble(const Coords &q, const Coords &v, BodyState &out)
 {
     Engine &e = *engine;
@@ -116,7 +115,7 @@ template <int N> void Bodies::assemble(const Coords &q, const Coords &v, BodySta
         const Matrix3d &R = e.frame[i];
         const Vec3 arm = T * p.a.col(i);
         const Vec3 l = R.transpose() * (q.head<3>() + arm - p.b.col(i));
-        Matrix<double, 3, 6> Ja; /* velocity of the upper joint's point, in the leg's frame */
+        Matrix<double, 3, 6> Ja; /* velocity of the upper joint's point in the leg's frame */
         Ja << R.transpose(), R.transpose() * (Matrix3d() << W.col(0).cross(arm),
                                               W.col(1).cross(arm), W.col(2).cross(arm))
                                                  .finished();
@@ -152,8 +151,8 @@ template <int N> void Bodies::assemble(const Coords &q, const Coords &v, BodySta
         out.rod_row.template block<1, N>(i, 0) = K[i].row(2);
         out.rod_bias[i] = kappa[i][2];
 
-        /* Relative rotation at the upper joint, about two axes fixed to the rod and across it; the
-         * rod turns freely. */
+        /* Relative rotation at the upper joint about two axes, one fixed to the rod and one across
+         * it; the rod spins freely. */
         const Vec3 t1(c2, s1 * s2, -c1 * s2), t2(0, c1, s1); /* columns x and y of the lower body */
         const Matrix3d Wl = R.transpose() * W;
         for (int k = 0; k < 2; k++) {
@@ -164,7 +163,7 @@ template <int N> void Bodies::assemble(const Coords &q, const Coords &v, BodySta
             out.joint_row.row(12 + 2 * i + k).template head<6>() = -t.cross(n).transpose() * Ja / L;
             out.joint_row.row(12 + 2 * i + k).template segment<3>(3) += t.transpose() * Wl;
             out.joint_bias[12 + 2 * i + k] =
-                0; /* products of rates; the hold projects what this leaves */
+                0; /* products of rates; the rest is removed by the projection of held elements */
         }
         const int at = o + 6 + 3 * i;
         e.q.segment<3>(at) << std::atan2(s1, c1), std::asin(s2), out.rod[i];

@@ -1,14 +1,15 @@
 /*
- * Rigid bodies of the six-leg platform, by Pinocchio. 13 bodies: the platform and, a leg, a lower
+ * Rigid bodies of the six-leg platform, by Pinocchio. 13 bodies: the platform and, per leg, a lower
  * part on a universal joint and an upper part that slides in it. Pinocchio gives mass matrix and
  * bias of this open tree; here each leg is closed analytically, by writing its joint rates as a
  * linear function of the platform's rates.
  *
  * Generalised coordinates, kMax = 15:
- *   0..2   c, position of {M} in {B}, m, z down       3..5   psi, theta, phi, rad, T = Rz(psi)
- * Ry(theta) Rx(phi) 6..8   displacement of the base plate, m          9..14  extension of a rod
- * that has play at its end, m Only the first six are used unless the base plate moves or a joint
- * has play.
+ *   0..2    c, position of {M} in {B}, m, z down
+ *   3..5    psi, theta, phi, rad, T = Rz(psi) Ry(theta) Rx(phi)
+ *   6..8    displacement of the base plate, m
+ *   9..14   extension of a rod with backlash at its end, m
+ * Only the first six are used unless the base plate moves or a joint has backlash.
  */
 #pragma once
 #include <Eigen/Dense>
@@ -24,19 +25,19 @@ using Points = Eigen::Matrix<double, 3, kLegs>;
 struct BodyParameters {
     double payload_kg;
     Vec3 payload_center;                /* centre of mass in {M}, m */
-    Eigen::Matrix3d payload_inertia;    /* about it, kg m^2 */
-    Vec6 upper_kg, lower_kg;            /* rod, cylinder */
+    Eigen::Matrix3d payload_inertia;    /* about the centre of mass, kg m^2 */
+    Vec6 upper_kg, lower_kg;            /* rod and cylinder */
     Vec6 upper_inertia, lower_inertia;  /* transverse, about the part's own centre, kg m^2 */
-    Vec6 upper_center, lower_center;    /* from the upper and from the lower joint, m */
-    Points a, b;                        /* joints, in {M} and in {B}, m */
+    Vec6 upper_center, lower_center;    /* distance from the upper and from the lower joint, m */
+    Points a, b;                        /* joints in {M} and in {B}, m */
     Vec3 gravity;                       /* in {B}, m/s^2 */
-    double base_kg = 0;                /* base plate, only if it moves */
+    double base_kg = 0;                /* base plate, used only if it moves */
     bool base_moves = false, play = false;
     std::array<bool, kLegs> has_play{};
 };
 
-/* What one state comes to: M dv/dt + bias = generalised forces, and how lengths and joint angles
- * change with v. */
+/* Dynamics at one state: M dv/dt + bias = generalised forces, and the dependence of lengths and
+ * joint angles on v. */
 struct BodyState {
     Eigen::Matrix<double, kMax, kMax> M;
     Coords bias;

@@ -11,17 +11,19 @@ constexpr double kOilDensity = 870, kOilViscosity = 4e-5; /* docs/gap.md, The ca
                                                            * m^2/s */
 constexpr double kSupplyLag = 0.010;                      /* docs/gap.md, The catalogue: s */
 constexpr double kLaminarDrop =
-    2e4; /* Pa: below it an orifice's flow turns smoothly from root to line */
-constexpr double kVapour = -1.0e5; /* Pa gauge: oil does not hold tension */
+    2e4; /* Pa: below it an orifice's flow changes smoothly from a root to a line */
+constexpr double kVapour = -1.0e5; /* Pa gauge: oil bears no tension */
 constexpr double kPlayStiffness = 1e8,
-                 kPlayDamping = 2e4; /* steel on steel at the end of a joint's play */
-constexpr double kBendShare = 0.5;   /* of a seal's distance: a step goes no farther */
-constexpr double kShortest = 1e-6; /* s: no seal asks for less, so that what diverges ends */
-constexpr double kHeldSpeed = 1e-6; /* m/s, rad/s: slower than this and held means at rest */
-constexpr double kCrossing = 1e-11; /* m/s, rad/s: slower than this is no reversal */
-constexpr double kLocated = 1e-4; /* of a step's change of speed: a reversal is located to this */
+                 kPlayDamping = 2e4; /* steel on steel at the end of a joint's backlash */
+constexpr double kBendShare = 0.5; /* largest step, as a share of a seal's distance */
+constexpr double kShortest = 1e-6; /* s: lower bound of the step that seals require, so that a
+                                    * diverging run ends */
+constexpr double kHeldSpeed = 1e-6; /* m/s, rad/s: a held element slower than this is at rest */
+constexpr double kCrossing = 1e-11; /* m/s, rad/s: below this no reversal is counted */
+constexpr double kLocated = 1e-4; /* share of a step's change of speed to which a reversal is
+                                   * located */
 constexpr double kForceShare =
-    1e-6; /* of the capacity: to this a holding force is solved; what it leaves is projected */
+    1e-6; /* share of the capacity to which a holding force is solved; the rest is projected */
 
 static double orifice(double drop)
 {
@@ -36,15 +38,15 @@ static double dead_band(double spool, double overlap)
     return spool > overlap ? spool - overlap : spool < -overlap ? spool + overlap : 0;
 }
 
-/* How fast bristles or a seal bend, m/s: with the rod while they are straight, no more once they
- * bear what slides. Dahl 1968; LuGre has it as well. */
+/* Rate at which bristles or a seal bend, m/s: equal to the rod's speed while they are straight,
+ * zero once they bear the sliding force. Dahl 1968; LuGre contains it. */
 static double bend_rate(double rate, double stiffness, double sliding, double bend)
 {
     return rate - stiffness * std::abs(rate) / sliding * bend;
 }
 
 struct Flow {
-    double a, b, from_supply, to_tank; /* into port A, into port B */
+    double a, b, from_supply, to_tank; /* flow into port A and into port B */
 };
 
 static Flow valve_flow(const LegParameters &leg, double spool, double pa, double pb, double supply,
@@ -66,8 +68,8 @@ static Flow valve_flow(const LegParameters &leg, double spool, double pa, double
     return f;
 }
 
-/* At rest in the pose: leg forces from statics, pressures and spools so that no flow is left over.
- */
+/* At rest in the pose: leg forces from statics; pressures and spools such that no net flow
+ * remains. */
 Machine::Machine(const MachineParameters &given, const Vec6 &pose)
     : p(given), bodies(given.bodies), n(bodies.size())
 {
@@ -88,14 +90,14 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
     base_load = load.segment<3>(kBase);
     const Vec6 force = now.length_row.leftCols<6>().transpose().fullPivLu().solve(load.head<6>());
     mass.compute(now.M.topLeftCorner(n, n));
-    double seals = 0; /* as springs: no frequency of theirs squared is above it, 1/s^2 */
+    double seals = 0; /* seals as springs: bound of their squared frequencies, 1/s^2 */
 
     for (int i = 0; i < kLegs; i++) {
         const LegParameters &l = p.leg[i];
         const double f = force[i] + (l.play > 0 ? now.bias[kRod + i] : 0);
         double *s = &y[kLeg + kPerLeg * i];
-        const double ratio2 = std::pow(l.gain_b / l.gain_a,
-                                       2); /* continuity: A leaves at the rate at which B enters */
+        const double ratio2 =
+            std::pow(l.gain_b / l.gain_a, 2); /* continuity: equal flow out of A and into B */
         double p2 = (l.area1 * (p.tank + ratio2 * p.supply) - f) / (l.area1 * ratio2 + l.area2);
         double p1 = p.tank + ratio2 * (p.supply - p2), sign = -1;
         if (p1 > p2) {
@@ -122,8 +124,8 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
             for (int k : {2 * i, 2 * i + 1, 12 + 2 * i, 12 + 2 * i + 1})
                 friction.push_back({false, k});
 
-        /* A pipe's own frequency, oil at both of its ends, and the contact in a joint's play limit
-         * the step. */
+        /* The step is limited by a hose's own frequency, with oil at both of its ends, and by the
+         * contact in a joint's backlash. */
         if (l.pipe_length > 0) {
             const double section = kPi / 4 * l.pipe_diameter * l.pipe_diameter;
             const double inertance = kOilDensity * l.pipe_length / section;
@@ -172,8 +174,8 @@ double Machine::potential(const State &s) const
            base_load.dot(base);
 }
 
-/* Pt + R Q, with Q the return flow at that very pressure: a decreasing function, so Newton's method
- * is safe. */
+/* Solves Pt + R Q, with Q the return flow at that same pressure: a decreasing function, so Newton's
+ * method is safe. */
 double Machine::tank_pressure(const State &s, double supply) const
 {
     double tank = p.tank;
@@ -234,7 +236,7 @@ void Machine::derivative(double at, const State &s, State &ds)
                           p.ripple * std::sin(2 * kPi * p.ripple_hz * at);
     const double tank = tank_pressure(s, supply);
     double drawn = 0;
-    Coords Q = Coords::Zero(); /* all forces but weight, inertia and springs */
+    Coords Q = Coords::Zero(); /* all forces except weight, inertia and springs */
     for (int i = 0; i < kLegs; i++) {
         const LegParameters &l = p.leg[i];
         const double *o = &s[kLeg + kPerLeg * i];
@@ -242,7 +244,7 @@ void Machine::derivative(double at, const State &s, State &ds)
         const bool pipe = l.pipe_length > 0;
         const double stroke = now.rod[i] - l.middle, rate = now.rod_rate[i];
 
-        /* Spool: second order; its speed and its travel are limited. */
+        /* Spool: second order, with limited speed and travel. */
         const double w = l.valve_omega;
         d[kSpool] = o[kSpoolRate];
         d[kSpoolRate] =
@@ -253,7 +255,7 @@ void Machine::derivative(double at, const State &s, State &ds)
                 d[kSpoolRate] = 0;
         }
 
-        /* Orifices, line, chambers. */
+        /* Orifices, hose, chambers. */
         const Flow flow =
             valve_flow(l, o[kSpool], o[pipe ? kLine1 : kP1], o[pipe ? kLine2 : kP2], supply, tank);
         drawn += flow.from_supply;
@@ -290,7 +292,7 @@ void Machine::derivative(double at, const State &s, State &ds)
             force -= stiffness * o[kBristle] + l.bristle_damping * d[kBristle];
         }
         if (l.dahl()) {
-            const double stiffness = 1 / l.dahl_distance; /* of a sliding force that is 1 */
+            const double stiffness = 1 / l.dahl_distance; /* relative to a sliding force of 1 */
             const double z = stiffness * o[kSeal];
             d[kSeal] = bend_rate(rate, stiffness, 1, o[kSeal]);
             force -= (z > 0 ? l.dahl_extend : l.dahl_retract) * z;
@@ -344,12 +346,10 @@ void Machine::derivative(double at, const State &s, State &ds)
     ds[kWork] = power;
 }
 
-/*
- * Elements at rest: each takes the force, within its capacity, that keeps it at rest; only where
- * that is not enough it is accelerated. A box-constrained complementarity problem, by projected
- * Gauss-Seidel from the last solution. The accelerations are unique even where more elements hold
- * than there are degrees of freedom.
- */
+/* Elements at rest: each takes the force within its capacity that keeps it at rest, and accelerates
+ * only if that is not enough. This is a box-constrained complementarity problem, solved by
+ * projected Gauss-Seidel from the last solution. The accelerations are unique even if more elements
+ * hold than there are degrees of freedom. */
 void Machine::solve_friction(const Coords &total, Coords &accel)
 {
     accel.head(n) = mass.solve(total.head(n));
@@ -421,7 +421,7 @@ void Machine::accept(const State &s, double h)
     k1_known = true;
 }
 
-/* After a step: elements at rest that are pushed beyond their capacity slip from now on; the others
+/* After a step, elements at rest that are loaded beyond their capacity start to slip; the others
  * stay at rest. */
 void Machine::release_or_hold()
 {
@@ -461,7 +461,7 @@ void Machine::release_or_hold()
         k1.segment(kQ, n) = v.head(n);
 }
 
-/* One step of at most h. Where a slipping element comes to rest the step ends there, and it is
+/* Takes one step of at most h. The step ends where a slipping element comes to rest, which is then
  * tried as held. */
 void Machine::step(double h)
 {
@@ -477,7 +477,7 @@ void Machine::step(double h)
         for (const Friction &f : friction)
             v0.push_back(speed(f));
 
-        /* Reversals: find the earliest by regula falsi (Illinois) on the length of the step. */
+        /* Reversals: finds the earliest by regula falsi (Illinois) on the length of the step. */
         double lo = 0, hi = take, at_lo = 0, at_hi = 0, tolerance = 0;
         int crossing = -1;
         for (int k = 0; k < 60; k++) {
@@ -496,7 +496,7 @@ void Machine::step(double h)
             }
             if (first < 0 && crossing < 0)
                 break;
-            if (first >= 0 && first != crossing) { /* a new one, earlier than any known */
+            if (first >= 0 && first != crossing) { /* a new one, earlier than the known ones */
                 crossing = first;
                 lo = 0;
                 at_lo = v0[first] * friction[first].mode;
@@ -521,7 +521,7 @@ void Machine::step(double h)
             y = before;
             t = start;
             k1 = slope;
-            if (take < 1e-10) { /* it rests at the start of the step already */
+            if (take < 1e-10) { /* it rests already at the start of the step */
                 k1_known = false;
                 break;
             }
@@ -539,7 +539,7 @@ void Machine::step(double h)
     }
 }
 
-/* A seal bends along the path, so that the faster the rod, the shorter the step. */
+/* A seal bends along the path, so a faster rod needs shorter steps. */
 double Machine::longest_step() const
 {
     double h = p.step;

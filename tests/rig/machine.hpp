@@ -1,8 +1,6 @@
-/*
- * The machine: rigid bodies, oil, valves, friction; continuous in time, driven by valve commands.
+/* The machine: rigid bodies, oil, valves, friction; continuous in time, driven by valve commands.
  * Equations of docs/method.md sections 1-3 and 5 and of the catalogue in docs/gap.md; README.md
- * says what was decided where these are silent.
- */
+ * states the decisions that these leave open. */
 #pragma once
 #include "bodies.hpp"
 
@@ -12,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-/* What is one number a leg, base and hidden effects together. SI. */
+/* Parameters with one value per leg, of the base and of hidden effects. SI. */
 struct LegParameters {
     double area1, area2;         /* rodless side, rod side */
-    double middle, half_stroke;  /* of the stroke, joint to joint, m */
+    double middle, half_stroke;  /* mid-stroke length and half the stroke, joint to joint, m */
     double dead1, dead2, bulk, leakage;
     double gain_a, gain_b; /* valve flow at full opening per sqrt(Pa) */
     double valve_omega, valve_damping, rate_limit /* 1/s, 0: none */, null_bias, overlap,
@@ -24,7 +22,7 @@ struct LegParameters {
     double coulomb_extend, coulomb_retract, stribeck, stribeck_velocity, load_mu;
     double bristle, bristle_excess, bristle_velocity, bristle_give, bristle_damping; /* LuGre */
     double dahl_extend, dahl_retract, dahl_distance;
-    double joint_coulomb, joint_viscous; /* N m, N m s; each of four axes a leg */
+    double joint_coulomb, joint_viscous; /* N m, N m s; for each of four axes per leg */
     double play;                         /* m, from stop to stop */
     double pipe_length, pipe_diameter;
     double command_delay; /* s */
@@ -49,13 +47,13 @@ struct Friction {
     bool cylinder;
     int index; /* leg, or row of joint_row */
     int mode = held;
-    double force = 0; /* while held; along the motion, so negative resists extending */
+    double force = 0; /* while held; along the motion, so a negative force resists extending */
 };
 
 class Machine
 {
 public:
-    /* Flat state, for the integrator. The legs' part: 10 numbers a leg. */
+    /* Flat state for the integrator. The legs' part has 10 numbers per leg. */
     enum { kP1, kP2, kSpool, kSpoolRate, kLine1, kLine2, kFlow1, kFlow2, kBristle, kSeal, kPerLeg };
     enum {
         kQ = 0,
@@ -73,16 +71,16 @@ public:
 
     double time() const { return t; }
     double pose(int i) const { return y[kQ + (i < 3 ? i : 8 - i)]; } /* x y z phi theta psi */
-    void read(Vec6 &rod, Vec6 &p1, Vec6 &p2) const;                  /* what sensors see */
+    void read(Vec6 &rod, Vec6 &p1, Vec6 &p2) const;                  /* ideal sensor readings */
     double rate(int leg) const { return now.rod_rate[leg]; }
-    double longest_step() const; /* from this state on, s */
+    double longest_step() const; /* longest step allowed from this state, s */
     double energy()
     {
         return bodies.energy(y.segment<kMax>(kQ), y.segment<kMax>(kV)) + potential(y);
     }
-    double work() const { return y[kWork]; } /* of all forces that energy() leaves out */
+    double work() const { return y[kWork]; } /* work of all forces that energy() omits */
     const BodyState &body_state() const { return now; }
-    Vec6 resting_valve() const; /* command that held the legs at the start */
+    Vec6 resting_valve() const; /* commands that held the legs at the start */
 
     State y;
     BodyState now;

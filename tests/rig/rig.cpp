@@ -11,17 +11,17 @@
 #include <stdexcept>
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kPeriod = 0.002;      /* s: the paper's sampling */
-constexpr double kNullBias = 0.005;    /* of full opening: largest null bias drawn */
+constexpr double kPeriod = 0.002;      /* s: the paper's sampling period */
+constexpr double kNullBias = 0.005;    /* share of full opening: largest null bias drawn */
 constexpr double kJointError = 0.5e-3; /* m */
 constexpr double kJitterShare =
-    1.0 / 500; /* samples that arrive one period late, in the series beyond tolerance */
-constexpr double kBaseDamping = 0.03; /* of critical, base plate on its spring */
+    1.0 / 500; /* share of samples that arrive one period late, in the series beyond tolerance */
+constexpr double kBaseDamping = 0.03; /* damping ratio of the base plate on its spring */
 
 static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
-/* The catalogue in docs/gap.md, and three effects beside it: each key with the value that
- * switches it off. position_sensor_scale.zero_m is counted from the neutral length. */
+/* The catalogue of docs/gap.md and three further effects: each key with the value that switches it
+ * off. position_sensor_scale.zero_m is counted from the neutral length. */
 // clang-format off
 static const std::map<std::string, double> kEffects = {
     {"cylinder_coulomb_friction.force_extend_n", 0},
@@ -105,9 +105,8 @@ Vec6 leg_lengths(const Points &a, const Points &b, const Vec6 &pose)
     return ((T * a - b).colwise() + Vec3(pose.head<3>())).colwise().norm().transpose();
 }
 
-/* Uniform inside the stated tolerance, each leg its own; beyond it as docs/gap.md's second series
- * says (How it is proved).
- */
+/* Draws uniformly within the stated tolerance, each leg separately; the series beyond it follows
+ * docs/gap.md (How it is proved). */
 Base draw_base(const Setup &setup)
 {
     Base base;
@@ -263,7 +262,7 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
     return p;
 }
 
-/* docs/method.md section 5, one for each leg. */
+/* docs/method.md section 5; one controller per leg. */
 struct Controller {
     double integral = 0, derivative = 0, error = 0, force_slow = 0, reference = 0;
 
@@ -291,8 +290,8 @@ struct Controller {
     }
 };
 
-/* From what the machine is to what the acquisition card says, with the sensors' own effects on the
- * way. */
+/* Converts the machine's state into the acquisition card's readings, including the sensors' own
+ * effects. */
 class Sensors
 {
 public:
@@ -519,8 +518,8 @@ Motion sine(const Settings &s, const std::string &axis, double frequency, double
     return m;
 }
 
-/* 20 s, twelve lines an axis: 72 frequencies from 0.3 to 9 Hz, dealt to the axes in turn, none a
- * multiple of another. */
+/* 20 s with twelve tones per axis: 72 frequencies from 0.3 to 9 Hz, assigned to the axes in turn,
+ * none a multiple of another. */
 static Motion multisine(double scale, uint64_t seed)
 {
     constexpr int kLines = 12;
@@ -629,7 +628,7 @@ static std::string list(const Vec6 &v)
     return out.str() + "]";
 }
 
-/* A part's masses as drawn: one number where the configuration has one for all legs. */
+/* The drawn masses of a part: one number if the configuration has one for all legs. */
 static std::string masses(const Settings &s, const std::string &key, double share)
 {
     if (s.all(key).size() != 1)
@@ -691,11 +690,11 @@ static void write_truth(const std::string &file, const Setup &setup)
         throw std::runtime_error("cannot write " + file);
 }
 
-/* At neutral, of the platform's twist in {M}: x y z phi theta psi. */
+/* At neutral, for the platform's twist in {M}: x y z phi theta psi. */
 static void print_inertia_matrix(const Setup &setup)
 {
     const Machine machine(make_parameters(setup, draw_base(setup)), Vec6::Zero());
-    const int order[6] = {0, 1, 2, 5, 4, 3}; /* at neutral the angles' rates are the twist's */
+    const int order[6] = {0, 1, 2, 5, 4, 3}; /* at neutral the angles' rates equal the twist */
     for (int i = 0; i < 6; i++)
         for (int k = 0; k < 6; k++)
             std::printf("%s%.17g%s",
@@ -708,7 +707,7 @@ static void print_inertia_matrix(const Setup &setup)
                                 : "]]\n");
 }
 
-/* As a drawing has them, hexid's settings: at neutral level and across the leg. */
+/* Settings of hexid for a drawing's axes: level at neutral and across the leg. */
 static void print_joint_axes(const Setup &setup)
 {
     const auto parameters = make_parameters(setup, draw_base(setup));
@@ -724,7 +723,7 @@ static void print_joint_axes(const Setup &setup)
     }
 }
 
-static const char kDefaults[] = "config/tian2015.yaml"; /* hexid's own */
+static const char kDefaults[] = "config/tian2015.yaml"; /* hexid's own defaults */
 static const char kUsage[] = "usage: rig -o DIR [--config FILE] [--motion SPEC ...] [--effect "
                              "NAME.KEY=V[,V2..V6] ...] [--set KEY=VALUE ...]\n"
                              "           [--tolerance SEED | --beyond SEED] [--noise SEED] "

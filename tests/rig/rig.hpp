@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-using Effects = std::map<std::string, Vec6>; /* hidden, by "name.key", a value a leg */
+using Effects = std::map<std::string, Vec6>; /* hidden effects by "name.key", one value per leg */
 
-/* Uniform numbers, the same on every platform. */
+/* Uniform random numbers, the same on every computer. */
 struct Random {
     explicit Random(uint64_t seed) : state(seed * 0x9E3779B97F4A7C15ull + 0x632BE59BD9B4E019ull) {}
     double uniform(double low, double high);
@@ -25,17 +25,17 @@ struct Setup {
     Settings settings;
     Effects effects;
     int64_t tolerance_seed = -1,
-            beyond_seed = -1; /* negative: the configuration's parameters exactly */
+            beyond_seed = -1; /* negative: the configuration's exact parameters */
     uint64_t noise_seed = 1;
     double step_s = 0.25e-3, settle_s = -1; /* settle_s < 0: the configuration's */
-    bool engage = false;                    /* start parked and rise; else start at neutral */
+    bool engage = false; /* start parked and rise; otherwise start at neutral */
 };
 
-/* Base parameters as drawn, relative to the configuration's unless a unit says otherwise. */
+/* Drawn base parameters, relative to the configuration's unless a unit is given. */
 struct Base {
     double payload = 1, upper = 1, lower = 1, supply = 1;
     Vec6 viscous, bulk, leakage, gain, dead1, dead2, null_bias, damping;
-    Points a, b; /* joints' errors, m */
+    Points a, b; /* errors of the joints, m */
     bool jitter = false;
 };
 

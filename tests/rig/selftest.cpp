@@ -1,8 +1,6 @@
-/*
- * What must hold of the rig, by identities that do not use the code under test: formulas of
- * docs/method.md, finite differences of lengths and of potential energy, energy, smaller steps.
- * Deterministic; about a minute.
- */
+/* Tests the rig by identities that do not use the code under test: formulas of docs/method.md,
+ * finite differences of lengths and potential energy, energy, smaller steps. Deterministic; takes
+ * about a minute. */
 #include "rig.hpp"
 
 #include <cmath>
@@ -53,7 +51,7 @@ static MachineParameters parameters(const Settings &s, const std::vector<std::st
     return make_parameters(setup, draw_base(setup));
 }
 
-/* The machine with joints as points, no two legs alike and a payload that is off its middle. */
+/* The machine with joints as points, six different legs and an off-centre payload. */
 static Settings uneven(Settings s)
 {
     for (const char *assignment :
@@ -77,7 +75,7 @@ static Settings uneven(Settings s)
     return s;
 }
 
-/* docs/method.md section 3, (A1)-(A6), in the platform's twist. */
+/* docs/method.md section 3, (A1)-(A6), for the platform's twist. */
 static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
 {
     const Eigen::Matrix3d T = rotation(pose);
@@ -103,7 +101,7 @@ static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
     return M;
 }
 
-/* In the platform's twist, from the bodies' generalised coordinates (c, psi, theta, phi). */
+/* For the platform's twist, from the bodies' generalised coordinates (c, psi, theta, phi). */
 static Matrix6 inertia_by_bodies(const MachineParameters &p, const Vec6 &pose)
 {
     const Machine machine(p, pose);
@@ -190,7 +188,7 @@ static void resting_legs_carry_the_weight(const Settings &s, const char *name)
           print("relative difference %.1e; 1 s later moved %.1e m", first, moved));
 }
 
-/* Valves shaken each at its own frequency; returns the lengths at the end. */
+/* Shakes each valve at its own frequency; returns the lengths at the end. */
 static Vec6 shake(Machine &machine, double until, const std::function<void()> &each_piece = nullptr)
 {
     const int pieces = each_piece ? 40 : 1;
@@ -280,8 +278,8 @@ static void steps_are_short_enough(const Settings &s)
           print("lengths %.1e m apart", play));
 }
 
-/* 30 kPa more in each chamber 1 is 94 N: a leg that holds 150 N does not move while the valve lets
- * it off. */
+/* 30 kPa more in each chamber 1 is 94 N: a leg that holds 150 N does not move while the valve
+ * relieves it. */
 static void friction_holds(const Settings &s)
 {
     double moved[2], crept = 0;
@@ -308,16 +306,15 @@ static void friction_holds(const Settings &s)
           print("%.1e m in 10 s; without friction %.1e m in 0.2 s", crept, moved[1]));
 }
 
-/* Dahl's law has a closed form along the path, from one reversal to the next: z = s + (z0 - s)
- * exp(-|x - x0| / distance), s the direction. What the seals bear is what inertia and weight leave
- * of the oil's force. */
+/* Dahl's law has a closed form along the path between reversals: z = s + (z0 - s) exp(-|x - x0| /
+ * distance), s the direction. The seals bear the oil's force less inertia and weight. */
 static void seals_bend_along_the_path(const Settings &s)
 {
     const MachineParameters p = parameters(s, kDahl, 0.05e-3);
     Machine machine(p, Vec6::Zero());
     Vec6 z = Vec6::Zero(), x, p1, p2, applied = Vec6::Zero();
     machine.read(x, p1, p2);
-    Vec6 v[2] = {Vec6::Zero(), Vec6::Zero()}; /* of the platform, one and two pieces ago */
+    Vec6 v[2] = {Vec6::Zero(), Vec6::Zero()}; /* the platform's velocity one and two segments ago */
     BodyState body = machine.body_state();
     double largest = 0, state = 0, force = 0;
     shake(machine, 1, [&] {
@@ -352,11 +349,11 @@ static void seals_bend_along_the_path(const Settings &s)
                 force));
 }
 
-/* Fundamentals and means of the tests z, theta, x: what an effect is judged by. */
+/* Fundamentals and means of the tests z, theta, x, by which an effect is judged. */
 struct Response {
-    Complex X[3], G[3], U; /* motion and force on the tested axis; valve of leg 3, test z */
+    Complex X[3], G[3], U; /* motion and force on the tested axis; valve of leg 3 in test z */
     double u_mean, G_mean[6], F_mean, t_end;
-    Eigen::MatrixXd all; /* everything recorded, columns scaled alike */
+    Eigen::MatrixXd all; /* the whole recording, columns equally scaled */
 };
 
 static Response respond(const Settings &settings, const std::vector<std::string> &effects)
@@ -418,15 +415,15 @@ static void each_effect_does_what_it_says(const Settings &s)
     const double shape = 6 * nz * nz; /* sum of squares of the legs' z components */
     auto leg_speed = [&](const Response &r) { return w * std::abs(r.X[0]) * std::abs(nz); };
 
-    /* name.key=value; what is measured over what is expected, 1 where it is exact; how exact the
-     * expectation is */
+    /* name.key=value; ratio of measured to expected value, 1 if exact; accuracy of the
+     * expectation */
     using Measure = std::function<double(const Response &)>;
     struct Case {
         std::vector<std::string> effects;
         Measure ratio;
         double share;
     };
-    auto moves = Measure(); /* only that the recording changes */
+    auto moves = Measure(); /* checks only that the recording changes */
     const std::vector<Case> cases = {
         {{"cylinder_coulomb_friction.force_extend_n=100",
           "cylinder_coulomb_friction.force_retract_n=100"},
@@ -489,7 +486,7 @@ static void each_effect_does_what_it_says(const Settings &s)
          },
          0.05},
         {{"actuator_inertia.lower_mass_kg=10"},
-         [&](const Response &r) { /* its weight: a moment about the lower joint */
+         [&](const Response &r) { /* its weight is a moment about the lower joint */
                                   return (r.G_mean[2] - clean.G_mean[2]) /
                                          (-60 * g * 0.71 / L * (1 - nz * nz));
          },
@@ -515,7 +512,7 @@ static void each_effect_does_what_it_says(const Settings &s)
          0.15},
         {{"valve_dead_band.overlap=0.02"},
          [&](const Response &r) { /* the spool's swing about its mean crosses zero at an angle of
-                                     asin(0.075/0.17) */
+                                   * asin(0.075/0.17) */
                                   const double more =
                                       std::abs(r.U / r.X[0] * clean.X[0]) - std::abs(clean.U);
                                   return more / (4 / kPi * 0.02 * 0.9);

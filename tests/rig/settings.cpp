@@ -18,7 +18,7 @@ double number(const std::string &text)
     return value;
 }
 
-/* One number or a list of them; none if any of it is a text. */
+/* Reads one number or a list; returns none if any part of it is text. */
 static std::vector<double> numbers(std::string text)
 {
     const std::string between = "[],";
@@ -36,7 +36,7 @@ static std::vector<double> numbers(std::string text)
     return found;
 }
 
-/* A line without its comment; with it those over which a list in brackets goes on. */
+/* Reads a line without its comment, joined with the following lines of a list in brackets. */
 static bool next_line(std::istream &in, std::string &line)
 {
     line.clear();
@@ -55,13 +55,14 @@ void Settings::load(const std::string &file)
     if (!in)
         throw std::runtime_error("cannot read " + file);
     std::map<std::string, std::vector<double>> found;
-    std::vector<std::pair<size_t, std::string>> sections; /* indent and whole key */
+    std::vector<std::pair<size_t, std::string>> sections; /* indent and full key */
     for (std::string line; next_line(in, line);) {
         const size_t indent = line.find_first_not_of(" \t\r");
         if (indent == kNone)
             continue;
 
-        size_t start = indent; /* of what follows an item's dash, or the dashes of items in items */
+        size_t start = indent; /* indent of the text after an item's dash, or after the dashes of
+                                * nested items */
         while (start != kNone && line.compare(start, 2, "- ") == 0)
             start = line.find_first_not_of(' ', start + 1);
         const bool item = start != indent;
@@ -137,7 +138,7 @@ Vec6 Settings::legs(const std::string &key) const
     return v;
 }
 
-/* The six points of a drawing; false if the configuration gives none. */
+/* Reads the six points of a drawing; returns false if the configuration has none. */
 static bool drawn(const Settings &s, const std::string &key, Points &points)
 {
     const auto &list = s.all(key);

@@ -1,7 +1,5 @@
-/*
- * The numbers of a hexid configuration. YAML as config/ and --print-config have it: a key a line,
- * sections by indent, lists in brackets or an item a line.
- */
+/* The numbers of a hexid configuration. YAML as in config/ and --print-config: a key per line,
+ * sections by indent, lists in brackets or an item per line. */
 #pragma once
 #include "bodies.hpp"
 
@@ -9,23 +7,24 @@
 #include <string>
 #include <vector>
 
-double number(const std::string &text); /* throws unless the whole text is one */
+double number(const std::string &text); /* throws unless the whole text is a number */
 
 class Settings
 {
 public:
-    /* Keys of the file replace those that are there already. */
+    /* Keys of the file replace existing ones. */
     void load(const std::string &file);
 
-    /* "section.key=value", for a key that is there already. */
+    /* Assigns "section.key=value" to an existing key. */
     void set(const std::string &assignment);
 
-    /* By "section.key". A list's numbers are in its order, those of points one point after another;
-     * true and false are 1 and 0; a text has none. */
+    /* Access by "section.key". Lists keep their order, points follow one another; true and false
+     * are 1 and 0; a text has no numbers. */
     const std::vector<double> &all(const std::string &key) const;
-    double at(const std::string &key) const; /* the only one */
-    double at(const std::string &key, int place) const; /* of this leg or axis, or the only one */
-    Vec6 legs(const std::string &key) const; /* all six of them */
+    double at(const std::string &key) const; /* its only value */
+    double at(const std::string &key, int place) const; /* value of this leg or axis, or the only
+                                                         * one */
+    Vec6 legs(const std::string &key) const; /* all six values */
 
 private:
     std::map<std::string, std::vector<double>> values;

@@ -1,16 +1,16 @@
-/* What the threads of a running hexid do beyond their work: preloaded (LD_PRELOAD), it counts each
- * thread's heap calls, locks and page faults, and how deep its stack was.
+/* Counts side activities of a running hexid's threads: preloaded (LD_PRELOAD), it counts each
+ * thread's heap calls, locks and page faults, and measures its stack.
  *
  *     HEXID_COUNTS=FILE LD_PRELOAD=counts.so hexid run --set security.confine=false ...
  *
- * A thread is counted from its first sleep on, which in the loop is the wait for its first
- * deadline; one that never sleeps, from its beginning. FILE gets a line a thread, at its end or
- * the process's: where it begins (offset of the function in the program, hexadecimal), sleeps, heap
- * calls, locks, minor and major page faults (-1: the kernel was not to be asked), bytes of stack.
- * With HEXID_COUNTS_EVERY_S a thread that sleeps to deadlines adds a line "wake", where it begins,
- * its wake-ups, and their lateness [us] as p50, p99, p99.9 and max, each time so many seconds are
- * over.
- * Stacks are painted when counting begins. Not for the confined: the filter denies getrusage(). */
+ * Counting starts at a thread's first sleep, which in the loop is the wait for its first deadline,
+ * or at the thread's start if it never sleeps. At the end of a thread or of the process FILE gets a
+ * line: the thread's function (offset in the program, hexadecimal), sleeps, heap calls, locks,
+ * minor and major page faults (-1: the kernel must not be asked), bytes of stack. With
+ * HEXID_COUNTS_EVERY_S a thread that sleeps to deadlines adds a line "wake" after each such
+ * interval: its function, its wake-ups, and their lateness [us] as p50, p99, p99.9 and max.
+ * Stacks are painted when counting starts. Confined processes cannot be counted: the filter denies
+ * getrusage(). */
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -37,11 +37,11 @@ struct counts {
     void *argument;
     _Atomic bool alive;
     pid_t id;
-    uint64_t *low;            /* of what is painted of the stack */
+    uint64_t *low;            /* lower end of the painted stack */
     const char *high;
     bool begun;
     long sleeps, heap, locks, minor, major;
-    struct histogram late;    /* since */
+    struct histogram late;    /* lateness since the last line */
     int64_t since_ns;
 };
 
@@ -50,7 +50,7 @@ static _Atomic int threads;
 static _Thread_local struct counts *mine __attribute__((tls_model("initial-exec")));
 static int out = -1;
 static int64_t every_ns;
-static uintptr_t base; /* where the program was loaded */
+static uintptr_t base; /* load address of the program */
 
 static void *real(const char *name) {
     void *f = dlsym(RTLD_NEXT, name);
@@ -58,7 +58,8 @@ static void *real(const char *name) {
     return f;
 }
 
-/* Page faults of any thread of this process, ours or one that sleeps; false where /proc is shut. */
+/* Page faults of any thread of this process, this one or a sleeping one; returns false if /proc is
+ * inaccessible. */
 static bool faults_of(pid_t id, long *minor, long *major) {
     char path[64], text[1024];
     snprintf(path, sizeof path, "/proc/self/task/%d/stat", (int)id);
@@ -77,13 +78,13 @@ static void own_faults(long *minor, long *major) {
     else *minor = usage.ru_minflt, *major = usage.ru_majflt;
 }
 
-/* Everything below what the caller uses. */
+/* Paints everything below the caller's frame. */
 __attribute__((noinline)) static void paint_stack(struct counts *c) {
     uintptr_t here = (uintptr_t)__builtin_frame_address(0) - KEEP_BYTES;
     for (volatile uint64_t *p = c->low; (uintptr_t)p < here; p++) *p = paint;
 }
 
-/* Counting begins: the stack so far, and what was called, is forgotten. */
+/* Starts counting and forgets the stack depth and calls so far. */
 static void begin_counting(struct counts *c) {
     if (c->low) paint_stack(c);
     c->heap = c->locks = 0;
@@ -118,7 +119,7 @@ static void *counted(void *argument) {
     if (!pthread_getattr_np(pthread_self(), &attributes)) {
         pthread_attr_getstack(&attributes, &low, &size);
         pthread_attr_destroy(&attributes);
-        c->low = low, c->high = __builtin_frame_address(0); /* above it: the thread's own storage */
+        c->low = low, c->high = __builtin_frame_address(0); /* the thread's own storage is above */
     }
     begin_counting(c);
     c->begun = false;
@@ -140,7 +141,7 @@ int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*
     return create(thread, attributes, counted, &of_thread[place]);
 }
 
-/* ---- the sleep that begins it ---- */
+/* ---- the sleep that starts the counting ---- */
 
 static int64_t ns_of(const struct timespec *t) { return t->tv_sec * INT64_C(1000000000) + t->tv_nsec; }
 
@@ -238,7 +239,7 @@ LOCK(sem_post, (sem_t * s), (s))
 
 /* ---- the process ---- */
 
-/* The main thread's stack, of which only the upper megabyte is painted. */
+/* The main thread's stack; only its upper megabyte is painted. */
 __attribute__((noinline)) static uintptr_t paint_main(void) {
     volatile uint64_t room[MAIN_BYTES / sizeof paint];
     for (size_t i = 0; i < MAIN_BYTES / sizeof paint; i++) room[i] = paint;
@@ -261,7 +262,7 @@ __attribute__((constructor)) static void begin(void) {
     mine = c;
 }
 
-/* A child that was forked has the parent's threads in its table, and none of them. */
+/* A forked child has the parent's table but none of its threads. */
 __attribute__((destructor)) static void end(void) {
     mine = NULL;
     if (of_thread[0].id != getpid()) return;

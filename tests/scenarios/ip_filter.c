@@ -1,6 +1,6 @@
 /* ip_filter CGROUP COMMAND...: runs a command as systemd runs a service with IPAddressDeny=any and
- * IPAddressAllow=localhost multicast: in a cgroup of its own whose BPF programs let IPv4 packets in
- * by their source and out by their destination. Status 77: there can be none here. */
+ * IPAddressAllow=localhost multicast: in its own cgroup, whose BPF programs filter incoming IPv4
+ * packets by source and outgoing ones by destination. Status 77: the system allows none. */
 #include <fcntl.h>
 #include <linux/bpf.h>
 #include <stddef.h>
@@ -11,7 +11,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-enum { SOURCE = 12, DESTINATION = 16, IPV4 = 0x0008 /* of __be16 */, LOCALHOST = 127, MULTICAST = 0xe0, CANNOT = 77 };
+enum { SOURCE = 12, DESTINATION = 16, IPV4 = 0x0008 /* as __be16 */, LOCALHOST = 127, MULTICAST = 0xe0, CANNOT = 77 };
 #define DO(code_, dst, src, off_, imm_) \
     ((struct bpf_insn){.code = (code_), .dst_reg = (dst), .src_reg = (src), .off = (off_), .imm = (imm_)})
 
@@ -20,7 +20,8 @@ static int give_up(const char *what) {
     exit(CANNOT);
 }
 
-/* 1 where the first byte of the address at this place of the IP header is 127 or 224 to 239. */
+/* Writes a program that returns 1 if the first byte of the address at this place of the IP header
+ * is 127 or 224 to 239. */
 static int load(int place) {
     const struct bpf_insn code[] = {
         DO(BPF_ALU64 | BPF_MOV | BPF_X, 6, 1, 0, 0),

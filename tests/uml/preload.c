@@ -1,12 +1,12 @@
 /* A preload for linux.uml: a clock that the host cannot disturb, and a work-around.
  *
- * The clock: a user-mode kernel knows the time from clock_gettime() and one timer, and waits for
- * that timer in sigsuspend() when it has nothing to do. Here time is what the kernel has used up:
- * reading the clock takes READ_NS, and a wait ends at once, at the time at which the timer expires.
- * All that runs in there lives in that time, processes, sockets and time-outs alike, as if its
- * processor were infinitely fast; how long the host takes for it, and what else the host does,
- * cannot be seen. Booting measures loops against the real clock, so virtual time begins when the
- * file named by VIRTUAL_TIME_FROM appears; without it, never. */
+ * The clock: a user-mode kernel reads the time from clock_gettime() and one timer, and waits for
+ * that timer in sigsuspend() when it is idle. Here time is only what the kernel has used: reading
+ * the clock takes READ_NS, and a wait ends at once, at the time at which the timer expires.
+ * Everything inside lives in that time, processes, sockets and time-outs alike, as on an infinitely
+ * fast processor; the host's speed and load are invisible. Booting measures loops against the real
+ * clock, so virtual time starts when the file named by VIRTUAL_TIME_FROM appears; without it,
+ * never. */
 #include <dlfcn.h>
 #include <elf.h>
 #include <signal.h>
@@ -32,7 +32,7 @@ static long (*real_ptrace)(enum __ptrace_request request, ...);
 static const char *begin_file; /* NULL: virtual time has begun, or never will */
 static bool virtual_time;
 static int64_t now_ns, realtime_minus_monotonic_ns;
-static int64_t expiry_ns;      /* of the timer, 0: not armed */
+static int64_t expiry_ns;      /* expiry of the timer, 0: not armed */
 static timer_t timer;          /* the kernel's only one */
 
 __attribute__((constructor)) static void find_real(void) {
@@ -55,8 +55,8 @@ static void begin_virtual_time(void) {
     now_ns = ns_of(monotonic);
     realtime_minus_monotonic_ns = ns_of(realtime) - now_ns;
     real_timer_gettime(timer, &left);
-    /* What has expired is a signal that waits for sigsuspend(); disarming its timer
-     * might take that back. */
+    /* An expired timer is a signal waiting for sigsuspend(); disarming it might withdraw that
+     * signal. */
     if (ns_of(left.it_value)) real_timer_settime(timer, 0, &disarmed, NULL);
     expiry_ns = ns_of(left.it_value) ? now_ns + ns_of(left.it_value) : 0;
     begin_file = NULL;
@@ -91,8 +91,7 @@ int timer_gettime(timer_t which, struct itimerspec *left) {
     return 0;
 }
 
-/* The kernel has nothing to do until its timer expires. SIGALRM is blocked here: the
- * wait delivers it. */
+/* The kernel is idle until its timer expires. SIGALRM is blocked here; the wait delivers it. */
 int sigsuspend(const sigset_t *mask) {
     if (begin_file && access(begin_file, F_OK) == 0) begin_virtual_time();
     if (virtual_time && expiry_ns) {
@@ -102,12 +101,11 @@ int sigsuspend(const sigset_t *mask) {
     return real_sigsuspend(mask);
 }
 
-/* The work-around: Debian 12's user-mode kernel keeps 2696 bytes of a process's vector
- * registers, all there is up to AVX-512. A host with AMX has tile registers behind them and
- * refuses to set less than the whole, and the kernel dies with its first process. So the whole
- * is read, the part that the kernel knows is laid over it, and the whole is written. Nothing
- * that runs in there uses the tiles. */
-static unsigned char whole[16384]; /* not on the kernel's small stack; it is one thread */
+/* The work-around: Debian 12's user-mode kernel stores 2696 bytes of a process's vector registers,
+ * enough up to AVX-512. A host with AMX has tile registers behind them and refuses a partial write,
+ * so the kernel dies with its first process. This reads the whole, overlays the part that the
+ * kernel knows, and writes the whole back. No program inside uses the tiles. */
+static unsigned char whole[16384]; /* not on the kernel's small stack; there is one thread */
 
 static long set_registers(pid_t pid, void *set, struct iovec *part) {
     struct iovec all = {.iov_base = whole, .iov_len = sizeof whole};
