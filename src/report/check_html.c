@@ -39,7 +39,7 @@ static void section_tests(FILE *out, const struct check_report *r) {
     fputs("</table></div>\n", out);
 }
 
-/* "1, 2, 5" */
+/* Writes leg numbers: "1, 2, 5". */
 static void legs(FILE *out, unsigned bits) {
     const char *before = "";
     for (int i = 0; i < LEGS; i++)

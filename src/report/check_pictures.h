@@ -6,9 +6,9 @@
 
 #include "survey.h"
 
-/* All channels that are there, one kind below the other, over the test's time; a curve of more
- * samples than pixels is the band from the least to the greatest of each pixel. Rests have a grey
- * background, steady pieces a blue one with their frequency. */
+/* Draws all channels present over the test's time, one panel for each kind. If there are more
+ * samples than pixels, a curve is the band from minimum to maximum. Rests have a grey background,
+ * steady pieces a blue one with their frequency. */
 void check_picture(FILE *script, const struct survey *survey);
 
 #endif

@@ -1,4 +1,4 @@
-/* Several logs of one machine: each log's result beside that of all of them together (equations.h),
+/* Several logs of one machine: each log's result beside that of all logs together (equations.h),
  * and whether they agree (agreement.h). */
 #ifndef HEXID_COMBINATION_H
 #define HEXID_COMBINATION_H
@@ -10,7 +10,7 @@
 
 struct combination_log {
     const char *path;
-    const struct identification *id;  /* method C is evaluated */
+    const struct identification *id;  /* its method C is evaluated */
     const struct verdict *verdict;
     struct loop_statistics loop;
 };
@@ -23,19 +23,19 @@ struct combination {
     struct verdict verdict;
 };
 
-/* Fails where the logs do not agree, with the values that are apart, and where a log's own verdict
- * fails; not evaluated where entries remain undetermined. */
+/* Fails if the logs disagree, naming the values that are apart, or if a log's own verdict fails; is
+ * not evaluated if entries remain undetermined. */
 struct verdict combination_verdict(const struct combination *c);
 
-/* One column a log, then one of all logs together and its standard deviation; a star marks what is
- * apart. Then the verdict. */
+/* Prints one column a log, then one for all logs together and one for its standard deviation, with
+ * a star at values that are apart; then the verdict. */
 void combination_table_print(FILE *out, const struct combination *c);
 
-/* Schema hexid.identifications/1: "logs", each hexid.identification/1 with its path as "log";
- * "combined"; "agreement"; "verdict". To be freed by the caller; NULL without memory. */
+/* Schema hexid.identifications/1: "logs", each a hexid.identification/1 with its path as "log";
+ * "combined"; "agreement"; "verdict". The caller frees it. NULL without memory. */
 char *combination_json(const struct combination *c);
 
-/* Unit of an entry, a friction or a spring by its place in the equations. */
+/* Unit of an entry, a friction or a spring, by its place in the equations. */
 const char *combination_unit(int value);
 
 #endif

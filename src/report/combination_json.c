@@ -9,7 +9,7 @@ static json_t *log_json(const struct combination_log *log) {
     return report_set(report_identification(log->id, log->verdict, &log->loop), "log", json_string(path));
 }
 
-/* How far each log's values are from the others', a null for what is not compared. */
+/* Deviation of each log's values from the other logs'; null if not compared. */
 static json_t *deviations(const struct agreement *a) {
     json_t *object = json_object();
     for (int i = 0; i < AGREEMENT_VALUES; i++) {

@@ -1,5 +1,5 @@
-/* The result of hexid gap as one page of HTML: no script, no network, pictures inside. Ordinary
- * threads; heap; gnuplot as a child. */
+/* The result of hexid gap as one HTML page: no scripts, no network, pictures embedded. Ordinary
+ * threads; heap; gnuplot as a child process. */
 #ifndef HEXID_GAP_HTML_H
 #define HEXID_GAP_HTML_H
 
@@ -8,15 +8,15 @@
 struct gap_report {
     const struct gap_result *result;
     const struct recording *measured;
-    const struct waves *waves;   /* from the closed loop where the result is simulated, else from
-                                  * the motion */
+    /* from the closed loop if the result is simulated, else from the measured motion */
+    const struct waves *waves;
     const struct waves *motion;
-    const char *const *measured_file; /* for the heading, one a run */
+    const char *const *measured_file; /* one a run, for the heading */
     const char *validate_file, *config_file, *model_file; /* validate_file may be NULL */
 };
 
-/* *page is to be freed by the caller. 0; -3 with the reason: without memory (*page is NULL), or the
- * page is whole but for its pictures and says so. */
+/* Writes the page; the caller frees *page. Returns 0, or -3 with the reason: without memory (*page
+ * is NULL), or the page lacks its pictures and says so. */
 int gap_html(const struct gap_report *report, char **page, struct error *error);
 
 #endif

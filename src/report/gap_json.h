@@ -1,10 +1,10 @@
-/* The result of hexid gap as JSON, schema hexid.gap/1. What was not evaluated is null. */
+/* The result of hexid gap as JSON, schema hexid.gap/1. Values not evaluated are null. */
 #ifndef HEXID_GAP_JSON_H
 #define HEXID_GAP_JSON_H
 
 #include "gap.h"
 
-/* model: the path of the extended configuration. To be freed by the caller; NULL without memory. */
+/* model: path of the extended configuration. The caller frees the text. NULL without memory. */
 char *gap_json(const struct gap_result *r, const char *model);
 
 #endif

@@ -8,7 +8,7 @@
 
 enum { PARAMETERS = GAP_EFFECTS * EFFECT_KEYS * LEGS, NAME_SIZE = 80 };
 
-/* liblcm only reads it */
+/* The cast is safe: liblcm only reads the text. */
 static char *text(const char *constant) { return (char *)(uintptr_t)constant; }
 
 struct lists {

@@ -4,8 +4,8 @@
 
 #include "gap.h"
 
-/* Returns the size, or -1 when it does not fit. What was not evaluated is NaN. Ordinary
- * threads, no heap. */
+/* Encodes the result; values not evaluated are NaN. Returns the size, or -1 if it does not fit.
+ * Ordinary threads, no heap. */
 int gap_encode(const struct gap_result *result, int64_t time_ns, unsigned char *buffer, int capacity);
 
 #endif

@@ -14,7 +14,7 @@ const struct picture_unit picture_units[GAP_CHANNELS] = {
 
 static const char *const labels[GAP_CHANNELS] = {"length - mean", "force", "P1", "P2", "valve command"};
 
-/* A step for about four tics between -size and size. */
+/* Step for about four tics between -size and size. */
 static double tic_step(double size) {
     double power = pow(10.0, floor(log10(size / 2.0))), lead = size / 2.0 / power;
     return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
@@ -28,14 +28,14 @@ static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *
     return value[0];
 }
 
-/* Of the harmonics that the equations use: a higher one is mostly noise once differentiated. */
+/* Rate from the equations' harmonics: a higher one is mostly noise once differentiated. */
 static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];
     spectrum_value(row, t->piece_s > 0.0 ? SPECTRUM_HARMONICS : RESIDUAL_HARMONICS, t->omega, t_s, value);
     return value[1];
 }
 
-/* Mean over what is drawn. */
+/* Mean over the plotted range. */
 static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
     double sum = 0.0;
     for (int i = 0; i < POINTS; i++) sum += value_at(row, t, time_at(t, i)) / POINTS;
@@ -60,8 +60,7 @@ static double wave_data(FILE *script, const struct picture *p, enum gap_channel 
     return largest > 0.0 ? largest : 1.0;
 }
 
-/* Plots of $data: measured, before and, where there is a model, after, each by its columns "x:y";
- * measured may be NULL. */
+/* Plots $data by columns "x:y": measured (may be NULL), before, and after if there is one. */
 static void plot(FILE *script, const struct picture *p, const char *measured, const char *before, const char *after) {
     fputs("plot ", script);
     if (measured) fprintf(script, "$data using %s with lines ls 1 title 'measured', ", measured);
@@ -101,7 +100,7 @@ void picture_wave(FILE *script, const struct picture *p, enum gap_channel channe
     plot(script, p, NULL, "1:5", "1:6");
 }
 
-/* From one value to another, so far. */
+/* Range of the values so far. */
 struct reach {
     double low, high;
 };
@@ -113,7 +112,7 @@ static double within(struct reach *r, double value) {
     return value;
 }
 
-/* As many as have room for their numbers. */
+/* Sets only as many tics as have room for their numbers. */
 static void set_xtics(FILE *script, const struct reach *r) {
     if (r->high > r->low) fprintf(script, "set xtics %g\n", tic_step(0.5 * (r->high - r->low)));
 }
@@ -152,7 +151,7 @@ void picture_rest_loop(FILE *script, const struct picture *p) {
     plot(script, p, NULL, "1:5", "1:6");
 }
 
-/* Columns: valve and velocity measured, before, after. */
+/* Columns: valve and velocity, for measured, before, after. */
 static void valve_data(FILE *script, const struct picture *p) {
     const struct wave *valve = &p->test->wave[GAP_VALVE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
     const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};

@@ -1,6 +1,6 @@
 /* The pictures of a gap report as gnuplot scripts (plot.h), SVG to standard output. Measured is
- * black, the model before grey and dashed, after in the accent colour: told apart without colour,
- * too. Everything over one mean cycle, in units for people. */
+ * black, the model before grey and dashed, the model after in the accent colour, so that they
+ * differ without colour too. All over one mean cycle, in display units. */
 #ifndef HEXID_GAP_PICTURES_H
 #define HEXID_GAP_PICTURES_H
 
@@ -12,23 +12,21 @@
 struct picture {
     const struct wave_test *test;
     int leg;
-    bool after;   /* false: there is no model after to show */
+    bool after;   /* false: no model after to show */
 };
 
-/* A channel's waveform; below it the measurement less the model, with the noise of single samples
- * as a band. */
+/* Plots a channel's waveform; below it measurement less model, with a sample's noise as a band. */
 void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel);
 
-/* Force against velocity: the loop, and what the models leave unexplained of it. Of
- * waves_motion. */
+/* Plot force over velocity: the loop, and what the models leave of it. For waves_motion. */
 void picture_force_loop(FILE *script, const struct picture *p);
 void picture_rest_loop(FILE *script, const struct picture *p);
 
-/* Valve command against velocity, each model with its own motion. Of waves_closed_loop. */
+/* Plots valve command over velocity, each model with its own motion. For waves_closed_loop. */
 void picture_valve_loop(FILE *script, const struct picture *p);
 
-/* How people are shown a channel, in pictures, tables and on the terminal: SI value times scale,
- * in unit. The difference of two values may want another unit. */
+/* Display unit of a channel in pictures, tables and on the terminal: SI value times scale, in unit.
+ * Differences of two values may have another unit. */
 struct picture_unit {
     double scale, difference_scale;
     const char *unit, *difference_unit;

@@ -20,7 +20,7 @@ const char *section_channel_words(int legs, enum gap_channel channel) {
     return words[channel];
 }
 
-/* ", leg force of leg 3"; of a single axis ", force". */
+/* Words such as ", leg force of leg 3"; for a single axis ", force". */
 static const char *place_words(int legs, enum gap_channel channel, int leg, char words[PLACE_WORDS]) {
     int length = snprintf(words, PLACE_WORDS, ", %s", section_channel_words(legs, channel));
     if (legs > 1) snprintf(words + length, (size_t)(PLACE_WORDS - length), " of leg %d", leg + 1);
@@ -48,7 +48,7 @@ static void shape_words(FILE *out, int shape) {
     if (shape == SHAPE_EACH) html_text(out, " (each leg its own)");
 }
 
-/* Of a single axis with one cylinder, valve and position sensor in place of many. */
+/* Puts words into the singular for an axis, which has one cylinder, valve and sensor. */
 static void singular(FILE *out, const char *plain) {
     static const char *const words[][2] = {
         {"cylinders", "cylinder"}, {"pistons", "piston"}, {"slower spools", "a slower spool"},     {"spools", "spool"},
@@ -104,7 +104,7 @@ struct spot {
     const struct wave_test *test;
     enum gap_channel channel;
     int leg;
-    double size; /* rms difference before, of the channel's variation */
+    double size; /* rms difference before, over the channel's variation */
 };
 
 static double spot_size(const struct waves *w, const struct wave_test *t, int channel, int leg, bool after) {
@@ -117,7 +117,7 @@ static int by_size(const void *a, const void *b) {
     return x->size < y->size ? 1 : x->size > y->size ? -1 : 0;
 }
 
-/* All spots of the waves, largest difference first. To be freed. */
+/* All spots of the waves, largest difference first. Free the list. */
 static struct spot *spots(const struct waves *w, int *count) {
     struct spot *spot = malloc(((size_t)w->tests * GAP_CHANNELS * LEGS + 1) * sizeof *spot);
     *count = 0;
@@ -131,7 +131,7 @@ static struct spot *spots(const struct waves *w, int *count) {
     return spot;
 }
 
-/* "x"; of several runs "x at 4 Hz"; of any motion "at 3.21 s". */
+/* Words for a test: "x"; of several runs "x at 4 Hz"; of any motion "at 3.21 s". */
 static const char *test_words(const struct page *p, int test, enum dof dof, double at_s, double piece_s, char words[TEST_WORDS]) {
     const struct recording *r = p->report->measured;
     if (piece_s > 0.0) {
@@ -152,8 +152,8 @@ static const struct wave_test *find_test(const struct waves *w, const struct gap
     return NULL;
 }
 
-/* What is worth a picture, in order: the places of the gap, which noise weighs; then what differs
- * most. To be freed. */
+/* Candidates for a picture, in order: the places of the gap, which are weighted by noise; then the
+ * largest differences. Free the list. */
 static struct spot *list_spots(const struct page *p, int *count) {
     const struct waves *w = p->report->waves;
     const struct gap_result *r = p->report->result;
@@ -172,7 +172,7 @@ static struct spot *list_spots(const struct page *p, int *count) {
     return list;
 }
 
-/* The first few of the list, no channel too often, no channel of a test twice. */
+/* Chooses the first spots, no channel too often, no channel of a test twice. */
 static int choose(const struct page *p, const struct spot *list, int count, struct spot chosen[PICTURES]) {
     int channels = 0, taken[GAP_CHANNELS] = {0}, n = 0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += p->report->waves->evaluated[ch];
@@ -206,8 +206,7 @@ void section_waveforms(struct page *p) {
     free(list);
 }
 
-/* The test and leg where the force balance, weighed by its noise, is off most; NULL where
- * nothing was evaluated. */
+/* Place of the largest error of the force balance over its noise; NULL if there is none. */
 static const struct gap_place *loop_place(const struct gap_result *r) {
     for (int i = 0; i < r->places; i++)
         if (r->where[i].channel == GAP_FORCE) return &r->where[i];
@@ -239,7 +238,7 @@ void section_loops(struct page *p) {
 
 /* --- disagreement map */
 
-/* Full colour: the largest difference, or the noise of a sample where that is more. */
+/* Value of the full colour: the largest difference, or the noise of a sample if that is larger. */
 static double full_colour(const struct page *p) {
     const struct waves *w = p->report->waves;
     double full = 0.0;

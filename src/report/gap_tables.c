@@ -85,7 +85,7 @@ void table_legs(FILE *out, const struct gap_result *r) {
 
 /* --- hypotheses */
 
-/* What became of a candidate. */
+/* Outcome of a candidate. */
 static const char *fate(const struct gap_result *r, int effect) {
     for (int i = 0; i < r->effects; i++)
         if (r->effect[i].effect == effect) return "named";
@@ -110,7 +110,7 @@ static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     fprintf(out, "<td>%s</td></tr>\n", end);
 }
 
-/* What gains nothing is worth a name, no row. */
+/* Lists the candidates without any gain by name only. */
 static void list_rest(FILE *out, const struct gap_result *r) {
     int rest = 0;
     for (int i = 0; i < r->candidates; i++)
@@ -150,7 +150,7 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
 
 /* --- numbers */
 
-/* In units in which differences are read. */
+/* Writes a row in units suited to differences. */
 static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
     char format[] = "%.0f";
     format[2] = (char)('0' + decimals);
@@ -226,7 +226,7 @@ void table_base(FILE *out, const struct gap_result *r) {
 
 /* --- inertia matrix */
 
-/* A reference and two matrices off it, entry by entry. */
+/* Compares two matrices with a reference, entry by entry. */
 static void matrix_table(FILE *out, const char *const names[3], const double (*reference)[DOFS], const double (*first)[DOFS],
                          const double (*second)[DOFS]) {
     fprintf(out,

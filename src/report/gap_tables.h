@@ -8,12 +8,12 @@ void table_hypotheses(FILE *out, const struct gap_result *r);
 /* each channel, SI and normalised */
 void table_numbers(FILE *out, const struct gap_report *report);
 void table_base(FILE *out, const struct gap_result *r);
-/* nothing where no matrix was identified */
+/* writes nothing if no matrix was identified */
 void table_matrix(FILE *out, const struct gap_result *r);
 
-/* Keys, values and uncertainties of an effect found. Where each leg has its own values, how far
- * they spread; table_legs has them all. */
+/* Keys, values and uncertainties of an effect found. If each leg has its own values, their spread;
+ * table_legs() lists them all. */
 void table_parameters(FILE *out, const struct gap_effect *e);
-void table_legs(FILE *out, const struct gap_result *r); /* nothing where all legs are alike */
+void table_legs(FILE *out, const struct gap_result *r); /* writes nothing if all legs are alike */
 
 #endif

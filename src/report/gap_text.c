@@ -33,7 +33,7 @@ static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
     for (int key = 0; key < e->keys; key++) print_parameter(out, e, key);
 }
 
-/* Named, a rival of the named one, or with it as a limit: no runner-up. */
+/* An effect that is named, a rival of the named one, or contains it is no runner-up. */
 static bool named(const struct gap_result *r, int effect) {
     bool found = false;
     for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == effect || hypothesis_contains(effect, r->effect[i].effect);
@@ -51,7 +51,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         if (named(r, r->candidate[i].effect)) continue;
         const char *name = effect_table[r->candidate[i].effect]->name;
         double percent = 100.0 * r->candidate[i].share_explained;
-        /* candidates are of the first round: nothing to be short of beside several effects */
+        /* Candidates were tried alone: several effects together are no measure for them. */
         if (r->effects > 1) fprintf(out, "  %s alone would explain %.1f %%\n", name, percent);
         else fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", name, percent, gap_short(r, &r->candidate[i]));
         shown++;

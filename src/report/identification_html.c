@@ -9,8 +9,8 @@
 #include "identification_tables.h"
 #include "page.h"
 
-static const int64_t DATED_US = 1000000000000000; /* September 2001: before it, a
-                                                   * clock that began at 0 */
+/* September 2001; an earlier time is from a clock that started at 0. */
+static const int64_t DATED_US = 1000000000000000;
 
 static const char *file_name(const char *path) {
     const char *slash = strrchr(path, '/');
@@ -33,7 +33,7 @@ static void fact_date(FILE *out, const struct identification_log *l) {
     fputs(dated ? text : "no date: of a run in virtual time", out);
 }
 
-/* "63 mm", or "60 to 63 mm" where the legs differ. */
+/* Writes "63 mm", or "60 to 63 mm" if the legs differ. */
 static void range(FILE *out, const double value[LEGS], double scale, const char *unit) {
     double least = value[0], most = value[0];
     for (int i = 1; i < LEGS; i++) least = fmin(least, value[i]), most = fmax(most, value[i]);
@@ -182,7 +182,7 @@ static void friction(struct report_page *p) {
     fputs("</div>\n", p->out);
 }
 
-/* Hoses and cables, of machines whose configuration says that they may matter. */
+/* Springs (hoses and cables), only for machines whose configuration allows them. */
 static void springs(struct report_page *p) {
     bool asked = false;
     for (int i = 0; i < p->report->logs; i++) asked = asked || p->report->log[i].id->method_c.springs;

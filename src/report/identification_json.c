@@ -54,7 +54,7 @@ static json_t *method(const struct method_result *source, bool damping) {
     return damping ? report_set(report_set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
-/* Dry friction of six legs, one direction. */
+/* Dry friction of six legs in one direction, from pairs. */
 static json_t *strided(const double *x) {
     double value[LEGS];
     for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];
@@ -119,7 +119,7 @@ json_t *report_agreement(const struct agreement *a) {
                      report_number(a->chi_square), "degrees", a->degrees, "probability", report_number(a->probability));
 }
 
-/* Only of a motion that was long enough for parts. */
+/* Adds the parts; only a long motion has any. */
 static json_t *with_parts(json_t *root, const struct identification *id) {
     if (!id->parts) return root;
     return report_set(root, "parts",
@@ -151,7 +151,7 @@ char *report_text(json_t *root) {
 }
 
 char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
-    /* else jansson opens /dev/urandom, against keys of an enemy's choice; these are ours */
+    /* A fixed seed keeps jansson from opening /dev/urandom; no key here is hostile. */
     json_object_seed(1);
     return report_text(report_identification(id, verdict, loop));
 }

@@ -88,8 +88,8 @@ static void test_row(FILE *script, const struct recording_sample *s, const doubl
     fputc('\n', script);
 }
 
-/* Columns: time in s; pose and reference in mm and mrad; forces in N. Samples that are not
- * evaluated leave a gap. */
+/* Columns: time in s; pose and reference in mm and mrad; forces in N. Samples not evaluated leave a
+ * gap. */
 static void test_data(FILE *script, const struct picture_test *p, const struct kinematics *k) {
     const struct recording_test *t = &p->log->recording->test[p->test];
     double pose[DOFS] = {0};
@@ -106,7 +106,7 @@ static void test_data(FILE *script, const struct picture_test *p, const struct k
     fputs("EOD\n", script);
 }
 
-/* Panels one below the other, each with a line of key above it. */
+/* Places a panel below the others, with a line of key above it. */
 static void panel(FILE *script, int number, int panels, const char *label) {
     double height = (1.0 - 0.27 / panels) / panels, top = 1.0 - number * height, key = 0.16 / panels;
     bool last = number == panels - 1;
@@ -144,7 +144,7 @@ void picture_test(FILE *script, const void *subject) {
     struct error error;
     int axis = t->dof != DOF_NONE, panels = axis ? 2 : 3;
     plot_begin(script, 540, axis ? 380 : 520);
-    /* gnuplot draws nothing, and the page says so */
+    /* gnuplot then draws nothing, and the page says so. */
     if (kinematics_init(&k, p->log->params, &error)) return;
     test_data(script, p, &k);
     fputs("set multiplot\nset lmargin at screen 0.13\nset rmargin at screen 0.98\nset offsets 0,0,graph 0.05,graph 0.05\n"

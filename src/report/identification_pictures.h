@@ -7,23 +7,22 @@
 #include "identification_report.h"
 #include "leg_friction.h"
 
-/* Of a struct identification_report: how far each of ident_entries is from nominal, in per cent of
- * sqrt(Mii Mjj), with its 95 % interval; methods A and C and all logs one below the other. */
+/* Plots a struct identification_report: difference of each of ident_entries from nominal, in per
+ * cent of sqrt(Mii Mjj), with its 95 % interval; methods A and C and all logs in turn. */
 void picture_entries(FILE *script, const void *report);
 
-/* A few periods of a test from the beginning of its evaluated part; of any motion a few
- * pieces in its middle. */
+/* First periods of a test's evaluated part, or some pieces from the middle of any motion. */
 struct picture_test {
     const struct identification_log *log;
-    int test;              /* of log->recording */
+    int test;              /* index in log->recording */
     double from_s, seconds;
 };
 
-/* Of a test that has an evaluated part; a motion in pieces is given by its first one. */
+/* Selects them for a test with an evaluated part; a motion in pieces is given by its first one. */
 struct picture_test picture_of_test(const struct identification_log *log, int test);
 
-/* Of a struct picture_test: the tested axis, or all of them, as measured and as commanded; below it
- * the legs' forces. */
+/* Plots a struct picture_test: the tested axis, or all, measured and commanded; below, leg
+ * forces. */
 void picture_test(FILE *script, const void *test);
 
 struct picture_friction {
@@ -32,8 +31,8 @@ struct picture_friction {
     int leg;
 };
 
-/* Of a struct picture_friction: force over rate as measured, and what method C found drawn over it.
- * All legs on one scale. */
+/* Plots a struct picture_friction: measured force over rate, with method C's result drawn over it.
+ * All legs have one scale. */
 void picture_friction(FILE *script, const void *friction);
 
 #endif

@@ -124,8 +124,7 @@ static void test_figure(struct report_page *p, const struct identification_log *
     page_draw(p->out, picture_test, &picture, caption, &p->picture);
 }
 
-/* The samples of a long motion's earlier parts are not kept (src/cli/parts.h). False: there is
- * nothing to draw. */
+/* Earlier parts of a long motion are not kept (src/cli/parts.h). False: nothing to draw. */
 static bool long_motion(FILE *out, const struct identification_log *l) {
     if (!l->id->parts) return true;
     fputs(l->recording->tests ? "<p class=\"small\">The motion is long: the numbers are of all of it, the pictures of what came after "
@@ -155,7 +154,7 @@ void section_tests(struct report_page *p, int log) {
 
 /* --- friction */
 
-/* "viscous 2000 ± 60 N s/m" */
+/* Appends words such as "viscous 2000 ± 60 N s/m". */
 static void add_quantity(char *text, size_t size, const char *before, double value, double std, int decimals, const char *after) {
     size_t used = strlen(text);
     if (isfinite(value)) snprintf(text + used, size - used, "%s%.*f ± %.*f%s", before, decimals, value, decimals, REPORT_SURE * std, after);
@@ -246,7 +245,7 @@ static void exclusions(FILE *out, const struct identification_log *l) {
     fputs("</ul>\n", out);
 }
 
-/* The largest asymmetry of method A's matrix, as the verdict takes it; and its place. */
+/* The largest asymmetry of method A's matrix, as the verdict computes it, and its place. */
 static double asymmetry_pct(const struct method_result *a, int *row, int *column) {
     double most = -1.0;
     for (int i = 0; i < DOFS; i++)
@@ -323,7 +322,8 @@ void section_checks(struct report_page *p, int log) {
 void section_configuration(struct report_page *p, int log) {
     title(p, log, "Configuration");
     fputs("<details><summary>Everything that the evaluation was configured with</summary>\n<pre>", p->out);
-    for (const char *line = p->report->log[log].config; *line;) { /* html_text cuts what is long */
+    /* line by line: html_text() cuts long texts */
+    for (const char *line = p->report->log[log].config; *line;) {
         int length = (int)strcspn(line, "\n");
         html_text(p->out, "%.*s", length, line);
         fputc('\n', p->out);

@@ -1,10 +1,10 @@
-/* Sections of an identification report below its first screen, of one log each. */
+/* Sections of an identification report below its first screen, each for one log. */
 #ifndef HEXID_IDENTIFICATION_SECTIONS_H
 #define HEXID_IDENTIFICATION_SECTIONS_H
 
 #include "identification_report.h"
 
-/* A page under way. */
+/* A page being written. */
 struct report_page {
     FILE *out;
     const struct identification_report *report;
@@ -14,8 +14,7 @@ struct report_page {
 void section_matrices(struct report_page *p, int log);
 void section_tests(struct report_page *p, int log);         /* positions and forces */
 void section_friction(struct report_page *p, int log);      /* friction over the legs' rates */
-void section_checks(struct report_page *p, int log);        /* what was excluded, the verdict's
-                                                             * limits, the loop's times */
+void section_checks(struct report_page *p, int log); /* excluded samples, verdict, loop times */
 void section_configuration(struct report_page *p, int log);
 
 #endif

@@ -11,7 +11,7 @@ int identification_decimals_of(double value) {
 
 int identification_decimals(const double mt[DOFS][DOFS]) {
     double least = 1.0;
-    for (int i = 0; i < DOFS; i++) least = fmin(least, fabs(mt[i][i])); /* not NaN's */
+    for (int i = 0; i < DOFS; i++) least = fmin(least, fabs(mt[i][i])); /* fmin skips NaN */
     return identification_decimals_of(least);
 }
 
@@ -26,7 +26,7 @@ static void print_error_note(FILE *out) {
 
 static void row(FILE *out, const char *what, int count, const double *value, const double *std, int stride, const char *unit) {
     fprintf(out, "%-24s", what);
-    double most = NAN; /* of those that are determined */
+    double most = NAN; /* over the determined values */
     for (int k = 0; k < count; k++) {
         if (isnan(value[k * stride])) fprintf(out, "       -");
         else fprintf(out, " %7.1f", value[k * stride]);
@@ -37,7 +37,7 @@ static void row(FILE *out, const char *what, int count, const double *value, con
     fprintf(out, "\n");
 }
 
-/* Some of the payload's numbers and the largest of their deviations. */
+/* Prints some of the payload's numbers and their largest standard deviation. */
 static void group(FILE *out, const struct payload *p, int first, int count, double scale, int digits, const char *unit) {
     double most = NAN;
     for (int i = first; i < first + count; i++) {
@@ -67,7 +67,7 @@ static void print_payload(FILE *out, const struct payload *p) {
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
     int decimals = identification_decimals(m);
-    double least = 0.5 * pow(10.0, -decimals); /* less is shown as 0, without a sign */
+    double least = 0.5 * pow(10.0, -decimals); /* smaller values print as 0, without a sign */
     for (int i = 0; i < DOFS; i++) {
         fprintf(out, "  %-6s", dof_names[i]);
         for (int j = 0; j < DOFS; j++)
@@ -85,8 +85,8 @@ void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at) {
     if (at->determined) print_matrix(out, at->mt);
 }
 
-/* An entry shows in the motion of its row's axis or of its column's: of these, what moves too
- * little for its own inertia. */
+/* Marks the axes that must move more to determine an entry: of its row's and its column's axis, the
+ * ones that do not even determine their own inertia, or both if they do. */
 static void note_missing(const struct method_c *c, int row, int column, bool missing[DOFS]) {
     bool still[2] = {isnan(c->matrix.mt[row][row]), isnan(c->matrix.mt[column][column])}, none = !still[0] && !still[1];
     missing[row] = missing[row] || still[0] || none;
@@ -121,7 +121,7 @@ void identification_determined_print(FILE *out, const struct method_c *c, const 
     fprintf(out, "\n");
 }
 
-/* A long motion is evaluated in parts: a machine that changes on the way is said to. */
+/* Prints the parts of a long motion, and whether the machine changed from part to part. */
 static void print_parts(FILE *out, const struct identification *id) {
     const struct agreement *a = &id->over_time;
     bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}};

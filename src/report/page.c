@@ -56,7 +56,7 @@ static const char style[] =
     ".sizes i{display:block;height:12px}\n"
     ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n";
 
-static const char more_style[] = /* a string constant has its limit */
+static const char more_style[] = /* C limits the length of a string constant */
     ".beside{display:grid;grid-template-columns:minmax(0,1fr) minmax(0,1fr);gap:8px 40px;align-items:start}\n"
     ".third{display:grid;grid-template-columns:repeat(auto-fill,minmax(300px,1fr));gap:8px 24px}\n"
     ".n small{display:block;color:var(--soft)}\n"
@@ -64,30 +64,31 @@ static const char more_style[] = /* a string constant has its limit */
     ".group{border-left:1px solid var(--line);padding-left:12px}\n"
     "th.group:not(.n){text-align:center}\n"
     ".off small{font-weight:400}\n"
-    "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n" /* whole keys */
+    /* a key breaks only if it must */
+    "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n"
     ".facts th,.values td:first-child{white-space:nowrap}\n"
     ".facts td{min-width:170px}\n"
     "table.matrix{font-size:12.5px}\n"
     "table.matrix td,table.matrix th{padding:2px 0 2px 8px}\n"
     "table.matrix td:first-child,table.matrix th:first-child{padding-left:0}\n"
-    /* a name is not broken at every word, and stays in sight while the rest is scrolled */
+    /* A name is not broken at every word, and stays in sight while the rest is scrolled. */
     ".survey th{vertical-align:bottom}\n"
     ".survey td:first-child,.survey th:first-child{position:sticky;left:0;background:var(--paper)}\n"
     ".survey span{display:inline-block;width:max-content;max-width:38vw;overflow-wrap:anywhere}\n"
     "details{margin:10px 0}\n"
     "summary{cursor:pointer}\n"
-    /* a shade where there is more to scroll to: the covers move with the table */
+    /* A shade marks a table that can be scrolled: its covers move with the table. */
     ".wide,pre{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 50%,transparent) 0 0/36px 100% no-repeat local,"
     "linear-gradient(270deg,var(--paper) 50%,transparent) 100% 0/36px 100% no-repeat local,"
     "linear-gradient(90deg,var(--shade),transparent) 0 0/18px 100% no-repeat scroll,"
     "linear-gradient(270deg,var(--shade),transparent) 100% 0/18px 100% no-repeat scroll}\n"
     "pre{font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
-    /* backgrounds carry numbers here, so they are printed, and a map fits on A4 */
+    /* Backgrounds carry data here, so they are printed, and a map fits on A4. */
     "@media print{*{print-color-adjust:exact;-webkit-print-color-adjust:exact}body{max-width:none;padding:0}section{break-inside:avoid}"
     ".wide,pre{overflow:visible;background:none}"
     "table.map{width:100%;font-size:9px}table.map td{width:auto;min-width:0;height:18px}table.map th{padding:1px}}\n"
     "@media(max-width:800px){.picture{overflow-x:auto}"
-    ".panels img{width:800px;max-width:none}" /* smaller, their labels cannot be read */
+    ".panels img{width:800px;max-width:none}" /* narrower, their labels cannot be read */
     ".cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}"
     ".survey th.n{white-space:nowrap}}\n";
 

@@ -1,5 +1,4 @@
-/* What every page of hexid begins with, and its figures: one file, no scripts, no network. Ordinary
- * threads. */
+/* Head, style and figures of all pages: one file, no scripts, no network. Ordinary threads. */
 #ifndef HEXID_PAGE_H
 #define HEXID_PAGE_H
 
@@ -8,18 +7,18 @@
 
 #include "status.h"
 
-/* The style of all of them, CSS; palette and type are those of the live page, too. */
+/* The style sheet; the live page has the same palette and type. */
 void page_style(FILE *out);
 
-/* Up to and with <body>. */
+/* Writes the page up to and with <body>. */
 void page_begin(FILE *out, const char *title);
 
-/* A gnuplot script's picture (plot.h) with its caption. One that cannot be drawn becomes a line in
- * the page, and the reason goes to *picture; where that has one already, no other is tried. script
- * NULL: none could be made. */
+/* Writes a gnuplot script's picture (plot.h) with its caption. If it cannot be drawn, the page
+ * says so and *picture gets the reason; after that no other is tried. script NULL: none could be
+ * made. */
 void page_figure(FILE *out, const char *script, size_t script_size, const char *caption, struct error *picture);
 
-/* The same with the script that `write` makes of a subject. */
+/* The same, with the script that `write` makes of a subject. */
 typedef void page_script(FILE *script, const void *subject);
 void page_draw(FILE *out, page_script *write, const void *subject, const char *caption, struct error *picture);
 

@@ -9,16 +9,16 @@
 
 #define PICTURE_ACCENT "#0072b2"
 
-/* Told apart also by those who are colour-blind (Okabe and Ito 2008). */
+/* Colours that colour-blind readers can tell apart too (Okabe and Ito 2008). */
 enum { PLOT_COLOURS = 6 };
 extern const char *const plot_colours[PLOT_COLOURS];
 
-/* A script's first lines: an SVG of so many pixels in the style of all pictures; line styles 1
- * measured, 2 before, 3 after. */
+/* Writes a script's first lines: an SVG of this many pixels in the style of all pictures; line
+ * style 1 is measured, 2 before, 3 after. */
 void plot_begin(FILE *script, int width, int height);
 
-/* The script draws to standard output. *svg is to be freed by the caller. 0; or -3 with the reason:
- * gnuplot is not there, failed (its own words), or drew nothing. */
+/* Runs a script that draws to standard output. The caller frees *svg. Returns 0, or -3 with the
+ * reason: gnuplot is missing, failed (in its own words), or drew nothing. */
 int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error);
 
 #endif

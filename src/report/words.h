@@ -6,8 +6,7 @@
 
 enum { WORDS_COLUMNS = 80 };
 
-/* Words after a label, broken between them, further lines indented; what stands in
- * backquotes is not broken. */
+/* Prints text after a label, broken between words and indented; backquoted text is not broken. */
 void words_print(FILE *out, const char *label, const char *text);
 
 #endif
