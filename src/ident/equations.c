@@ -8,8 +8,7 @@
 #include "shape_sizes.h"
 
 static const double LEAST_N = 1e-3;  /* least prior deviation of a shape */
-static const double OF_NO_WEIGHT = 1e-12; /* share of the product: a prior that only rounding
-                                           * sees */
+static const double OF_NO_WEIGHT = 1e-12; /* prior over the data's weight: no influence */
 
 static double square(double x) { return x * x; }
 

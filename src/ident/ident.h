@@ -28,7 +28,7 @@ struct identification {
     struct error no_method_c;     /* why method C is not evaluated */
     /* Parts of a long motion, and those without a result; 0 if it was evaluated as a whole. */
     int parts, parts_left_out;
-    /* Agreement of the parts; many parts are joined with their neighbours to `logs` of them. */
+    /* Agreement of the parts; many parts are joined with their neighbours to `logs` groups. */
     struct agreement over_time;
 };
 

@@ -9,7 +9,7 @@
 #include "lin.h"
 #include "vec.h"
 
-static const double FAST_MPS = 1.0; /* viscous friction's: smoothed dry friction is flat here */
+static const double FAST_MPS = 1.0; /* speed for viscous friction: dry friction is flat */
 static const double REST_SHARE = 1e-3;   /* share of full opening: a valve at its centre */
 static const double RESTS_PER_S = 1e-3;
 

@@ -11,7 +11,7 @@
  * conditioning. */
 enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, SENT, INPUT = PLANT };
 enum { READ_LENGTH, READ_FORCE, READINGS };
-enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* cycles double so often: the longest memory */ };
+enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* a memory of 2^24 cycles */ };
 static const double UNIT_PA = 1e7;
 static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error uniform over 1 */
 static const double LEAST_LAG_S = 1e-4;

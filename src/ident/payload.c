@@ -11,8 +11,8 @@ const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x
                                                    "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
 
 enum { BODY = 4, STEPS = 200 };
-static const double UNDETERMINED_MASS = 0.1; /* share of the mass, without which no centre */
-/* share of the mean principal inertia, of its radius of gyration */
+static const double UNDETERMINED_MASS = 0.1; /* over the mass: else no centre is known */
+/* over the mean principal inertia, or its radius of gyration */
 static const double UNDETERMINED = 0.2;
 
 /* Ten numbers in which the matrix is linear: m, h, Io in the order of payload_names. */

@@ -6,7 +6,7 @@
 #include "dense.h"
 
 enum { SHAPES = UNKNOWNS - UNKNOWN_SHAPE, STEPS = 20 };
-/* Shares of dry friction. Two neighbours that fit a value between them have opposite signs. */
+/* In units of dry friction. MOST exceeds 1: neighbours may fit a value by opposite signs. */
 static const double FIRST = 0.3, LEAST = 1e-3, MOST = 4.0;
 
 /* The normal equations of the shapes alone, with all unknowns before them eliminated. */

@@ -15,7 +15,7 @@ struct verdict {
     enum verdict_status status;
     const char *scope; /* the checks that it covers, and those that it does not */
     int reasons;
-    /* failed or impossible checks, with value and limit */
+    /* checks that failed or could not be done, with value and limit */
     char reason[VERDICT_REASONS][VERDICT_TEXT];
 };
 

@@ -40,7 +40,7 @@ struct witness {
 
 struct testimony {
     int still_leg, length_leg, force_leg; /* legs that did worst, 0..5 */
-    int64_t still_samples;       /* longest row of samples with one and the same reading */
+    int64_t still_samples;       /* most samples in a row with the same reading */
     /* Largest change of a length's fundamental between two whole blocks; 0 with fewer. */
     double length_m;
     double force_n;              /* the same for a force's mean or fundamental, N */
