@@ -4,13 +4,11 @@
 
 #include "units.h"
 
-/* A channel is clipped if more than this share of its samples is at its largest or smallest
- * value, */
+/* Least share of samples at the largest or smallest value for a channel to be clipped. */
 static const double CLIPPED = 0.12;
-/* and if that share is so many times the one of a sinusoid at the reading's resolution. */
+/* Least ratio of that share to the share of a sinusoid read at the same resolution. */
 static const double CLIPPED_TIMES = 2.0;
-/* A length is clipped only if it reaches the plateau at this share of its largest step: a leg that
- * friction holds slows down to rest instead. */
+/* Least step onto a length's plateau over its largest step: friction stops a leg more softly. */
 static const double ABRUPT = 0.3;
 
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);
@@ -40,7 +38,7 @@ int recording_clipped(const struct recording_test *t, const double *first, const
     int clipped = 0, few = (t->end - t->first) / 50;
     for (int i = t->first; i < t->end; i++) clipped += first[(size_t)(i - t->first) * STRIDE] >= scale->top;
     if (clipped <= few) clipped = plateau(t, first, 1.0, scale);
-    /* Pressures saturate only at the top: the tank's pressure is a real lower end. */
+    /* Other channels rest at their low end: pressures at the tank's. */
     if (clipped <= few && scale->smooth) clipped = plateau(t, first, -1.0, scale);
     return clipped > few ? clipped : 0;
 }

@@ -9,8 +9,8 @@ enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 static const double FOURTH = 70.0;      /* sum of squares of 1 -4 6 -4 1: a fourth difference's
                                          * variance */
 static const double ROUNDING = 1e-12;   /* relative; smaller differences are rounding, not steps */
-static const double MULTIPLE = 0.05;    /* tolerance of a whole number of steps, */
-static const double MULTIPLES = 0.95;   /* which this share of the differences must meet */
+static const double MULTIPLE = 0.05;    /* distance from a whole number of steps in a multiple */
+static const double MULTIPLES = 0.95;   /* least share of differences that are multiples */
 static const double STEPS_MOST = 1e6;   /* beyond, every difference looks like a multiple */
 
 /* White noise, rms: from the median over blocks of the mean square of fourth differences. */

@@ -21,8 +21,7 @@ enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 static const double REST_S = 0.5;        /* shorter rests are turning points */
 static const double NOISE_BAND = 5.0;    /* times the noise rms: white noise stays within for an
                                           * hour */
-static const double REST_SHARE = 3e-3;   /* share of the leg's range: a control loop at rest
-                                          * wanders */
+static const double REST_SHARE = 3e-3;   /* wander of a loop at rest, over the leg's range */
 
 /* Steady motion. */
 static const double CYCLES_LEAST = 4.0;
@@ -43,7 +42,7 @@ static const double SWELL = 0.1;         /* the same for the amplitude */
 /* Least share of a cycle's points that must be measured both in it and in the next; also the least
  * share of a rest's points. */
 static const double COMPARED = 0.25;
-/* Standard deviations allowed to estimates from half a run, whose cycles differ. */
+/* Tolerance in standard deviations of a half's estimates, which scatter as its cycles do. */
 static const double UNSURE = 2.0;
 /* Gain in length that justifies a longer period; a multiple of the true one gains less. */
 static const double LONGER = 1.1;
