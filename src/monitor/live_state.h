@@ -38,7 +38,7 @@ struct live_state {
 
     struct json_text cycle[LIVE_CYCLES]; /* ring: number n, from 1, is cycle[n % LIVE_CYCLES] */
     struct json_text event[LIVE_EVENTS]; /* ring, likewise */
-    uint64_t cycles, events;             /* totals ever received */
+    uint64_t cycles, events;             /* kept so far, also those overwritten */
     struct json_text place[LIVE_PLACES];
     uint64_t version[LIVE_PLACES]; /* counts changes of a place; empty JSON: nothing to show */
 };
