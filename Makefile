@@ -1,4 +1,4 @@
-# hexid: `make help` lists the targets; V=1 shows the commands. Debian 12; what is missing of its packages is installed on the way.
+# hexid: `make help` lists the targets; V=1 shows the commands. Debian 12; missing packages are installed on the way.
 VERSION := 0.9.0
 BUILD   ?= build
 VENV    ?= $(BUILD)/venv
@@ -11,11 +11,11 @@ Q       := $(if $(V),,@)
 WARN    := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wstrict-prototypes -Wmissing-prototypes -Wvla -Werror
 WARNXX  := -Wall -Wextra -Wshadow -Werror
 INCLUDE := -Iinclude -Isim -Ihal $(addprefix -I,$(wildcard src/*)) -I$(BUILD)/lcmtypes
-# Against mistakes in the program's own memory; a sanitizer has its own, and without optimisation there is no _FORTIFY_SOURCE.
+# Hardening against memory errors of the program itself. Sanitizers bring their own, and without optimisation there is no _FORTIFY_SOURCE.
 OPTIMISED := $(filter-out -O0 -Og,$(filter -O%,$(OPT)))
 HARDEN  := $(if $(SAN),,$(if $(OPTIMISED),-D_FORTIFY_SOURCE=3 -fstack-protector-strong -fstack-clash-protection -fcf-protection -fPIE))
 HARD_LD := $(if $(HARDEN),-pie -z relro -z now -z noexecstack)
-# No contraction: the same results from every optimisation level and every call site.
+# No contraction, so that every optimisation level and call site gives the same results.
 CFLAGS   = -std=c17 -D_GNU_SOURCE $(OPT) -ffp-contract=off $(WARN) $(HARDEN) $(SAN) $(INCLUDE) -MMD -MP
 CXXFLAGS = -std=c++17 $(OPT) -ffp-contract=off $(WARNXX) $(HARDEN) -fno-exceptions -fno-rtti $(SAN) $(INCLUDE) -isystem /usr/include/eigen3 -MMD -MP
 LDLIBS  := -llcm -lyaml -ljansson -lode -lmodbus -lseccomp -lzstd -lz -lm -lpthread -lstdc++
@@ -41,7 +41,7 @@ OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh counts.sh faults.sh figures.s
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line)
 
-# One job a core, unless the command line says otherwise.
+# One job per core, unless the command line says otherwise.
 ifeq ($(MAKELEVEL),0)
 MAKEFLAGS += -j$(shell nproc)
 endif
@@ -78,12 +78,12 @@ asan: ## the same programs under AddressSanitizer and UndefinedBehaviorSanitizer
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) BENCHES= SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \
 		SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
 
-# Without address space randomisation where that is allowed: ThreadSanitizer refuses the layouts of newer kernels.
+# Disables address space randomisation if allowed: ThreadSanitizer refuses the layouts of newer kernels.
 tsan: ## what has threads, under ThreadSanitizer
 	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) \
 		BENCHES= REPLAYS= SCRIPTS="$(WITH_THREADS)" TESTS="$(THREADED:%=$(BUILD)/tsan/%)" SAN=-fsanitize=thread test
 
-# Not -fsanitize=function: its runtime is in the C++ driver's library, and C links here.
+# Excludes -fsanitize=function, whose runtime is in the C++ driver's library, while C links here.
 fuzz: | deps-fuzz ## every fuzzer of tests/fuzz/ for a minute (FUZZ_S=60 seconds)
 	@$(MAKE) --no-print-directory BUILD=$(BUILD)/fuzz CC=clang CXX=clang++ WARN=-w WARNXX=-w \
 		SAN="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-sanitize=function" fuzz-run
@@ -145,7 +145,8 @@ pictures: $(BUILD)/hexid | deps-pictures ## docs/pictures/, out of a run and a r
 
 python-types: $(BUILD)/python/hexid/__init__.py ## hexid's message types for Python -> build/python (docs/python.md)
 
-# Installing. DESTDIR and prefix as everywhere; configuration goes to /etc for prefix /usr, where the program looks for it, else to prefix/etc.
+# Installing. DESTDIR and prefix have their usual meaning; configuration goes to /etc for prefix /usr, where the program looks for it, else
+# to prefix/etc.
 prefix     ?= /usr/local
 sysconfdir ?= $(if $(filter /usr,$(prefix)),/etc,$(prefix)/etc)
 unitdir    ?= $(if $(filter /usr,$(prefix)),/lib,$(prefix)/lib)/systemd/system
@@ -166,7 +167,7 @@ install: $(BUILD)/hexid $(BUILD)/man/done ## install under prefix (/usr/local), 
 	install -D -m 644 tests/scenarios/axis.py $(DOC)/examples/axis.py
 	config/pages $(DOC) $(sysconfdir)/hexid $(prefix)/share/doc/hexid/examples
 
-# One page a subcommand, of what --help says.
+# A manual page per subcommand, made from --help.
 $(BUILD)/man/done: $(BUILD)/hexid config/manual.awk
 	@rm -rf $(@D) && mkdir -p $(@D)
 	@echo man $(@D)
@@ -189,7 +190,7 @@ clean: ## remove build/ (logs under runs/ stay)
 help: ## this list
 	@awk -F ' ## ' '/^[a-z-]+:.* ## / {sub(/:.*/, "", $$1); printf "  make %-12s %s\n", $$1, $$2}' Makefile
 
-# Packages. $(call install,...) is silent when nothing is missing, asks for nothing, and takes turns: one apt at a time.
+# Packages. $(call install,...) prints nothing if none is missing, asks no questions, and waits its turn: one apt at a time.
 define install
 @command -v dpkg-query >/dev/null || exit 0; \
 installed=$$(dpkg-query -W -f='$${Package} $${db:Status-Status}\n' $(1) 2>/dev/null | sed -n 's/ installed$$//p'); \
@@ -244,7 +245,7 @@ $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 	@echo link $@
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)
 
-# Preloaded into a hexid without sanitizers, hence none of its flags.
+# Preloaded into a hexid without sanitizers, so it takes none of its flags.
 $(COUNTS): tests/rt/counts.c | deps-run
 	@mkdir -p $(@D)
 	@echo link $@
@@ -268,13 +269,13 @@ $(BUILD)/%.o: %.cpp | deps-run
 	@echo c++ $<
 	$(Q)$(CXX) $(CXXFLAGS) -c -o $@ $<
 
-# An effect is a file in sim/effects/ and nothing else.
+# An effect is just a file in sim/effects/.
 $(BUILD)/effect_table.c: sim/effects | deps-run
 	@mkdir -p $(@D)
 	@printf '%s\n' '#include "effect.h"' $(EFFECTS:%='extern const struct effect %;') 'const struct effect *const effect_table[] = {' \
 		$(EFFECTS:%='    &%,') '    0};' '_Static_assert(sizeof effect_table / sizeof *effect_table <= EFFECTS_MAX + 1, "raise EFFECTS_MAX");' >$@
 
-# The live page's files, as arrays in the program.
+# The live page's files as arrays in the program.
 $(BUILD)/live_page.c: $(PAGE) Makefile | deps-run
 	@mkdir -p $(@D)
 	@{ echo '#include "live_page.h"'; \
@@ -282,8 +283,8 @@ $(BUILD)/live_page.c: $(PAGE) Makefile | deps-run
 		echo 'const struct live_file live_files[] = {'; \
 		printf '    {"%s", %s, sizeof %s},\n' $(foreach f,$(notdir $(PAGE)),$f $(subst .,_,$f) $(subst .,_,$f)); echo '    {0}};'; } >$@
 
-# What --version says: VERSION, and of a checkout the commit, with a + when it was changed since, by a new source, too. Written when that
-# is another.
+# Text of --version: VERSION and in a checkout the commit, with a + if any source was changed or added since. Rewritten only when it
+# differs.
 GIT    := git -c safe.directory='*'
 COMMIT := $(shell $(GIT) describe --always --exclude='*' --abbrev=12 --dirty 2>/dev/null)
 NEW    := $(if $(COMMIT),$(shell $(GIT) ls-files --others --exclude-standard -- include sim hal src lcmtypes 2>/dev/null))
@@ -297,7 +298,7 @@ $(BUILD)/version.o $(BUILD)/effect_table.o $(BUILD)/live_page.o: %.o: %.c | deps
 	@echo cc $<
 	$(Q)$(CC) $(CFLAGS) -c -o $@ $<
 
-# Generated code does not meet our warnings.
+# Generated code does not comply with our warnings.
 $(BUILD)/lcmtypes/%.o: $(BUILD)/lcmtypes/%.c
 	$(Q)$(CC) -std=gnu17 $(OPT) $(HARDEN) $(SAN) -w -I$(BUILD)/lcmtypes -c -o $@ $<
 
@@ -306,7 +307,7 @@ $(BUILD)/lcmtypes/%.c: lcmtypes/%.lcm | deps-run
 	@echo lcm-gen $<
 	$(Q)lcm-gen -c --c-cpath $(BUILD)/lcmtypes --c-hpath $(BUILD)/lcmtypes $<
 
-# Third-party programs that are the other end in tests.
+# Third-party programs that are the peers in tests.
 $(VENV)/ready: tests/peers/requirements.txt | deps-test
 	@rm -rf $(VENV)
 	@echo venv $(VENV)
@@ -314,7 +315,8 @@ $(VENV)/ready: tests/peers/requirements.txt | deps-test
 	$(Q)$(VENV)/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
-# A rig by other means. RIG is the scorecard's. Of Pinocchio headers only; its variant has more types than Boost.MPL's preprocessed headers allow for.
+# An independent rig. RIG selects the scorecard's. It uses only Pinocchio's headers; its variant has more types than Boost.MPL's
+# preprocessed headers allow.
 RIG_BUILD := $(BUILD)/tests/rig
 $(RIG_BUILD)/venv/ready: tests/rig/requirements.txt | deps-test
 	@rm -rf $(@D)

@@ -5,7 +5,7 @@
 # and instructions mean something. What could not be measured ends it with an error. Environment, for a short form: RUNS=15, SHARE=1 (of the
 # plant's cycles), SECONDS_OF="5 60 600" (tests that identify is timed on), TURNS=4 (beside cyclictest, 14 s each).
 set -uo pipefail
-shopt -s lastpipe # what a row refuses ends the script
+shopt -s lastpipe # an error in a row's pipeline ends the script
 build=$1
 bench=$build/tests/bench/bench
 hexid=$build/hexid
@@ -36,7 +36,7 @@ quantiles() {
         END { printf "%s %s %s\n", at(0.1), v[int((NR + 1) / 2)], at(0.9) }'
 }
 
-# NAME UNIT SCALE INSTRUCTIONS, runs on standard input. A row without runs, or with one that is no number above 0, is a benchmark that
+# NAME UNIT SCALE INSTRUCTIONS, runs on standard input. A row without runs, or with a run that is not a positive number, is a benchmark that
 # did not measure.
 row() {
     local name=$1 unit=$2 scale=$3 instructions=$4 count p10 median p90
@@ -50,7 +50,7 @@ row() {
 }
 title() { printf '\n%-40s %10s %10s %10s  %-6s %12s\n' "$1" median p10 p90 unit "$2"; }
 
-# instructions NAME: of one operation.
+# instructions NAME: instructions of one operation.
 instructions() {
     local collected operations
     operations=$(valgrind --tool=callgrind --instr-atstart=no --toggle-collect='measured_*' --callgrind-out-file=/dev/null \
@@ -75,7 +75,7 @@ for name in $(grep sim_step_ode <<<"$names"); do
     awk '{ print $3 }' "$work/$name" | row "${name/step/over_dWorldStep}" x 1 ""
 done
 
-# Six tests; closed form, because ten hours of rigid bodies are not what is measured. The first reading warms the cache.
+# Six tests; closed form, because ten hours of rigid bodies are not the subject. The first reading warms the cache.
 title "hexid identify LOG (warm cache)" "max RSS"
 for seconds in $lengths; do
     log=$work/$seconds.lcm
@@ -94,7 +94,7 @@ for seconds in $lengths; do
     rm -f "$log"
 done
 
-# Real time against the bare machine: in turns, so that both see the same minutes. `make bench-rt` is the whole of it.
+# Real time against the bare machine, in turns, so that both see the same minutes. `make bench-rt` measures all of it.
 if ((turns == 0)) || ! chrt -f 80 true 2>/dev/null; then
     printf '\nthe loop against cyclictest: left out, %s\n' "$( ((turns)) && echo 'this user has no SCHED_FIFO: run as root' || echo 'TURNS=0')"
 else

@@ -1,5 +1,5 @@
 #!/bin/bash
-# `make bench`.
+# Checks `make bench`.
 . tests/bench/check_lib
 export RUNS=2 SHARE=25 SECONDS_OF=1 TURNS=0
 operations=$("$BUILD/tests/bench/bench") || operations=none

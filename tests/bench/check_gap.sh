@@ -1,7 +1,7 @@
 #!/bin/bash
-# `make bench-gap`, of one effect.
+# Checks `make bench-gap` on one effect.
 . tests/bench/check_lib
-scorecard() { # BUILD's hexid
+scorecard() { # with BUILD's hexid
     mkdir -p "$work/b/tests/bench"
     ln -sf "$1" "$work/b/hexid"
     ln -sf "$(realpath "$BUILD/tests/bench/signatures")" "$work/b/tests/bench/signatures"

@@ -1,5 +1,5 @@
 #!/bin/bash
-# `make bench-methods` and `make bench-coverage`.
+# Checks `make bench-methods` and `make bench-coverage`.
 . tests/bench/check_lib
 methods() { tests/ident/compare.py --dry "$1" --seeds 0; }
 claim "make bench-methods has every method and entry" table 10 "method_a method_b method_c least_squares wavelet" methods 100

@@ -1,5 +1,5 @@
 #!/bin/bash
-# `make bench-paper`.
+# Checks `make bench-paper`.
 . tests/bench/check_lib
 entries="mx my mz Ixx Iyy Izz Mt15 Mt24 Mt42 Mt51"
 paper() {

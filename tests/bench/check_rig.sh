@@ -1,5 +1,5 @@
 #!/bin/bash
-# `make bench-friction` and `make bench-springs`, on the machine by other means.
+# Checks `make bench-friction` and `make bench-springs` on the independent rig.
 . tests/bench/check_lib
 friction() { python3 tests/ident/rig_friction.py --seeds "$1" --case coulomb_100; }
 claim "make bench-friction has its case with every figure" table 8 coulomb_100 friction 1

@@ -1,5 +1,5 @@
 #!/bin/bash
-# `make bench-table5`, of two hypotheses.
+# Checks `make bench-table5` on two hypotheses.
 . tests/bench/check_lib
 search() { "$python" tests/paper/table5.py search --cache "$work/$1" --noisy 3 --effects 1 --only "${2:-dry friction}" --only "mass centre x"; }
 rows() { sed 's/^| //' "$work/table" >"$work/rows" && tests/bench/measured.py "$work/rows" 13 nothing "dry friction" "mass centre x"; }

@@ -1,5 +1,6 @@
 #!/bin/bash
-# Instructions of platform_step(), a cycle of the controller, best, median and worst by state, healthy and behind faults (cycle.c, callgrind).
+# Instructions of platform_step(), one cycle of the controller: best, median and worst by state, healthy and with faults (cycle.c,
+# callgrind).
 #     cycle.sh BUILD
 set -euo pipefail
 work=$(mktemp -d)

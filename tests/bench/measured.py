@@ -13,7 +13,7 @@ def fail(text): raise SystemExit("%s: %s" % (os.path.basename(sys.argv[0]), text
 
 
 def build():
-    """`hexid 0.9.0 (commit ...)`, of the program that is measured."""
+    """`hexid 0.9.0 (commit ...)` of the measured program."""
     program = os.environ.get("HEXID", "build/hexid")
     try: said = subprocess.run([program, "--version"], capture_output=True, text=True).stdout.strip()
     except OSError as e: fail("%s: %s: `make` first, or set HEXID" % (program, e.strerror))
@@ -22,19 +22,19 @@ def build():
 
 
 def finite(value, what):
-    """The value, if it is a number."""
+    """Returns the value if it is a number."""
     if value is None or not math.isfinite(value): fail("%s: %s: nothing was measured" % (what, value))
     return value
 
 
 def enough(things, what):
-    """The things, if there is one."""
+    """Returns the items if there is at least one."""
     if not things: fail("%s: none: nothing was measured" % what)
     return things
 
 
 def row_faults(lines, count, name):
-    """What is wrong with the row of that name, or nothing."""
+    """Names the error of that row, or nothing."""
     rows = [line[len(name):] for line in lines if re.match(re.escape(name) + r"(?![\w.])", line)]
     if len(rows) != 1: return "%s: %d rows" % (name, len(rows))
     numbers = [float(x) for x in NUMBER.findall(rows[0])]

@@ -20,13 +20,13 @@ CONFIG = os.environ.get("CONFIG", "config/tian2015.yaml")
 RIG = os.environ.get("RIG", "")
 MOTION = os.environ.get("MOTION", "sines")
 FIELDS = score_report.FIELDS
-SIZES = {"typical": 1.0, "strong": 3.0}   # of the catalogue's typical; "detectable": where the likelihood ratio is z = 8
+SIZES = {"typical": 1.0, "strong": 3.0}  # relative to the catalogue's typical size; "detectable": the likelihood ratio is z = 8
 
-# The base's own values, and effects whose parameters add to one or scale one: with the base off one sum is to be found, or one product.
+# The base's own values, and effects whose parameters add to one or scale one: the search must find their sum or product.
 BASE = {"payload.mass_kg": 178.6, "payload.inertia_xx_kg_m2": 13.6, "payload.inertia_yy_kg_m2": 13.6, "payload.inertia_zz_kg_m2": 23.92,
         "actuator.upper_mass_kg": 15.65, "actuator.lower_mass_kg": 52.48}
 EACH = {"hydraulics.viscous_n_s_per_m": 2000, "hydraulics.bulk_modulus_pa": 1e9, "hydraulics.leakage_m3_per_s_pa": 3e-11,
-        "hydraulics.valve_flow_m3_per_s": 1.57e-3, "hydraulics.dead_volume_m3": 1e-4}   # no two legs are alike
+        "hydraulics.valve_flow_m3_per_s": 1.57e-3, "hydraulics.dead_volume_m3": 1e-4}  # legs differ
 NEUTRAL = {"null_bias": 0}
 MASS, LEG, NULL = .01, .05, .005
 SUMS = {"payload_mass.mass_kg": "payload.mass_kg", "payload_rotational_inertia.xx": "payload.inertia_xx_kg_m2",
@@ -34,15 +34,15 @@ SUMS = {"payload_mass.mass_kg": "payload.mass_kg", "payload_rotational_inertia.x
         "payload_rotational_inertia.yy": "payload.inertia_yy_kg_m2", "payload_rotational_inertia.zz": "payload.inertia_zz_kg_m2",
         "cylinder_viscous_friction.extend_n_s_per_m": "hydraulics.viscous_n_s_per_m",
         "cylinder_viscous_friction.retract_n_s_per_m": "hydraulics.viscous_n_s_per_m",
-        "valve_null_bias.offset": "null_bias"}   # of the rig by other means, which has both
+        "valve_null_bias.offset": "null_bias"}  # for the independent rig, which has both
 PRODUCTS = {"valve_flow_gain.scale": "hydraulics.valve_flow_m3_per_s", "internal_leakage.scale": "hydraulics.leakage_m3_per_s_pa"}
 
-# Alike on the six tests by their physics: an ambiguous verdict with just the set is right (tests/bench/signatures shows which).
+# Physically alike on the six tests: an ambiguous verdict with exactly this set is right (tests/bench/signatures shows which).
 ALIKE = [{"payload_rotational_inertia", "external_stiffness"}, {"payload_mass", "external_stiffness"}, {"command_delay", "valve_lag"},
          {"actuator_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
          {"geometry_error", "payload_center_of_mass"},
-         {"geometry_error", "position_sensor_offset"}]   # a joint moved along a leg makes it longer, as its sensor's zero does
-RIVAL_Z = 4   # between two effects, of which an ambiguous set holds both: what src/gap/search.c asks for to tell them apart
+         {"geometry_error", "position_sensor_offset"}]  # moving a joint along a leg lengthens it, as a zero error of its sensor does
+RIVAL_Z = 4  # threshold of src/gap/search.c to tell two effects apart; below it an ambiguous set holds both
 
 
 def effects():
@@ -66,7 +66,7 @@ def base(r, series):
 
 
 def unlisted(r, name):
-    """What the catalogue does not have (sim/surroundings.h)."""
+    """Effects that the catalogue lacks (sim/surroundings.h)."""
     if name == "unknown_base_spring": return {"sim.base_hz": r.uniform(5, 8), "sim.base_mass_kg": r.uniform(800, 1500)}
     return {"sim.ripple_pa": r.uniform(2e5, 8e5), "sim.ripple_hz": 4 * r.randrange(8, 55) + r.uniform(1, 3)}
 
@@ -84,7 +84,7 @@ def detectable(): return {row["effect"]: float(row["strength"]) for row in signa
 
 
 def told_apart(name, other, z):
-    """The z that is left between a just detectable effect, in all legs, and another one, by their signatures on the six sines."""
+    """The z that separates a just detectable effect in all legs from another one, by their signatures on the six sines."""
     left = next((row["left"] for row in signatures() if row["effect"] == name), "").split()
     return z * next((float(share) for effect, share in (x.split(":") for x in left) if effect == other), math.inf)
 
@@ -96,7 +96,7 @@ def value_at(key, strength):
 
 
 def hide(r, effect, size):
-    """The effect's values, all legs alike or one leg; sign and size of each key drawn about the size asked for."""
+    """The effect's values, for all legs alike or for one; sign and size of each key are drawn around the requested size."""
     per_leg = all(k["per_leg"] for k in effect["keys"])
     one = r.randrange(6) if per_leg and r.random() < 1 / 3 else None
     sign = r.choice([-1, 1])
@@ -109,7 +109,7 @@ def hide(r, effect, size):
         else:
             x = value_at(key, s)
             body = (BASE | EACH).get(SUMS.get(effect["name"] + "." + key["name"]), math.inf)
-            if body + x <= 0: x = value_at(key, -s)   # no body has a negative inertia, no cylinder a negative friction
+            if body + x <= 0: x = value_at(key, -s)  # a body's inertia and a cylinder's friction are never negative
         if one is not None: x = [(x[k] if isinstance(x, list) else x) if k == one else key["neutral"] for k in range(6)]
         values["effects.%s.%s" % (effect["name"], key["name"])] = x
     return values, "all" if one is None else "leg %d" % (one + 1)
@@ -123,8 +123,8 @@ def six(value): return value if isinstance(value, list) else [value] * 6
 
 
 def whole(settings, name, value, found, neutral):
-    """What the parameter has to be in a model with the base as given, to have the rig's sum or product of both: in a leg that has the
-    effect; where all are found alike, in the mean of the legs."""
+    """The parameter's value in a model with the base as given that yields the rig's sum or product of both: in a leg that has the effect,
+    or, if all are found alike, in the mean of the legs."""
     short = name.removeprefix("effects.")
     value, alike = six(value), min(six(found)) == max(six(found))
     off = [(six(settings[table[short]]), (BASE | EACH | NEUTRAL)[table[short]]) for table in (SUMS, PRODUCTS)
@@ -136,8 +136,8 @@ def whole(settings, name, value, found, neutral):
 
 
 def parameters(table, settings, truth, result):
-    """The truth's parameters beside what the rig has in all: the largest error in units of what was hidden; is each within 5 % of the
-    rig's full value or two standard deviations; how many are within two, and of how many; the largest in deviations."""
+    """The true parameters beside the rig's totals: the largest error in units of the hidden value; whether each is within 5 % of the rig's
+    full value or two standard deviations; how many of how many are within two; the largest in deviations."""
     worst, right, covered, count, sigmas = 0.0, True, 0, 0, 0.0
     for name, hidden in truth.items():
         _, effect, key = name.split(".")
@@ -153,14 +153,14 @@ def parameters(table, settings, truth, result):
             right = right and abs(f - x) <= max(.05 * abs(x + given), 2 * sd)
             if sd > 0: sigmas = max(sigmas, abs(f - x) / sd)
         pairs = list(zip(found, full, std))
-        if min(found) == max(found): pairs = pairs[:1]   # one number of the model
+        if min(found) == max(found): pairs = pairs[:1]  # one number in the model
         pairs = [p for p in pairs if p[2] > 0]
         covered, count = covered + sum(abs(f - x) <= 2 * sd for f, x, sd in pairs), count + len(pairs)
     return {"error": worst, "right": int(right), "covered": covered, "values": count, "sigmas": sigmas}
 
 
 def judge(names, result, z, weak):
-    """1, 0.5 or 0; and whether it is 1 because the effect, weak as it is, cannot be told from the others of the set."""
+    """1, 0.5 or 0; and whether it is 1 because the effect is too weak to be told from the others of the set."""
     verdict, named, rivals = result["verdict"], [e["name"] for e in result["effects"]], result["ambiguous_with"]
     if names == ["none"]: return (1.0 if verdict == "no_gap" else 0.0), False
     if names[0].startswith("unknown_"): return (1.0 if verdict == "unknown_effect" else 0.0), False
@@ -177,13 +177,13 @@ def judge(names, result, z, weak):
 
 @functools.cache
 def drawing():
-    """What the drawings of the rig by other means state: how the axes of its joints lie."""
+    """Drawing data of the independent rig: the orientation of its joints' axes."""
     if not RIG: return []
     return subprocess.run([RIG, "-c", CONFIG, "--joint-axes"], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
 
 
 def diagnose(log, out, settings=()):
-    """hexid gap on a log: its result, or why there is none."""
+    """Runs hexid gap on a log; returns its result, or the reason why there is none."""
     options = [x for s in [*drawing(), *settings] for x in ("--set", s)]
     gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="] + options, capture_output=True, text=True)
     if gap.returncode: return {}, gap.stderr.strip().split("\n")[-1][-160:]
@@ -191,19 +191,19 @@ def diagnose(log, out, settings=()):
 
 
 def seen(name, result):
-    """z of an effect in the first round: beside the base alone."""
+    """z of an effect in the first round, beside the base alone."""
     z = [e["z"] for e in result["effects"] + result["rejected"] if e["name"] == name and e["z"]]
     return z[0] if z else 0.0
 
 
 def seen_beside(name, other, hidden, log, out):
-    """The same with the other effect in the model, as it is in the rig: can these data show both?"""
+    """The same with the other effect in the model at its true size: can these data show both?"""
     result, refused = diagnose(log, out, [setting(*i) for i in hidden[other].items()])
     return math.nan if refused else seen(name, result)
 
 
 def own_rig(r, series, seed, work, log, hidden, table):
-    """hexid's own plant, by the other engine. What it has besides what is hidden; and why there is no log, or nothing."""
+    """hexid's own plant with the other engine. Returns its parameters besides the hidden ones, and the reason if there is no log."""
     settings = base(r, series)
     for name in hidden: settings |= unlisted(r, name) if name.startswith("unknown_") else hidden[name]
     settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 12))}
@@ -216,7 +216,7 @@ def own_rig(r, series, seed, work, log, hidden, table):
 
 
 def other_rig(r, series, seed, work, log, hidden, table):
-    """A rig by other means (RIG), through its CSV."""
+    """An independent rig (RIG), through its CSV."""
     options = []
     for name in hidden:
         if name == "unknown_base_spring": values = {"base_spring.frequency_hz": r.uniform(5, 8), "base_spring.mass_kg": r.uniform(800, 1500)}
@@ -240,7 +240,7 @@ def other_rig(r, series, seed, work, log, hidden, table):
 
 
 def recorded(case, size, series, seed, work, log, table):
-    """The rig's log, made or kept: what it has besides what is hidden, what is hidden, in which legs; and why there is no log."""
+    """The rig's log, made or kept. Returns its other parameters, the hidden effects, their legs, and the reason if there is no log."""
     r, hidden, shapes = random.Random("%s %s %s %s" % (case, size, seed, series)), {}, []
     rig = "rig" if RIG else "own%s" % os.environ.get("SUBSTEPS", 12)
     if MOTION != "sines": rig += "-" + MOTION
@@ -264,7 +264,7 @@ def recorded(case, size, series, seed, work, log, table):
 
 
 def off_legs(table, name, value):
-    """Where the law is a limit, the rig's 0 is none."""
+    """Where the law is a limit, a 0 in the rig means no limit."""
     _, effect, key = name.split(".")
     k = next(x for x in table[effect]["keys"] if x["name"] == key)
     return [0 if x == k["neutral"] and k["reciprocal"] else x for x in six(value)]
@@ -284,7 +284,7 @@ def run_case(case, size, seed, series):
         if refused: return row | {"score": 0.0, "remark": "refused: " + refused}
         z = seen(names[0], result)
         score, weak = judge(names, result, z, size == "detectable" and shapes == ["all"] and MOTION == "sines")
-        if len(names) == 2 and score == 0:   # the less visible of the two
+        if len(names) == 2 and score == 0:  # the less visible of the two
             z = min(seen_beside(a, b, hidden, log, work + "/beside") for a, b in (names, names[::-1]))
     g = {k: (result["gap"][k]["overall"] or math.nan) for k in ("held_out_before", "held_out_after", "noise_floor")}
     where = result["where"][0] if result["where"] else {}
@@ -302,13 +302,13 @@ def cases(a):
         if kind == "single":
             for name in names:
                 for size in a.sizes.split(","):
-                    if size == "detectable" and not detectable().get(name): continue   # no strength has z = 8
+                    if size == "detectable" and not detectable().get(name): continue  # no strength has z = 8
                     for seed in range(a.first, a.first + a.seeds): print(name, size, seed, a.series)
         if kind == "none":
             for seed in range(a.first, a.first + 4 * a.seeds): print("none typical", seed, a.series)
         if kind == "two":
             r, strength = random.Random(a.first), detectable()
-            names = [n for n in names if strength.get(n, math.inf) < 1]   # those that the residuals show
+            names = [n for n in names if strength.get(n, math.inf) < 1]  # the effects that the residuals show
             for seed in range(a.first, a.first + 8 * a.seeds): print("+".join(r.sample(names, 2)), "typical", seed, a.series)
         if kind == "unknown":
             for seed in range(a.first, a.first + 2 * a.seeds): print("unknown_base_spring typical", seed, a.series)

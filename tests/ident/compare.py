@@ -7,7 +7,7 @@ Error of each entry in % of the nominal one: with exact sensors, then, with the 
 import argparse, concurrent.futures, json, math, os, subprocess, sys, tempfile
 import least_squares
 
-sys.dont_write_bytecode = True # nothing is left in the tree
+sys.dont_write_bytecode = True # leaves no files in the tree
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
 import measured
 

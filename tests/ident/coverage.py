@@ -8,7 +8,7 @@ inertias with its centre off by up to 30 mm, dry friction of 0 to --dry N, each 
 configured stays the same. Prints, entry by entry, how many of the 95 % intervals hold, and the payload's largest errors. Environment: HEXID."""
 import argparse, concurrent.futures, json, math, os, random, statistics, subprocess, sys, tempfile
 
-sys.dont_write_bytecode = True # nothing is left in the tree
+sys.dont_write_bytecode = True # leaves no files in the tree
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
 import measured
 
@@ -38,7 +38,7 @@ def times(a, b): return [[sum(a[i][k] * b[k][j] for k in range(len(b))) for j in
 
 
 def matrix(a, b, mass, centre, inertia):
-    """Tian 2015 A1 to A6 at neutral, about the origin of {M}; the payload's centre elsewhere."""
+    """Tian 2015 A1 to A6 at neutral, about the origin of {M}, with an off-centre payload."""
     m = [[0.0] * 6 for _ in range(6)]
     c = skew(centre)
     cc = times(c, c)

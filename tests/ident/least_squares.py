@@ -27,11 +27,11 @@ ENTRIES = {"mx": (0, 0), "my": (1, 1), "mz": (2, 2), "Ixx": (3, 3), "Iyy": (4, 4
 CHOICES = {
     "motion_hz": 40.0,     # cut-off of the lengths' filter: ten times the excitation
     "rows_hz": 20.0,       # cut-off of the filter of both sides
-    "order": 4,            # of the Butterworth filter, which acts twice
+    "order": 4,  # order of the Butterworth filter, which acts twice
     "smooth_mps": 0.0,     # Coulomb friction as tanh(v / this); 0: the sign
-    "offset": 1,           # a constant force of each leg, as Gautier has it; 0: none
+    "offset": 1,  # a constant force per leg, as Gautier has it; 0: none
     "finest": 5, "coarsest": 5, # levels of the wavelets, of 2^level samples: 64 ms, half a stroke
-    "reversal_mps": 0.005, # slower than this a leg may stick
+    "reversal_mps": 0.005, # below this speed a leg may stick
 }
 
 
@@ -65,7 +65,7 @@ def rotation(angles):
 
 
 def angular_rates(angles):
-    """omega in {B} = this times the rates of the angles."""
+    """Matrix that maps the rates of the angles to omega in {B}."""
     (_, c2, c3), (_, s2, s3), one = np.cos(angles.T), np.sin(angles.T), np.ones(len(angles))
     return np.stack([np.stack([c3 * c2, -s3, 0 * one], -1), np.stack([s3 * c2, c3, 0 * one], -1), np.stack([-s2, 0 * one, one], -1)], -2)
 
@@ -93,7 +93,8 @@ def forward_kinematics(lengths, upper, lower):
 
 
 def butterworth(signal, cut_hz, order, step_s):
-    """Forward and backward along axis 0: the square of the gain, without phase. Ends are continued by reflection in the end point."""
+    """Filters forward and backward along axis 0: the gain is squared and the phase zero. Ends are continued by reflection in the end
+    point."""
     n = len(signal)
     long = np.concatenate([2 * signal[0] - signal[:0:-1], signal, 2 * signal[-1] - signal[-2::-1]])
     gain = 1 / (1 + (np.fft.rfftfreq(len(long), step_s) / cut_hz) ** (2 * order))
@@ -107,13 +108,13 @@ def differences(signal, step_s):
 
 
 def leg_wrench(p, legs, velocity, acceleration):
-    """What moves and holds the legs, without friction: wrench on the platform, [sample, 6]. velocity and acceleration are of the upper
+    """Wrench on the platform that moves and holds the legs without friction, [sample, 6]. velocity and acceleration are those of the upper
     joints. From T = ma Ldot^2 / 2 + g(L) Omega^2 / 2 and the weight of both parts."""
     n, length = legs.along, legs.length[..., None]
     dot = lambda a, b: (a * b).sum(-1, keepdims=True)
     rate = dot(n, velocity)
     turn = (velocity - n * rate) / length
-    turn_rate = (acceleration - n * dot(n, acceleration) - 2 * rate * turn) / length  # its part across the leg
+    turn_rate = (acceleration - n * dot(n, acceleration) - 2 * rate * turn) / length  # its component across the leg
     inertia, slope = p.ma * (length - p.ra) ** 2 + p.mb * p.rb ** 2 + p.ia + p.ib, 2 * p.ma * (length - p.ra)
     # ma Lddot - g'(L) Omega^2 / 2 along the leg, Lddot = n.a + L Omega^2
     force = n * (p.ma * (dot(n, acceleration) + length * dot(turn, turn)) - slope * dot(turn, turn) / 2)
@@ -124,7 +125,7 @@ def leg_wrench(p, legs, velocity, acceleration):
 
 
 def payload_wrench(legs, acceleration, omega, alpha):
-    """The wrench that a unit of each of the ten parameters needs: [sample, 6, TEN]."""
+    """Wrench for a unit of each of the ten parameters: [sample, 6, TEN]."""
     columns = np.zeros((len(omega), 6, TEN))
     lift, t = acceleration - GRAVITY, legs.rotation
     columns[:, :3, 0] = lift
@@ -146,7 +147,8 @@ def friction_columns(rate, choice):
 
 
 def equations(p, test, choice):
-    """Of one test, not filtered: columns of the unknowns [sample, leg, unknown], what they explain [sample, leg], the rates of the legs."""
+    """One unfiltered test: columns of the unknowns [sample, leg, unknown], the forces that they explain [sample, leg], the rates of the
+    legs."""
     upper, lower = joints(p)
     pose = forward_kinematics(butterworth(test.lengths, choice["motion_hz"], choice["order"], test.step_s), upper, lower)
     legs = Legs(pose, upper, lower)
@@ -166,7 +168,7 @@ def equations(p, test, choice):
 
 
 def decimated(tests, choice):
-    """Rows of all tests, (test, its equations): both sides filtered alike, one sample in so many, of the evaluated time. A list by leg."""
+    """Rows of all tests, (test, its equations): both sides filtered alike and decimated over the evaluated time. A list by leg."""
     rows = [[] for _ in range(LEGS)]
     for test, (columns, target, _) in tests:
         both = butterworth(np.concatenate([columns, target[..., None]], 2), choice["rows_hz"], choice["order"], test.step_s)
@@ -214,7 +216,7 @@ def solve(rows):
 
 
 def matrix(p, ten):
-    """Mt at neutral of legs as known and a payload of these ten parameters, by the accelerations of a platform at rest."""
+    """Mt at neutral of the known legs and a payload with these ten parameters, by the accelerations of a platform at rest."""
     upper, lower = joints(p)
     result, still = np.zeros((6, 6)), np.zeros((1, 3))
     legs = Legs(np.zeros((1, 6)), upper, lower)

@@ -8,7 +8,7 @@ seeds; of the 95 % intervals of all 21 entries, how many hold; and the largest m
 the recordings, and takes those that are there. Environment: HEXID, RIG."""
 import argparse, concurrent.futures, contextlib, json, math, os, statistics, subprocess, sys, tempfile
 
-sys.dont_write_bytecode = True # nothing is left in the tree
+sys.dont_write_bytecode = True # leaves no files in the tree
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
 import measured
 

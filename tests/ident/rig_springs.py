@@ -8,7 +8,7 @@ errors of springs and of Mt's diagonal in % and in stated deviations, rms over t
 entries hold. Beside it Mt without springs asked for. Environment: HEXID, RIG."""
 import argparse, concurrent.futures, contextlib, json, math, os, random, statistics, sys, tempfile
 
-sys.dont_write_bytecode = True # nothing is left in the tree
+sys.dont_write_bytecode = True # leaves no files in the tree
 
 from rig_friction import HEXID, RIG, called, measured, options
 

@@ -1,5 +1,5 @@
 #!/bin/bash
-# The Debian package, on a fresh Debian that has nothing but its dependencies: installs, runs, has its pages and its service, and is purged
+# The Debian package on a fresh Debian with nothing but its dependencies: it installs, runs, has its pages and its service, and is purged
 # without a trace.
 . tests/scenarios/lib
 text="the package in a fresh root"
@@ -12,7 +12,7 @@ claim "make deb makes it, without errors of lintian" made || cat "$work/made"
 deb=$(cat "$package")
 needs=$(dpkg-deb -f "$deb" Depends | sed 's/([^)]*)//g; s/ //g')
 
-# In the root. Every claim's output is kept beside it.
+# Runs in the new root. Every claim's output is kept beside it.
 cat >"$work/inside" <<'END'
 set -u
 export LC_ALL=C DEBIAN_FRONTEND=noninteractive PATH=/usr/sbin:/usr/bin:/sbin:/bin

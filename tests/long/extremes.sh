@@ -1,3 +1,3 @@
 #!/bin/bash
-# Every numeric key at its ends and between them, with all that doctor and a run look at: works, or is refused in words.
+# Every numeric key at its ends and between them, with everything that doctor and a run check: it works, or is refused in words.
 exec "${BUILD:-build}/tests/test_extremes" all

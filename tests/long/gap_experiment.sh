@@ -1,5 +1,5 @@
 #!/bin/bash
-# What people do after hexid gap has spoken: the experiment it asks for, and the matrix without the friction it found.
+# Steps after hexid gap has reported: the experiment it asks for, and the matrix without the friction it found.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "experiments" "minutes under sanitizers; tests/test_gap.c runs the same code"
 machine=(--set payload.mass_kg=179.7 --set payload.inertia_xx_kg_m2=13.5 --set payload.inertia_yy_kg_m2=13.7
@@ -9,8 +9,7 @@ rig() { "$hexid" run --hal sim: --fast --set lcm.url= --set sim.engine=ode --set
 gap() { "$hexid" gap -c config/tian2015.yaml -o "$work/out" --set lcm.url= "$@" >"$work/said" 2>/dev/null || return; cat "$work/said"; }
 field() { "$python" -c 'import json, sys; print(eval("j" + sys.argv[2], {"j": json.load(open(sys.argv[1]))}))' "$work/out/gap.json" "$1"; }
 
-# separated HIDDEN VALUE RIVAL: ambiguous on the six tests; with the log of the experiment that the verdict asks for, beside the first,
-# named alone.
+# separated HIDDEN VALUE RIVAL: ambiguous on the six tests; with the log of the experiment that the verdict asks for, it is named alone.
 separated() {
     local name=${1%.*} rival=$3 options
     rig first --seed 4 "${machine[@]}" --set "effects.$1=$2"
@@ -27,8 +26,8 @@ claim "a spring or an inertia? the experiment that the verdict asks for tells" \
     separated external_stiffness.phi 8000 payload_rotational_inertia
 claim "a spool's lag or a delay of the command? 36 Hz beside 4 Hz tell" separated valve_lag.frequency_hz 80 command_delay
 
-# repaired PERCENT DEVIATIONS SETTING...: the identified matrix without the friction found, within so many percent of the nominal one and so
-# many standard deviations of the sensors' noise.
+# repaired PERCENT DEVIATIONS SETTING...: the identified matrix without the found friction is within PERCENT of the nominal one and within
+# DEVIATIONS standard deviations of the sensors' noise.
 repaired() {
     # With friction in it, the matrix may differ from its transpose by more than a verdict allows: exit status 1.
     rig friction --set effects.cylinder_coulomb_friction.force_extend_n=100 \
@@ -38,5 +37,5 @@ repaired() {
     "$python" tests/scenarios/gap.py repaired "$work/out/gap.json" "$work/out/ident.json" "$1" "$2"
 }
 claim "100 N of dry friction named and taken off: the matrix is within 2 % of the nominal one" repaired 2 0 --set sensors.enabled=false
-# 2.5 % in the coupling are one deviation; with the friction in it 50 % are off.
+# 2.5 % in the coupling are one deviation; with the friction included it is 50 % off.
 claim "with noisy sensors within three standard deviations of the noise" repaired 0 3

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Nothing is hidden that the catalogue has.
+# No effect of the catalogue is hidden.
 . tests/long/score_lib
 
 claim "nothing but the base's tolerance: no gap" right none typical 1 tolerance

@@ -1,12 +1,12 @@
 #!/bin/bash
-# hexid on the recordings of a machine by other means (tests/rig/): its own checks, identification, and hidden effects beside a base of which
-# each leg has its own tolerance.
+# hexid on the recordings of an independent rig (tests/rig/): its own checks, identification, and hidden effects beside a base in which each
+# leg has its own deviation.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "the rig by other means" "minutes under sanitizers; tests/test_gap.c runs the same code"
 export HEXID=$hexid RIG=${BUILD:-build}/tests/rig/rig
 
 claim "its energy, statics, friction and step size hold, and hexid identifies its matrix" tests/rig/check.sh
-# right CASE SIZE SEED SERIES: is what was hidden found (tests/gap/score.py)?
+# right CASE SIZE SEED SERIES: whether the hidden effect is found (tests/gap/score.py).
 right() {
     "$python" tests/gap/score.py case "$@" >"$work/row"
     cat "$work/row"
@@ -17,13 +17,13 @@ claim "friction is named beside it" right cylinder_coulomb_friction typical 1 to
 claim "so is another mass centre" right payload_center_of_mass typical 1 tolerance
 claim "and heavier actuators, which weigh more, are no payload" right actuator_inertia typical 1 tolerance
 claim "one leg's other masses are named beside another leg's valve null" right actuator_inertia+valve_null_bias typical 1511 tolerance
-# Named with its value, within 5 % or two stated deviations.
+# It is named with its value, within 5 % or two stated deviations.
 valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
 claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \
     valued passive_joint_friction strong 1501 tolerance
 claim "backlash in all legs is named with its value, rods knocking" valued joint_backlash typical 1501 tolerance
 claim "so is a tilted base beside it" right base_tilt+joint_backlash typical 1524 tolerance
-# Nothing is named beside it.
+# No effect is named beside it.
 alone() { right "$@" && [ "$(cut -d, -f7 "$work/row")" = "$1" ]; }
 MOTION=multisine claim "dry friction under a multisine is no play of the joints" alone cylinder_coulomb_friction typical 1601 tolerance
 claim "springs are named, though joints and supply are off" right external_stiffness typical 1201 beyond

@@ -11,7 +11,7 @@ def load(path):
 
 
 def scale(matrix, i, k):
-    """The largest that an entry of a positive definite matrix can be: errors of masses, couplings and inertias in one measure."""
+    """Upper bound of an entry of a positive definite matrix: one measure for errors of masses, couplings and inertias."""
     return math.sqrt(matrix[i][i] * matrix[k][k])
 
 
@@ -23,7 +23,7 @@ def nominal(run, matrix, limit):
 
 
 def covered(run, matrix, deviations):
-    """Every entry of method C, by its own stated deviation, whose scale close() bounds."""
+    """Checks every entry of method C by its own stated deviation, whose scale close() bounds."""
     found, std = run["method_c"]["Mt"], run["method_c"]["std"]
     for i, k in ENTRIES:
         off = (found[i][k] - matrix[i][k]) / std[i][k]
@@ -32,7 +32,7 @@ def covered(run, matrix, deviations):
 
 
 def close(run, matrix, percent):
-    """The same in percent: of itself on the diagonal. A coupling's own size is no measure: where the machine is symmetric it is 0."""
+    """The same in percent: of the entry itself on the diagonal. A coupling's own size is no measure, because symmetry makes it 0."""
     found = run["method_c"]["Mt"]
     errors = [100 * (found[i][k] - matrix[i][k]) / scale(matrix, i, k) for i, k in ENTRIES]
     print("  ".join(f"{NAMES[i]}{NAMES[k]} {error:+.2f} %" for (i, k), error in zip(ENTRIES, errors)))
@@ -40,7 +40,7 @@ def close(run, matrix, percent):
 
 
 def friction(run, hidden_n, percent, deviations):
-    """Of each leg by its stated deviation, of the six together in percent; each way."""
+    """Friction of each leg by its stated deviation, of the six together in percent, for each direction."""
     right = True
     for way in ("extend", "retract"):
         found, std = (run["method_c"]["dry_friction_n"][way + more] for more in ("", "_std"))

@@ -1,11 +1,11 @@
 #!/bin/bash
-# Machines of other sizes, joints given as points, legs that differ, a payload off its middle: the rig by other means (tests/rig/) reads the
-# same files, simulates them with sensors and dry friction, and prints the inertia matrix that its own bodies have.
+# Machines of other sizes, joints given as points, unequal legs, an off-centre payload: the independent rig (tests/rig/) reads the same
+# files, simulates them with sensors and dry friction, and prints its own bodies' inertia matrix.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "the rig on other machines" "minutes under sanitizers; tests/test_ident.c runs the same code"
 rig=${BUILD:-build}/tests/rig/rig
 
-# recorded FILE FRICTION_N: the rig's matrix, and what hexid makes of its recording. Method A's checks need not pass with dry friction.
+# recorded FILE FRICTION_N: the rig's matrix and hexid's result for its recording. Method A's checks need not pass with dry friction.
 recorded() {
     "$rig" -c "$1" --inertia-matrix >"$work/matrix" &&
         "$rig" -c "$1" -o "$work/measured" --effect "cylinder_coulomb_friction.force_extend_n=$2" \

@@ -34,7 +34,7 @@ HANG_S = 240
 
 
 def blank(text):
-    """The same length, without comments and strings: braces and semicolons that are left are code."""
+    """Blanks comments and strings without changing the length, so that the remaining braces and semicolons are code."""
     return TOKEN.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
 
 
@@ -48,7 +48,7 @@ def closing(code, at, pair):
 
 
 def statement_end(code, at):
-    """Where the statement that begins here ends."""
+    """End of the statement that begins here."""
     at += len(code[at:]) - len(code[at:].lstrip())
     if code[at] == "{":
         return closing(code, at, "{}")
@@ -73,13 +73,13 @@ def nothing(result):
 
 
 def enclosing(code, at):
-    """What the function that this stands in returns."""
+    """Return type of the enclosing function."""
     found = [match for match in HEAD.finditer(code) if match.start() < at]
     return found[-1][1].replace("static", "").strip() if found else "void"
 
 
 def broken(text, code, mark):
-    """(what was done, the text without what the mark says): by the rules above."""
+    """(description of the change, the text without the marked code), by the rules above."""
     line = text.rfind("\n", 0, mark.start()) + 1
     before = code[line : mark.start()].strip()
     if before:  # a mark behind its statement, or behind a value of a list
@@ -102,14 +102,14 @@ def broken(text, code, mark):
 
 
 def said_by(text, mark):
-    """(what it says, line) for each SAFETY: of a comment."""
+    """(text, line) for each SAFETY: of a comment."""
     for at in re.finditer("SAFETY:", mark[0]):
         words = mark[0][at.end() :].split("SAFETY:")[0].rstrip("*/ \n")
         yield re.sub(r"\s+\*?\s*", " ", words).strip(), text.count("\n", 0, mark.start() + at.start()) + 1
 
 
 def mutants(root):
-    """(file, line, what the mark says, what was done, the file's text then)."""
+    """(file, line, text of the mark, description of the change, changed text of the file)."""
     used = set()
     for file in sorted(name for pattern in FILES for name in map(str, root.glob(pattern))):
         text = pathlib.Path(file).read_text(encoding="utf-8")
@@ -157,7 +157,8 @@ class Tree:
         return subprocess.run([*command, *flags, targets], cwd=self.root, env=self.environment, capture_output=True, text=True, check=False)
 
     def test(self, test, flags=()):
-        """None: it passed; else how it failed. A scenario needs the program, a C test itself. flags: of what is compiled anew."""
+        """None: it passed; else the kind of failure. A scenario needs the program, a C test only itself. flags: for the recompiled
+        parts."""
         script = test.endswith(".sh")
         built = self.make("build/hexid" if script else f"build/tests/{test}", flags)
         if built.returncode:
@@ -175,13 +176,13 @@ class Tree:
 
 
 def kill(tree, name, text, tests):
-    """The test that fails, and how; None: it survives."""
+    """The test that fails, and how; None: the mutant survives."""
     path = tree.root / name
     whole = path.read_text(encoding="utf-8")
     path.write_text(text, encoding="utf-8")
     try:
         for test in tests:
-            if how := tree.test(test, ("WARN=-w", "OPT=-O1")): # unused variables and the like are the mutant's, not ours
+            if how := tree.test(test, ("WARN=-w", "OPT=-O1")): # unused variables and the like belong to the mutant
                 return test, how
     finally:
         path.write_text(whole, encoding="utf-8")

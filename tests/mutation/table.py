@@ -18,7 +18,7 @@ TESTS = (
     ("hal/*", ("test_device", "test_hal", "test_can_node", "test_modbus_server")),
 )
 
-# Where the file alone does not say it: (file, first words of the mark, tests)
+# Exceptions to the file's tests: (file, first words of the mark, tests)
 BY_MARK = (
     ("src/cli/cmd_run.c", "behind hardware time is real", ("paced.sh",)),
     ("src/cli/cmd_run.c", "what the run will ask", ("motions.sh",)),
@@ -28,7 +28,7 @@ BY_MARK = (
     ("src/cli/cmd_run.c", "what could not be confined", ("confine.sh",)),
 )
 
-# (file, first words of the mark, what stands there behind it, what takes its place)
+# (file, first words of the mark, original text behind it, replacement)
 PLATFORM, OPERATOR, RUN = "src/core/platform.c", "src/cli/operator.c", "src/cli/cmd_run.c"
 MASTER, NODE, MODBUS_C = "hal/can_master.c", "hal/can_node.c", "hal/modbus.c"
 OTHERWISE = (
@@ -103,7 +103,7 @@ OTHERWISE = (
     (MASTER, "no change is made up for", "m->due = false;", ""),
     (MASTER, "nothing is closed", "if (!io->known) return;", ""),
     (MASTER, "nothing is closed", "latched.closed & m->closed;", "latched.closed;"),
-    # "s->inputs &= newest.closed;" is left: m->closed has every answer of the cycle, the newest too
+    # "s->inputs &= newest.closed;" remains: m->closed includes every answer of the cycle, the newest too
     (MASTER, "nothing is closed", "s->contradicted = latched.contradicted;", ""),
     (MASTER, "nothing is closed", "s->contradicted |= newest.contradicted;", ""),
     (MASTER, "half a period off the grid", "if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;", ""),
@@ -140,7 +140,7 @@ OTHERWISE = (
     ("hal/modbus_server.c", "a watchdog is never longer", "handed_over || s->silent ? MODBUS_WATCHDOG_MAX_MS : MODBUS_WATCHDOG_MS", "MODBUS_WATCHDOG_MAX_MS"),
 )
 
-# (file, first words of the mark, why nothing changes without it)
+# (file, first words of the mark, why its absence changes nothing)
 EQUIVALENT = (
     (MODBUS_C, "only the newest command", "seen only where the host keeps the thread from its processor: it waits for no answer for longer"),
     (MODBUS_C, "the newest command only", "the same line, marked a second time"),

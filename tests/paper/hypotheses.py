@@ -59,7 +59,7 @@ HYPOTHESES = [
     effect("actuator_inertia", "transverse_kg_m2", "kg m^2", 0, -2, 12, "actuator, transverse inertia"),
     *(effect("external_stiffness", k, "N/m", 0, 0, 4e4, "stiffness " + k) for k in "xyz"),
     *(effect("external_stiffness", k, "N m/rad", 0, 0, 8e3, "stiffness " + k) for k in ("phi", "theta", "psi")),
-    # All joints of the base shifted alike change nothing; all of the platform, the same as the mass centre shifted the other way.
+    # Shifting all joints of the base alike changes nothing; shifting all of the platform equals shifting the mass centre the other way.
     effect("geometry_error", "a_x_m a_y_m", "m", 0, -.05, .05, "radius of the upper joints", radius("a", UPPER)),
     effect("geometry_error", "b_x_m b_y_m", "m", 0, -.1, .1, "radius of the lower joints", radius("b", LOWER)),
     effect("base_tilt", "phi_rad", "rad", 0, -.1, .1, "base tilt phi"),
@@ -87,7 +87,7 @@ HYPOTHESES = [
     effect("valve_rate_limit", "per_s", "s", 0, 0, .5, "valve rate limit", lambda s: min(1e4, 1 / max(s, 1e-9))),
     effect("valve_flow_gain", "scale", "-", 1, .5, 2),
     effect("valve_null_bias", "offset", "-", 0, -.05, .05),
-    # What the paper does not print, of its controller and its tests: the configuration's own values are hexid's.
+    # Controller and test values that the paper does not print; the defaults are hexid's.
     Hypothesis("controller kp", "1/m", 40, 15, 120, "control.kp"),
     Hypothesis("controller kff", "s/m", 2, .8, 3, "control.kff"),
     Hypothesis("controller kpf", "1/N", 2e-5, 0, 1e-4, "control.kpf"),

@@ -11,7 +11,7 @@
 Every hypothesis is the simulated machine run anew (closed form, exact sensors, shortened tests), never a linearisation; results are kept in
 DIR by the settings and the program they belong to. Environment: HEXID. Needs nothing but Python."""
 import argparse, csv, functools, hashlib, itertools, json, math, operator, os, random, statistics, subprocess, sys
-sys.dont_write_bytecode = True # nothing is left in the tree
+sys.dont_write_bytecode = True # leaves no files in the tree
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
 import measured
 from hypotheses import HYPOTHESES, LOWER, UPPER
@@ -20,7 +20,7 @@ HEXID = os.environ.get("HEXID", "build/hexid")
 TABLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "data")
 TESTS = ("x", "y", "z", "phi", "theta", "psi")
 ENTRIES = ("mx", "my", "mz", "Ixx", "Iyy", "Izz", "Mt15", "Mt24", "Mt42", "Mt51")
-# Shorter rests and ramps than the shipped tests: with exact sensors no entry moves by more than 0.4 (kg, kg m, kg m^2) for it.
+# Shorter rests and ramps than the shipped tests: with exact sensors they move no entry by more than 0.4 (kg, kg m, kg m^2).
 BASE = {"lcm.url": "", "sim.engine": "closed_form", "sensors.enabled": "false", "motion.engage_s": 1.6, "motion.park_s": 1.6,
         "motion.hold_s": .1, "tests.settle_s": .5, "tests.ramp_s": .5, "tests.duration_s": 1.5, "tests.ramp_out_s": .2}
 
@@ -35,12 +35,12 @@ def program():
 
 
 def result(settings, cache, seed=1):
-    """JSON of `hexid run` of the paper's six tests; None where the machine did not get through them."""
+    """JSON of `hexid run` of the paper's six tests; None if the machine did not complete them."""
     options = ["--seed", str(seed)] + [x for k, v in sorted((BASE | settings).items()) for x in ("--set", "%s=%s" % (k, v))]
     path = os.path.join(cache, hashlib.sha1("\0".join([program()] + options).encode()).hexdigest() + ".json")
     if not os.path.exists(path):
         run = subprocess.run([HEXID, "run", "--fast", "--json", path + ".part"] + options, capture_output=True, text=True)
-        if run.returncode not in (0, 1, 4) or not os.path.exists(path + ".part"): # refused before anything moved
+        if run.returncode not in (0, 1, 4) or not os.path.exists(path + ".part"): # refused before any motion
             print("no such machine:", run.stderr.strip(), file=sys.stderr)
             with open(path + ".part", "w") as f: f.write("null")
         os.rename(path + ".part", path)
@@ -77,7 +77,7 @@ def stated_error(cache, seeds=20):
 # ---- search ----------------------------------------------------------------------------------------------------------------------------
 
 class Model:
-    """Hypotheses with their sizes, what the machine reads with them, and how far that is from Table 5."""
+    """Hypotheses with their sizes, the machine's reading with them, and its distance from Table 5."""
 
     def __init__(self, search, parts):
         self.search, self.parts = search, parts
@@ -102,7 +102,7 @@ class Model:
         return columns
 
     def deviations(self):
-        """Standard deviations of the sizes, the stated error enlarged to what is left: a size that may be anything has a large one."""
+        """Standard deviations of the sizes, with the stated error enlarged to the residual: an undetermined size has a large one."""
         j, k = self.jacobian(), len(self.parts)
         if not j: return [math.nan] * k
         scale = self.chi2 / (len(ENTRIES) - k)
@@ -166,7 +166,7 @@ class Search:
     def residual(self, value): return [(m - v) / s for m, v, s in zip(self.measured, value, self.sigma)]
 
     def extended(self, model, columns):
-        """The model with each other hypothesis at each of its sizes, and what is left when the model's own sizes follow, to first order."""
+        """The model with each other hypothesis at each of its sizes, and the residual when the model's own sizes adapt, to first order."""
         for h in self.hypotheses:
             if h.name in model.key(): continue
             for size in h.sizes():
@@ -191,7 +191,7 @@ class Search:
     def share(self, model): return 100 * (1 - model.chi2 / self.nothing.chi2)
 
     def bic(self, model):
-        """Schwarz's criterion with the error's scale unknown, and the choice among so many hypotheses charged for."""
+        """Schwarz's criterion with unknown error scale, plus a penalty for the choice among so many hypotheses."""
         k, n = len(model.parts), len(self.measured)
         return n * math.log(model.chi2 / n) + k * math.log(n) + 2 * math.log(math.comb(len(HYPOTHESES), k))
 
@@ -206,7 +206,7 @@ class Search:
 # ---- could it be chance? ---------------------------------------------------------------------------------------------------------------
 
 def curves(s):
-    """Of each hypothesis what its scan says on a fine grid of sizes: changes of the ten entries in units of the error, joined linearly."""
+    """Scan of each hypothesis on a fine grid of sizes: changes of the ten entries in units of the error, interpolated linearly."""
     grids = []
     for h in HYPOTHESES:
         for side in (h.low, h.high):
@@ -227,7 +227,7 @@ def left(target, vectors):
 
 
 def explained(target, grids):
-    """Shares that the best hypothesis and the best pair explain when their scans are added up; pairs from the four best hypotheses."""
+    """Shares that the best hypothesis and the best pair explain when their scans are added; pairs from the four best hypotheses."""
     t2 = sum(x * x for x in target)
     singles = sorted((left(target, g), i) for i, g in enumerate(grids))
     pairs = min(left([t - x for t, x in zip(target, v)], other) for _, i in singles[:4] for v, _ in grids[i]
@@ -236,7 +236,7 @@ def explained(target, grids):
 
 
 def chance(a):
-    """The same deviations with their signs drawn at random: how much of those would the hypotheses explain?"""
+    """The same deviations with random signs: how much of those would the hypotheses explain?"""
     print(measured.build())
     s, draw = Search(a.cache, a.floor), random.Random(1)
     grids = [[(v, sum(x * x for x in v)) for v in g] for g in curves(s)]
@@ -251,7 +251,7 @@ def chance(a):
 # ---- without any simulation: the legs' forces that Table 5 asks for --------------------------------------------------------------------
 
 def jacobian():
-    """Leg rates of the six coordinates' rates at neutral, of Tian 2015 Table 1 (method.md, section 2)."""
+    """Leg rates from the six coordinates' rates at neutral, for Tian 2015 Table 1 (method.md, section 2)."""
     rows = []
     for u, l in zip(UPPER, LOWER):
         a, b = [.56 * math.cos(u), .56 * math.sin(u), .16], [1.2 * math.cos(l), 1.2 * math.sin(l), .16 + 1.64]
@@ -312,7 +312,8 @@ def setting(text):
 
 
 def machine(settings, cache, seeds):
-    """What methods A and B read on one machine: exact sensors, or mean and deviation over seeds of the paper's sensors and whole tests."""
+    """Readings of methods A and B on one machine: exact sensors, or mean and deviation over seeds of the paper's sensors and whole
+    tests."""
     settings, lines = dict(settings), []
     for method in ("method_a", "method_b"):
         name = "simulated, " + method[-1].upper()
@@ -366,7 +367,7 @@ def search(a):
 
 
 def laws(a):
-    """The two unlike partners of friction among the best pairs taken together: with each law of friction, and each part left out."""
+    """The two different partners of friction among the best pairs, combined: with each law of friction, and with each part left out."""
     print(measured.build())
     s, named = Search(a.cache, a.floor), {h.name: h for h in HYPOTHESES}
     frictions = [("dry friction", 167), ("load dependent friction", .018), ("Stribeck friction, 20 mm/s", 175),

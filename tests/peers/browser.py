@@ -88,7 +88,7 @@ class Browser:
         self.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
 
     def views(self):
-        """The page at 1200 and 420 px, light and dark, one after the other: must be no wider than the window, and of the scheme asked for."""
+        """Shows the page at 1200 and 420 px, light and dark: it must be no wider than the window and follow the scheme."""
         for width, dark in VIEWS:
             self.size(width, 900, dark)
             self.wait("innerWidth == %d" % width)
@@ -99,7 +99,7 @@ class Browser:
             yield width, dark
 
     def overlaps(self):
-        """Labels of pictures (SVG, in data of the page) that lie one on another."""
+        """Labels of pictures (SVG, in data of the page) that overlap."""
         return self.evaluate("""(() => {
             const pictures = [...document.querySelectorAll('img')].filter(i => i.src.startsWith('data:image/svg'));
             return pictures.flatMap(i => {
@@ -129,12 +129,12 @@ class Browser:
         return self.send("Runtime.getHeapUsage")["usedSize"]
 
     def complaints(self):
-        """What the browser's console has: errors of scripts, what the content security policy refused, what was not there."""
+        """The browser's console: script errors, violations of the content security policy, missing resources."""
         of = {"Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled"}
-        self.send("Runtime.evaluate", expression="0")  # what came before it is there then
+        self.send("Runtime.evaluate", expression="0")  # by then everything before it has arrived
         return [e["params"] for e in self.events if e["method"] in of]
 
     def asked(self):
-        """Addresses that the page has asked for."""
+        """Addresses that the page requested."""
         self.send("Runtime.evaluate", expression="0")
         return [e["params"]["request"]["url"] for e in self.events if e["method"] == "Network.requestWillBeSent"]

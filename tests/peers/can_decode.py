@@ -28,7 +28,7 @@ def frames(path):
 
 
 def cycles(path):
-    """Between two SYNCs: what the nodes latched at the first, and the commands that the second puts into force."""
+    """Between two SYNCs: the values latched at the first, and the commands that the second puts into force."""
     values = {}
     for identifier, data in frames(path):
         if identifier == 0x80:
@@ -64,7 +64,7 @@ for sensors, valves in rows(sys.argv[2]):
 print(f"# {len(bus)} cycles on the bus, {total} rows in the log, {found} with their readings and {commands} with their commands on the bus")
 good = total > 1000 and found == total
 print(("ok" if good else "not ok") + " - cantools decodes a candump to the logged lengths and pressures")
-mostly = commands >= 0.99 * total  # a sample that came twice was answered by one of two commands
+mostly = commands >= 0.99 * total  # a repeated sample was answered by one of two commands
 print(("ok" if mostly else "not ok") + " - and to the logged valve commands, in the same cycle")
 driven = [(before[2][4], io) for before, (_, valves, io) in zip(bus, bus[1:]) if any(valves)]
 pumped = len(driven) > 1000 and all(supply != io[4] and io[:4] == [1, 1, 1, 1] for supply, io in driven)

@@ -42,7 +42,7 @@ def send(cob, data=b""):
 
 
 def frames(seconds, wanted=lambda m: False):
-    """All that come, up to and with the first that is wanted, or for so long."""
+    """All frames up to and including the first wanted one, or until the time is over."""
     got, end = [], time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0:
         message = bus.recv(left)
@@ -55,12 +55,12 @@ def frames(seconds, wanted=lambda m: False):
 
 
 def settle():
-    """Nothing of before is taken for an answer to what comes."""
+    """Discards earlier frames, so that none is taken for an answer to a later one."""
     frames(0.02)
 
 
 def answer(cob, seconds=1.0):
-    """Data of the next frame of this identifier, None when none comes."""
+    """Data of the next frame of this identifier, None if none comes."""
     got = frames(seconds, lambda m: m.arbitration_id == cob)
     return bytes(got[-1].data) if got and got[-1].arbitration_id == cob else None
 
@@ -107,7 +107,7 @@ def reset():
 
 
 def state():
-    """As the next heartbeat says."""
+    """State from the next heartbeat."""
     reply = answer(0x700 + NODE)
     return reply[0] if reply else None
 
@@ -117,7 +117,7 @@ def emergencies(got):
 
 
 def operational():
-    """Slow watchdogs, so that no check runs into one that it does not mean; then started."""
+    """Sets slow watchdogs, so that no check triggers one unintentionally; then starts the node."""
     reset()
     write(0x1016, 1, MASTER << 16 | 60000, 4)
     write(0x1400, 5, 1000, 2)
@@ -137,7 +137,7 @@ claim("7.2.8.3.2.2", "no heartbeat while 0x1017 is 0, its default",
       not [m for m in frames(0.5) if m.arbitration_id == 0x700 + NODE])
 
 dictionary = canopen.import_od(EDS, NODE)
-entries = [entry for item in dictionary.values() if item.index >= 0x1000  # below: data types, for dummies
+entries = [entry for item in dictionary.values() if item.index >= 0x1000  # entries below are data types, for dummies
            for entry in ([item] if isinstance(item, canopen.objectdictionary.ODVariable) else item.subindices.values())]
 wrong = []
 for e in entries:
@@ -298,7 +298,7 @@ def data(value):
 
 
 def output(data, cob=0x200 + NODE, sync=True):
-    """What is in force after this RPDO, and after SYNC."""
+    """The output after this RPDO, and after SYNC."""
     send(cob, data)
     if sync:
         send(0x80)

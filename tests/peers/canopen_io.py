@@ -21,7 +21,7 @@ FILLED = 150  # changes of the supply output: 0.3 s
 class Module:
     def __init__(self, interface):
         dictionary = canopen.import_od(EDS, 7)
-        del dictionary[0x2000]  # the master does without
+        del dictionary[0x2000]  # the master does not need it
         self.inputs, self.level, self.changes, self.opened = EMERGENCY_STOP | ENABLE | DOOR, 0, 0, None
         self.valves, self.driven = {}, False
         self.network = canopen.Network()
@@ -33,7 +33,7 @@ class Module:
         self.node.nmt.state = "PRE-OPERATIONAL"
 
     def nmt(self, cob, data, stamp):
-        """A reset is answered by a boot-up."""
+        """Answers a reset by a boot-up."""
         if data[0] in (0x81, 0x82) and data[1] in (0, 7):
             self.node.nmt.state = "INITIALISING"
             self.node.nmt.state = "PRE-OPERATIONAL"

@@ -74,8 +74,8 @@ heard = 0.0
 
 
 def cycle(valve=None):
-    """The master's heartbeat when it is due, RPDOs and SYNC; returns position, P1, P2 of the TPDO that answers. With a valve command the
-    charge pump runs, too."""
+    """Sends the master's heartbeat when due, RPDOs and SYNC; returns position, P1, P2 of the answering TPDO. With a valve command the
+    supply output toggles as well."""
     global heard
     if time.monotonic() - heard > 0.03:
         heard = time.monotonic()

@@ -26,7 +26,7 @@ def exchange(number, valve):
     return answer[1:]
 
 
-numbers = []  # of commands, as the answers have them
+numbers = []  # command numbers as the answers return them
 client.connect()
 claim("pymodbus: the device says what it is", client.read_holding_registers(IDENTITY, 2, slave=1).registers == [0x4845, 3])
 claim("pymodbus: the machine is claimed", not client.write_registers(WATCHDOG, [20] + MINE, slave=1).isError())
@@ -42,7 +42,7 @@ risen = signed(last[2:14])[0] - first[0]
 claim("pymodbus: commands move the legs: +%.1f mm in 200 cycles" % (risen / 1000), risen > 20000)
 while not client.read_holding_registers(STATUS, 1, slave=1).registers[0] & 1:
     pass
-time.sleep(0.2)  # it swings on
+time.sleep(0.2)  # it still swings
 held = signed(client.read_holding_registers(LENGTH, 12, slave=1).registers)[0]
 time.sleep(0.2)
 still = signed(client.read_holding_registers(LENGTH, 12, slave=1).registers)[0]
@@ -53,7 +53,7 @@ claim("pymodbus: what the device says cannot be written", client.read_holding_re
 
 
 def unheard_of():
-    """Seconds until a function that nobody knows is refused: the device does nothing else meanwhile, its watchdog included."""
+    """Seconds until an unknown function is refused: the device does nothing else meanwhile, its watchdog included."""
     with socket.create_connection(("127.0.0.1", int(sys.argv[1]))) as other:
         begun = time.monotonic()
         other.sendall(b"\0\1\0\0\0\2\1\x41")
@@ -62,7 +62,7 @@ def unheard_of():
 
 
 def flood():
-    """A client that asks and never reads. Whether the device cuts it off, or waits for it."""
+    """A client that asks and never reads. Returns whether the device disconnects it rather than waiting."""
     with socket.create_connection(("127.0.0.1", int(sys.argv[1]))) as other:
         other.settimeout(5)
         try:

@@ -11,7 +11,7 @@ import os, random, select, socket, struct, subprocess, sys, time, tty
 from pymodbus.client import ModbusTcpClient
 
 PATIENCE_S = 30
-END = 0x3C  # registers 0..0x3a are there
+END = 0x3C  # registers 0..0x3a exist
 IDENTITY, WATCHDOG_MAX, WATCHDOG, TOKEN, VALVE, COMMAND, SAMPLE, STATUS, FOREIGN = 0, 4, 0x15, 0x16, 0x18, 0x1F, 0x20, 0x21, 0x3A
 failures = 0
 
@@ -54,7 +54,7 @@ def registers(pdu):
 
 
 class Connection:
-    """One TCP connection; every request has a transaction identifier of its own."""
+    """One TCP connection; every request has its own transaction identifier."""
 
     def __init__(self, port):
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S)
@@ -91,7 +91,7 @@ class Connection:
         return answer
 
     def unanswered(self, data):
-        """Whether that is discarded, and the connection serves on."""
+        """Whether the request is discarded while the connection keeps serving."""
         try:
             self.send(data)
             return self.ask(read(IDENTITY, 1)) == b"\x03\x02HE"
@@ -116,7 +116,7 @@ def tcp(port):
         return Connection(port)
 
     def refused(text, pdu, code, **frame):
-        """An exception, and the connection serves on."""
+        """Expects an exception while the connection keeps serving."""
         c = fresh()
         try:
             holds = c.ask(pdu, **frame) == exception(pdu[0], code) and c.ask(read(IDENTITY, 1)) == b"\x03\x02HE"
@@ -244,7 +244,7 @@ def tcp(port):
 
     other = fresh()
     kept, moved = True, False
-    for n in range(200):  # the master commands on, so that the machine stays its
+    for n in range(200):  # the master continues to command, so that it stays the master
         answer = registers(c.ask(cycle(mine, n)))
         kept &= answer[0] == n and answer[FOREIGN - COMMAND] == foreign
         other.send(other.frame(write(WATCHDOG, [own_ms] + yours)))
@@ -324,7 +324,7 @@ class Line:
         os.write(self.master, data + (crc(data) if check is None else check))
 
     def receive(self, within_s):
-        """Whatever comes until nothing has come for so long."""
+        """Everything received until the line is silent for so long."""
         data = b""
         while select.select([self.master], [], [], within_s)[0]:
             data += os.read(self.master, 4096)
@@ -332,7 +332,7 @@ class Line:
         return data
 
     def ask(self, pdu, unit=1):
-        """The answer's PDU; asks again, as a master does when a line has swallowed something."""
+        """The answer's PDU; repeats the request, as a master does when a line loses something."""
         for _ in range(10):
             self.send(pdu, unit)
             data = self.receive(3)
@@ -341,7 +341,7 @@ class Line:
         return None
 
     def unanswered(self, pdu, unit=1, check=None):
-        """Nothing but the next request is answered."""
+        """Only the next request is answered."""
         self.send(pdu, unit, check)
         early = self.receive(0.3)
         return early == b"" and self.ask(read(IDENTITY, 1)) == b"\x03\x02HE"

@@ -37,7 +37,7 @@ def reconnect(dice):
 
 
 def flood(dice):
-    """Asks and reads nothing, until it is cut off."""
+    """Sends requests and reads nothing until it is disconnected."""
     with connect() as c:
         while not over.is_set():
             c.sendall(b"\0\1\0\0\0\6\1\3\0\0\0\x3b" * 100)

@@ -37,7 +37,7 @@ def frame(sock):
 
 
 def answers(data):
-    """What becomes of an answer: pieces to send."""
+    """Parts of an answer to send on."""
     chance = dice.uniform(0, 100) < value
     if mode == "loss":
         return [] if chance else [data]
@@ -64,7 +64,7 @@ def carry(client, server):
             client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             return
         if mode == "hang":
-            time.sleep(0.02)  # select() does not wait for what is not read
+            time.sleep(0.02)  # select() does not wait for unread data
             continue
         for sock in ready:
             data = frame(sock)

@@ -7,7 +7,7 @@ SUPPLY, COMMAND, SAMPLE, LENGTH, INPUTS, END = 0x001E, 0x001F, 0x0020, 0x0022, 0
 
 
 class Machine(ModbusSequentialDataBlock):
-    """Counts a sample whenever the readings are read. Its supply has pressure while the output for it changes."""
+    """Counts a sample whenever the readings are read. Its supply has pressure while the output for it toggles."""
 
     level, still = 0, 99
 
@@ -16,7 +16,7 @@ class Machine(ModbusSequentialDataBlock):
             level = super().getValues(SUPPLY, 1)[0]
             self.still = 0 if level != self.level else self.still + 1
             self.level = level
-            self.setValues(INPUTS, [0x0F if self.still < 5 else 0x87])  # plain, and inverse above
+            self.setValues(INPUTS, [0x0F if self.still < 5 else 0x87])  # plain in the low bits, inverse above
             self.setValues(SAMPLE, [(super().getValues(SAMPLE, 1)[0] + 1) & 0xFFFF])
         return super().getValues(address, count)
 

@@ -22,7 +22,7 @@ def check(text, holds):
 
 
 def plug():
-    """A new pair of ends: the master's, ours."""
+    """Makes a new pair of ends: the master's, ours."""
     ours, theirs = pty.openpty()
     tty.setraw(ours)
     tty.setraw(theirs)

@@ -16,7 +16,7 @@ tty.setraw(line)
 fcntl.ioctl(line, termios.TIOCSETD, struct.pack("i", N_SLCAN))
 
 
-def take():  # what the kernel tells the adapter: bit rate, open, close
+def take():  # the kernel's settings for the adapter: bit rate, open, close
     while os.read(adapter, 100):
         pass
 

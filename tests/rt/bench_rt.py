@@ -15,17 +15,17 @@ On a machine that does other work the figures are that work's. Ends with an erro
 the exit status. Environment: HEXID. Needs root."""
 import argparse, csv, math, os, statistics, subprocess, sys, time
 
-sys.dont_write_bytecode = True # nothing is left in the tree
+sys.dont_write_bytecode = True # leaves no files in the tree
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
 import counts, measured, wake
 
 COLUMNS = ("p50", "p99", "p999", "max")
-WANTED = {"sim:": 1.1, "modbus": 1.3}    # wake-up p99 over cyclictest's
+WANTED = {"sim:": 1.1, "modbus": 1.3}  # wake-up p99 relative to cyclictest's
 MISSED_RATIO, MISSED_SHARE = 1.5, 1e-3
 
 
 class Stress:
-    """stress-ng on the processors that the loop does not have: arithmetic, memory, system calls, context switches."""
+    """stress-ng on the processors that the loop does not use: arithmetic, memory, system calls, context switches."""
 
     def __init__(self, on): self.on, self.process = on, None
 
@@ -71,7 +71,7 @@ class Turns:
     def median_ratio(self, name, c): return statistics.median(r[c] for _, r in self.runs[name])
 
     def spread(self, c):
-        """How far cyclictest is from itself a slot later: the median of the larger over the smaller."""
+        """Ratio of cyclictest to itself one slot later: the median of the larger over the smaller."""
         return statistics.median(max(r[c], 1 / r[c]) for r in self.itself)
 
     def late(self, name):
@@ -130,7 +130,7 @@ def rate(a, out, hz, turns_count):
 
 
 def threads(out):
-    """What each thread of the daemon did from its first sleep on, and its stack; on sim:, then on Modbus."""
+    """Activity of each of the daemon's threads from its first sleep on, and its stack; on sim:, then on Modbus."""
     print("\n| back-end | thread | sleeps | heap calls | locks | page faults | stack, bytes |\n|" + " --- |" * 7, file=out)
     with wake.Plant() as plant:
         for name, url in (("sim:", "sim:"), ("modbus", plant.url)):
@@ -163,7 +163,7 @@ def measure(a, out):
 
 
 class Both:
-    """The terminal and the file."""
+    """Writes to the terminal and the file."""
 
     def __init__(self, path): self.file = open(path, "w")
 

@@ -1,9 +1,9 @@
 #!/bin/bash
-# How long `hexid command` takes from its start to its end, process and configuration included; on a quiet machine.
+# Duration of `hexid command` from start to end, process and configuration included; on a quiet machine.
 . tests/scenarios/lib
 . tests/scenarios/operators_lib
 
-# took COMMAND TIMES: medians in ms over so many.
+# took COMMAND TIMES: median duration in ms of TIMES runs.
 took() {
     daemon "took_$1" --set lcm.url= || return
     for _ in $(seq "$2"); do
@@ -20,9 +20,9 @@ for command in stop park; do
     claim "$command: done and answered within 20 ms, the median of 200" took $command 200
     sed 's/^/# /' "$work/$command.took"
 done
-# engaged: from the start of the client to its first line; each is parked again.
+# engaged: time from the start of the client to its first line; each is parked again.
 engaged() {
-    daemon engaged --set lcm.url= --set lcm.lease_s=1 || return # how often the client looks whether it is over
+    daemon engaged --set lcm.url= --set lcm.lease_s=1 || return # interval at which the client checks for the end
     local begun line
     for _ in $(seq "$1"); do
         begun=${EPOCHREALTIME/./}

@@ -20,7 +20,7 @@ def functions(program):
 
 
 def counted(command):
-    """A dictionary for each thread, and the program's status; security.confine would deny the counting."""
+    """Returns a dictionary for each thread and the program's status; security.confine would prevent the counting."""
     with tempfile.TemporaryDirectory() as work:
         environment = os.environ | {"LD_PRELOAD": os.path.abspath(PRELOAD), "HEXID_COUNTS": work + "/counts"}
         status = subprocess.run([*command, "--set", "security.confine=false"], env=environment, stdout=sys.stderr).returncode
@@ -31,7 +31,7 @@ def counted(command):
 
 
 def faults_of(thread, unlocked):
-    """What a real-time thread did that it must not; page faults that could not be counted (-1) are none."""
+    """Forbidden activities of a real-time thread; uncountable page faults (-1) are none."""
     if thread["sleeps"] < SLEEPS: yield "slept %d times only" % thread["sleeps"]
     for what in ("heap", "locks") + (() if unlocked else ("minor_faults", "major_faults")):
         if thread[what] > 0: yield "%s: %d" % (what, thread[what])

@@ -11,14 +11,14 @@ tests/rt/counts.c preloaded, hence unconfined.
 --modbus: behind a plant of its own on Modbus TCP. Environment: HEXID. Needs root."""
 import argparse, contextlib, glob, json, math, os, re, signal, subprocess, sys, tempfile, time
 
-sys.dont_write_bytecode = True # nothing is left in the tree
+sys.dont_write_bytecode = True # leaves no files in the tree
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
 import measured, wake
 from counts import PRELOAD, functions as wake_names
 
 NAME, QUARTERS = "soak%d" % os.getpid(), 4
-PART_GB, QUOTA_GB = .01, .05    # 10 MB a part, so that parts come and go in minutes
-MEMORY_KB = 8192                # more than this after the first quarter is growth: one minute of tests is 20 MB, and is given back
+PART_GB, QUOTA_GB = .01, .05  # 10 MB per part, so that parts come and go within minutes
+MEMORY_KB = 8192  # more than this after the first quarter is growth: one minute of tests is 20 MB and is freed
 SHORT = ["lcm.url=", "sim.engine=closed_form", "motion.automatic=false", "security.confine=false", "lcm.commands=true", "motion.engage_s=3", "motion.park_s=3", "tests.settle_s=0.3",
          "tests.ramp_s=0.3", "tests.ramp_out_s=0.3", "tests.duration_s=2", "machine.name=" + NAME, "loop.cpu=%d" % wake.CPU]
 
@@ -58,7 +58,7 @@ class Daemon:
         with open(self.said.name) as file: return file.read()
 
     def wait_for(self, word):
-        """Until the daemon has said that it is in this state, since it was asked last."""
+        """Waits until the daemon reports this state, since the last wait."""
         end = time.monotonic() + wake.HANG_S
         while not (found := re.compile(r"^\s+%s\b.*\n" % word, re.M).search(text := self.text(), self.seen)):
             if self.process.poll() is not None or time.monotonic() > end: wake.fail("hexid run: not %s: %s" % (word, text[-600:]))
@@ -77,7 +77,7 @@ class Daemon:
 
 
 def cycle(daemon):
-    """Up, the tests, down. `engage` holds the platform until it is put down, `start` until the tests are over."""
+    """Engages, tests, parks. `engage` holds the platform until it is parked, `start` until the tests are over."""
     name = ["--machine", NAME]
     engage = subprocess.Popen([wake.HEXID, "command", "engage", *name], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
@@ -92,7 +92,7 @@ def cycle(daemon):
 
 
 def quarter_rows(daemon, counts):
-    """The quarters' wake-ups of the loop, as tests/rt/counts.c wrote them."""
+    """The quarters' wake-ups of the loop as tests/rt/counts.c wrote them."""
     with open(counts) as file: lines = [line.split() for line in file if line.startswith("wake ")]
     names = wake_names(wake.HEXID)
     return [[float(x) for x in w[2:]] for w in lines if names.get(int(w[1], 16)) == "loop_thread"]

@@ -18,7 +18,7 @@ else:
     print("t [ms];%s;force (kN);motor temperature" % ("position_m" if "millimetres" in how else "position_mm"))
 for i in range(400 * 12):
     if random.random() < 0.004:
-        continue  # lost
+        continue  # lost row
     t = i / 400
     ramp = min(t, 1.0)
     x, v, a = (ramp * amplitude * f for f in (math.sin(w * t), w * math.cos(w * t), -w * w * math.sin(w * t)))

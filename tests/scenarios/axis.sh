@@ -1,5 +1,5 @@
 #!/bin/bash
-# One axis, recorded by another program: units of its own, semicolons, decimal commas, lost rows, empty cells. Import, gap, extended model.
+# One axis recorded by another program: its own units, semicolons, decimal commas, lost rows, empty cells. Import, gap, extended model.
 . tests/scenarios/lib
 
 recorded() { mkdir -p "$work/$1" && "$python" tests/scenarios/axis.py "${@:2}" >"$work/$1/1.csv"; }
@@ -28,7 +28,7 @@ closed() {
         says "$work/again.gap/gap.json" no_gap
 }
 claim "with it a second recording has no gap" closed
-# With less and less memory it ends, or says the same.
+# With less and less memory it either ends with a message or gives the same result.
 short_of_memory() {
     for ((kb = 80000; kb > 24000; kb = kb * 9 / 10)); do
         (
@@ -54,7 +54,7 @@ overstated() {
 }
 claim "friction that the file states and the axis has not is taken off, beside what it lacks" overstated
 
-# Stribeck friction that the axis has not: it comes out as nothing, and so does its shape.
+# Stribeck friction that the axis does not have comes out as zero, with an undetermined speed.
 left() {
     "$hexid" gap --measured "$work/nothing.lcm" -c config/axis.yaml --set effects.cylinder_stribeck_friction.excess_n=100 \
         --set effects.cylinder_stribeck_friction.velocity_mps=0.05 -o "$work/left" 2>/dev/null &&

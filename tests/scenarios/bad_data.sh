@@ -1,5 +1,5 @@
 #!/bin/bash
-# What hexid identify says of recordings that are no good: the reason, and what to do.
+# Messages of hexid identify for bad recordings: the reason and the remedy.
 . tests/scenarios/lib
 skip_under tsan "bad data" "one thread"
 
@@ -10,7 +10,8 @@ long=(--set tests.duration_s=2)
 few() { quick --log "$work/few.lcm" >/dev/null; identify "$work/few.lcm"; says 'method C  not evaluated: test x: 0.998 s evaluated, too short: at least 6 cycles'; }
 claim "too few cycles: method C says so, and how many it takes" few
 
-# Only x is tested: what shows in the other axes' motion alone is no number, and neither are the legs' dry frictions, which one test does not tell apart.
+# Only x is tested: entries that show only in the other axes' motion are null, and so are the legs' dry frictions, which one test cannot
+# separate.
 one_axis() {
     quick --tests x "${long[@]}" --log "$work/x.lcm" >/dev/null
     ends 1 identify "$work/x.lcm" --json "$work/x.json"
@@ -24,7 +25,8 @@ claim "axes that no test moves: their entries are null and the motion that they 
 whole() { quick "${long[@]}" --log "$work/six.lcm" >/dev/null && identify "$work/six.lcm" && says 'data +determine 21 of 21 entries' && ! grep -qE 'not determined( by|: Mt)' "$work/out"; }
 claim "six axes: all 21 entries are determined" whole
 
-# A motion of z alone: all six legs go as one. Noise of the other axes' accelerations must not pass for their motion: their masses would be too small.
+# A motion of z alone: all six legs move as one. Noise of the other axes' accelerations must not pass for their motion, which would make
+# their masses too small.
 "$python" - "$work/z.csv" <<'END'
 import math, sys
 with open(sys.argv[1], "w") as f:
@@ -38,7 +40,7 @@ rank() {
 }
 claim "a motion of one axis, legs in step: rank is lacking, and what lacks it is no number" rank
 
-# altered NAME CODE: the six tests with every row of every file changed by Python, where x is the columns' values by name.
+# altered NAME CODE: the six tests with every row of every file changed by Python, where x holds the columns' values by name.
 altered() {
     rm -rf "$work/csv" && "$hexid" export "$work/six.lcm" -o "$work/csv" >/dev/null && "$python" - "$work/csv" "$2" <<'END' &&
 import csv, glob, sys

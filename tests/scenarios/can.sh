@@ -1,4 +1,4 @@
 #!/bin/bash
-# The daemon and the plant as two processes on a kernel's CAN bus, and other makers' programs at either end.
+# The daemon and the plant as two processes on a kernel's CAN bus, with other makers' programs at either end.
 . tests/scenarios/lib
 on_own_machine "daemon and plant on CAN" --can tests/uml/can_checks.sh

@@ -1,5 +1,5 @@
 #!/bin/bash
-# hexid check says what is in a recording, whoever made it, and whether gap and identify would take it; it refuses only what cannot be read.
+# hexid check describes any recording and says whether gap and identify would accept it; it refuses only unreadable ones.
 . tests/scenarios/lib
 skip_under tsan "hexid check" "one thread"
 
@@ -7,7 +7,7 @@ quick --set tests.settle_s=1 --set tests.duration_s=2 --log "$work/run.lcm" >/de
 "$hexid" export "$work/run.lcm" -o "$work/csv" >/dev/null
 check() { "$hexid" check "$@" >"$work/text"; }
 says() { for words in "$@"; do grep -qE -- "$words" "$work/text" || { echo "missing: $words"; cat "$work/text"; return 1; }; done; }
-# fact JSON EXPRESSION: of Python, about d, the JSON, and t, its first test.
+# fact JSON EXPRESSION: a Python expression about d, the JSON, and t, its first test.
 fact() { "$python" -c 'import json, sys
 d = json.load(open(sys.argv[1])); t = d["tests"][0]
 print(json.dumps(d)[:2000])
@@ -48,7 +48,7 @@ no_gnuplot() { PATH=/nowhere "$hexid" check "$work/run.lcm" -o "$work/plain.html
 without_gnuplot() { ends 3 no_gnuplot && grep -q gnuplot-nox "$work/error" && grep -q 'picture not drawn' "$work/plain.html"; }
 claim "without gnuplot the page is written without pictures, and the status says so" without_gnuplot
 
-# A rig of somebody else's: own names, decimal commas, half a second lost, rest, 3 Hz, rest.
+# Another user's rig: own names, decimal commas, half a second lost, rest, 3 Hz, rest.
 mkdir "$work/rig"
 "$python" - "$work/rig/Versuch 1.csv" <<'END'
 import math, random, sys
@@ -75,7 +75,7 @@ claim "gap would take it, rests and all" eval 'ends 0 rig --map "$map" && says "
 claim "gap's very refusal is said: the middle is not the configuration's" eval \
     'ends 1 rig --map "$map" --set axis.middle_m=0.3 && says "hexid gap would refuse it: the position runs"'
 claim "a name that no file has is refused with those left over" refuses 2 "Krafft force_n Kraft" rig --map "${map/Kraft/Krafft}"
-# With a long name no row is taller than four lines.
+# Even with a long name no row is taller than four lines.
 phone() {
     mkdir "$work/long" && cp "$work/rig/Versuch 1.csv" "$work/long/Versuch 1 mit der alten Pumpe, Ventil 3 warm.csv" &&
         check "$work/long" -c config/axis.yaml --set loop.period_s=0.001 --map "$map" -o "$work/long.html" >/dev/null &&
@@ -102,7 +102,7 @@ free_motion() {
         fact "$work/d.json" 't["axis"] == "none" and t["stated_hz"] is None and t["rows"] > 1500 and abs(t["measured_hz"] - 4) < 0.01'
 }
 claim "a recording of any motion, dof: none, is shown" free_motion
-# From elsewhere: without phases, and the logger's time runs on from file to file.
+# Foreign data: without phases, and the logger's time continues from file to file.
 runs_on() {
     mkdir -p "$work/on"
     for file in "$work"/csv/*.csv; do

@@ -1,16 +1,16 @@
 #!/bin/bash
-# Commands: the platform engages, tests and parks when told to, and by default only stops when told to; who set it in motion and goes away
-# leaves it parked; over LCM, where others watch, stop and park are taken, and nothing that moves.
+# Commands: the platform engages, tests and parks on command, and by default only stops on command; a client that set it in motion and
+# leaves, leaves it parked; over LCM, where others watch, stop and park are accepted and motion is not.
 . tests/scenarios/lib
 own_network "commands are obeyed"
-CLOCK=virtual # the simulated platform's is: no claim is tried again, and the leases are long beside any stall
+CLOCK=virtual # the simulated platform's clock: no claim is repeated, and the leases are long compared with any stall
 . tests/scenarios/bus_lib
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 
-# The run reports to a pipe, on 3, `hexid monitor` to another, on 4.
+# The run writes to a pipe, on 3, `hexid monitor` to another, on 4.
 run= monitor=
 start_run() {
-    [ -z "$run$monitor" ] || { kill -KILL $run $monitor; wait $run $monitor; } # of a claim that did not come to its end
+    [ -z "$run$monitor" ] || { kill -KILL $run $monitor; wait $run $monitor; } # left over from a claim that broke off
     rm -f "$work/lines" "$work/monitor"
     mkfifo "$work/lines" "$work/monitor"
     "$hexid" monitor --set lcm.url="$url" >"$work/monitor" &
@@ -20,7 +20,7 @@ start_run() {
     run=$!
     exec 3<"$work/lines"
 }
-# await PATTERN [FD]: reads on to a line that matches.
+# await PATTERN [FD]: reads up to a line that matches.
 await() {
     while read -r -t 120 -u "${2:-3}" line; do
         echo "$line"
@@ -31,7 +31,7 @@ await() {
     return 1
 }
 tell() { "$hexid" command "$1" --set lcm.url="$url"; }
-# operate COMMAND: a client in the background, which renews its lease; its process in $operator.
+# operate COMMAND: a client in the background that renews its lease; its process is in $operator.
 operate() {
     "$hexid" command "$1" --set lcm.url="$url" >"$work/operator.$1" 2>&1 &
     operator=$!
@@ -55,7 +55,7 @@ by_hand() {
         wait $operator && cat "$work/operator.engage" && grep -q 'now settled' "$work/operator.engage" && kill -INT $run &&
         ended 1 # interrupted, the usual end of a run by hand
 }
-# gone SIGNAL PATTERN: the operator's client ends so, or stops; the run says that, and parks.
+# gone SIGNAL PATTERN: the operator's client ends or stops by SIGNAL; the run reports PATTERN and parks.
 gone() {
     start_run --set motion.automatic=false --set lcm.commands=true --set lcm.lease_s=1
     await settled && operate engage && await ready && kill -"$1" $operator && await parking && await settled && kill -INT $run && ended 1 &&
@@ -68,12 +68,12 @@ unleased() {
     start_run --set motion.automatic=false --set lcm.commands=true --set lcm.lease_s=0
     await settled && tell engage && await ready && tell park && await settled && kill -INT $run && ended 1
 }
-explained() { # what does nothing says why, and what to do first
+explained() { # a command without effect states the reason and the command to give first
     start_run --set motion.automatic=false --set lcm.commands=true
     await settled && ends 4 tell start 2>"$work/why" && grep 'state settled: .*engage' "$work/why" && ends 4 tell reset 2>"$work/why" &&
         grep 'no fault' "$work/why" && tell park >"$work/why" && grep 'nothing moves' "$work/why" && kill -INT $run && ended 1
 }
-# Whatever is said over LCM, a recorded session's messages, too: nothing moves, and a stop stops.
+# Messages over LCM, a recorded session's included, never cause motion, and a stop stops.
 over_lcm() {
     start_run --set motion.automatic=false --set lcm.commands=true
     await settled && PYTHONPATH=$work "$python" - "$url" <<'END' && pause 0.5 && operate engage && await ready && say_park && await parking && await settled &&

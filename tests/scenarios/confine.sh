@@ -1,9 +1,10 @@
 #!/bin/bash
-# The running daemon has given up what it does not need, runs on without, and needs no root to begin with. tests/test_confine.c: what is denied.
+# The running daemon has given up unneeded rights, runs on without them, and needs no root to start. tests/test_confine.c covers the
+# denials.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "a confined daemon" "sanitizer builds are not confined"
 
-# running OPTION...: a paced run that has begun to move; $run is its process.
+# running OPTION...: a paced run that has started to move; $run is its process.
 running() {
     local line
     rm -f "$work/lines"
@@ -46,7 +47,7 @@ denied_nothing() {
 }
 if command -v strace >/dev/null; then claim "and asks for nothing that it is denied" denied_nothing; fi
 
-# What a service has: a user without rights but the two for real time.
+# A service's rights: a user with only the two for real time.
 text="as nobody, with CAP_SYS_NICE and CAP_IPC_LOCK alone: --rt require on sim:"
 rights=(setpriv --reuid nobody --regid nogroup --clear-groups --inh-caps -all,+sys_nice,+ipc_lock --ambient-caps -all,+sys_nice,+ipc_lock
     --bounding-set -all,+sys_nice,+ipc_lock)
@@ -55,7 +56,7 @@ unprivileged() {
     mkdir -m 777 "$work/theirs"
     cp "$hexid" "$work/hexid"
     hexid="${rights[*]} $work/hexid"
-    # A busy host may miss deadlines here, and the verdict may say so.
+    # A busy host may miss deadlines here, and the verdict may report that.
     $hexid run --rt require "${quick_settings[@]}" --set limits.blind_time_s=10 --set loop.overrun_limit=4000 \
         --log "$work/theirs/run.lcm" --json "$work/theirs/run.json" >"$work/theirs/said" 2>&1
     local status=$?

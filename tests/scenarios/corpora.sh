@@ -1,5 +1,5 @@
 #!/bin/bash
-# The inputs that fuzzing found worth keeping, run again.
+# Runs the inputs that fuzzing has collected.
 . tests/scenarios/lib
 for corpus in tests/fuzz/corpus/*/; do
     name=$(basename "$corpus")

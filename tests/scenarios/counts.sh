@@ -1,6 +1,6 @@
 #!/bin/bash
-# Page faults, heap calls and locks of the running daemon's loop thread, counted (tests/rt/counts.c): none, from its first deadline to its
-# last. tests/test_rt_safety.c traps the same and system calls, in more states. Nothing here depends on how late the loop wakes.
+# The running daemon's loop thread has no page faults, heap calls or locks from its first deadline to its last (counted by
+# tests/rt/counts.c). tests/test_rt_safety.c traps the same and system calls, in more states. No claim depends on how late the loop wakes.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "a loop without page faults, heap calls and locks" "sanitizers bring their own allocator and locks"
 locked=() # as root, at least

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Runs leave and come back as CSV without losing a bit; what a directory lacks is said, what is wrong in it is refused.
+# Runs are exported to CSV and imported again bit for bit; missing data in a directory is reported, wrong data refused.
 . tests/scenarios/lib
 
 quick --log "$work/run.lcm" --json "$work/run.json" >"$work/run" 2>&1
@@ -8,7 +8,7 @@ there_and_back() {
     "$hexid" export "$work/run.lcm" -o "$work/csv" && "$hexid" import "$work/csv" -o "$work/back.lcm" &&
         "$hexid" export "$work/back.lcm" -o "$work/again"
 }
-# All but the loop's own statistics, which count cycles outside the tests too.
+# Everything but the loop's own statistics, which include cycles outside the tests.
 identified_alike() {
     "$hexid" identify "$work/back.lcm" --json "$work/back.json" >/dev/null
     "$python" -c 'import json, sys
@@ -16,7 +16,7 @@ a, b = (json.load(open(f)) for f in sys.argv[1:])
 a.pop("loop"), b.pop("loop")
 sys.exit(a != b)' "$work/run.json" "$work/back.json"
 }
-# As from elsewhere: leg lengths and time alone, no configuration.
+# As from elsewhere: only leg lengths and time, no configuration.
 without_pressures() {
     mkdir "$work/lengths"
     for file in "$work"/csv/*.csv; do
@@ -50,7 +50,7 @@ claim "without lengths import warns, and gap says so" without_lengths
 claim "a rate that is not that of the rows is refused" wrong_rate
 claim "an export into a directory with CSV files is refused" refuses 3 "$work/csv" "$hexid" export "$work/run.lcm" -o "$work/csv"
 claim "a directory without CSV files is refused" refuses 2 "$work has no CSV" "$hexid" import "$work" -o "$work/none.lcm"
-# Names that a terminal would obey: of a file, of a column, of a key, and of a bad value.
+# Names with terminal control codes: of a file, a column, a key, and a bad value.
 escape=$'\033[2J\a\302\233'
 hostile() {
     mkdir -p "$work/hostile"

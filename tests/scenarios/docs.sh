@@ -1,5 +1,5 @@
 #!/bin/bash
-# What the documents say of the program is what the program says.
+# The documents' statements about the program match the program.
 . tests/scenarios/lib
 
 failures() {
@@ -11,7 +11,7 @@ claim "the table of what can fail in docs/safety.md is the program's" failures
 reference() { diff <(sed '1,/^<!-- hexid doctor --keys -->$/d' docs/configuration.md) <("$hexid" doctor --keys); }
 claim "docs/configuration.md has the program's keys (otherwise: make docs)" reference
 
-# The values are of one machine and its libraries: all but the digits is compared.
+# The values depend on one machine and its libraries, so everything but the digits is compared.
 shape() { sed -E 's/-?[0-9][0-9.e-]*/N/g; s/ +/ /g; s/^ //' "$@"; }
 checked() {
     quick --set tests.duration_s=2 --log "$work/a.lcm" >/dev/null 2>&1

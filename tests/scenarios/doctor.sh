@@ -1,5 +1,5 @@
 #!/bin/bash
-# doctor on this computer: what it prints, its JSON, its exit status; a Modbus device that is there, and a disk that is full.
+# doctor on this computer: output, JSON, exit status; an existing Modbus device and a full disk.
 . tests/scenarios/lib
 own_network "doctor finds what is wrong"
 quiet=(--latency 0 --set lcm.url=)
@@ -33,7 +33,7 @@ assert text.count("WARN ") == sum(f["level"] == "warn" for f in d["findings"]), 
 END
 }
 claim "JSON: every finding once, with level, words, remedy and numbers; the text has the same" complete
-# What comes from the command line may be no UTF-8, which is all that JSON holds.
+# The command line may contain invalid UTF-8, which JSON cannot hold.
 any_bytes() {
     mkdir "$work"/$'dis\xffk' && "$hexid" doctor "${quiet[@]}" --hal $'can:\xff' --log "$work"/$'dis\xffk' --json "$work/any.json" >"$work/text"
     "$python" -c 'import json, sys
@@ -56,7 +56,7 @@ no_route() { ip route del 224.0.0.0/4 dev lo && fails 'LCM socket' 'no route for
 claim "no route for multicast: FAIL, exit status 1" no_route
 claim "a loop that is unstable: FAIL, with mode, frequency and damping" fails loop 'unstable at neutral: y at 18.6 Hz, damping -0.0' --set lcm.url= --set control.kp=270
 claim "a directory for logs that is not there: FAIL" fails 'log room' /nowhere --set lcm.url= --log /nowhere/a.lcm
-full() { # the trial of its speed leaves most of what is free alone
+full() { # the speed trial leaves most of the free space alone
     mkdir "$work/disk" && mount -t tmpfs -o size=1m none "$work/disk" && fails 'log room' '1.05 MB free' --set lcm.url= --log "$work/disk"
     local status=$?
     umount "$work/disk"
@@ -71,7 +71,7 @@ claim "a machine that is no back-end: refused" refuses 2 "--hal telepathy: no su
 claim "a time that is none: refused" refuses 2 "--latency ever" "$hexid" doctor --latency ever
 claim "a configuration that is none: refused, exit status 2" refuses 2 "tests.frequency_hz" "$hexid" doctor --set tests.frequency_hz=nan
 
-# A device is asked, and goes on: it is free before and after.
+# A device is asked and keeps running: it is unclaimed before and after.
 modbus() {
     mkfifo "$work/plant"
     "$hexid" plant --bus modbus:tcp://127.0.0.1:0 "${quick_settings[@]}" --rt off >"$work/plant" 2>&1 &
@@ -85,7 +85,7 @@ modbus() {
 import json, sys
 found = {f["name"]: f for f in json.load(open(sys.argv[1]))["findings"]}
 print(found["Modbus"])
-data = found["Modbus"]["data"] # of the level nothing is claimed: that is this host's clock
+data = found["Modbus"]["data"] # the level is not checked, because it depends on this host's clock
 sys.exit(not (data["asked"] == 50 and data["lost"] < 50 and 0 < data["median_us"] <= data["max_us"]) or "another master" in found["Modbus"]["found"])
 END
 }

@@ -1,5 +1,5 @@
 #!/bin/bash
-# What cannot be done is refused in one line that names the place, with the exit status of its kind; nothing has moved then.
+# Impossible requests are refused before any motion in one line that names the place, with the exit status of their kind.
 . tests/scenarios/lib
 
 # file TEXT: a configuration file whose third line is the text.
@@ -87,7 +87,7 @@ claim "a file that is no log: I/O error, naming it" refuses 3 "Makefile" "$hexid
 : >"$work/empty.lcm"
 claim "an empty log: I/O error, naming it" refuses 3 "$work/empty.lcm" "$hexid" identify "$work/empty.lcm"
 
-# What may never end is refused at once.
+# Runs that may never end are refused at once.
 mkfifo "$work/fifo.lcm" "$work/fifo.yaml"
 mkdir "$work/pipes" "$work/configured" "$work/linked"
 mkfifo "$work/pipes/1_x.csv" "$work/configured/config.yaml"
@@ -105,7 +105,7 @@ claim "a FIFO among the files to import: refused, naming it" import 3 "pipes/1_x
 claim "one as their configuration: refused, naming it" import 2 "configured/config.yaml FIFO" configured
 claim "a link to a device among them: refused" import 3 "linked/1_x.csv device" linked
 
-# What is written may be read by another program at once.
+# Another program can read an output at once.
 piped() {
     local log status
     cat "$work/fifo.lcm" >"$work/piped.lcm" & log=$!
@@ -117,7 +117,7 @@ piped() {
 }
 claim "a FIFO takes the log of a run" piped
 
-# The log keeps what was measured, so that the page and a later identification say it, too.
+# The log keeps the measured frequency, so the page and a later identification report it as well.
 measured() {
     local said="stroke, leg 3: [0-9.]* mm, limit 2240 mm (limits.length_max_m)"
     ends 1 quick --tests z --hal "fault:length@3+5/3=1;sim:" --log "$work/fault.lcm" >"$work/out" 2>&1

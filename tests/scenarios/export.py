@@ -46,7 +46,7 @@ def read_log(path, types):
         else:
             m = kinds[event.channel].decode(event.data)
             messages.setdefault(event.channel[6:].lower(), []).append({n: getattr(m, n) for n in m.__slots__ if not n.endswith("_count")})
-    return {name: np.array([c[name] for c in cycles]) + 0 for name in cycles[0]}, np.array(times), messages  # + 0: booleans are 0 and 1
+    return {name: np.array([c[name] for c in cycles]) + 0 for name in cycles[0]}, np.array(times), messages  # + 0 turns booleans into 0 and 1
 
 
 def same(name, ours, theirs):
@@ -99,7 +99,8 @@ def mat(logged, times, messages, path):
 
 
 def checksums(path):
-    """Of the data and of the summary, which the readers do not look at. A footer has 29 bytes and 8 of magic behind it, a DataEnd 13."""
+    """Checks the checksums of the data and the summary, which the readers ignore. A footer has 29 bytes and 8 of magic behind it, a DataEnd
+    13."""
     with open(path, "rb") as file:
         data = file.read()
     opcode, length, summary, _, crc = struct.unpack("<BQQQI", data[-37:-8])

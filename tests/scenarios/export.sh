@@ -1,5 +1,5 @@
 #!/bin/bash
-# A whole log goes to CSV, MATLAB and MCAP: other people's readers find every number in it, and what cannot be written leaves nothing behind.
+# A whole log is exported to CSV, MATLAB and MCAP: other makers' readers find every number in it, and a failed export leaves nothing behind.
 . tests/scenarios/lib
 
 quick --log "$work/run.lcm" >"$work/run" 2>&1
@@ -25,7 +25,7 @@ same_bytes() {
 }
 for format in table mat mcap; do claim "$format: the same log makes the same bytes" same_bytes $format; done
 
-# HDF5, curl and what they bring are for `hexid export --format mat` alone.
+# Only `hexid export --format mat` loads HDF5, curl and their dependencies.
 without() { ldd "$hexid" >"$work/libraries" && grep -q liblcm "$work/libraries" && ! grep -E 'matio|hdf5|curl|microhttpd|gnutls' "$work/libraries"; }
 claim "the process that moves a machine has neither libmatio nor a web server in it" without
 
@@ -39,7 +39,7 @@ page() {
 }
 claim "the fifteen lines of docs/python.md go from a log to pandas" page
 
-# refused_and_gone FILE STATUS WORDS COMMAND...: and no FILE is left.
+# refused_and_gone FILE STATUS WORDS COMMAND...: refused, and no FILE is left.
 refused_and_gone() {
     local file=$1
     shift
@@ -53,7 +53,7 @@ for format in table mat mcap; do
     claim "$format: a file that is there is not overwritten" refuses 3 "all.$format another" formatted $format "$work/x.lcm" "$work/all.$format"
     claim "$format: a directory that is not there: refused, naming it" refuses 3 "$work/none/" formatted $format "$work/x.lcm" "$work/none/a.$format"
     claim "$format: a log that is not there: refused, and no file made" refused_and_gone "$(to $format)" 3 "$work/none.lcm" formatted $format "$work/none.lcm" "$(to $format)"
-    # The limit of a file's size stands for a disk that is full: the same writes fail.
+    # The limit of a file's size stands in for a full disk: the same writes fail.
     claim "$format: a disk that is full: said, and nothing left of the file" refused_and_gone "$(to $format)" 3 "never.$format written" full $format "$work/x.lcm" "$(to $format)"
 done
 
@@ -71,7 +71,7 @@ for format in table mat mcap; do
     claim "$format: a log without a cycle: refused, and no file left" refused_and_gone "$(to $format)" 3 "empty.lcm no cycle" formatted $format "$work/empty.lcm" "$(to $format)"
 done
 
-# More events than a .mat takes.
+# More events than a .mat can hold.
 many() {
     PYTHONPATH=$work/made/python "$python" - "$work/many.lcm" <<'PY'
 import sys, hexid, lcm
@@ -86,7 +86,7 @@ PY
 }
 claim "a log that is too long for a .mat: refused, with what takes it" many
 
-# Bytes of a log changed at random, in its messages too: whatever comes out opens.
+# Random changes to a log, inside its messages too: every output can be opened.
 hostile() {
     "$python" - "$work/cut.lcm" "$work" <<'PY'
 import random, sys

@@ -16,8 +16,8 @@ import json, math, random, sys
 FAULTS = ("sensor_age", "sensor_invalid", "stroke", "leg_rate", "following_error", "force", "kinematics", "overrun", "io", "standstill",
           "second_master", "emergency_stop", "enable_switch", "door", "supply", "pressure_sensor")
 FAULTS = dict(enumerate(FAULTS)) | {22: "oscillation", 23: "duplicate_node", 24: "input_contradiction"}
-OPEN = 128  # a sample flag: an interlock is open, as the supply's is until it is on
-PARKS = 1 << 15  # of first_fault: pressure_sensor
+OPEN = 128  # sample flag for an open interlock; the supply's is open until it is on
+PARKS = 1 << 15  # bit of first_fault: pressure_sensor
 DRIVEN = (2, 3, 4, 5)  # engaging, ready, testing, parking
 UNHARMED = {"m": 2.1, "I": 3.6, "M": 12.0}  # %, by the entry's first letter: 3 x the rms over 30 seeds that figures.py demands
 
@@ -36,11 +36,11 @@ def cycles_of(path):
 
     events = [event for event in lcm.EventLog(path, "r") if event.channel == "HEXID_STATE"]
     cycles = [hexid.state_t.decode(event.data) for event in events]
-    return cycles, {c.seq: event.timestamp for c, event in zip(cycles, events)}  # of the sample, on the system's clock
+    return cycles, {c.seq: event.timestamp for c, event in zip(cycles, events)}  # time of the sample on the system's clock
 
 
 def since(cycles, system_us, begin):
-    """The cycles from the fault's begin on."""
+    """The cycles from the fault's start on."""
     if begin.startswith("@"):
         return [c for c in cycles if system_us[c.seq] + c.age_ns / 1000 >= float(begin[1:])]
     return [c for c in cycles if c.time_ns + c.age_ns >= float(begin) * 1e9 - 1]
@@ -50,7 +50,7 @@ def check_outputs(cycles):
     for before, c in zip([None] + cycles, cycles):
         demand(before is None or c.seq == before.seq + 1, "cycles are missing before", c.seq)
         demand(c.enable == (c.state in DRIVEN), "state", c.state, "enable", c.enable, "in cycle", c.seq)
-        parked = c.first_fault == PARKS and c.state == 5  # put down slowly
+        parked = c.first_fault == PARKS and c.state == 5  # slow parking
         demand(not (c.faults and c.enable) or parked, "driven with a fault in cycle", c.seq)
         demand(all(abs(v) <= 1 for v in c.valve), "valves", c.valve, "in cycle", c.seq)  # false for NaN
         demand(c.enable or not any(c.valve), "valves not centred in cycle", c.seq)
@@ -61,7 +61,7 @@ def legs_of(c):
 
 
 def detection(cycles, system_us, begin):
-    """What saw it first, the legs it names, and after how many cycles."""
+    """The first detection, the legs it names, and its delay in cycles."""
     after = since(cycles, system_us, begin)
     demand(after, "the run ended before the fault began")
     flagged = [n for n, c in enumerate(after, 1) if c.sample_flags & ~OPEN][:1]
@@ -72,7 +72,7 @@ def detection(cycles, system_us, begin):
 
 
 def check_stalls(stalls, during, system_us, found):
-    """Not where the machine stood still between the fault's begin and what was found."""
+    """Demands that the machine did not stall between the fault's start and its detection."""
     first, last = (system_us[c.seq] + c.age_ns / 1000 for c in (during[0], during[-1]))
     for line in open(stalls):
         words = line.split()
@@ -109,7 +109,7 @@ def judge(name, from_s, expected, within, log, result, clean, stalls=None):
         check_stalls(stalls, since(cycles, system_us, from_s)[:after], system_us, found)
 
 
-# Kind, takes a leg, range of its value (drawn by its logarithm), either sign.
+# Kind, whether it takes a leg, range of its value (drawn logarithmically), whether signed.
 KINDS = (("length", True, (1e-4, 0.02), True), ("drift", True, (1e-4, 0.02), True), ("noise", True, (1e-5, 2e-3), False),
          ("freeze", True, None, False), ("swap", True, None, False), ("pressure", True, (1e4, 5e6), True),
          ("pressure_drift", True, (1e3, 1e6), True), ("pressure_freeze", True, None, False), ("pressure_swap", True, None, False),

@@ -1,13 +1,13 @@
 #!/bin/bash
-# The fault campaign on the simulated platform, on virtual time: every fault is detected in time or does no harm, the valves are safe, the
-# log is whole, and the identification is unharmed or refused, never silently wrong. Prints the table of docs/validation.md; faults.py judges, and
-# says what the columns mean. Other back-ends bring their own lists and use the same judge.
+# The fault campaign on the simulated platform, on virtual time: every fault is detected in time or harmless, the valves are safe, the log
+# is whole, and the identification is unharmed or refused, never silently wrong. Prints the table of docs/validation.md; faults.py judges
+# and explains the columns. Other back-ends bring their own lists and use the same judge.
 . tests/scenarios/lib
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 jobs=$(nproc)
 
-# fault NAME|FAULT|FROM_S|EXPECTED|WITHIN: one run, judged into $work/rows/NAME. Engaged from 0.1 s, ready at 1.86 s; z is tested from 5.36 to
-# 7.06 s.
+# fault NAME|FAULT|FROM_S|EXPECTED|WITHIN: one run, judged into $work/rows/NAME. Engaged from 0.1 s, ready at 1.86 s; z is tested from 5.36
+# to 7.06 s.
 fault() {
     local name kind from expected within file
     IFS='|' read -r name kind from expected within <<<"$1"
@@ -20,7 +20,7 @@ fault() {
     rm -f "$file.lcm"
 }
 
-# campaign < LIST: true when there is a list and nothing is bad; rows in the list's order.
+# campaign < LIST: true if there is a list and nothing is bad; rows in the list's order.
 campaign() {
     local name line names=()
     rm -rf "$work/rows"
@@ -35,7 +35,7 @@ campaign() {
     ((${#names[@]})) && ! grep -h . "$work"/rows/*.bad
 }
 
-# In z's evaluated part unless it matters: nothing moves faster there.
+# The faults fall into z's evaluated part unless stated otherwise: nothing moves faster there.
 listed() {
     campaign <<'END'
 frame loss 0.1 %|loss@0.5+100=0.1|0.5|flagged|2000
@@ -94,7 +94,7 @@ valve fully open|valve@5.91+100/3=1|5.91|leg_rate/following_error|20
 END
 }
 
-# Any fault of any size at any time, for as long or short as it likes: drawn once, the same in every run.
+# Faults of any kind, size, time and duration, drawn once and the same in every run.
 drawn() { campaign < <("$python" tests/scenarios/faults.py draw "$1"); }
 
 quick --json "$work/clean.json" >"$work/out" || { cat "$work/out"; exit 1; }

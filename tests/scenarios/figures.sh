@@ -1,6 +1,6 @@
 #!/bin/bash
-# The identification's accuracy on the simulated platform, through the program: against an independent simulation of the same machine
-# (its own code, RK4 at 0.2 ms), and the spread over 30 seeds with the paper's sensors.
+# The identification's accuracy on the simulated platform, through the program: against an independent simulation of the same machine (its
+# own code, RK4 at 0.2 ms), and the spread over 30 seeds with the paper's sensors.
 . tests/scenarios/lib
 
 brief=(--set motion.park_z_m=0.35 --set motion.rate_mps=0.55 --set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1) # the tests are as shipped
@@ -23,7 +23,7 @@ exact dry --set sim.engine=closed_form $dry
 exact smooth --set sim.engine=closed_form --set sim.substeps=10 --set sim.smooth_friction_mps=0.2e-3 $dry
 claim "100 N smoothed as F tanh(v / 0.2 mm/s): the independent simulation's figures within 0.11 points, coupling within 1" \
     judge independent_100n 0.11 1 "$work/smooth.json"
-judge print "$work/dry.json" # with true stick
+judge print "$work/dry.json" # with exact stiction
 claim "method C, viscous friction alone: within 0.1 % on all ten entries" judge friction 0.1 "$work/closed_form.json"
 claim "method C, 100 N of dry friction that sticks: within 0.2 % where method A is 48 % off" judge friction 0.2 "$work/dry.json"
 conventional() { # Debian's Python, for its numpy

@@ -1,5 +1,5 @@
 #!/bin/bash
-# hexid gap as its user has it: a rig with friction, its log, the base model; what is said, what is written, what is refused.
+# hexid gap as a user runs it: a rig with friction, its log, the base model; its messages, its files, its refusals.
 . tests/scenarios/lib
 skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
 
@@ -10,12 +10,12 @@ short=(--set motion.park_z_m=0.35 --set motion.rate_mps=0.55 --set motion.engage
 rig() { "$hexid" run --fast --set lcm.url= --set sim.engine=ode "${short[@]}" --log "$work/$1.lcm" "${base[@]}" "${@:2}" >/dev/null; }
 gap=("$hexid" gap --measured "$work/coulomb.lcm" -c config/tian2015.yaml --set lcm.url=)
 says() { "$python" tests/scenarios/gap.py "$@"; }
-searched() { # a claim; under AddressSanitizer a search takes minutes, and two are enough
+searched() { # a claim; under AddressSanitizer a search takes minutes, so two are enough
     if built_with asan; then echo "ok - $1 # SKIP minutes under AddressSanitizer"; else claim "$@"; fi
 }
 
 rig coulomb --seed 5 "${coulomb[@]}"
-memory() { # of the command, into $work/megabytes
+memory() { # memory of the command, into $work/megabytes
     "$python" -c 'import resource, subprocess, sys
 status = subprocess.run(sys.argv[2:], stderr=subprocess.DEVNULL).returncode
 print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024, file=open(sys.argv[1], "w"))
@@ -30,14 +30,14 @@ accepted() {
 }
 claim "the extended model is a configuration, with the effect in it" accepted
 
-# What follows is as true of two tests as of six, in a third of the time.
+# The following claims hold for two tests as for six, in a third of the time.
 rig coulomb --seed 5 --tests z,theta "${coulomb[@]}"
 validated() {
     rig again --seed 6 --tests z,theta "${coulomb[@]}"
     "${gap[@]}" -o "$work/v" --validate "$work/again.lcm" 2>/dev/null && says "$work/v/gap.json" cylinder_coulomb_friction
 }
 searched "a second log judges instead of held-out cycles" validated
-# Half of what the controller did is not in the recording.
+# Half of the controller's actions are missing from the recording.
 half_recorded() {
     "$hexid" export "$work/coulomb.lcm" -o "$work/half" >/dev/null && rm "$work/half/config.yaml" || return 1
     for file in "$work"/half/*.csv; do

@@ -35,7 +35,7 @@ print(seen)
 assert len(seen["pictures"]) == pictures
 for picture in seen["pictures"]:
     assert picture["width"] >= 370
-    assert picture["dark"] > 500 and picture["blue"] > 300, "axes and curves are missing"  # a line of text has some 300 dark pixels
+    assert picture["dark"] > 500 and picture["blue"] > 300, "axes and curves are missing"  # a line of text has about 300 dark pixels
 assert seen["width"] <= 1280, "wider than the window"
 assert seen["first"] <= 800, "the first screen does not hold what is missing, how sure that is, how much is gone"
 assert seen["cells"] > 0

@@ -1,5 +1,5 @@
 #!/bin/bash
-# What hexid gap leaves behind: a page that a browser draws, whole files or none, and a result that does not depend on pictures.
+# The output of hexid gap: a page that a browser draws, whole files or none, and a result that does not depend on pictures.
 . tests/scenarios/lib
 skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
 

@@ -1,10 +1,10 @@
 #!/bin/bash
-# What a valve makes of noisy commands: its values, found on the machine with its controller, are those that were hidden.
+# A valve's response to noisy commands: its values, found on the machine with its controller, equal the hidden ones.
 . tests/scenarios/lib
 skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
 skip_under asan "hexid gap" "minutes under AddressSanitizer; tests/scenarios/gap.sh searches with the same code"
 
-# found NAME KEY LEAST MOST: the first effect, and its first leg's value.
+# found NAME KEY LEAST MOST: the first effect and its first leg's value.
 found() {
     "$python" -c 'import json, sys
 result = json.load(open(sys.argv[1]))
@@ -24,7 +24,7 @@ hidden() {
 
 hysteresis() { hidden --tests z,phi -- effects.valve_hysteresis.width=0.008 && found valve_hysteresis width 0.0076 0.0084; }
 claim "hysteresis of the valves, 0.008, is found within 5 %" hysteresis
-# The commands' noise is 0.00104; the value is given with a deviation of 0.00012, twice that is allowed.
+# The commands' noise is 0.00104; the stated deviation is 0.00012, of which two are allowed.
 small() { hidden --tests z,phi -- effects.valve_hysteresis.width=0.0007 && found valve_hysteresis width 0.00046 0.00094; }
 claim "one smaller than the noise of the commands is found" small
 # It rises slowly: a spool so slow does not follow a faster move.

@@ -1,6 +1,6 @@
 #!/bin/bash
-# What the compiler and the linker put into the program against a mistake in its own memory, read from the program itself. checksec and
-# hardening-check read no more; these are their checks, and three that they lack: shadow stacks, stack clash and immediate binding.
+# Hardening that compiler and linker built into the program against its own memory errors, read from the program itself. These are the
+# checks of checksec and hardening-check, and three that they lack: shadow stacks, stack clash and immediate binding.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "a hardened program" "sanitizers bring checks of their own"
 
@@ -14,8 +14,8 @@ independent() { header 'Type: *DYN ' && segment INTERP && dynamic 'FLAGS_1.* PIE
 no_stack_code() { segment 'GNU_STACK' && ! segment 'GNU_STACK.*E '; }
 no_writable_code() { ! segment '^ *LOAD .*WE '; }
 fortified() { imports __snprintf_chk && imports __memcpy_chk; }
-marked() { code_of main | grep -q endbr64; } # the start of a function that may be called by address
-probed() { objdump -d --no-show-raw-insn "$hexid" | grep -q "or.* \$0x0,.*(%rsp)"; } # e.g. before prefault_stack()'s 256 KiB
+marked() { code_of main | grep -q endbr64; } # start of a function that may be called by address
+probed() { objdump -d --no-show-raw-insn "$hexid" | grep -q "or.* \$0x0,.*(%rsp)"; } # for example before prefault_stack()'s 256 KiB
 
 claim "position-independent: the addresses are drawn anew with every start" independent
 claim "the table of imported functions is bound at the start" dynamic '\(BIND_NOW\|FLAGS .*NOW\)'

@@ -1,5 +1,5 @@
 #!/bin/bash
-# What comes over LCM from others neither ends a monitor nor steers its terminal.
+# Foreign LCM messages neither end a monitor nor control its terminal.
 . tests/scenarios/lib
 own_network "a monitor survives hostile messages"
 

@@ -3,13 +3,13 @@
 # example. A misspelt word gets a suggestion.
 . tests/scenarios/lib
 
-# Of a copy, which make takes as it is: other tests run the program meanwhile, and a commit in between would have it linked again.
+# Works on a copy, because other tests run the program meanwhile, and a commit in between would relink it.
 mkdir "$work/build" && cp "$hexid" "$work/build/"
 make_install() { make --no-print-directory BUILD="$work/build" -o "$work/build/hexid" "$@" install; }
 root=$work/root
 installed() { make_install DESTDIR="$root" prefix=/usr >"$work/installed" 2>&1 || { cat "$work/installed"; return 1; }; }
 claim "make install with DESTDIR writes below it" installed
-# From elsewhere, with nothing of this shell's environment.
+# Runs from another directory with an empty environment.
 mkdir "$work/elsewhere"
 own() { (cd "$work/elsewhere" && env -i "$root/usr/bin/hexid" "$@"); }
 
@@ -44,14 +44,14 @@ explained() {
     [ "$(wc -w <<<"$names")" -ge 11 ]
 }
 claim "every subcommand's help has options and an example" explained
-# Every option that a usage line has is explained below, and every one explained is known to the program.
+# Every option of a usage line is explained below it, and every explained one is known to the program.
 agrees() {
     for name in $names; do
         own "$name" --help | awk '/^Options:/ { exit } { print }' | grep -oE -- '(^|[[ ])--?[a-z][a-z-]*' | tr -d '[ ' | sort -u >"$work/usage"
         own "$name" --help | sed -n '/^Options:$/,/^Example:$/p' | grep -oE -- '^  --?[a-z-]+' | tr -d ' ' | sort -u >"$work/listed"
         comm -23 "$work/usage" "$work/listed" | grep . && { echo "$name: not explained"; return 1; }
         while read -r option; do
-            [ "$name $option" = "monitor --json" ] && continue # goes on and on
+            [ "$name $option" = "monitor --json" ] && continue # never ends
             own "$name" "$option" 2>&1 </dev/null | grep 'has no option' && { echo "$name"; return 1; }
         done < <(grep -- '--' "$work/listed" | grep -vxE -- '--(fast|print-config|modbus-map|failures|keys|once)')
     done
@@ -94,7 +94,7 @@ logs() {
     quick --log "$work/logs" --log-quota 0.004 >"$work/said" && ls -l "$work/logs" && [ "$(ls "$work/logs" | wc -l)" -eq 2 ] &&
         [ -e "$work/logs/2026-01-02T00-00-00Z.lcm" ] && log=$(sed -n 's/^log *//p' "$work/said") && [ -s "$log" ] || return
     quick --log "$work/logs" --log-quota 0.000001 >/dev/null && ls -l "$work/logs" && [ "$(ls "$work/logs" | wc -l)" -eq 2 ] &&
-        ends 0 "$hexid" identify "$log" >/dev/null # the newest before it stayed, whatever the quota
+        ends 0 "$hexid" identify "$log" >/dev/null # the previous one stayed, whatever the quota
 }
 claim "logs in a directory have names of their own; beyond the quota the oldest go, and the newest stays" logs
 claim "a quota without a directory is refused" refuses 2 "--log-quota DIR" quick --log "$work/x.lcm" --log-quota 1

@@ -47,8 +47,8 @@ goes_on() {
     [ "$status" -eq 0 ] && log_is_whole && put_down
 }
 
-# What is interrupted takes a minute of the run's time, so that the signal comes in the midst of it. Parking, after which there is nothing
-# to be interrupted, takes more: five minutes are two or three seconds of this machine's.
+# The interrupted phase takes a minute of the run's time, so that the signal comes within it. Parking, the last phase, takes five minutes of
+# the run's, two or three seconds of this machine's.
 claim "SIGINT while engaging: parked, log closed, not evaluated" parks INT engaging motion.engage_s=60
 claim "SIGINT at neutral: parked, log closed, not evaluated" parks INT ready motion.hold_s=60
 claim "SIGINT in a test: parked, log closed, not evaluated" parks INT 'test 1/6' tests.duration_s=60

@@ -1,5 +1,5 @@
 #!/bin/bash
-# The stream as others see it: LCM's own logger and Python library receive, in a network of their own, what a run publishes.
+# The stream as others see it: LCM's own logger and Python library receive a run's messages in a network of their own.
 . tests/scenarios/lib
 own_network "LCM's own programs receive the stream"
 
@@ -13,22 +13,22 @@ until [ -e "$work/ready" ] && [ "$(listeners)" -ge 2 ]; do
     { kill -0 $listener && kill -0 $logger; } 2>/dev/null || { cat "$work/python.error" "$work/logger"; break; }
     sleep 0.05
 done
-# comes WORD FILE: what was sent is there, or lost after a minute.
+# comes WORD FILE: waits up to a minute for WORD in FILE.
 comes() {
     for _ in $(seq 1200); do
         grep -qs "$1" "$2" && return
         sleep 0.05
     done
 }
-# Beside the wall clock: lcm-logger keeps 30 messages, and loses what a faster run sends while it waits for the processor.
+# Runs beside the wall clock: lcm-logger queues 30 messages, and a faster run would overflow it while it waits for the processor.
 "$hexid" run --hal sim: --rt off "${quick_settings[@]}" --set lcm.url="$url" --set lcm.state_every=100 --set tests.duration_s=2 --log "$work/run.lcm" \
     --json "$work/run.json" >"$work/run" 2>&1
 quick --set lcm.url= --tests x --set tests.duration_s=2 --log "$work/x.lcm" >>"$work/run" 2>&1
 "$hexid" gap --measured "$work/x.lcm" -c config/tian2015.yaml --set lcm.url="$url" -o "$work/gap" >>"$work/run" 2>&1
-comes HEXID_GAP "$work/python" # the listener ends at once, whatever still waits in its socket
+comes HEXID_GAP "$work/python" # the listener ends at once, whatever waits in its socket
 exec 3>&-
 wait $listener
-comes HEXID_IDENTIFICATION "$work/logger.lcm" # ended by a signal, the logger drops what it has not yet written
+comes HEXID_IDENTIFICATION "$work/logger.lcm" # ended by a signal, the logger drops unwritten messages
 kill -INT $logger
 wait $logger
 
@@ -54,7 +54,8 @@ claim "LCM's Python library receives six test results" received HEXID_TEST_RESUL
 claim "and one identification" received HEXID_IDENTIFICATION 1
 claim "and what hexid gap found" received HEXID_GAP 1
 claim "lcm-logger records both, and no state of more than 600 bytes" logged logger.lcm
-# The last of them is of all six tests: the result's very numbers. Of tests that end while one is estimated the last counts: three at least.
+# The last message covers all six tests: the result's own numbers. Of tests that end during an estimation only the last counts, so there are
+# at least three.
 estimated() {
     "$python" - "$work" <<'END'
 import json, sys

@@ -19,7 +19,7 @@ QUICK = [option for setting in ("sim.engine=closed_form", "motion.park_z_m=0.35"
          for option in ("--set", setting)]
 cleanup = []
 TEXT = "document.body.innerText"
-# Elements whose text is wider than they are, or that stand out of the window; canvases without a mark.
+# Elements whose text is wider than they are, or that extend beyond the window; canvases without a mark.
 CLIPPED = """[...document.querySelectorAll('td, th, h1, h2, p, figcaption, header span')].filter(e => e.offsetParent &&
     (e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display != 'inline' || e.getBoundingClientRect().right > innerWidth + 1))
     .map(e => e.outerHTML)"""
@@ -28,7 +28,7 @@ BLANK = """[...document.querySelectorAll('canvas')].filter(c => { const blank = 
 
 
 class Monitor:
-    """hexid monitor --http; where it is served."""
+    """hexid monitor --http, and its address."""
     def __init__(self, *options, port=0):
         command = [HEXID, "monitor", *options, *LCM, "--http", f"127.0.0.1:{port}"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -44,7 +44,7 @@ class Monitor:
 
 
 class Run:
-    """A hexid by the wall clock; its lines come as (time, line)."""
+    """A hexid by the wall clock; its lines are stored as (time, line)."""
     def __init__(self, *options):
         command = [HEXID, "run", "--rt", "off", *QUICK, *LCM, *options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -57,7 +57,7 @@ class Run:
         self.process.wait()
 
     def line(self, word):
-        """When a line with this word came."""
+        """Time of the first line with this word."""
         for line in self.process.stdout:
             if word in line:
                 return time.time()
@@ -76,7 +76,7 @@ def state(word):
 
 
 def fits(browser):
-    """In every view: no label cut off, everything drawn."""
+    """In every view no label is cut off and everything is drawn."""
     for width, dark in browser.views():
         seen = browser.evaluate(f"({{blank: {BLANK}, clipped: {CLIPPED}}})")
         print(width, "dark" if dark else "light", seen)
@@ -86,7 +86,7 @@ def fits(browser):
 def draws():
     with Monitor() as monitor, page(monitor) as browser:
         browser.wait("document.getElementById('link').textContent == 'no hexid heard yet'")
-        with Run("--set", "tests.duration_s=2"):  # what method C takes
+        with Run("--set", "tests.duration_s=2"):  # method C's requirement
             browser.wait(state("testing"))
             browser.wait("document.querySelectorAll('#tests tr')[1].textContent.includes(' mm')")  # the first result
             browser.wait("document.getElementById('matrix_state').textContent.includes('determined')")
@@ -123,7 +123,7 @@ def fault_once(options, word, shown):
 
 
 def fault():
-    """Of up to three tries one is within the second: a machine that stands still for so long is not this program's doing."""
+    """One of up to three tries must be within the second, since the machine itself may stall for so long."""
     tries = []
     for _ in range(3):
         tries.append(fault_once(["--hal", "fault:freeze@3+60/3;sim:"], "fault", "standstill, leg 3"))  # this run ends with its fault
@@ -141,7 +141,7 @@ def restarts():
             browser.wait("document.getElementById('link').textContent == 'live'")
             browser.wait("document.getElementById('when').textContent.startsWith('run 2')")
             browser.wait(state("testing"))
-            monitor.process.terminate()  # and its own server
+            monitor.process.terminate()  # its server as well
             browser.wait("document.getElementById('link').textContent.includes('is gone')")
             monitor.process.wait()
             with Monitor(port=monitor.port):
@@ -197,7 +197,7 @@ def requests():
                 try:
                     s.sendall(junk)
                 except OSError:
-                    pass  # hung up on
+                    pass  # disconnected
         assert ask(port, "GET /")[0] == 200
 
 
@@ -208,7 +208,7 @@ def stream(port):
 
 
 def slow():
-    """As many readers as it serves that do not read, and one that does: it is told all cycles, and the monitor does not grow."""
+    """As many idle readers as it serves, and one that reads: that one gets all cycles, and the monitor does not grow."""
     with Monitor() as monitor, Run("--set", "lcm.state_every=5", "--set", "tests.duration_s=5"):
         good = stream(monitor.port).makefile("rb")
         sleepers = [stream(monitor.port) for _ in range(15)]
@@ -228,7 +228,7 @@ def slow():
 
 
 def sparse():
-    """One state in 200 cycles, and the seventeenth reader: lines on the strips, and words."""
+    """One state in 200 cycles, and the seventeenth reader: lines on the strips, and a message."""
     blue = """(c => { const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;
         for (let i = 0; i < p.length; i += 4) n += p[i] < 30 && Math.abs(p[i + 1] - 114) < 30 && Math.abs(p[i + 2] - 178) < 30;
         return n; })(document.querySelectorAll('#strips canvas')[2])"""
@@ -237,7 +237,7 @@ def sparse():
             browser.wait(state("testing"))
             browser.wait(blue + " > 100")
         readers = []
-        while len(readers) < 16:  # the browser that has gone may hold its place for a moment
+        while len(readers) < 16:  # the closed browser may hold its place for a moment
             s = stream(monitor.port)
             if s.recv(12).endswith(b"200"):
                 readers.append(s)
@@ -251,7 +251,7 @@ def sparse():
 
 
 def strangers():
-    """Texts of others are text in the page: nothing runs, nothing is loaded."""
+    """Foreign texts are plain text in the page: nothing runs, nothing is loaded."""
     with Monitor() as monitor, page(monitor) as browser:
         browser.wait("document.getElementById('link').textContent == 'no hexid heard yet'")
         subprocess.run([sys.executable, "tests/peers/hostile.py", WORK, URL], check=True)
@@ -265,8 +265,8 @@ def kilobytes(pid):
 
 
 def hour():
-    """An hour of a loop's time, 1.8 million cycles: a log of 73 s played 50 times at 20 times its speed, each time a new start. After
-    the first tenth neither the server nor the page grows: a leak of ten bytes a cycle would be 16 MB in the server, and 1.6 MB in the
+    """An hour of a loop's time, 1.8 million cycles: a log of 73 s played 50 times at 20 times its speed, each time a new start. After the
+    first tenth neither the server nor the page may grow: a leak of ten bytes per cycle would be 16 MB in the server and 1.6 MB in the
     page, which gets one in ten."""
     plays, warm, most_kb, most_heap = 50, 5, 1000, 500_000
     with Monitor() as monitor, page(monitor) as browser:
@@ -289,7 +289,7 @@ def drain(connection):
 
 
 def cost():
-    """Processor time of the server, in per cent of one, with so many readers of a run by the wall clock: 50 states a second."""
+    """Processor time of the server in per cent of one processor, with so many readers of a run by the wall clock: 50 states per second."""
     ticks = lambda pid: sum(int(x) for x in open(f"/proc/{pid}/stat").read().rsplit(")", 1)[1].split()[11:13])
     with Monitor() as monitor, Run("--set", "tests.duration_s=20"):
         time.sleep(3)  # engaged

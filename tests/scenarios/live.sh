@@ -69,7 +69,7 @@ for n, line in enumerate(sys.stdin):
     if n > 20 and {"HEXID_STATE", "HEXID_LOOP_STATS"} <= seen: sys.exit()
 sys.exit("ended before")'; }
 claim "--json: an object a line" lines
-piped() { # one state a second, whatever the rate on the wire
+piped() { # one state per second, whatever the rate on the wire
     timeout 60 "$hexid" monitor --set lcm.url="$url" | "$python" -c 'import sys, time
 states, results = [], 0
 for line in sys.stdin:
@@ -80,7 +80,7 @@ for line in sys.stdin:
 sys.exit("ended before")'
 }
 claim "in a pipe a state a second, and results as they come" piped
-drawn() { # in place: up by the nine lines of the view
+drawn() { # redrawn in place: the cursor moves up by the nine lines of the view
     timeout 3 script -qc "$hexid monitor --set lcm.url=$url" /dev/null </dev/null >"$work/drawn"
     [ "$(grep -c $'\033\[9A' "$work/drawn")" -ge 3 ] && tr -d '\r' <"$work/drawn" | sed $'s/\033\\[[0-9]*[AJ]//g' | grep '^  leg length m'
 }

@@ -1,5 +1,5 @@
 #!/bin/bash
-# A log that ends anywhere, or was damaged, is read up to there, and that is said.
+# A log that is truncated anywhere or damaged is read up to there, and that is reported.
 . tests/scenarios/lib
 
 quick --tests x,psi --log "$work/whole.lcm" >"$work/run" 2>&1
@@ -15,7 +15,7 @@ cut_everywhere() {
     local before=0 now cut
     for part in $(seq 1 40); do
         cut=$((size * part / 41 + part))
-        # Between two events nothing is cut: an event begins with this word.
+        # A cut between two events is none: every event begins with this word.
         [ "$(od -An -tx1 -j $cut -N 4 "$work/whole.lcm" | tr -d ' ')" = eda1da01 ] && cut=$((cut + 5))
         head -c $cut "$work/whole.lcm" >"$work/cut.lcm"
         now=$(samples "$work/cut.lcm")
@@ -34,7 +34,7 @@ cut_in_first_event() {
     done
 }
 
-# Bytes overwritten in the middle: never more samples than there were, never a crash (status 126 and up).
+# Bytes overwritten in the middle: never more samples than before, never a crash (status 126 and up).
 damaged() {
     local whole now at status
     whole=$(samples "$work/whole.lcm")
@@ -51,8 +51,8 @@ damaged() {
     done
 }
 
-# No signal handler runs: what the recorder had handed over is what there is. The five tests that are left when it is killed are minutes of
-# the run's time, and seconds of this machine's.
+# No signal handler runs, so the log holds what the recorder had written. The five tests left when it is killed are minutes of the run's
+# time and seconds of this machine's.
 killed() {
     local run status
     mkfifo "$work/lines"

@@ -1,9 +1,9 @@
 #!/bin/bash
-# A log in parts: together they are the log of the run, each is one by itself; earlier runs make room, this one never does.
+# A log in parts: together they are the log of the run, each is a valid log; a quota deletes earlier runs but never the present one.
 . tests/scenarios/lib
 logs=$work/logs
 fresh() { rm -rf "$logs" && mkdir "$logs"; }
-quick_settings+=(--set tests.duration_s=1.6) # method C wants six cycles
+quick_settings+=(--set tests.duration_s=1.6) # method C needs six cycles
 quick=("$hexid" run --hal sim: --fast "${quick_settings[@]}")
 
 quick --seed 7 --log "$work/whole.lcm" --json "$work/whole.json" >"$work/said"
@@ -18,7 +18,7 @@ claim "joined by cat, the parts are the log of the run: the same result to the l
 two_runs() { quick --seed 8 --set payload.mass_kg=160 --log "$work/other.lcm" >/dev/null && cat "$work/whole.lcm" "$work/other.lcm" >"$work/two.lcm" &&
     refuses 3 "two.lcm two configurations two runs" "$hexid" export "$work/two.lcm" -o "$work/two"; }
 claim "logs of two configurations, joined, are no log of a run" two_runs
-# LCM's own reader.
+# Uses LCM's own reader.
 each() {
     lcm-gen -p --ppath "$work" lcmtypes/*.lcm
     PYTHONPATH=$work "$python" - "$logs"/*.lcm <<'END'
@@ -77,7 +77,7 @@ room() {
 }
 claim "earlier runs make room while this one goes on; what alone is over the quota is not deleted, and that is said once" room
 
-# A file system with room for one file more.
+# A file system with room for one more file.
 no_file() {
     local status
     fresh && mount -t tmpfs -o nr_inodes=2 none "$logs" && ends 0 "${quick[@]}" --log "$logs" --log-part 0.0005 --json "$work/parts.json" >"$work/said" 2>&1
@@ -95,8 +95,8 @@ else
     echo "ok - where no part can be made, that is said, and the log goes on in the one at hand # SKIP this user cannot mount"
 fi
 
-# keepers: processes of this program that are at work in this scenario's directory, the run's own helper among them.
-keepers() { grep -lz -- "${logs%s}[s]" /proc/[0-9]*/cmdline 2>/dev/null | wc -l; } # not itself
+# keepers: this program's processes that work in this scenario's directory, including the run's own helper.
+keepers() { grep -lz -- "${logs%s}[s]" /proc/[0-9]*/cmdline 2>/dev/null | wc -l; } # excludes itself
 mkfifo "$work/lines"
 killed() {
     local line run
@@ -112,13 +112,13 @@ killed() {
     return 1
 }
 claim "a daemon that is killed leaves no process behind" killed
-# A loaded host brings a part late, and at twice its size a test is cut (recorder.c).
+# A loaded host may create a part late, and at twice its size a test is split (recorder.c).
 by_the_clock() {
     fresh && ends 0 "$hexid" run --hal sim: --rt off "${quick_settings[@]}" --log "$logs" --log-part 0.0005 --json "$work/clock.json" >"$work/said" 2>&1 || { cat "$work/said"; return 1; }
     ls -l "$logs" && MAY_CUT=yes each
 }
 claim "by the clock, where nobody waits for a part: no cycle is lost or there twice" by_the_clock
-# The process that makes the parts stands still, as on a disk that hangs.
+# The process that makes the parts is stopped, as on a disk that hangs.
 hangs() {
     local line run keeper status
     fresh

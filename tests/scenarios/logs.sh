@@ -1,5 +1,5 @@
 #!/bin/bash
-# hexid identify takes several logs of one machine: repeats are combined, what disagrees is said, what is another machine is refused.
+# hexid identify combines several logs of one machine: repeats are averaged, disagreement is reported, another machine is refused.
 . tests/scenarios/lib
 skip_under tsan "several logs" "one thread"
 
@@ -55,7 +55,7 @@ claim "a log of another machine: refused, with both logs, the key, both values a
 says_which() {
     quick --print-config >"$work/rig.yaml"
     identify "$work/1.lcm" "$work/lighter.lcm" -c "$work/rig.yaml"
-    says 'the logs disagree' 'Mt11 of log [12] is' # as they are not of one machine
+    says 'the logs disagree' 'Mt11 of log [12] is' # as logs of different machines
 }
 claim "-c says which configuration both have" says_which
 at_pose() {
@@ -77,7 +77,7 @@ claim "a log given twice: refused, naming it" refuses 2 "1.lcm twice" "$hexid" i
 cp "$work/1.lcm" "$work/copy.lcm"
 claim "a copy of a log: refused, naming both" refuses 2 "copy.lcm 1.lcm twice" "$hexid" identify "$work/1.lcm" "$work/copy.lcm"
 claim "seventeen logs: refused" refuses 2 "17.lcm one argument too many" "$hexid" identify "$work"/{1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17}.lcm
-# What lcm-logger wrote beside two runs of the daemon, or what cat has joined.
+# A log that lcm-logger recorded beside two runs of the daemon, or that cat has joined.
 cat "$work/1.lcm" "$work/2.lcm" >"$work/both.lcm"
 cat "$work/1.lcm" "$work/lighter.lcm" >"$work/others.lcm"
 two_runs() {

@@ -1,8 +1,8 @@
 #!/bin/bash
-# Machines nothing like the paper's: driven, identified and compared by what their files say, and by nothing else.
+# Machines unlike the paper's are driven, identified and compared by their files alone.
 . tests/scenarios/lib
 
-# Method C of a whole run: each of the 21 entries within so many of its deviations of the nominal one, the diagonal within 2.5 %.
+# Method C of a whole run: each of the 21 entries is within so many of its deviations of the nominal one, the diagonal within 2.5 %.
 identified() {
     "$python" - "$1" <<'PY'
 import json, sys
@@ -10,7 +10,7 @@ run = json.load(open(sys.argv[1]))
 found, nominal, std = run["method_c"]["Mt"], run["nominal"]["Mt"], run["method_c"]["std"]
 far = [(abs(found[i][j] - nominal[i][j]) / std[i][j], i + 1, j + 1) for i in range(6) for j in range(i, 6)]
 print("farthest", max(far), "deviations")
-assert max(far)[0] < 4  # of 21, one run in 750 by chance
+assert max(far)[0] < 4  # the largest of 21: exceeded by chance in one run of 750
 for i in range(6):
     print(f"Mt{i + 1}{i + 1} {found[i][i]:.6g}, nominal {nominal[i][i]:.6g}")
     assert abs(found[i][i] / nominal[i][i] - 1) < 0.025  # three deviations of the desk-top platform's Ixx

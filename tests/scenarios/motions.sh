@@ -1,10 +1,10 @@
 #!/bin/bash
-# hexid run drives other motions than six like sinusoids: each axis its own, all at once, a trajectory from a file; what the machine cannot
-# do is refused before it moves.
+# hexid run drives motions other than six equal sinusoids: each axis separately, all at once, a trajectory from a file; a motion that the
+# machine cannot follow is refused before it starts.
 . tests/scenarios/lib
 skip_under tsan "other motions" "the threads are those of any run"
 
-# same TEXT...: the last output has these.
+# same TEXT...: the last output contains these.
 says() { for words in "$@"; do grep -qE -- "$words" "$work/out" || { echo "missing: $words"; cat "$work/out"; return 1; }; done; }
 run() { quick "$@" >"$work/out" 2>&1; }
 
@@ -40,7 +40,7 @@ claim "export and import keep it" back
 claim "a list that is too short: refused" refuses 2 "tests.frequency_hz 5 6" quick --set tests.frequency_hz=1,2,3,4,5
 
 multisine=(--set tests.multisine=true --set tests.frequency_hz=1.1,1.7,2.3,3.1,3.7,4.3 --set tests.duration_s=12)
-# A log of any motion: check, gap and identify take it.
+# check, gap and identify accept a log of any motion.
 of_any_motion() {
     "$hexid" check "$1" >"$work/out" && says '^  none +none ' 'hexid identify would take it' 'hexid gap would take it' &&
         ends 0 "$hexid" identify "$1" --json "$work/any.json" >"$work/out" && says "method C"
@@ -88,8 +88,8 @@ same() { run "${driven[@]}" --log "$work/1.lcm" && run "${driven[@]}" --log "$wo
 claim "the same run twice: the same log, to the last byte" same
 moved() { [ ! -e "$work/moved.lcm" ] || { echo "a log was begun"; return 1; }; }
 refused() { refuses 2 "$1" quick --log "$work/moved.lcm" "${@:2}" && moved; }
-# All axes, each its own frequency: what x and theta in step do not tell. More than two parts (ANALYSIS_PART_S) of 180 s. The joints' part of a
-# deviation does not shrink with time.
+# All axes at once, each with its own frequency, which x and theta in step cannot replace. 180 s are more than two parts (ANALYSIS_PART_S).
+# The joints' share of a deviation does not shrink with time.
 "$python" - "$work/rich.csv" <<'EOF'
 import math, sys
 own = ("x_m", 0.004, 3), ("y_m", 0.004, 3.5), ("z_m", 0.003, 2.5), ("phi_rad", 0.004, 4), ("theta_rad", 0.004, 4.5), ("psi_rad", 0.004, 5)

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Commands reach one machine of this host, whatever its network is, and the end of either side is known to the other. Who may give them:
-# operators_users.sh. tests/uml/stop_checks.py floods the sockets, tests/test_commands.c gives every command in every state.
+# Commands reach one machine of this host, whatever its network is, and each side notices the other's end. operators_users.sh covers who may
+# give them, tests/uml/stop_checks.py floods the sockets, tests/test_commands.c gives every command in every state.
 . tests/scenarios/lib
 . tests/scenarios/operators_lib
 
@@ -20,7 +20,7 @@ meanwhile_lan_goes_down() { ip link set v0 down; }
 meanwhile_lan_is_unplugged() { ip link set v1 down; }
 network_filter_of_the_unit() { lan && as=("$IP_FILTER" "$cgroup"); }
 
-# obeyed NETWORK OPTION...: all of it, in this network.
+# obeyed NETWORK OPTION...: all claims in this network.
 obeyed() {
     local operator
     network_"$1" || return
@@ -91,7 +91,7 @@ claim "and on the command line" refuses 2 "--machine A-Z" "$hexid" command engag
 
 # ---- who goes away
 
-# The client gives up while the daemon is held up: what it asked for does not begin afterwards.
+# The client gives up while the daemon is held up: its request must not take effect afterwards.
 late() {
     daemon late --set lcm.url= || return
     for _ in 1 2; do

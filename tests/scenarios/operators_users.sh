@@ -1,6 +1,6 @@
 #!/bin/bash
-# Who may give commands: the daemon's user, root and group hexid all of them, everybody else stop and park; and whose programs are machines.
-# Real users, in a mount namespace whose group hexid and /run are this script's.
+# Who may give commands: the daemon's user, root and group hexid all of them, everybody else stop and park; and whose programs count as
+# machines. Real users, in a mount namespace with this script's own group hexid and /run.
 . tests/scenarios/lib
 skip_unless_root() {
     [ "$(id -u)" -eq 0 ] && unshare -m true 2>/dev/null && return
@@ -19,16 +19,16 @@ chmod 755 "$work"
 cp "$hexid" "$work/hexid"
 hexid=$work/hexid
 machines=$HEXID_RUNTIME_DIR
-unset HEXID_RUNTIME_DIR # commands go the usual way
-cd "$work" || exit # the configuration that is built in: nobody reads the checkout
+unset HEXID_RUNTIME_DIR # commands use the normal path
+cd "$work" || exit # the built-in configuration, because nobody can read the checkout
 
-# user UID GROUPS COMMAND...: as somebody with these groups, none with "".
+# user UID GROUPS COMMAND...: runs as a user with these groups, none with "".
 user() {
     local groups=(--clear-groups)
     [ -z "$2" ] || groups=(--groups "$2")
     setpriv --reuid "$1" --regid "$1" "${groups[@]}" "${@:3}"
 }
-# A service: its user's group is hexid, and its directory is made for it. Or root, who makes it, and gives the socket to the group.
+# A service: its user's group is hexid and its directory is made for it. Or root, who makes the directory and gives the socket to the group.
 service() {
     rm -rf /run/hexid
     [ -z "$1" ] || install -d -m 755 -o "$1" /run/hexid
@@ -48,7 +48,7 @@ others_do_not() { # DAEMON
     for command in stop park; do ends 0 user 64002 "" "$hexid" command $command || return; done
     ! grep -c refused "$work/$1"
 }
-passed_on() { # a stop by somebody while a member holds the lease
+passed_on() { # a stop by a non-member while a member holds the lease
     user 64001 64123 "$hexid" command engage >"$work/operator" 2>&1 &
     local operator=$!
     comes ready "$1" 2 && ends 0 user 64002 "" "$hexid" command park && comes settled "$1" 3 && ends 0 wait $operator && ended_by TERM 0
@@ -62,7 +62,7 @@ for owner in 64000 ""; do
     claim "and others put down what a member engaged" passed_on "$name"
 done
 
-# Somebody's program in a directory that everybody may write to, under the name of a machine.
+# A user's program in a world-writable directory under the name of a machine.
 stranger() {
     rm -rf "$machines"
     install -d -m 1777 "$machines"

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Nothing that is read, and no recording, is ever written over: whatever the option, and whatever the file is called.
+# No input file and no recording is ever overwritten, whatever the option and however the file is named.
 . tests/scenarios/lib
 skip_under tsan "outputs" "one thread"
 
@@ -8,7 +8,7 @@ short=(--fast --set sim.engine=closed_form --set lcm.url= --tests z --set tests.
 run() { "$hexid" run "${short[@]}" "$@"; }
 files=$work/files
 mkdir -p "$files/csv" "$files/logs" "$files/new" "$work/links"
-for log in a b; do run --log "$files/$log.lcm" >"$work/said" 2>&1 || [ $? -eq 1 ] || cat "$work/said"; done # one test has no matrix
+for log in a b; do run --log "$files/$log.lcm" >"$work/said" 2>&1 || [ $? -eq 1 ] || cat "$work/said"; done # one test yields no matrix
 "$hexid" run --print-config >"$files/rig.yaml"
 "$hexid" export "$files/a.lcm" -o "$files/csv" >"$work/said"
 "$hexid" export "$files/a.lcm" --all -o "$files/all.csv" >"$work/said"
@@ -20,7 +20,7 @@ printf 'Zeit;Weg\n0,1;2,5\n' >"$files/stand.csv"
 
 state() { (cd "$files" && find . -type f | sort | xargs cksum); }
 state >"$work/before"
-# untouched: as before, file by file, and nothing is new there.
+# untouched: the files are the same as before, and there is no new one.
 untouched() { state | diff "$work/before" - && [ "$(find "$work" -name '.hexid-*' | wc -l)" -eq 0 ]; }
 
 # spelled HOW FILE: another name of the same file.
@@ -38,7 +38,7 @@ spelled() {
     esac
 }
 
-# The table: what is endangered (@), and the command that would. The file's name is in the message, or the name of what it would be.
+# Table of the endangered file (@) and the command that would overwrite it. The message contains the file's name or the output's.
 table=(
     "a.lcm|check $files/a.lcm -o @"
     "a.lcm|check $files/a.lcm --json @"
@@ -79,7 +79,7 @@ table=(
     "b.lcm|doctor --latency 0 --json @"
     "b.lcm|effects --json @"
 )
-# refused HOW FILE COMMAND: with one line that names the output, status 2; nothing has changed.
+# refused HOW FILE COMMAND: status 2 with one line that names the output; nothing has changed.
 refused() {
     local name command
     name=$(spelled "$1" "$files/$2")
@@ -146,7 +146,7 @@ fifo() {
 }
 claim "a FIFO for a result: refused where nobody reads it, else written" fifo
 
-# A log that is there is set aside, by run and by import; a line says so.
+# An existing log is set aside, by run and by import; a line reports it.
 aside() {
     cp "$files/a.lcm" "$work/d.lcm" && ln -sf d.lcm "$work/e.lcm"
     for log in d.lcm d.lcm e.lcm; do ends 1 run --log "$work/$log" >"$work/said" 2>"$work/error" || return 1; done
@@ -158,7 +158,7 @@ claim "an earlier log is set aside: a.lcm.1, .2, and so on, and a line says so" 
 
 # Two daemons, one log. The second is refused while the first goes on to its end.
 mkfifo "$work/lines"
-# while_running COMMAND...: when the platform has begun to move; then the run is interrupted where `interrupts` is 1. Sets run_status.
+# while_running COMMAND...: runs it once the platform moves; then the run is interrupted if `interrupts` is 1. Sets run_status.
 while_running() {
     local line status
     "$hexid" run --rt off --set sim.engine=closed_form --set lcm.url= --log "$work/f.lcm" >"$work/lines" 2>"$work/run_error" &
@@ -180,7 +180,7 @@ one_writer() {
         grep -q ' 0 records lost' "$work/run_said" && "$hexid" export "$work/f.lcm" --all -o "$work/f.csv" | grep ' 0 cycles lost'
 }
 claim "a second writer of a log is refused, and the first loses nothing" one_writer
-# The run ends by itself, parked, with status 3: nobody interrupts it.
+# The run ends by itself, parked, with status 3.
 interrupts=0
 happens() {
     rm -f "$work"/f.lcm*
@@ -208,7 +208,7 @@ print(cycles, "cycles", kept, "in the log", lost, "lost")
 sys.exit(not (lost and cycles == kept + lost))
 END
 }
-# Names that a terminal would obey.
+# Names with terminal control codes.
 obeyed() {
     local name=$work/$'a\033]0;owned\007\033[2J.lcm'
     { ends 1 run --log "$name" && ends 1 run --log "$name" && "$hexid" export "$name" -o "$work/o" && ends 2 "$hexid" report "$name" -o "$name" &&

@@ -1,11 +1,11 @@
 #!/bin/bash
-# The simulated platform beside the wall clock: its time follows, and stretches where the host cannot keep up; the results are those of
+# The simulated platform beside the wall clock: its time follows and stretches where the host is too slow; the results equal those of
 # virtual time to the last bit, whatever the host did meanwhile.
 . tests/scenarios/lib
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
 
 settings=(--seed 3 --tests z,psi --set tests.duration_s=0.5)
-stalled_run() { # by 0.3 s, while it rises
+stalled_run() { # stalled by 0.3 s while it rises
     local line
     mkfifo "$work/lines"
     "$hexid" run --hal sim: --rt off "${quick_settings[@]}" "${settings[@]}" --log "$work/paced.lcm" --json "$work/paced.json" \

@@ -13,16 +13,16 @@ import re
 import sys
 
 README_LINES = 150
-PICTURES_BYTES = 300_000  # together: the repository keeps them for ever
+PICTURES_BYTES = 300_000  # in total, because the repository keeps them for ever
 SOURCES = "Makefile src hal sim include config lcmtypes tests docs .ci".split()
 NAMED = re.compile(r"`((?:[\w.-]+/)+[\w.-]+\.(?:c|h|cpp|hpp|py|sh|md|yaml|dbc|eds|lcm|csv))\b")
-OF_THE_CHECKOUT = ("install.md", "development.md", "extending.md")  # also where they are installed
-MADE = re.compile("(runs|build|stand|DIR)/|.*NAME")  # by the commands of a page, or by its reader
+OF_THE_CHECKOUT = ("install.md", "development.md", "extending.md")  # valid only in a checkout, also where they are installed
+MADE = re.compile("(runs|build|stand|DIR)/|.*NAME")  # made by the commands of a page or by its reader
 OF_A_SOURCE = re.compile(r"\bdocs/([\w-]+)\.md(?:,? (?:section )?(\d)\b|, ([A-Z][a-z]+(?: [a-z]+)*))?")
 
 
 def outside_blocks(page):
-    """Lines with their numbers, those of fenced blocks left out."""
+    """Numbered lines outside fenced blocks."""
     fenced = False
     for number, line in enumerate(page.read_text().split("\n"), 1):
         fence = line.startswith("```")
@@ -36,7 +36,7 @@ def headings(page):
 
 
 def anchors(page):
-    """As GitHub makes them."""
+    """Anchors as GitHub makes them."""
     seen = {}
     for heading in headings(page):
         anchor = re.sub(r"[^\w\- ]", "", re.sub(r"[`*]", "", heading).lower()).replace(" ", "-")
@@ -61,7 +61,7 @@ def broken_links(page, checkout=True):
 
 
 def broken_names(source):
-    """Pages that a source names, with the section's number or title: docs/method.md section 4; docs/safety.md, What can fail."""
+    """Pages that a source names with the section's number or title: docs/method.md section 4; docs/safety.md, What can fail."""
     for page, section, title in OF_A_SOURCE.findall(source.read_text(errors="replace")):
         file = pathlib.Path("docs", page + ".md")
         if not file.exists():
@@ -112,7 +112,7 @@ def installed(tree):
 
 def messages():
     sources = [p for pattern in ("Makefile", "src/*/*.c", "hal/*.c", "sim/*.c") for p in pathlib.Path(".").glob(pattern)]
-    text = re.sub(r'"\s*\n\s*"', "", "\n".join(p.read_text() for p in sources))  # literals over several lines are one
+    text = re.sub(r'"\s*\n\s*"', "", "\n".join(p.read_text() for p in sources))  # a literal over several lines is one
     rows = [line for line in pathlib.Path("docs/troubleshooting.md").read_text().split("\n") if line.startswith("| `")]
     parts = [part.strip() for row in rows for message in re.findall("`([^`]+)`", row.split(" | ")[0]) for part in message.split("...")]
     unknown = [part for part in parts if part and part not in text]

@@ -1,6 +1,6 @@
 #!/bin/bash
-# The pages lead somewhere, and what README.md and the tutorial tell a reader to type works and prints what they show. Commands are run in a
-# directory of their own, which has the repository's build/, config/ and tests/. What is not run says so where it stands (pages.py).
+# The pages' links work, and the commands that README.md and the tutorial tell a reader to type work and print what they show. Commands run
+# in their own directory, which contains the repository's build/, config/ and tests/. Commands that are not run are marked (pages.py).
 . tests/scenarios/lib
 skip_under 'asan|tsan' "the commands of the pages" "the same code runs in the other scenarios"
 
@@ -12,7 +12,7 @@ pages=$PWD/tests/scenarios/pages.py
 here() { mkdir "$work/$1" && cd "$work/$1" && mkdir build && ln -s "$hexid" build/hexid && ln -s "$OLDPWD/config" "$OLDPWD/tests" .; }
 # typed PAGE NAME: all its commands in one shell, to the end of the last one.
 typed() { "$python" "$pages" commands "$1" >"$work/$2.sh" && (here "$2" && bash -eu "$work/$2.sh") >"$work/$2.out" 2>&1 || { tail -n 40 "$work/$2.out"; return 1; }; }
-# The values are of one machine and its libraries: all but the digits is compared.
+# The values depend on one machine and its libraries, so everything but the digits is compared.
 shape() { sed -E 's/[-+]?[0-9][0-9.e-]*/N/g; s/ +/ /g; s/^ //' "$@"; }
 printed() {
     shape "$work/$2.out" >"$work/$2.lines"
@@ -24,7 +24,7 @@ claim "the commands of the tutorial work" typed docs/tutorial.md tutorial
 claim "and print what it shows" printed docs/tutorial.md tutorial
 claim "the commands of docs/report.md work" typed docs/report.md report
 claim "so do those of README.md" typed README.md readme
-# The first of its listings is that of make run, which is the tutorial's first command by the wall clock.
+# The first listing is that of make run, the tutorial's first command by the wall clock.
 cat "$work/tutorial.out" >>"$work/readme.out"
 claim "and print what it shows" printed README.md readme
 made() { for target in $(sed -n 's/^make \([a-z-]*\) .*/\1/p' README.md); do make -n "$target" >/dev/null || return 1; done; }

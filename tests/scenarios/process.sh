@@ -1,5 +1,5 @@
 #!/bin/bash
-# Whoever starts the program, and whatever that one left behind: closed descriptors, blocked and ignored signals, limits (src/rt/process.h).
+# The program starts correctly whatever its parent left behind: closed descriptors, blocked and ignored signals, limits (src/rt/process.h).
 own="a process in a network of its own"
 . tests/scenarios/lib
 own_network "$own"
@@ -7,7 +7,7 @@ own_network "$own"
 short=("${quick[@]}" --tests z)
 standard() { ls -l "/proc/$1/fd" | sed -n 's/.* \([012]\) -> /\1 /p'; }
 
-# closed SUBSET COMMAND...: with those of descriptors 0 to 2 closed whose bit is set in SUBSET.
+# closed SUBSET COMMAND...: closes those of descriptors 0 to 2 whose bit is set in SUBSET.
 closed() {
     local subset=$1
     shift
@@ -30,7 +30,7 @@ same_log() {
 }
 claim "a run with any of its descriptors 0 to 2 closed writes the same log and the same result" same_log
 
-# Every descriptor 0 to 2 is written to as a terminal or a pipe, or refused: as strace sees it, none of them is a file or a socket.
+# Every descriptor 0 to 2 that is written to is a terminal or a pipe, or the write is refused: strace sees no file or socket among them.
 writes=trace=read,readv,recvfrom,recvmsg,recvmmsg,write,writev,pwrite64,sendto,sendmsg,sendmmsg,ioctl,ftruncate
 traced() {
     local subset=$1
@@ -57,7 +57,7 @@ none_shared() {
 }
 claim "no subcommand has a log, a result, a socket or a bus for a descriptor 0 to 2" none_shared
 
-# A bus whose connection had descriptor 1 took the run's steps for requests.
+# A bus whose connection had descriptor 1 took the run's output for requests.
 bus_apart() {
     local line port plant subset seconds status=0
     mkfifo "$work/served"
@@ -125,7 +125,7 @@ limited() {
     shift 2
     refuses 3 "$words" bash -c "ulimit -c 0; ulimit $limit; exec \"\$@\"" _ "$@" >/dev/null
 }
-# A sanitizer's runtime has not room in such a stack even before main().
+# A sanitizer's runtime does not fit into such a stack even before main().
 small_stack() { built_with 'asan|tsan' || "$@"; }
 small_stack claim "512 kB of stack are refused: the limit, the need, the remedy" limited "-s 512" "512 8192 LimitSTACK" "${short[@]}"
 small_stack claim "64 kB of stack, too" limited "-s 64" "64 8192 LimitSTACK" "${short[@]}"
@@ -134,7 +134,7 @@ claim "16 open files are refused: the limit, the need, the remedy" limited "-n 1
 small_stack claim "a soft limit of 64 kB of stack and 16 files is raised: a run with the same log" eval \
     '(ulimit -Ss 64; ulimit -Sn 16; "${short[@]}" --log "$work/soft.lcm" >/dev/null); cmp "$work/good.lcm" "$work/soft.lcm"'
 
-# Whatever address space it is given: all of a run, or one line that says why not; never a signal.
+# With any address space the run either completes or prints one line with the reason; never a signal.
 little_memory() {
     local kb status
     for kb in 20000 40000 50000 60000 70000 80000 100000 120000 200000; do
@@ -151,7 +151,7 @@ built_with 'asan|tsan' || claim "with any amount of address space: a run, or an 
 
 built_with 'asan|tsan' || claim "no stack of a run is used to more than half" "$python" tests/bench/stacks.py "${quick[@]}"
 
-# With 8 MB of stack for each thread, as the shell's limit has it, 72 MB were locked.
+# With the shell's limit of 8 MB of stack per thread, 72 MB were locked.
 little_locked() {
     local run kb=0
     "$hexid" run --rt try "${quick_settings[@]}" --set motion.automatic=true >"$work/said" 2>"$work/error" &
@@ -165,11 +165,11 @@ little_locked() {
 }
 built_with 'asan|tsan' || claim "what is locked at the start is less than 40 MB, the threads' stacks included" little_locked
 
-# For users: the kernel does not hold root to these two.
+# Applies to users: the kernel exempts root from these two.
 if [ "$(id -u)" = 0 ]; then
     chmod 755 "$work"
     cp "$hexid" "$work/hexid"
-    user=(setpriv --reuid 64124 --regid 64124 --clear-groups "$work/hexid") # of a user who runs nothing else
+    user=(setpriv --reuid 64124 --regid 64124 --clear-groups "$work/hexid") # a user without other processes
 else
     user=("$hexid")
 fi

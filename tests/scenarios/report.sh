@@ -1,6 +1,6 @@
 #!/bin/bash
-# hexid report makes one page of what hexid identify finds, of one log or of several side by side; it shows the same numbers, and refuses what
-# identify refuses, with nothing left behind.
+# hexid report makes one page of hexid identify's results, for one log or several side by side; it shows the same numbers, and refuses
+# whatever identify refuses, with nothing left behind.
 . tests/scenarios/lib
 skip_under tsan "hexid report" "one thread"
 
@@ -25,7 +25,7 @@ any_motion() {
     shows "$work/m" && has "multisine" "this motion is none for them" "Farthest from the reference" && ! grep -qE 'method A</th>|<h3>Method A' "$page"
 }
 claim "of any motion method C alone is shown, and methods A and B are not missed" any_motion
-# Three minutes and half a second: the rest is too short for anything.
+# Three minutes and half a second: the rest is too short for any result.
 "$python" - "$work/rich.csv" <<'END'
 import math, sys
 own = ("x_m", 3), ("y_m", 3.5), ("z_m", 2.5), ("phi_rad", 4), ("theta_rad", 4.5), ("psi_rad", 5)
@@ -49,7 +49,7 @@ assert f"{apart:.1f} σ from log 1" in row and apart > 3, (apart, row)
 END
 }
 claim "three logs stand side by side, with the difference over the combined deviation" side_by_side
-# A coupling and a product of inertia that are configured as nearly nothing.
+# A coupling and a product of inertia configured as nearly zero.
 near_zero() {
     small=(--set payload.center_height_m=-0.0017 --set payload.inertia_xz_kg_m2=0.01)
     quick "${sines[@]}" "${small[@]}" --log "$work/small.lcm" >/dev/null && ends 0 report "$work/small.lcm" &&
@@ -68,13 +68,13 @@ END
 }
 claim "a difference from nearly nothing is in % of sqrt(Mii Mjj), not of nothing" near_zero
 claim "a browser draws it, wide and narrow, in light and in dark, without a sideways scroll" "$python" tests/scenarios/report_view.py "$page" "$work"
-friction() { # the step that is drawn is the friction that was put in: within its interval of 100 N
+friction() { # the drawn step is the friction of the simulation: within its interval around 100 N
     ends 0 report "$work/b.lcm" && "$python" - "$page" <<'END'
 import re, sys
 legs = re.findall(r'<figcaption>Leg \d: viscous .*? dry ([-\d.]+) ± ([\d.]+) N extending, ([-\d.]+) ± ([\d.]+) N retracting', open(sys.argv[1]).read())
 assert len(legs) == 6, legs
 hits = sum(abs(float(leg[i]) - 100.0) < float(leg[i + 1]) for leg in legs for i in (0, 2))
-assert hits >= 9, legs  # of 12; below 9 is less likely than 1 in 2000 when each interval holds with 95 %
+assert hits >= 9, legs  # of 12; fewer than 9 have a probability below 1 in 2000 if each interval holds with 95 %
 END
 }
 claim "the friction drawn for each leg is what the machine was given" friction

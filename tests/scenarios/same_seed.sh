@@ -1,5 +1,5 @@
 #!/bin/bash
-# A virtual-time run is a function of its configuration and seed, to the last bit; so is what is read back from its log.
+# A virtual-time run is a function of its configuration and seed, to the last bit; so is the result read back from its log.
 . tests/scenarios/lib
 
 run() { quick --log "$work/$1.lcm" --json "$work/$1.json" "${@:2}"; }

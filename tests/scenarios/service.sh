@@ -1,6 +1,6 @@
 #!/bin/bash
-# The service: its unit, and a run with the unit's user, rights and limits, given by the same system calls, under a service manager that
-# hears what is sent to systemd.
+# The service: its unit, and a run with the unit's user, rights and limits, set by the same system calls, under a service manager that
+# receives the messages to systemd.
 . tests/scenarios/lib
 shopt -s extglob
 skip_under 'asan|tsan' "the service" "sanitizer builds are not confined and lock more memory"
@@ -22,7 +22,7 @@ exposed() {
 if command -v systemd-analyze >/dev/null; then claim "$text" exposed; else echo "ok - $text # SKIP no systemd-analyze here"; fi
 
 # The unit's command and the options of the service as shipped.
-# A busy host may be late; what is claimed here is not about the wall clock.
+# A busy host may be late; no claim here depends on the wall clock.
 . config/hexid.default
 command=$(unit ExecStart | sed "s|/var/log/hexid|$work/logs|; s|\\\$HEXID_OPTIONS|$HEXID_OPTIONS|")
 brisk="--set sim.engine=closed_form --set motion.park_z_m=0.35 --set motion.rate_mps=0.55 \
@@ -40,14 +40,14 @@ rights=-all
 for right in $(unit AmbientCapabilities); do rights+=,+$(tr '[:upper:]' '[:lower:]' <<<"${right#CAP_}"); done
 limit() { unit "Limit$1" | sed 's/infinity/unlimited/'; }
 limits=(--core="$(limit CORE)" --nofile="$(limit NOFILE)")
-# A container may not raise it; the right to lock memory stands above it.
+# A container may not raise it, but the right to lock memory overrides it.
 prlimit --memlock="$(limit MEMLOCK)" true 2>/dev/null && limits+=(--memlock="$(limit MEMLOCK)")
 limited=(prlimit "${limits[@]}"
     setpriv --reuid nobody --regid nogroup --clear-groups --no-new-privs --inh-caps "$rights" --ambient-caps "$rights" --bounding-set "$rights")
 realtime=(--rt require)
 chrt -f 80 true 2>/dev/null || realtime=(--rt off)
 manager() { "$python" tests/scenarios/service.py "$@"; }
-# Its runtime directory, as the service manager makes it.
+# Its runtime directory, as made by the service manager.
 rmdir "$HEXID_RUNTIME_DIR" && install -d -m "$(unit RuntimeDirectoryMode)" -o nobody -g nogroup "$HEXID_RUNTIME_DIR"
 run=("${limited[@]}" "${service[@]}" "${realtime[@]}")
 
@@ -62,7 +62,7 @@ claim "SIGTERM while a fault stands: status 1" manager faulted "${run[@]}" --hal
 claim "no sign of life once the recorder takes no cycle, whoever else runs" manager stalled "$work/fifo" "${limited[@]}" \
     ${command/--log*--log-part +([0-9])/--log $work/fifo} $brisk --rt off
 
-# What SystemCallFilter= denies, the program never asks for: the names in its sets against the calls of a run.
+# The program never makes a call that SystemCallFilter= denies: the names in its sets against the calls of a run.
 set_of() {
     systemd-analyze syscall-filter "$1" | sed -n 's/^    \([@a-z0-9_-]*\)$/\1/p' |
         while read -r name; do if [[ $name == @* ]]; then set_of "$name"; else echo "$name"; fi; done

@@ -1,4 +1,4 @@
 #!/bin/bash
-# The daemon killed and the daemon stopped, as the system would do it, and what `--rt require` then demands.
+# The daemon killed and stopped, as the system would do it, and the resulting requirements of `--rt require`.
 . tests/scenarios/lib
 on_own_machine "a daemon killed, and stopped" tests/uml/signals_checks.sh

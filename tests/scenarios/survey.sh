@@ -1,6 +1,6 @@
 #!/bin/bash
-# hexid run --survey: eigenfrequencies, whether the configured tests are below them and above the sensors' floor, and tests for a wanted standard
-# deviation, which reach it when they are run. The eigenfrequencies against the plant's linearisation: tests/test_loop_survey.c.
+# hexid run --survey: eigenfrequencies, whether the configured tests are below them and above the sensors' floor, and proposed tests for a
+# wanted standard deviation, which reach it when run. tests/test_loop_survey.c compares the eigenfrequencies with the plant's linearisation.
 . tests/scenarios/lib
 skip_under 'asan|tsan' "a survey" "minutes under a sanitizer"
 
@@ -28,8 +28,8 @@ surveyed() {
 claim "a survey: oil columns and loop within 5 % of the linearised plant's, and the paper's tests are below them and above the floor" surveyed
 claim "its log is one of any motion: identify takes it" eval '"$hexid" identify "$work/s.lcm" >"$work/out" && says "method C"'
 
-# A machine whose pieces are short: a last row beyond their harmonics would take on the survey's fastest line. Of 21 entries one in a hundred
-# surveys has one that is off by 3.5 deviations.
+# A machine whose segments are short: a last row beyond their harmonics would contain the survey's fastest tone. In one of a hundred surveys
+# one of 21 entries is off by 3.5 deviations.
 cat >"$work/slow.yaml" <<'END'
 geometry:
   height_m: 1.05
@@ -52,7 +52,7 @@ covered() {
 }
 claim "on a survey's motion every entry is within its stated deviation" covered
 
-# Its entry of the largest deviation, in per cent of sqrt(Mii Mjj), is what was wanted, within a fifth.
+# Its largest entry's deviation, in per cent of sqrt(Mii Mjj), is the wanted one within a fifth.
 worst='max(100 * r["method_c"]["std"][i][j] / (r["method_c"]["Mt"][i][i] * r["method_c"]["Mt"][j][j]) ** 0.5 for i in range(6) for j in range(6))'
 reaches() {
     "$hexid" run --fast --set sim.engine=closed_form --set lcm.url= --seed 7 --json "$work/$1.json" \

@@ -1,5 +1,5 @@
 #!/bin/bash
-# docs/table5.md states what the simulated machine reads with certain effects: those machines are run again.
+# docs/table5.md states the simulated machine's readings with certain effects: those machines are run again.
 . tests/scenarios/lib
 
 export HEXID=$hexid

@@ -19,7 +19,7 @@ RPDO, EMCY, RPDO_TIMEOUT = (0x201, 0x204, 0x207), range(0x081, 0x088), 0x8250
 
 
 class Can:
-    """Listens from shortly before the moment on."""
+    """Starts to listen shortly before the moment."""
 
     def __init__(self):
         self.socket = socket.socket(socket.PF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
@@ -30,7 +30,7 @@ class Can:
         self.socket.settimeout(30)
 
     def centred(self):
-        """When the last command was on the bus, and when the last of seven nodes said that its valve is centred, its output off; s."""
+        """Time of the last command on the bus, and of the last of seven nodes' report of a centred valve or a switched-off output; s."""
         command, nodes = None, {}
         while len(nodes) < len(EMCY):
             frame, ancillary, _, _ = self.socket.recvmsg(16, 64)
@@ -45,7 +45,7 @@ class Can:
 
 
 class Modbus:
-    """A client of its own, which asks four times a millisecond."""
+    """A client of its own, which polls four times per millisecond."""
 
     def __init__(self):
         self.socket = socket.create_connection(("127.0.0.1", int(bus.rsplit(":", 1)[1])))

@@ -1,4 +1,4 @@
-# Run by tests/uml/run: vcan0 is up, and nobody else is on it. What the machine does without a daemon, against what blind_time() computes.
+# Run by tests/uml/run: vcan0 is up and has no other user. The machine's motion without a daemon against the bound of blind_time().
 . tests/scenarios/lib
 . tests/scenarios/bus_lib
 settings=("${quick_settings[@]}" --set motion.automatic=true)

@@ -1,6 +1,6 @@
-# Run by tests/uml/run: vcan0 and vcan1 are up, and nobody else is on them.
+# Run by tests/uml/run: vcan0 and vcan1 are up and have no other users.
 . tests/scenarios/lib
-stall_priorities=99 # here every process that is started stops the ordinary ones
+stall_priorities=99 # here starting a process stops the ordinary ones
 . tests/scenarios/bus_lib
 . tests/uml/can_lib.sh
 
@@ -8,7 +8,7 @@ quick_bus=("${quick_settings[@]}" --set sensors.enabled=false --set motion.autom
 run_can() { "$hexid" run --hal can:vcan0 "${quick_bus[@]}" "$@"; }
 
 quick --set sensors.enabled=false --json "$work/sim.json" >/dev/null 2>&1
-# Within what the sensors may cost; measured: 0.1, 0.1 and 0.7, on a busy machine 0.5, 0.7 and 1.1.
+# Within the sensors' contribution; measured: 0.1, 0.1 and 0.7, on a busy machine 0.5, 0.7 and 1.1.
 like_simulation() { as_in_simulation "$1" 0.7 1.2 4; }
 
 identified() {
@@ -25,8 +25,8 @@ decoded() {
         "$python" tests/peers/can_decode.py "$work/frames" "$work/csv"
 }
 
-# during PATTERN COMMAND...: a run; the command as soon as it prints a line that matches. Exit status: the run's, 99 where there was no such
-# line, or the plant did not end well.
+# during PATTERN COMMAND...: runs the command as soon as the run prints a line that matches. Exit status: the run's, 99 if there was no such
+# line or the plant did not end well.
 mkfifo "$work/lines"
 axes=()
 during() {
@@ -70,7 +70,7 @@ killed_daemon() {
     [ $? -eq 137 ] && cycles=$(emergencies)
     status=$?
     echo "valves centred ${cycles:-no} cycles after the last command"
-    cansend vcan0 607#4000620100000000 # SAFETY: what the relay gets
+    cansend vcan0 607#4000620100000000 # SAFETY: the relay's value
     until_in ' 587#4F00620100' "$work/dump" $plant || { echo "the supply output is not off"; status=1; }
     dump_stop
     plant_stop && return $status
@@ -88,10 +88,10 @@ claim "a bus without nodes: refused, naming them" refuses 3 "can:vcan1 all nodes
 claim "a bus too slow for the cycle: refused with the arithmetic" refuses 2 "1225 bits can.bitrate_bps" \
     "$hexid" run --hal can:vcan0 --set can.bitrate_bps=250e3
 
-# peer SCRIPT NODE: its claims are its own.
+# peer SCRIPT NODE: prints its own claims.
 peer() {
     local status
-    plant_start can:vcan0 "${quick_bus[@]}" --set device.watchdog_s=10 || return # the nodes' own are what is seen
+    plant_start can:vcan0 "${quick_bus[@]}" --set device.watchdog_s=10 || return # so that the nodes' own watchdogs are seen
     "$python" "tests/peers/$1" vcan0 "$2" >"$work/peer" 2>&1
     status=$?
     cat "$work/peer"
@@ -104,7 +104,7 @@ grep '^ok' "$work/peer"
 fair_claim "the I/O module conforms to CiA 301 and 401, clause by clause" peer canopen_conformance.py 7
 grep '^ok' "$work/peer"
 
-# Nodes that are not what is configured.
+# Nodes that differ from the configuration.
 stranger() {
     plant_start can:vcan0 "${quick_bus[@]}" || return
     refuses 4 "can:vcan0 0x1018:2 0x48584944 0x1 can.product_code" run_can --set can.product_code=1
@@ -119,7 +119,7 @@ strange_io() {
     plant_stop && return $status
 }
 claim "an I/O module of another product: the same" strange_io
-# The plant's relay then stays open, so the run ends where it engages: without pressure no leg follows.
+# The plant's relay then stays open, so the run ends on engaging: without pressure no leg follows.
 not_wired() {
     local input status unwired=()
     for input in emergency_stop enable door pressure supply; do unwired+=(--set interlocks.$input=false); done
@@ -140,7 +140,7 @@ claim "and its log is whole" log_is_whole
 fair_claim "an interface that goes down in a test: the run ends in a fault" faults 'test 1/2' ip link set vcan0 down
 ip link set vcan0 up
 
-# An adapter that is unplugged and plugged in again, or whose interface goes down and up: daemon (confined) and plant go on with it.
+# An adapter is unplugged and plugged in again, or its interface goes down and up: daemon (confined) and plant continue with it.
 processor_ticks() { awk '{ print $14 + $15 }' "/proc/$1/stat"; }
 comes_back() { # WHAT-IS-THE-MATTER COMMAND-THAT-TAKES-IT COMMAND-THAT-BRINGS-IT
     local lcm='udpm://239.255.76.67:7667?ttl=0' run operator status=0 ticks
@@ -162,7 +162,7 @@ comes_back() { # WHAT-IS-THE-MATTER COMMAND-THAT-TAKES-IT COMMAND-THAT-BRINGS-IT
     : >"$work/run"
     "$hexid" command reset --set lcm.url="$lcm"
     until_in '^ *settled' "$work/run" $run || status=1
-    "$hexid" command engage --set lcm.url="$lcm" & # and stays: its lease
+    "$hexid" command engage --set lcm.url="$lcm" & # stays to hold its lease
     operator=$!
     until_in '^ *ready' "$work/run" $run || status=1
     kill -TERM $run
@@ -176,7 +176,7 @@ claim "an interface that is deleted and made again: said, nobody spins, and rese
 claim "one that goes down and up again: the same" comes_back down 'ip link set vcan0 down' 'ip link set vcan0 up'
 fair_claim "a node that is reset in a test: the run ends in a fault" faults 'test 1/2' cansend vcan0 000#8103
 
-# A host that stalls for 40 ms: behind hardware a deadline missed is missed by the machine, whose watchdog centres the valves meanwhile.
+# A host that stalls for 40 ms: behind hardware the machine misses the deadline as well, and its watchdog centres the valves meanwhile.
 stall() { kill -STOP $run; pause 0.04; kill -CONT $run; }
 stalled() {
     local status
@@ -202,8 +202,8 @@ fair_claim "an emergency stop in a test: a fault" opened emergency_stop emergenc
 fair_claim "a door that opens in a test: a fault" opened door door
 fair_claim "a charge pump that does not get through: the machine has no pressure, a fault" opened supply supply
 
-# Another maker's I/O module: the plant's own is on another bus, and what it says does not get through. What it is told does, so that the
-# machine has its supply.
+# Another maker's I/O module: the plant's own is on another bus and its frames are not forwarded. Those to it are, so that the machine has
+# its supply.
 other_io() {
     local io run status said
     plant_start can:vcan1 "${quick_bus[@]}" && cangw -A -s vcan0 -d vcan1 -e && cangw -A -s vcan1 -d vcan0 -e -f 007~07F || return
@@ -238,7 +238,7 @@ for frame in 080# 201#000000000000 207#01 77F#05 603#4000100000000000 000#0105; 
     fair_claim "a frame of another master, $frame: a fault" second_master $frame
 done
 
-# Frames lost and doubled on the wire itself, where the kernel lets us (a vcan that echoes, netem).
+# Frames lost and doubled on the wire itself, if the kernel permits (a vcan that echoes, netem).
 disturbed() {
     local status
     during 'test 1/6' tc qdisc add dev vcan0 root netem $1
@@ -246,7 +246,7 @@ disturbed() {
     tc qdisc del dev vcan0 root
     return $status
 }
-# The nodes' readings only: a master's frame that comes twice is another master's, once.
+# Only the nodes' readings: a master's frame that comes twice counts as another master's.
 readings_twice() {
     tc -batch - <<<"qdisc add dev vcan0 root handle 1: prio
 qdisc add dev vcan0 parent 1:3 netem duplicate 20%

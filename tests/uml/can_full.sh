@@ -1,11 +1,11 @@
-# Run by tests/uml/run: vcan0 is up, and nobody else is on it. Whole runs, and the fault campaign on the bus.
+# Run by tests/uml/run: vcan0 is up and has no other user. Whole runs, and the fault campaign on the bus.
 . tests/scenarios/lib
-stall_priorities=99 # here every process that is started stops the ordinary ones
+stall_priorities=99 # here starting a process stops the ordinary ones
 . tests/scenarios/bus_lib
 . tests/scenarios/campaign_lib
 . tests/uml/can_lib.sh
 
-# The whole run, and method A's errors beside those with sim:. What stalls do beyond the samples left out: 2 ms, 12 samples of 2500, moved
+# The whole run, and method A's errors beside those with sim:. Effect of stalls beyond the omitted samples: 2 ms, 12 samples of 2500, moved
 # that test's axis by 0.1 points, once by 0.3; 8 ms, 23 samples, by 0.6, which the verdict refused.
 exact=(--set lcm.url= --set sensors.enabled=false)
 full() { # measured: 0.03, 0.04 and 0.2
@@ -19,17 +19,17 @@ bus_stop() {
     plant_stop
 }
 
-# What befalls the bus. Starting tc, ip or cansend takes this kernel some 20 to 140 ms; the fault begins at their end at the latest.
+# Faults of the bus. Starting tc, ip or cansend takes this kernel 20 to 140 ms; the fault begins at their end at the latest.
 befall() { from=@${EPOCHREALTIME/./}; $1; }
 tool() { "$@"; tool_us=$((${EPOCHREALTIME/./} - ${from#@})); }
 wire() { tool tc qdisc add dev vcan0 root netem "$@"; }
-twice() { # frames of these identifiers only
+twice() { # only frames with these identifiers
     tool tc -batch - <<<"qdisc add dev vcan0 root handle 1: prio
 qdisc add dev vcan0 parent 1:3 netem duplicate 20%
 filter add dev vcan0 parent 1: protocol can basic match canid(sff 0x$1) flowid 1:3"
 }
 second() { "$hexid" run --hal can:vcan0 "${settings[@]}" 2>/dev/null; [ $? -eq 4 ] || echo "silently wrong: a second master runs"; }
-silence() { # frames of this identifier only
+silence() { # only frames with this identifier
     tool tc -batch - <<<"qdisc add dev vcan0 root handle 1: prio
 qdisc add dev vcan0 parent 1:3 netem loss 100%
 filter add dev vcan0 parent 1: protocol can basic match canid(sff 0x$1) flowid 1:3"
@@ -40,7 +40,7 @@ reboot() { plant_kill; plant_start can:vcan0 "${settings[@]}"; }
 stop_daemon() { kill -STOP $run; sleep 1; kill -CONT $run; }
 stop_plant() { kill -STOP $plant; }
 
-# The device's watchdog and the log, after a kill: the bus is the witness.
+# The device's watchdog and the log after a kill, observed on the bus.
 killed() {
     local killed_us cycles
     dump || return

@@ -1,18 +1,18 @@
-# Sourced, after tests/scenarios/bus_lib, by what tests/uml/run runs.
+# Sourced, after tests/scenarios/bus_lib, by the scripts that tests/uml/run runs.
 
-# dump [,ID:MASK...]: what is on the bus, all or these frames (7ff among them), in $work/dump until dump_stop.
+# dump [,ID:MASK...]: writes the bus's frames, all or these (7ff among them), to $work/dump until dump_stop.
 dump() {
-    : >"$work/dump" # or the dump before would be taken for this one
-    stdbuf -oL candump -L -r 16777216 "vcan0${1:-}" >"$work/dump" & # 13 500 frames a second, and nobody is less urgent than candump
+    : >"$work/dump" # otherwise the previous dump would be taken for this one
+    stdbuf -oL candump -L -r 16777216 "vcan0${1:-}" >"$work/dump" & # 13 500 frames per second, and candump is the least urgent process
     dumper=$!
-    until [ -s "$work/dump" ]; do kill -0 $dumper && cansend vcan0 7ff# || return; done # candump listens when it has seen this
+    until [ -s "$work/dump" ]; do kill -0 $dumper && cansend vcan0 7ff# || return; done # candump is listening once it has seen this
 }
 dump_stop() {
     kill $dumper
     wait $dumper
 }
 
-# The watchdogs of all seven nodes have sent EMCY 0x8250; the cycles from the last command to the last of them.
+# The watchdogs of all seven nodes have sent EMCY 0x8250; returns the cycles from the last command to the last of them.
 emergencies() {
     local node
     for node in 1 2 3 4 5 6 7; do

@@ -1,4 +1,5 @@
-# Run by tests/uml/run: vcan0 and vcan1 are up. A controller with bit rate and errors is a serial line's (slcan), its other end a program.
+# Run by tests/uml/run: vcan0 and vcan1 are up. A serial line (slcan) with a program at its other end provides a controller with bit rate
+# and errors.
 . tests/scenarios/lib
 doctor() { "$hexid" doctor --latency 0 --set lcm.url= "$@" >"$work/doctor" 2>&1; local status=$?; cat "$work/doctor"; return $status; }
 # finds LEVEL NAME WORDS OPTION...
@@ -23,7 +24,7 @@ claim "a controller with another bit rate than configured: FAIL, with both" find
 claim "with the same: ok" finds ok 'CAN interface' '500000 bit/s' --hal can:can0 --set can.bitrate_bps=500e3
 claim "no errors: ok" finds ok 'CAN errors' 'error-active' --hal can:can0
 
-# state LETTER NAME: the adapter says that its controller is in this state, and the kernel has it.
+# state LETTER NAME: the adapter reports this controller state, and the kernel has it.
 state() {
     echo "s${1}130010" >&5
     for _ in {1..100}; do ip -details link show can0 | grep -q "state $2" && return; sleep 0.1; done

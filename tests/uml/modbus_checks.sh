@@ -3,7 +3,7 @@
 . tests/scenarios/bus_lib
 S=("${quick_settings[@]}" --set sensors.enabled=false)
 
-# nobody COMMAND...: with a port after it on which nobody listens, and nobody else can.
+# nobody COMMAND...: appends a port on which nobody listens and nobody else can.
 nobody() {
     "$python" -c 'import socket, subprocess, sys
 s = socket.socket()
@@ -20,7 +20,7 @@ claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "33
     "$hexid" run --hal 'modbus:rtu:/dev/null?baud=115200'
 claim "the map is printed" eval '"$hexid" doctor --modbus-map | grep -q "0x0022..0x002d"'
 
-# What the standards say, line by line; with a watchdog so long that on a real clock, too, nothing hangs on it.
+# The standards, clause by clause; the watchdog is so long that no claim depends on it even on a real clock.
 conforms() {
     local status
     plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" --set device.watchdog_s=10 || return
@@ -59,9 +59,9 @@ peer() {
     plant_stop && return $status
 }
 fair_claim "pymodbus reads and moves the plant" peer
-grep '^ok' "$work/peer" # its claims are its own
+grep '^ok' "$work/peer" # it prints its own claims
 
-foreign() { # another maker's device: the daemon reads it, and sees that it does not move
+foreign() { # another maker's device: the daemon reads it and sees that it does not move
     local server status
     : >"$work/port"
     "$python" tests/peers/modbus_server.py >"$work/port" &
@@ -77,12 +77,12 @@ foreign() { # another maker's device: the daemon reads it, and sees that it does
 }
 fair_claim "a pymodbus server in the plant's place: read, and found to stand still" foreign
 
-identified() { run_against modbus:tcp://127.0.0.1:0 "${S[@]}" && as_in_simulation "$work/run.json" 0.7 1.2 4; } # what the sensors may cost
+identified() { run_against modbus:tcp://127.0.0.1:0 "${S[@]}" && as_in_simulation "$work/run.json" 0.7 1.2 4; } # the sensors' contribution
 quick --set sensors.enabled=false --json "$work/sim.json" >/dev/null
 still_ms=1 fair_claim "six tests over Modbus TCP at 2 ms, daemon and plant two processes: passed, and method A agrees with the simulation" \
     identified # measured: 0.1, 0.1 and 0.3
 
-# Somebody writes the valves: not taken, and the run is told.
+# A foreign client writes the valves: not accepted, and the run reports it.
 rival() {
     plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return
     : >"$work/run"
@@ -102,7 +102,7 @@ END
 }
 fair_claim "another client's write of the valves is refused, and is a fault at the master: second_master" rival
 
-# Five kinds of greedy clients, and a second daemon. Of two tests no more is missing than the other four.
+# Five kinds of greedy clients and a second daemon. Of two tests no more is missing than the other four.
 mkfifo "$work/greed"
 undisturbed() {
     local status=0 greedy missing=$'verdict   not_evaluated\n          matrix: needs complete tests of all six axes'
@@ -128,7 +128,7 @@ undisturbed() {
 }
 still_ms=1 fair_claim "neither greedy clients nor a second hexid, which is refused, disturb a run" undisturbed
 
-# A host that stalls for 40 ms: behind hardware a deadline missed is missed by the machine. The device's watchdog is what pymodbus saw above.
+# A host that stalls for 40 ms: behind hardware the machine misses the deadline as well. pymodbus checked the device's watchdog above.
 stalled() {
     local line
     plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return

@@ -11,7 +11,7 @@ bus_start() {
     plant_url=$url
     : >"$work/proxy"
     exec 5<&-
-    exec 5<>"$work/orders" # held open at both ends, so that nobody waits for or dies of an end that is gone
+    exec 5<>"$work/orders" # open at both ends, so that nobody waits for or dies of a closed one
     $ahead "$python" tests/peers/modbus_proxy.py "${plant_url##*:}" <"$work/orders" >"$work/proxy" &
     proxy=$!
     until_in '^[0-9]' "$work/proxy" $proxy || { kill $proxy; wait $proxy; plant_stop; return 1; }
@@ -26,7 +26,7 @@ bus_stop() {
     plant_stop && ((status == 143))
 }
 
-# What befalls the line: a function here, or an order to the proxy, which then says since when.
+# Faults of the line: a function here, or an order to the proxy, which then reports the time.
 befall() {
     from=@${EPOCHREALTIME/./}
     if declare -F "$1" >/dev/null; then $1; else order "$1"; fi
@@ -39,7 +39,7 @@ stop_daemon() { kill -STOP $run; sleep 1; kill -CONT $run; }
 stop_plant() { kill -STOP $plant; }
 restart() { plant_kill; plant_start "$plant_url" "${settings[@]}"; }
 
-# The device's watchdog and the log, after a kill: the plant itself is asked, not through the proxy, when its valves are centred.
+# The device's watchdog and the log after a kill: the plant itself, not the proxy, is asked when its valves are centred.
 killed() {
     local asks killed_us
     begun || return

@@ -10,8 +10,8 @@ full() { # measured: 0.02, 0.05 and 0.2
 still_ms=1 fair_claim "the six tests as shipped pass over Modbus TCP at 2 ms, and method A has the errors that it has with sim:" full
 sed 's/^/# /' "$work/claim.out"
 
-# A line of 115200 baud carries a cycle in 8.9 ms: 10 ms, and a controller that is slower by as much. The matrix is then far off, for
-# the staircase of the command and not for the line: the same in simulation at 10 ms. hexid refuses it.
+# A line of 115200 baud carries a cycle in 8.9 ms, so the period is 10 ms and the controller is slower by as much. The matrix is then far
+# off because of the command's staircase, not the line: the simulation at 10 ms gives the same. hexid refuses it.
 serial=(--set sim.engine=closed_form --set loop.period_s=0.01 --set sim.substeps=40 --set limits.sensor_age_s=0.03
     --set limits.bad_cycles=2 --set loop.overrun_limit=5 --set device.watchdog_s=0.05 --set limits.following_m=0.03 --set control.kp=20 --set control.kpf=1e-5 --set control.kff=1.8
     --set motion.engage_s=5 --set motion.park_s=5)

@@ -27,7 +27,7 @@ last = cycles[-1] if cycles else None
 '"$1" "$work/run.lcm"
 }
 
-# What the log lacks of the loop's last cycle: none of it can be asked of a process that is gone, so a clock is read beside it.
+# Delay between the log's last cycle and the loop's: a process that is gone cannot be asked, so a clock is read beside it.
 killed() {
     local killed_us status
     begin --set tests.duration_s=20 || return
@@ -46,7 +46,7 @@ sys.exit(missing_ms > 100)' "$work/run.lcm" "$killed_us" &&
         ends 1 "$hexid" identify "$work/run.lcm" >/dev/null # readable, and not complete
 }
 
-# halted SECONDS: stopped for so long, it can do nothing: that is for the device's watchdog. Going on, it must not act on what is past.
+# halted SECONDS: while stopped it can do nothing, so the device's watchdog acts. When it continues, it must not act on old samples.
 halted() {
     begin --set tests.duration_s=4 || return
     kill -STOP $run

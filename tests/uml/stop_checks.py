@@ -7,7 +7,7 @@ import hexid, lcm
 HEXID, WORK = sys.argv[1:]
 URL = "udpm://239.255.76.67:7667?ttl=0"
 GROUP = ("239.255.76.67", 7667)
-SIGNAL_MS, MESSAGE_MS = 100, 20  # from the signal, from the message's arrival, to the first cycle that parks
+SIGNAL_MS, MESSAGE_MS = 100, 20  # from the signal or the message's arrival to the first cycle that parks
 PACKET_MS = 4 if os.environ.get("CLOCK") == "virtual" else 20  # from a command over a socket: two cycles
 QUICK = [word for key in """sim.engine=closed_form motion.park_z_m=0.35 motion.rate_mps=0.55
 motion.engage_s=1.6 motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.2 tests.ramp_s=0.3
@@ -16,7 +16,7 @@ SETTLED, TESTING, PARKING, FAULT = 1, 4, 5, 6
 
 
 def stalled_ms(since_us):
-    """The longest that the machine stood still since then: on the real clock a witness writes it down (tests/scenarios/stalls_lib)."""
+    """Longest stall of the machine since then: on the real clock a witness records it (tests/scenarios/stalls_lib)."""
     time.sleep(0.01)
     with contextlib.suppress(FileNotFoundError), open(os.path.join(WORK, "stalls")) as witness:
         return max((int(ms) for at, ms in (line.split() for line in witness if line[0].isdigit()) if int(at) >= since_us), default=0)
@@ -31,7 +31,7 @@ def claim(text, tries=3):
                 said = check()
                 print(f"ok - {text}" + (f": {said}" if said else ""), flush=True)
                 return
-            except Exception as error:  # whatever it is, it is this claim's, unless the machine stood still
+            except Exception as error:  # any error belongs to this claim, unless the machine stalled
                 failure, stall = f"#   {type(error).__name__}: {error}", stalled_ms(since)
                 if stall < 5:
                     break
@@ -49,11 +49,11 @@ def demand(holds, *words):
 
 
 class Run:
-    """A hexid on the simulated platform, or on what `hal` says, in its first test."""
+    """A hexid on the simulated platform, or on the back-end `hal`, in its first test."""
 
     def __init__(self, *options, hal="sim:", log="run.lcm", wait=True, out=None):
         self.log = os.path.join(WORK, log)
-        if os.path.isfile(self.log):  # or it would be set aside, and said so to a terminal that may hang
+        if os.path.isfile(self.log):  # otherwise it would be set aside, with a message to a terminal that may hang
             os.unlink(self.log)
         self.output = open(os.path.join(WORK, "output"), "w+b")
         command = [HEXID, "run", "--hal", hal, *QUICK, "--set", "lcm.url=" + URL, "--set", "motion.automatic=true", "--log", self.log, *options]
@@ -62,7 +62,7 @@ class Run:
             self.until(TESTING)
 
     def states(self, log=None):
-        """(time of the day in us, state, message) of every cycle that is in the log by now."""
+        """(time of the day in us, state, message) of every cycle in the log so far."""
         events = [e for e in lcm.EventLog(log or self.log, "r") if e.channel == "HEXID_STATE"]
         return [(e.timestamp, m.state, m) for e in events for m in (hexid.state_t.decode(e.data),)]
 
@@ -84,7 +84,8 @@ class Run:
         demand(got == status, "exit status", got, "not", status, self.said())
 
     def parked_after_ms(self, since_us):
-        """From then to the first cycle that parks, by its sample, which may be from a cycle before; the platform was put down, and no cycle is missing but those counted."""
+        """Time until the first cycle that parks, by its sample, which may be a cycle older; checks that the platform was parked and no
+        uncounted cycle is missing."""
         states = self.states()
         later = [at for at, state, _ in states if state == PARKING]
         demand(later, "never parked")
@@ -130,7 +131,7 @@ def parked_by_message(run, limit_ms=MESSAGE_MS):
 
 
 def full_pipe():
-    """The write end of a pipe that takes no more, as a terminal does whose other end hangs."""
+    """The write end of a full pipe, as of a terminal whose other end hangs."""
     reader, writer = os.pipe()
     fcntl.fcntl(writer, fcntl.F_SETFL, os.O_NONBLOCK)
     with contextlib.suppress(BlockingIOError):
@@ -223,7 +224,7 @@ def _():
 
 
 def crafted(dice, n):
-    """Nearly messages: fragments, wrong lengths, names without end, right names with wrong contents."""
+    """Malformed messages: fragments, wrong lengths, unterminated names, right names with wrong contents."""
     name = dice.choice([b"HEXID_COMMAND", b"HEXID_STATE", b"HEXID_" + bytes(dice.choices(range(256), k=60)), b"", b"A" * 300])
     offset = dice.choice([0, 0xFFFFFFF0, 0x7FFFFFFF, 1 << 20])
     good = park_message()[22:]
@@ -317,7 +318,7 @@ def packet(command, number=1, renew=0, version=1):
 
 
 def parked_by_packet(run, limit_ms=PACKET_MS):
-    """By a client that tries again where its connection was closed to make room, as `hexid command` does."""
+    """Uses a client that retries when its connection was closed to make room, as `hexid command` does."""
     since, tries = now_us(), 0
     while True:
         tries += 1
@@ -349,7 +350,7 @@ def _():
 
 
 def flood_sockets(packets, stop, per_ms=10):
-    """So many packets a ms, over connections that are made again when they are closed."""
+    """Sends so many packets per ms over connections that are reopened when closed."""
     open_ones, n = [], 0
     while not stop.is_set():
         for _ in range(per_ms):
@@ -453,7 +454,7 @@ ERRORS = [signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SI
 
 
 def last_commands(dump, since_us):
-    """Valve commands on the bus since then: any that is not the centre, and when the last of those came, in ms."""
+    """Valve commands on the bus since then: any that is not the centre, and the time of the last one, in ms."""
     last = 0.0
     for line in open(dump):
         at, _, frame = line.split()
