@@ -19,7 +19,7 @@ struct check_report {
     char missing[CHECK_LIST_SIZE], ignored[CHECK_LIST_SIZE], doubtful[CHECK_LIST_SIZE];
     /* Areas by which pressures become forces (areas.h); "" without pressures. */
     char areas[AREAS_TEXT_SIZE];
-    /* Keys at a default that is not this machine's own (config_defaults()); "" without pressures. */
+    /* Keys at a default, not this machine's own (config_defaults()); "" without pressures. */
     char defaults[CONFIG_DEFAULTS_SIZE];
     char zero[CHECK_LIST_SIZE];  /* found in CSV, in the words of csv_report */
     /* Tests without a sample in the evaluated part: "y, phi"; for several logs "b.lcm: y; ...". */
