@@ -1,9 +1,9 @@
-/* The hardware abstraction layer: the only way to the platform. Nobody outside a back-end can tell
- * which one it is.
+/* The hardware abstraction layer: the only way to the platform. No caller can tell which back-end
+ * it talks to.
  *
  * read, write and safe are called from the loop thread: RT, never block, no heap, no lock. A
- * blocking device gets its own thread inside its back-end. open, start and close are called from
- * the main thread while the loop does not run. */
+ * blocking device gets its own thread inside its back-end. open and close are called from the main
+ * thread while the loop does not run. */
 #ifndef HEXID_HAL_H
 #define HEXID_HAL_H
 
@@ -16,24 +16,24 @@
 struct hal; /* each back-end embeds this as its first member */
 
 struct hal_ops {
-    const char *scheme;  /* the URL's part before ':' */
-    const char *usage;   /* one line for --help: the URL's form and what it reaches */
-    bool simulated;      /* no machine behind it: --rt try is the default, and --fast is allowed */
-    bool reconnects;     /* makes a lost connection again by itself, which
-                          * takes new sockets or files */
-    bool reopens_can;    /* opens its CAN socket again, on an interface that was made again */
+    const char *scheme;  /* part of the URL before ':' */
+    const char *usage;   /* line for --help: form of the URL and what it reaches */
+    bool simulated;      /* no machine behind it: --rt defaults to try, --fast is allowed */
+    bool reconnects;     /* restores a lost connection by itself, which takes new sockets or
+                          * files */
+    bool reopens_can;    /* reopens its CAN socket on an interface that was made again */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
-    /* The sample of this cycle, latched at or before now_ns (the loop's clock). 0, or -1: nothing
-     * can be read (FAULT_IO). */
+    /* Reads the sample of this cycle, latched at or before now_ns (the loop's clock). 0, or -1 if
+     * nothing can be read (FAULT_IO). */
     int (*read)(struct hal *hal, int64_t now_ns, struct hal_sample *sample);
-    /* The command of this cycle. 0, or -1: nothing can be written (FAULT_IO). */
+    /* Writes the command of this cycle. 0, or -1 if nothing can be written (FAULT_IO). */
     int (*write)(struct hal *hal, const struct hal_command *command);
-    /* SAFETY: valves to centre, now, whatever else is broken, and the supply output as it is;
-     * called on every fault and at the end. Signal-safe. */
+    /* SAFETY: centres the valves at once, whatever else is broken, and leaves the supply output as
+     * it is. Called on every fault and at the end. Signal-safe. */
     void (*safe)(struct hal *hal);
     void (*close)(struct hal *hal);
-    /* Optional, any thread: what has gone wrong first on the way to the machine, in words for the
-     * operator; "" when all is well. */
+    /* Optional, any thread: writes the first failure on the way to the machine, in words for the
+     * operator; "" if there is none. */
     void (*describe)(const struct hal *hal, char *text, size_t size);
 };
 
@@ -44,7 +44,7 @@ struct hal {
 /* Opens "scheme:address". On error: the URL, the reason and the remedy; nothing has moved. */
 int hal_open(struct hal **hal, const char *url, const struct params *params, uint64_t seed, struct error *error);
 
-/* The back-end that a URL names, NULL if none. */
+/* Back-end that a URL names; NULL if none. */
 const struct hal_ops *hal_find(const char *url);
 
 /* All back-ends, ended by NULL. */

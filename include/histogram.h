@@ -1,5 +1,5 @@
-/* Latency histogram: 16 linear steps to each power of two of nanoseconds, so a quantile is right to
- * 6 %, from 1 ns to 1 h; no heap. */
+/* Latency histogram from 1 ns to 1 h: 16 linear steps per power of two of nanoseconds, so that a
+ * quantile is right to 6 %. No heap. */
 #ifndef HEXID_HISTOGRAM_H
 #define HEXID_HISTOGRAM_H
 

@@ -1,4 +1,4 @@
-/* The host's time that nobody sets: CLOCK_MONOTONIC. RT, any thread. */
+/* Host time that nobody sets: CLOCK_MONOTONIC. RT, any thread. */
 #ifndef HEXID_MONOTONIC_H
 #define HEXID_MONOTONIC_H
 

@@ -1,17 +1,17 @@
-/* The whole configuration as plain data, SI units, written once by src/io/config.c and constant
- * afterwards. Every key of the YAML file is one member here; ranges and descriptions stand in the
- * table of src/io/config_keys.c, which --print-config and docs/configuration.md print, too. */
+/* The whole configuration as plain data in SI units, written once by src/io/config.c and constant
+ * afterwards. Every key of the YAML file is one member here. Ranges and descriptions stand in the
+ * table of src/io/config_keys.c, from which --print-config and docs/configuration.md are made. */
 #ifndef HEXID_PARAMS_H
 #define HEXID_PARAMS_H
 
 #include "effect.h"
 #include "types.h"
 
-enum { PARAMS_TEXT_SIZE = 256 };  /* of every text */
+enum { PARAMS_TEXT_SIZE = 256 };  /* size of every text */
 
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
-/* Of each leg its own, as drawn. */
+/* Vectors of the legs, as drawn. */
 struct leg_vectors {
     bool given;
     double leg[LEGS][3];
@@ -20,35 +20,35 @@ struct leg_vectors {
 struct geometry_params {          /* Tian 2015 Table 1 */
     double upper_radius_m;        /* Ra */
     double lower_radius_m;        /* Rb */
-    double height_m;              /* H: the upper joint plane, z = 0 of the platform's drawing,
-                                   * above the lower one, z = 0 of the base's, at neutral */
+    double height_m;              /* H: upper joint plane (z = 0 in the platform's drawing) above
+                                   * the lower one (z = 0 in the base's), at neutral */
     double upper_half_angle_rad;  /* alpha */
     double lower_half_angle_rad;  /* beta */
     /* In the drawings of platform and base: x forward, y right, z down. */
     struct leg_vectors upper, lower; /* joints, m; not given: on a circle, by the numbers above */
-    struct leg_vectors upper_axis, lower_axis; /* direction of the first axis of each universal
-                                      * joint, fixed in platform or base, of any length; not given:
-                                      * level, tangential to the joint circle */
+    struct leg_vectors upper_axis, lower_axis; /* first axis of each universal joint, fixed in
+                                                * platform or base, any length; not given: level,
+                                                * tangential to the joint circle */
 };
 
 struct payload_params {           /* Tian 2015 Table 2 */
     double mass_kg;
-    /* about its mass centre: entries of the matrix */
+    /* entries of the inertia matrix about its mass centre */
     double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2;
     double inertia_xy_kg_m2, inertia_xz_kg_m2, inertia_yz_kg_m2;
     double center_height_m;       /* h: mass centre above the upper joint plane */
-    double center_x_m, center_y_m;/* and in the platform's drawing */
+    double center_x_m, center_y_m;/* and its place in the platform's drawing */
     double gravity_mps2;
 };
 
-struct axis_params {              /* one cylinder or electric axis with a mass: leg 1,
-                                   * the others are not there */
-    double mass_kg;               /* all that moves */
+struct axis_params {              /* one cylinder or electric axis with a mass: leg 1, without the
+                                   * others */
+    double mass_kg;               /* mass of all moving parts */
     double gravity_mps2;          /* component along the axis; positive: the
                                    * weight pushes the rod in */
-    double middle_m;              /* reading of the position at mid-stroke */
-    double force_offset_n;        /* constant force that the reading has too much */
-    double force_lag_s;           /* first order, of a force sensor's amplifier */
+    double middle_m;              /* position reading at mid-stroke */
+    double force_offset_n;        /* constant excess of the force reading */
+    double force_lag_s;           /* first-order lag of a force sensor's amplifier */
 };
 
 struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's
@@ -56,13 +56,13 @@ struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertia
     double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
     struct {
         bool piston, rod;
-    } stated;                     /* false: of an axis whose configuration leaves the diameter out;
-                                   * the built-in platform's is none of an axis's cylinder */
+    } stated;                     /* false if an axis's configuration leaves the diameter out,
+                                   * because the built-in platform's does not suit an axis */
     double stroke_m[LEGS];
-    double mid_stroke_m[LEGS];    /* length in the middle of the stroke less that at neutral */
+    double mid_stroke_m[LEGS];    /* length at mid-stroke less that at neutral */
     double upper_mass_kg[LEGS], lower_mass_kg[LEGS];             /* ma rod, mb cylinder */
     double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* ia, ib: transverse */
-    /* ra from the upper, rb from the lower joint */
+    /* ra from the upper joint, rb from the lower */
     double upper_center_m[LEGS], lower_center_m[LEGS];
 };
 
@@ -72,14 +72,14 @@ struct hydraulics_params {
     double valve_drop_pa;
     double valve_frequency_hz, valve_damping[LEGS];
     double bulk_modulus_pa[LEGS];
-    double dead_volume_m3[LEGS];      /* each side, */
-    double dead_volume_difference_m3[LEGS]; /* and so much more on the rod side */
+    double dead_volume_m3[LEGS];      /* each side */
+    double dead_volume_difference_m3[LEGS]; /* excess of the rod side */
     double leakage_m3_per_s_pa[LEGS]; /* across the piston */
-    double viscous_n_s_per_m[LEGS];   /* base model; effect cylinder_viscous_friction adds to it */
+    double viscous_n_s_per_m[LEGS];   /* base; cylinder_viscous_friction (effect) adds */
     double stop_stiffness_n_per_m, stop_damping_n_s_per_m; /* end stops of the stroke */
 };
 
-struct sensor_params {            /* of the simulated machine */
+struct sensor_params {            /* sensors of the simulated machine */
     bool enabled;                 /* false: exact values */
     double position_resolution_m;
     double adc_bits, adc_range_v; /* +- range */
@@ -92,26 +92,26 @@ enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
 struct sim_params {
     enum engine_kind engine;
     int substeps;                 /* per cycle; a substep is at most 0.25 ms */
-    double base_hz, base_mass_kg; /* the base on springs (sim/surroundings.h); 0 Hz: rigid */
-    double ripple_pa, ripple_hz;  /* of the pump */
-    double smooth_friction_mps;   /* 0: true stick; else the cylinders' dry friction is F
-                                   * tanh(v / this), as where stick is not modelled */
+    double base_hz, base_mass_kg; /* base on springs (sim/surroundings.h); 0 Hz: rigid */
+    double ripple_pa, ripple_hz;  /* ripple of the pump */
+    double smooth_friction_mps;   /* 0: true stick; otherwise dry friction of the cylinders is F
+                                   * tanh(v / this), as in models without stick */
 };
 
 struct control_params {           /* exact law: src/core/pid.h */
     double kp, ki, kd;            /* 1/m, 1/(m s), s/m */
-    double kff;                   /* s/m, of the reference's leg rate */
-    double kpf;                   /* 1/N, of the high-passed leg force */
+    double kff;                   /* s/m, gain of the reference's leg rate */
+    double kpf;                   /* 1/N, gain of the high-passed leg force */
     double tf, tp;                /* s, filters of derivative and force */
-    double integral_limit;        /* of full opening */
-    double output_limit;          /* of full opening */
+    double integral_limit;        /* share of full opening */
+    double output_limit;          /* share of full opening */
 };
 
 struct motion_params {
-    double engage_s, park_s;      /* of the moves, or longer where these limits ask for it: */
-    double rate_mps, accel_mps2;  /* of the origin, or of the upper joints where it turns */
-    double park_z_m;              /* pose z at which the platform is put down; z is down */
-    double hold_s;                /* at neutral before the first test */
+    double engage_s, park_s;      /* durations of the moves, longer if these limits need it: */
+    double rate_mps, accel_mps2;  /* speed of the origin, or of the upper joints in a turn */
+    double park_z_m;              /* pose z at which the platform is put down; z points down */
+    double hold_s;                /* time at neutral before the first test */
     bool automatic;               /* engage, test and park without commands */
 };
 
@@ -120,67 +120,66 @@ struct limit_params {             /* SAFETY: beyond any of these the supervisor 
     double length_min_m[LEGS], length_max_m[LEGS];
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
-    double standstill_m;          /* range of a leg's reference since its length last
-                                   * changed, while engaged */
+    double standstill_m;          /* greatest range of a leg's reference while its length does not
+                                   * change, engaged */
     double force_n;               /* |A1 P1 - A2 P2| per leg */
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
-    int bad_cycles;               /* leaky bucket: so many bad cycles more than good ones */
-    double blind_time_s;          /* the most that blind_time() may come to */
-    double oscillation_mps2;      /* the platform's acceleration beyond twice what is asked for:
-                                   * src/core/oscillation.h */
+    int bad_cycles;               /* leaky bucket: bad cycles less good ones for a fault */
+    double blind_time_s;          /* upper limit of blind_time() */
+    double oscillation_mps2;      /* acceleration of the platform beyond 1.8 times what is asked
+                                   * for: src/core/oscillation.h */
 };
 
-struct interlock_params {         /* SAFETY: which of the machine's inputs and outputs are wired;
-                                   * what is not is not watched */
+struct interlock_params {         /* SAFETY: wired inputs and outputs of the machine; others are not
+                                   * watched */
     bool emergency_stop, enable, door, pressure;
     bool supply;                  /* the output that keeps the supply on */
-    double pressure_s;            /* until `pressure` closes, at most; without that input: the
-                                   * wait */
-    bool antivalent;              /* each input comes twice, plain and inverse (interlock.h) */
-    double discrepancy_s;         /* the two may agree so long before that is a fault */
+    double pressure_s;            /* longest time until `pressure` closes; without that input the
+                                   * wait itself */
+    bool antivalent;              /* each input has two contacts, one inverse (interlock.h) */
+    double discrepancy_s;         /* the contacts may contradict each other for so long */
 };
 
 struct test_params {
-    enum dof order[DOFS];         /* axes to test, in turn */
+    enum dof order[DOFS];         /* axes to test, in this order */
     int count;
-    double hz[DOFS];              /* frequency, of each axis its own */
+    double hz[DOFS];              /* frequency of each axis */
     double amplitude[DOFS];       /* m; rad */
     double settle_s, ramp_s, duration_s, ramp_out_s; /* duration_s: the evaluated part */
-    int harmonics;                /* regressed with the fundamental */
+    int harmonics;                /* harmonics regressed with the fundamental */
     bool multisine;               /* all axes of `order` at once, in one test */
     char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which takes the
                                         * sinusoids' place; "": none */
-    int repeat;                   /* passes of it */
+    int repeat;                   /* passes of the trajectory */
 };
 
-/* One axis after another, each a sinusoid: what methods A and B need. Else the run is one
- * test of no axis. */
+/* True if axes are tested one after another, each with a sinusoid, as methods A and B need.
+ * Otherwise the run is one test of no axis. */
 static inline bool tests_single(const struct test_params *t) { return !t->multisine && !t->trajectory[0]; }
 static inline int tests_count(const struct test_params *t) { return tests_single(t) ? t->count : 1; }
 static inline const char *tests_name(const struct test_params *t, enum dof dof) {
     return dof != DOF_NONE ? dof_names[dof] : t->trajectory[0] ? "trajectory" : t->multisine ? "multisine" : "none";
 }
 
-struct check_params {             /* percent; beyond any of these the run's verdict is fail */
-    double amplitude_pct;         /* achieved against commanded */
+struct check_params {             /* percent; beyond any of these the run fails */
+    double amplitude_pct;         /* achieved relative to commanded amplitude */
     double unwanted_pct;          /* motion of the other axes */
-    double overruns_pct;          /* of the cycles */
-    double excluded_pct;          /* of the evaluated samples */
-    double length_wander_m;       /* of the fundamental of a leg's length, from
-                                   * period to period of a test */
-    double force_wander_n;        /* of a leg's mean force and its fundamental, from period to
+    double overruns_pct;          /* share of the cycles */
+    double excluded_pct;          /* share of the evaluated samples */
+    double length_wander_m;       /* change of a leg length's fundamental from period to period of a
+                                   * test */
+    double force_wander_n;        /* change of a leg's mean force and its fundamental from period to
                                    * period; of the mean also from test to test */
-    double period_s;             /* a longer cycle puts the staircase of the
-                                  * command into the matrix */
-    double symmetry_pct;          /* |Mt - Mt'| against sqrt of the diagonal's product */
+    double period_s;             /* a longer one puts the command's staircase into the matrix */
+    double symmetry_pct;          /* |Mt - Mt'| relative to sqrt of the diagonal's product */
 };
 
-struct tolerance_params {         /* relative but for the joints: how far the model's parameters may
-                                   * be off without that being a finding (hexid gap) */
+struct tolerance_params {         /* tolerances of the model's parameters that hexid gap does not
+                                   * count as a finding; relative, but for joints and springs */
     double mass;                  /* every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
-    double joints_m;              /* each coordinate of each joint */
+    double joints_m;              /* each coordinate of a joint */
     double springs_n_per_m, springs_nm_per_rad; /* hoses, cables: on x, y, z and on the angles */
 };
 
@@ -191,51 +190,50 @@ struct model_params {
 struct loop_params {
     double period_s;
     int priority;                 /* SCHED_FIFO */
-    int cpu;                      /* to pin to, -1: none */
-    int overrun_limit;            /* so many deadlines missed in a row are a fault */
+    int cpu;                      /* core to pin to; -1: none */
+    int overrun_limit;            /* so many missed deadlines in a row are a fault */
 };
 
 struct security_params {
-    bool confine;                 /* the running daemon may ask little of the
-                                   * system (src/rt/confine.h) */
+    bool confine;                 /* limit the running daemon's rights in the system
+                                   * (src/rt/confine.h) */
 };
 
 struct machine_params {
-    char name[PARAMS_TEXT_SIZE]; /* machine.h; "": the first that is free of hexid, hexid-2, ... */
+    char name[PARAMS_TEXT_SIZE]; /* machine.h; "": the first of hexid, hexid-2, ... that is free */
 };
 
 struct lcm_params {
     char url[PARAMS_TEXT_SIZE];   /* "" none; udpm ttl 0 stays on the host */
-    int state_every;              /* one HEXID_STATE on the wire for so many cycles */
+    int state_every;              /* cycles per HEXID_STATE on the wire */
     bool commands;                /* SAFETY: accept commands that move; stop and
                                    * park are always accepted */
-    double lease_s;               /* SAFETY: who engaged or started by command must be heard so
-                                   * often, or the platform is parked; 0: need not */
-    char remote_stop[PARAMS_TEXT_SIZE]; /* addresses of other hosts whose stop and park are taken;
-                                         * "": none */
+    double lease_s;               /* SAFETY: an operator who engaged or started by command must be
+                                   * heard so often, or the platform is parked; 0: need not be */
+    char remote_stop[PARAMS_TEXT_SIZE]; /* addresses of other hosts whose stop and park are
+                                         * accepted; "": none */
 };
 
-/* One kind of channel between the field and hexid, leg by leg:
- * si = si_min + (raw - raw_min) / (raw_max - raw_min) (si_max - si_min) + offset. Readings outside
- * low..high (SI, offset included) are not plausible. A 4-20 mA or 0-10 V sensor behind a node is
- * just other numbers. */
+/* A kind of channel between the field and hexid, leg by leg: si = si_min + (raw - raw_min) /
+ * (raw_max - raw_min) (si_max - si_min) + offset. Readings outside low..high (SI, offset included)
+ * are implausible. A 4-20 mA or 0-10 V sensor behind a node only has other numbers. */
 struct channel_params {
-    double raw_min[LEGS], raw_max[LEGS]; /* what the bus carries */
+    double raw_min[LEGS], raw_max[LEGS]; /* values on the bus */
     double si_min[LEGS], si_max[LEGS];
     double offset[LEGS];
     double low[LEGS], high[LEGS];
 };
 
-struct device_params {            /* of the devices at the field end, set by the
-                                   * daemon where the bus allows */
-    double watchdog_s;            /* without a command for so long the device centres its valve */
+struct device_params {            /* devices at the field end, set by the daemon if the bus allows
+                                   * it */
+    double watchdog_s;            /* without a command for so long a device centres its valve */
 };
 
 struct can_params {
     double bitrate_bps;
-    double heartbeat_s;           /* sent by every node and by the daemon; three
-                                   * in a row missing: lost */
-    /* What the nodes must say of themselves (0x1000, 0x1018:1, :2), rounded; -1: anything. */
+    double heartbeat_s;           /* period of every node's and the daemon's heartbeat; three
+                                   * missing in a row: lost */
+    /* Identity that the nodes must report (0x1000, 0x1018:1, :2), rounded; -1: any. */
     double device_type, vendor_id, product_code;          /* axis nodes */
     double io_device_type, io_vendor_id, io_product_code; /* node 7, inputs and outputs */
 };

@@ -13,8 +13,8 @@ struct ring {
     unsigned char *slots;
     size_t element_size;
     uint64_t capacity; /* a power of two */
-    _Alignas(64) _Atomic uint64_t head; /* next to write: only the producer stores */
-    _Alignas(64) _Atomic uint64_t tail; /* next to read: only the consumer stores */
+    _Alignas(64) _Atomic uint64_t head; /* next slot to write; only the producer stores */
+    _Alignas(64) _Atomic uint64_t tail; /* next slot to read; only the consumer stores */
 };
 
 /* Returns 0, or -1 without memory. capacity must be a power of two. */
@@ -33,7 +33,7 @@ static inline uint64_t ring_count(const struct ring *r) {
     return atomic_load_explicit(&r->head, memory_order_acquire) - tail;
 }
 
-/* False when full: the element is not taken. */
+/* Returns false if the ring is full; the element is then not taken. */
 static inline bool ring_push(struct ring *r, const void *element) {
     uint64_t head = atomic_load_explicit(&r->head, memory_order_relaxed);
     if (head - atomic_load_explicit(&r->tail, memory_order_acquire) == r->capacity) return false;
@@ -42,7 +42,7 @@ static inline bool ring_push(struct ring *r, const void *element) {
     return true;
 }
 
-/* False when empty. */
+/* Returns false if the ring is empty. */
 static inline bool ring_pop(struct ring *r, void *element) {
     uint64_t tail = atomic_load_explicit(&r->tail, memory_order_relaxed);
     if (tail == atomic_load_explicit(&r->head, memory_order_acquire)) return false;

@@ -1,10 +1,10 @@
-/* Errors of bring-up and of files: a negative status and one line that names the
- * thing and the remedy.
+/* Errors of bring-up and of files: a negative status and one line that names the thing and the
+ * remedy.
  *
- * A function that can fail takes a `struct error *` last and returns 0 or a negative status.
- * The status is the process's exit status with the sign turned (design: 2 usage or
- * configuration, 3 I/O or device, 4 refused for safety). Not for the loop thread: run-time
- * trouble is a fault bit (types.h). */
+ * A function that can fail takes a `struct error *` last and returns 0 or a negative status. The
+ * status is the process's exit status with the sign turned (2 usage or configuration, 3 I/O or
+ * device, 4 refused for safety). The loop thread does not use it: run-time trouble is a fault bit
+ * (types.h). */
 #ifndef HEXID_STATUS_H
 #define HEXID_STATUS_H
 

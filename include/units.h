@@ -1,5 +1,5 @@
-/* The only place with conversion factors. Inside hexid everything is SI; degrees and percent
- * exist for people. */
+/* The only place with conversion factors. hexid uses SI inside; degrees and percent are for
+ * people. */
 #ifndef HEXID_UNITS_H
 #define HEXID_UNITS_H
 
