@@ -120,8 +120,8 @@ static void derivative(const struct closed_form *e, const union system *s, const
     memcpy(rate->body.twist, now.free, sizeof now.free);
     const struct hydraulics_input input = {.length_m = now.length_m, .rate_mps = now.rate_mps, .valve = drive->valve};
     if (e->play) {
-        memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* extended state, used with
-                                                                * backlash */
+        memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* with backlash the extended state
+                                                                * is integrated, too */
         move_rods(e, &now, &rate->rods);
     }
     if (drive->valve) hydraulics_derivative(&e->cylinder, &s->hydraulics, &input, &rate->hydraulics);

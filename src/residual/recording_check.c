@@ -31,7 +31,8 @@ static const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m
 
 static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
-/* First test of the last run. Earlier runs are checked already, and must not outvote a bad plug. */
+/* First test of the last run. Earlier runs are checked already, and must not outvote a plug in the
+ * wrong socket in this one. */
 static int first_of_run(const struct recording *r) {
     int first = 0;
     while (first < r->tests - 1 && r->test[first].run < r->runs - 1) first++;
