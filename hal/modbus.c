@@ -95,6 +95,12 @@ static const struct command_record centred = {.keeps_supply = true};
 /* older readings are of no use */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
+/* On a serial line nothing repeats a frame that was lost: after two periods the answer, which takes
+ * less than one, will not come, and the next command waits. */
+static double answer_timeout_s(const struct modbus_hal *m) {
+    return m->address.serial ? fmin(timeout_s(m->params), 2.0 * m->params->loop.period_s) : timeout_s(m->params);
+}
+
 static void failed(struct modbus_hal *m, int reason) {
     int none = 0;
     atomic_compare_exchange_strong(&m->trouble, &none, reason);
@@ -215,8 +221,8 @@ static int connect_link(struct modbus_hal *m, struct error *error) {
     if (!status && m->unasked >= TWIN_ANSWERS)
         status = error_set(error, STATUS_UNSAFE, "modbus:%s: two devices answer as unit %d: give each a number of its own", m->address.name,
                            m->params->modbus.unit);
-    modbus_link_set_timeout(m->link, timeout_s(m->params));
-    if (m->address.serial) modbus_link_set_silence(m->link, modbus_kept_silence_s(m->address.baud, m->params->loop.period_s));
+    if (!status) status = modbus_link_keep_silence(m->link, &m->address, m->params->loop.period_s, error);
+    modbus_link_set_timeout(m->link, answer_timeout_s(m));
     if (!status) return STATUS_OK;
     modbus_link_close(m->link);
     m->link = NULL;
@@ -251,7 +257,7 @@ static void talk(struct modbus_hal *m, int *silent) {
     failed(m, reason);
     /* SAFETY: a machine that has another master is claimed again, in good time, but not written to.
      * Half a second of silence is a server gone without a word. */
-    bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * timeout_s(m->params) > 0.5;
+    bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * answer_timeout_s(m) > 0.5;
     if (!lost) return;
     atomic_store_explicit(&m->connected, false, memory_order_release);
     modbus_link_close(m->link);

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <limits.h>
+#include <math.h>
 #include <modbus/modbus.h>
 #include <netdb.h>
 #include <poll.h>
@@ -126,13 +127,11 @@ int modbus_link_open(struct modbus_link **link, const struct modbus_address_part
     }
     (*link)->modbus = m;
     (*link)->serial = p->serial;
-    if (p->serial) modbus_link_set_silence(*link, modbus_silence_s(p->baud));
+    if (p->serial) (*link)->silence_ns = ns_from_seconds(modbus_silence_s(p->baud));
     (*link)->free_ns = monotonic_ns() + (*link)->silence_ns;
     modbus_link_set_timeout(*link, timeout_s);
     return STATUS_OK;
 }
-
-void modbus_link_set_silence(struct modbus_link *link, double silence_s) { link->silence_ns = ns_from_seconds(silence_s); }
 
 unsigned modbus_link_unasked(const struct modbus_link *link) { return link->unasked; }
 
@@ -201,6 +200,32 @@ static int ended(struct modbus_link *link, bool good) {
 
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to) {
     return ended(link, modbus_read_registers(cleared(link), address, count, to) == count);
+}
+
+/* Tells whether the device hears requests behind a shorter silence, which is kept if so. It misses
+ * them where both were lost that followed an answer, and those behind the time-outs were
+ * answered. */
+static bool shorten_silence(struct modbus_link *link, double silence_s) {
+    const int64_t before_ns = link->silence_ns, shorter_ns = ns_from_seconds(silence_s);
+    uint16_t who[2];
+    for (int tries = 0; tries < 2; tries++) {
+        link->silence_ns = shorter_ns; /* counts from the next answer on */
+        if (modbus_link_read(link, MODBUS_IDENTITY, 2, who)) return true;
+        if (!modbus_link_read(link, MODBUS_IDENTITY, 2, who) || errno != ETIMEDOUT) return true;
+        link->silence_ns = before_ns;
+        link->free_ns = monotonic_ns() + before_ns;
+    }
+    return false;
+}
+
+int modbus_link_keep_silence(struct modbus_link *link, const struct modbus_address_parts *parts, double period_s, struct error *error) {
+    double recommended_s = modbus_silence_s(parts->baud), kept_s = modbus_kept_silence_s(parts->baud, period_s);
+    if (!parts->serial || kept_s >= recommended_s || shorten_silence(link, kept_s)) return STATUS_OK;
+    double strict_s = modbus_load(parts->baud).strict_cycle_s;
+    return error_set(error, STATUS_USAGE,
+                     "modbus:%.100s: this device misses a request that follows its answer by %.2g ms; with the %.3g ms that the standard "
+                     "recommends a cycle takes %.1f ms: raise loop.period_s to %.3g or more (with sim.substeps where simulated)",
+                     parts->name, kept_s * 1e3, recommended_s * 1e3, strict_s * 1e3, ceil(strict_s / 0.9 * 1e4) / 1e4);
 }
 
 int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from) {

@@ -39,9 +39,11 @@ void modbus_link_close(struct modbus_link *link);
 /* Another time-out, from the next request on. */
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
-/* Sets the silence that is kept on a serial line between the last byte and the next request. It
- * begins as modbus_silence_s(). */
-void modbus_link_set_silence(struct modbus_link *link, double silence_s);
+/* On a serial line a silence is kept between the last byte and the next request; it begins as
+ * modbus_silence_s(). Shortens it to modbus_kept_silence_s(). STATUS_USAGE, with the period that
+ * has room: the device misses what follows an answer so soon, twice in two tries. Any other failure
+ * is left to operation. */
+int modbus_link_keep_silence(struct modbus_link *link, const struct modbus_address_parts *parts, double period_s, struct error *error);
 
 /* These return 0, or -1 and errno. They discard what was received before the request, and on a
  * serial line they first wait until there was silence. */

@@ -167,7 +167,8 @@ static int by_size(const void *a, const void *b) {
 enum { LONGEST_TALK_S = 5 };
 
 /* Reads alone, of the registers that say who it is. */
-static struct finding talk(const struct doctor *d, struct modbus_link *link, const char *address) {
+static struct finding talk(const struct doctor *d, struct modbus_link *link, const struct modbus_address_parts *parts,
+                           const char *address) {
     static const char who_remedy[] =
         "check modbus.unit, baud rate and wiring; the device must serve the map of `hexid doctor --modbus-map`";
     struct error error;
@@ -180,6 +181,8 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
         return finding(LEVEL_FAIL, who_remedy,
                        "modbus:%.100s: registers 0 and 1 hold 0x%04x and %u, not 0x%04x and %d: another device, or another map", address,
                        who[0], who[1], MODBUS_IS_HEXID, MODBUS_MAP_VERSION);
+    if (modbus_link_keep_silence(link, parts, d->params->loop.period_s, &error))
+        return finding(LEVEL_FAIL, "that period, or a higher baud rate", "%s", error.text);
     r.owned = !modbus_link_read(link, MODBUS_STATUS, 1, &status) && status & MODBUS_OWNED;
     double first_s = doctor_now_s();
     for (int i = 0; i < ROUND_TRIPS && doctor_now_s() - first_s < LONGEST_TALK_S; i++) {
@@ -211,7 +214,7 @@ struct finding check_modbus(const struct doctor *d) {
                     "look at the device, its supply and its address; a service needs IPAddressAllow= or DeviceAllow= (docs/service.md)",
                     "%s", error.text);
     } else {
-        f = talk(d, link, address);
+        f = talk(d, link, &parts, address);
         modbus_link_close(link);
     }
     machine_unlock(&lock);

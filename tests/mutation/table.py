@@ -4,7 +4,7 @@ FILES = "src/core/*.c", "src/rt/*.c", "src/cli/operator.c", "src/cli/cmd_run.c",
 
 CORE = "test_supervisor", "test_controller", "test_platform", "test_safety", "test_interlock", "test_platform_limits", "test_loop", "test_commands"
 CAN = "test_can", "test_can_node", "test_can_link", "test_device", "test_hal"
-MODBUS = "test_modbus", "test_modbus_server", "test_modbus_line", "test_device", "test_hal"
+MODBUS = "test_modbus", "test_modbus_server", "test_modbus_line", "test_modbus_rtu", "test_device", "test_hal"
 TESTS = (
     ("src/core/*", CORE),
     ("src/rt/confine.c", ("test_confine", "confine.sh")),
@@ -128,7 +128,7 @@ OTHERWISE = (
     (MODBUS_C, "until the loop begins", "return m->begun ? command : &centred;", "return command;"),
     (MODBUS_C, "until the loop begins", "return m->begun ? command : &centred;", "return command ? command : &centred;"),
     (MODBUS_C, "a machine that has another master", "|| modbus_link_busy(reason) ||", "||"),
-    (MODBUS_C, "a machine that has another master", "|| ++*silent * timeout_s(m->params) > 0.5;", ";"),
+    (MODBUS_C, "a machine that has another master", "|| ++*silent * answer_timeout_s(m) > 0.5;", ";"),
     (MODBUS_C, "no signal is this thread's", "pthread_sigmask(SIG_SETMASK, &all, &before);", "pthread_sigmask(SIG_BLOCK, NULL, &before);"),
     ("hal/modbus_device.c", "no client delays", "d->listener, F_SETFL, O_NONBLOCK)", "d->listener, F_GETFL)"),
     ("hal/modbus_device.c", "not waited for", "return sent == (ssize_t)size || is_serial(d);", "return true;"),
