@@ -97,11 +97,12 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
 
 static double step_of(const struct variable *v, double value) { return value + v->step > v->max ? -v->step : v->step; }
 
-/* Does it move the residuals of its own leg alone? apart: the parts in which the legs are. */
+/* True if a variable affects only its own leg's residuals. apart: parts whose legs are
+ * independent. */
 static bool is_own(enum residual_part apart, const struct variable *v) { return v->own && !(v->parts & ~apart); }
 
-/* So many variables from v on that are one number of each leg, which no other leg feels: they
- * are moved at once. */
+/* Number of variables from v on that are the same quantity of different, independent legs: one
+ * evaluation moves them all. */
 static int of_own_legs(enum residual_part apart, int variables, const struct variable *v, const double *const *known) {
     int n = 1;
     while (n < variables && is_own(apart, v) && is_own(apart, &v[n]) && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
@@ -110,7 +111,7 @@ static int of_own_legs(enum residual_part apart, int variables, const struct var
     return n;
 }
 
-/* Rows of the other legs: they do not move. */
+/* Clears the rows of other legs, which do not move. */
 static void clear_other_legs(const struct fit_data *d, int leg, double *column) {
     residual_row *row = (residual_row *)column;
     for (int i = 0; i < d->residual->tests; i++)
@@ -118,14 +119,14 @@ static void clear_other_legs(const struct fit_data *d, int leg, double *column) 
             if (k != leg) memset(row[i][k], 0, sizeof row[i][k]);
 }
 
-/* The one leg whose residuals they move, or ALL_LEGS. */
+/* The only leg whose residuals they move, or ALL_LEGS. */
 static int only_leg(enum residual_part apart, int variables, const struct variable *v) {
     bool one = variables > 0;
     for (int i = 0; i < variables; i++) one = one && is_own(apart, &v[i]) && v[i].leg == v[0].leg;
     return one ? v[0].leg : ALL_LEGS;
 }
 
-/* Columns on their way. Group i: many[i] variables from first[i] on, moved in one evaluation. */
+/* Columns being computed. Group i: many[i] variables from first[i] on, moved in one evaluation. */
 struct columns {
     struct fit_data share; /* fit_data with this group's share of the threads */
     const struct params *model;
@@ -178,8 +179,8 @@ bool fit_columns(const struct fit_data *d, const struct params *model, const dou
     return !s.impossible;
 }
 
-/* Factor of the rows and columns of h in `place`; columns that nothing tells apart are told apart
- * by as small a ridge as will do. */
+/* Factor of the rows and columns of h in `place`; dependent columns get the smallest ridge that
+ * separates them. */
 static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
     for (double ridge = 1e-10; ridge < 1e-4; ridge *= 100.0) {
         for (int i = 0; i < m; i++)
@@ -206,9 +207,8 @@ static bool solve_free(int n, const double *h, const double *g, const bool *is_f
     return true;
 }
 
-/* Active set on h x + g = 0: from x, or the nearest to it in the box, as far towards the free
- * solution as the box allows; what is at a bound stays there until it is drawn away. So near the
- * solution it takes few sweeps. */
+/* Active-set solution of h x + g = 0 in the box, starting from x clipped to it. A variable at a
+ * bound stays there until the gradient points inwards. Few sweeps suffice near the solution. */
 static bool box_solve(int n, const double *h, const double *g, const double *min, const double *max, double *x, bool *is_free) {
     for (int i = 0; i < n; i++) x[i] = fmin(fmax(x[i], min[i]), max[i]), is_free[i] = x[i] > min[i] && x[i] < max[i];
 
@@ -244,7 +244,7 @@ static bool box_solve(int n, const double *h, const double *g, const double *min
     return true;
 }
 
-/* Four sums at once: one alone waits for itself. */
+/* Four independent sums, because a single one waits for its own result. */
 static double dot(int n, const double *a, const double *b) {
     double sum[4] = {0}, rest = 0.0;
     int i = 0;
@@ -260,8 +260,8 @@ void fit_gram(int n, int values, const double *column, double *gram) {
             gram[i * n + j] = gram[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
 }
 
-/* h and g of the least squares; the products of the columns from first_known on
- * are there already. */
+/* h and g of the least-squares problem; products of the columns from first_known on are already
+ * there. */
 static void normal_equations(int n, int values, const double *residual, const double *const *column, int first_known, const double *gram,
                              double *h, double *g) {
     for (int i = 0; i < n; i++) {
@@ -272,8 +272,8 @@ static void normal_equations(int n, int values, const double *residual, const do
     }
 }
 
-/* Standard deviations. A value at its bound has none, unless it has a prior: it keeps the prior's
- * uncertainty, and passes it on to the others. What cannot move has none at all. */
+/* Standard deviations. A value at its bound has none, unless it has a prior: then it keeps the
+ * prior's and passes it on to the others. A value that cannot move has none. */
 static void deviations(int n, const double *h, const struct fit_prior *prior, const double *min, const double *max, const bool *is_free,
                        double *std) {
     double a[COLUMNS_MAX * COLUMNS_MAX], diagonal[COLUMNS_MAX], work[COLUMNS_MAX];
@@ -292,7 +292,7 @@ static bool solve_box(int n, double *h, double *g, const struct fit_prior *prior
     bool is_free[COLUMNS_MAX];
     for (int i = 0; i < n && prior; i++)
         h[i * n + i] += square_of(prior[i].inverse_std), g[i] += square_of(prior[i].inverse_std) * prior[i].off;
-    for (int i = 0; i < n; i++)        /* a column of zeros moves nothing and stays */
+    for (int i = 0; i < n; i++)        /* a column of zeros has no influence: the variable stays */
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0;
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
     if (std) deviations(n, h, prior, min, max, is_free, std);
@@ -307,7 +307,7 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
     return solve_box(n, h, g, prior, min, max, x, std);
 }
 
-/* Sum of squares with the linear part at its best for this residual. */
+/* Sum of squares of this residual with the linear part optimal. */
 static double linear_square(int values, const double *white, const struct linear_part *linear) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], slope[COLUMNS_MAX], sum = fit_square(values, white);
     int n = linear ? linear->n : 0;
@@ -360,7 +360,7 @@ static double prior_cost(const struct params *model, int variables, const struct
     return sum;
 }
 
-/* A fit on its way: the model and its residuals. */
+/* State of a fit: the model and its residuals. */
 struct descent {
     const struct fit_data *d;
     struct params *model;
@@ -369,10 +369,10 @@ struct descent {
     const struct linear_part *linear;
     enum residual_part parts;           /* residuals that the variables move */
     int leg;                            /* the leg that they move, or ALL_LEGS */
-    double square, *raw, *white;        /* at the model; square: with the cost of the priors */
+    double square, *raw, *white;        /* at the model; square: with the penalty of the priors */
 };
 
-/* The sum that is made small, of residuals that are there. */
+/* The objective, for existing residuals. */
 static double objective(const struct descent *s, const struct params *model) {
     double cost = prior_cost(model, s->variables, s->v, false) + prior_cost(model, s->variables, s->v, true);
     return linear_square(s->d->values, s->white, s->linear) + cost;
@@ -385,8 +385,8 @@ static double promised(const struct descent *s, int n, const double *h, const do
     return sum;
 }
 
-/* From the model along x as far as that pays; false where it does not: then the model stays, and
- * the residuals are not its own. */
+/* Moves the model along x as far as the sum falls. False if it does not: the model is unchanged,
+ * and the residuals belong to another one. */
 static bool descend(struct descent *s, const double *x) {
     double scale = 1.0, linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;

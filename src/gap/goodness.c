@@ -5,14 +5,15 @@
 
 #include "memory.h"
 
-static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most: not 1, as a third of
-                                          * the variance is what no model meets (BASE_ERROR), and a
-                                          * half of the cycles' scatter is motion, which the
-                                          * equations follow; 0.4 to 0.6 is measured */
+static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most; not 1, because a
+                                          * third of the assumed variance is an allowance for
+                                          * modelling error (BASE_ERROR), and half of the cycles'
+                                          * scatter is motion, which the equations follow; 0.4 to
+                                          * 0.6 is measured */
 static const double SCATTER = 6.0;       /* margin for that mean, in standard deviations */
 static const double LAW_SIGMAS = 4.0;    /* multiple of its law_error that an effect may leave */
-static const double FEW_CYCLES = 10.0;   /* mean square of Student's t of two or three cycles, which
-                                          * has none */
+static const double FEW_CYCLES = 10.0;   /* allowance for the mean square of Student's t from two
+                                          * or three cycles, which is infinite */
 
 /* Mean square of a leg's rows that are evaluated (noise above 0). */
 static double mean_square(const double *part, const double *noise) {
@@ -47,8 +48,8 @@ double goodness_law_error(const struct diagnosis *d) {
     return sum;
 }
 
-/* Mean square of noise over its deviation, where that is known from so many cycles' scatter alone
- * (Student's t); 0 cycles: from all samples. */
+/* Mean square of noise relative to a variance estimated from the scatter of this many cycles
+ * (Student's t); 0: the variance comes from all samples. */
 static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
 
 /* Largest weighted sum of white squares that noise can make, from the sums of the weights and of
@@ -64,7 +65,7 @@ double goodness_noise(const struct diagnosis *d) {
     return noise_at_most(sum, squares);
 }
 
-/* Weights: the inverse of a row's variance, laws in it, to this power. */
+/* Ratio with rows weighted by the inverse of their variance, law error included, to this power. */
 static double weigh(int rows, const double *white, const double *noise, const double *law, double power) {
     double left = 0.0, laws = 0.0, sum = 0.0, squares = 0.0;
     for (int i = 0; i < rows; i++) {

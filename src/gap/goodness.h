@@ -1,28 +1,28 @@
-/* Goodness of fit: what is left on the cycles held out, beside what noise and the laws of the
- * effects make of them. Ordinary threads; heap. */
+/* Goodness of fit: residuals of the held-out cycles compared with noise and the errors of the
+ * effects' laws. Ordinary threads; heap. */
 #ifndef HEXID_GOODNESS_H
 #define HEXID_GOODNESS_H
 
 #include "diagnose.h"
 
-/* Sum of white squares, of the cycles held out, by which the laws of the effects there are, given
- * or found, may be off: of each its law_error's share (effect.h) of what it contributes. A law that
- * is off is so everywhere alike: noise does not hide it, however long it is averaged, and what
- * explains no more than that explains nothing. */
+/* Possible error of the laws of all effects, given or found, in white squares over the held-out
+ * cycles: the share law_error (effect.h) of each effect's contribution. An error of a law is the
+ * same in all cycles, so averaging does not reduce it, and an effect that explains no more than
+ * it explains nothing. */
 double goodness_law_error(const struct diagnosis *d);
 
-/* White squares, held out, over what noise and laws, at four times their error, make of them beyond
- * doubt: above 1 something is left. Here a leg's friction may be off by as much along its stroke,
- * too. INFINITY: the model cannot make this motion. */
+/* White squares on held-out cycles relative to the most that noise and laws (at four times their
+ * error) explain: above 1 something is left. Here the same error of a leg's friction is also
+ * allowed along its stroke. INFINITY: the model cannot make this motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
-/* The same ratio of any rows: the mean square that noise has in each, 0 where nothing was
- * evaluated, and the square of its law error. The larger of two sums: each row in units of its
- * variance, laws in it; and weighed by the inverse of that once more, so that rows that they excuse
- * lend nothing to the others. */
+/* The same ratio for any rows: mean square of the noise of each (0 if not evaluated), and square
+ * of its law error. Returns the larger of two ratios: with each row weighted by the inverse of
+ * its variance, law error included; and by the square of that, so that rows with large law
+ * errors do not excuse the others. */
 double goodness_weigh(int rows, const double *white, const double *noise, const double *law);
 
-/* Most white squares, held out, that noise alone makes. */
+/* Largest sum of white squares on held-out cycles that noise alone gives. */
 double goodness_noise(const struct diagnosis *d);
 
 #endif

@@ -7,14 +7,13 @@
 #include "base.h"
 #include "experiment.h"
 
-static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction unlike in the
-                                                               * two directions */
+static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction that differs between
+                                                               * directions */
 static const double SHARE_MAX = 0.3;      /* largest share of the gap that a simulation may leave */
-static const double FLOORS_MAX = 2.0;      /* noise floors that may be left, in the
-                                            * measured motion too, */
-static const double LEFT_MAX = 0.02;       /* or so much of the variation, where there
-                                            * is hardly any noise; */
-static const double LEFT_SHARE = 0.1;      /* a smaller share of the gap is the model's error */
+static const double FLOORS_MAX = 2.0;      /* multiple of the noise floor that may be left, also
+                                            * under the measured motion, */
+static const double LEFT_MAX = 0.02;   /* or share of the variation, if there is hardly any noise */
+static const double LEFT_SHARE = 0.1;      /* share of the gap; less is an error of the model */
 static const double VISIBLE = 0.2;         /* share of the squared noise; a simulation with
                                             * another start and other steps leaves 0.06 */
 static const double LINE_SHARE = 0.5;      /* share of the gap in its channel: a tone changes the
@@ -44,8 +43,8 @@ static double square(double x) { return x * x; }
 /* Share of the excess that is left. */
 static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }
 
-/* More than noise, and than the laws that are there leave; beside a single effect more than a trace
- * of what it explains. Two may imitate what is there, to a trace. */
+/* True if more is left than noise and errors of the laws explain. A single effect may leave a
+ * trace of its share; two effects together may imitate the true one up to a trace. */
 static bool remains(const struct gap_result *r, const struct remainder *m) {
     return m->beyond_laws > 1.0 && !(r->effects == 1 && trace(m) < TRACE_SHARE);
 }
@@ -57,15 +56,15 @@ static double counts(const struct gap_result *r, const struct gap_size *size) {
     return square(r->simulated && r->effects ? size->varying : size->overall);
 }
 
-/* Share of the gap that is left, held out. */
+/* Share of the gap that is left on held-out data. */
 static double left_share(const struct gap_result *r) {
     double floor = counts(r, &r->noise_floor), gap = counts(r, &r->held_out_before) - floor, left = counts(r, &r->held_out_after) - floor;
     return left > 0.0 ? left < gap ? left / gap : 1.0 : 0.0;
 }
 
-/* The equations are content, but the model with the effects still does not move as the rig did, or
- * not as the rig of the other log: by more than noise, beyond doubt. What is left at the noise
- * contradicts nothing, however large a share of a small gap it is. */
+/* True if the equations fit, but the simulated model with the effects still moves differently
+ * from the machine (or from that of the other log), by clearly more than noise. A remainder near
+ * the noise contradicts nothing, however large its share of a small gap. */
 static bool refuted(const struct gap_result *r) {
     double floor = counts(r, &r->noise_floor), after = counts(r, &r->held_out_after);
     bool much = after > fmax(square(FLOORS_MAX) * floor, square(LEFT_MAX)) && left_share(r) > LEFT_SHARE;
@@ -73,24 +72,24 @@ static bool refuted(const struct gap_result *r) {
     return much || visible;
 }
 
-/* Most of what is left in simulation is constant. */
+/* True if most of the simulation's remainder is constant. */
 static bool leaves_constants(const struct gap_result *r) {
     double left = square(r->held_out_after.overall) - square(r->noise_floor.overall);
     double varies = square(r->held_out_after.varying) - square(r->noise_floor.varying);
     return r->simulated && left > VISIBLE * square(r->noise_floor.overall) && varies < 0.5 * left;
 }
 
-/* A line that the model with the effects has not, and that is not negligible beside what they
- * explain. */
+/* True if a tone is absent in the model with the effects and not negligible beside their size. */
 static bool line_remains(const struct gap_result *r) {
     double gap = r->held_out_before.channel[r->line.channel], floor = r->noise_floor.channel[r->line.channel];
     bool negligible = r->effects && r->line.rms < LINE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
     return r->line.hz > 0.0 && !r->line_simulated && !negligible;
 }
 
-/* As many as the search takes: it did not end because all was explained. Or the third by its
- * weight; the one in doubt, which was found last, where there is one: nobody can say what it is.
- * What the configuration has, of another size, and what the two clocks show imitate nothing. */
+/* True if the effects imitate an unknown one: there are as many as the search allows, so it did
+ * not end because everything was explained; or the third (or the one in doubt, which was found
+ * last) has too much weight. Effects that the configuration has with another size, and clock
+ * skew, do not count. */
 static bool imitated(const struct gap_result *r, const struct remainder *m, int *many) {
     int sought = 0, third = 0;
     for (int i = 0; i < r->effects; i++)
@@ -127,13 +126,13 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     return true;
 }
 
-/* By so much the weight of an axis may be off, with two of its tolerances. */
+/* Possible error of the weight of an axis, with two of its tolerances. */
 static double weight_tolerance_n(const struct params *p) {
     return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
 }
 
-/* On one axis, friction that is stronger in one direction is symmetric friction beside
- * a constant force. NULL: there is none such. */
+/* On a single axis, friction that differs between directions equals symmetric friction plus a
+ * constant force. NULL: no such friction. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);
@@ -203,7 +202,7 @@ static void name(struct gap_result *r) {
     list_all(r);
 }
 
-/* A constant of the configuration that is far off looks like the effect that is parallel to it. */
+/* Mentions base constants, because a wrong one looks like the effect parallel to it. */
 static void say_constants(struct gap_result *r) {
     struct variable base[FIT_VARIABLES];
     const char *before = "; first check ";
@@ -213,7 +212,7 @@ static void say_constants(struct gap_result *r) {
         for (int k = 0; k < EFFECT_TIES && parallel[k] && !r->effect[i].given.on; k++) {
             int v = 0;
             while (v < count && base[v].offset != parallel[k]) v++;
-            /* a constant force is nothing that anybody has stated */
+            /* a constant force is not a stated value */
             if (v == count || parallel[k] == PARAMETER(axis.force_offset_n)) continue;
             append(r, before);
             append(r, base[v].name);
@@ -223,7 +222,7 @@ static void say_constants(struct gap_result *r) {
     if (*before == ',') append(r, " in the configuration");
 }
 
-/* A constant force is no effect, but it may be a weight that nobody stated. */
+/* Mentions a constant force: it is not an effect, but may be an unstated weight. */
 static void say_offset(struct gap_result *r) {
     int i = 0;
     while (i < r->base_values && strcmp(r->base[i].name, "axis.force_offset_n")) i++;

@@ -1,19 +1,20 @@
-/* The verdict on what the search found: named, ambiguous, unknown, or no gap. Pure. */
+/* The verdict on the search's result: effect named, ambiguous, unknown, or no gap. Pure. */
 #ifndef HEXID_JUDGE_H
 #define HEXID_JUDGE_H
 
 #include "gap.h"
 
-/* White squares on held-out cycles; what is above their number is no noise. */
+/* White squares on held-out cycles. Noise gives about one for each value; the excess is above
+ * that. */
 struct remainder {
     int values;
-    double before, after;      /* excess of the base; sum of squares with the effects */
-    double noise;              /* as much as noise alone makes of that sum */
-    double beyond_laws;        /* weighted squares over what noise and laws make of them
+    double before, after;      /* excess of the base; sum with the effects */
+    double noise;              /* largest sum that noise alone gives */
+    double beyond_laws;        /* weighted squares relative to noise and errors of the laws
                                 * (goodness_beyond_laws) */
 };
 
-/* From a result that is complete but for these: fills verdict, reason and next_experiment. */
+/* Fills verdict, reason and next_experiment of an otherwise complete result. */
 void judge(struct gap_result *r, const struct remainder *m);
 
 #endif

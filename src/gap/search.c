@@ -12,28 +12,30 @@
 #include "memory.h"
 #include "trials.h"
 
-/* On machines with nothing hidden, of some forty effects tried the luckiest gains 5 to 10 on
+/* On machines without hidden effects, the luckiest of some forty effects gains 5 to 10 on
  * held-out cycles (make bench-gap). */
 static const double GAIN_MIN = 28.0;       /* in white squares, on fitted and held-out cycles
                                             * together, after the parameters' penalty: odds of
                                             * 5000 to one after the choice among some 250
                                             * hypotheses; z = 6 for one parameter */
-static const double UNCLEAR_GAIN = 144.0;  /* z = 12: beside what is found, where it may be this
-                                            * or that, any of which other laws could make */
+static const double UNCLEAR_GAIN = 144.0;  /* z = 12; needed beside effects already found if
+                                            * there are rivals, any of which an error of the laws
+                                            * could cause */
 static const double REMAINDER_SHARE = 0.2; /* share of the excess over noise; an effect that
                                             * explains less is not accepted */
-static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; or what
-                                            * its law may be off */
+static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; at least the possible
+                                            * error of its law */
 
-/* each effect, and each beside each other one: twice what four take that nothing replaces */
+/* revisions at most: each effect, and each beside each other one; twice the need of four effects
+ * without a replacement */
 enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
-/* Square root of the likelihood's gain, on all cycles, less what values cost by their priors. */
+/* Square root of the likelihood's gain on all cycles, less the penalty of the priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
-/* Every effect once, in its best shape; trials are sorted. */
+/* Lists every effect once, with its best choice of legs; trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
     double least = d->held_out.evaluated; /* noise alone is not explained */
     for (int i = 0; i < trials; i++)
@@ -53,7 +55,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     }
 }
 
-/* Sum of white squares, all cycles, by which a trial's law may be off. */
+/* Possible error of a trial's law, in white squares over all cycles. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
 /* Mean square of the residuals with a trial, relative to noise, at least 1: a remaining gap
@@ -62,20 +64,22 @@ static double dispersion(const struct diagnosis *d, const struct trial *t) {
     return fmax((t->square + t->held_square) / (d->fit.evaluated + d->held_out.evaluated), 1.0);
 }
 
-/* By so much the model can be wrong, in what speaks for the best one. */
+/* Possible error of the model in the evidence for the best candidate. */
 static double margin(const struct diagnosis *d, const struct trial *best) {
     return fmax(RIVAL_GAIN * dispersion(d, best), law_error(best));
 }
 
-/* As close to the best. Between two effects, not one a limit of the other, parameters are not
- * counted: a spring in six ways that has one of them is no worse for that. */
+/* True if a trial's evidence is within the margin of the best one's. Parameters are not counted
+ * between two effects unless one is a special case of the other: an external stiffness with six
+ * parameters, one of which is used, is no worse for the other five. */
 static bool is_rival(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     bool each = best->hypothesis->shape == SHAPE_EACH || t->hypothesis->shape == SHAPE_EACH;
     double ahead = each ? best->gain - t->gain : trial_rise(best) - trial_rise(t);
     return t->ok && t->polished && ahead + best->held_gain - t->held_gain <= margin(d, best);
 }
 
-/* Each leg its own value fits a little better always: a rival only where it judges better, too. */
+/* A trial with a value for each leg always fits a little better, so it is a rival only if its
+ * evidence is better too. */
 static bool overfits(const struct trial *t, const struct trial *best) {
     return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
 }
@@ -89,8 +93,8 @@ static double dry_friction(const struct params *model, double speed_mps) {
     return sum;
 }
 
-/* A friction most of which is gone where a leg surely slides is none that can be seen: a leg that
- * may be held takes up what the balance has beyond its noise, such as a force sensor's error. */
+/* True for a friction that mostly disappears where a leg surely slides. It cannot be observed: a
+ * leg that may stick absorbs any error of the force balance, such as a force sensor's. */
 static bool held_only(const struct diagnosis *d, const struct trial *t) {
     double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
     if (!effect_table[t->hypothesis->effect]->leg_friction) return false;
@@ -119,8 +123,9 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* Is it a limit of the best one that explains as much: another effect, or all legs alike or one leg
- * alone where each had its own value? A value for each leg has to pay as an effect has to. */
+/* True if a trial is a special case of the best one and explains as much: another effect, or the
+ * same with one value for all legs, or for one leg, in place of a value for each. Values for
+ * each leg must pay like an added effect. */
 static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
@@ -156,7 +161,7 @@ static bool worth_adding(const struct diagnosis *d, const struct trial *t, doubl
     return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
 
-/* The best of an effect's trials whose legs have not each its own value; 0: there is none. */
+/* The best of an effect's trials without a value for each leg; 0: none. */
 static int simple_shape(const struct diagnosis *d, const struct trial *trial, int trials) {
     int best = 0;
     for (int i = 1; i < trials; i++) {
@@ -170,12 +175,12 @@ static int simple_shape(const struct diagnosis *d, const struct trial *trial, in
 /* Penalty of a trial for its parameters. */
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
-/* Would the effect in this simpler shape, and the next effect beside it, explain more than the best
- * trial? A value for each leg takes up what another effect does to the legs. The model stays,
- * refitted. */
+/* True if the effect with this simpler choice of legs, together with the next effect, explains
+ * more than the best trial, because a value for each leg also absorbs other effects. The model
+ * is unchanged but refitted. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
-    /* before the list of hypotheses, to which trials point, is another */
+    /* computed before a refit changes the list of hypotheses to which the trials point */
     double needed = trial_evidence(&trial[0]);
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
@@ -196,7 +201,7 @@ static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     return two;
 }
 
-/* Takes an addition out where that costs no more than so much. */
+/* Removes an addition if that costs at most this much. */
 static bool drop(struct diagnosis *d, int addition, double most, struct gap_result *r) {
     int effect = d->addition[addition].effect, place = 0;
     if (!diagnosis_drop(d, addition, most)) return false;
@@ -205,24 +210,24 @@ static bool drop(struct diagnosis *d, int addition, double most, struct gap_resu
     return true;
 }
 
-/* Effects that a later one has made superfluous leave. */
+/* Removes effects that a later one has made unnecessary. */
 static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < d->added - 1;)
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
 }
 
-/* An effect that was found while a later one was still hidden leaves, to be judged again beside
- * that, before more is looked for: what two effects do together looks like a third, and with one
- * that is wrong others join that imitate what it leaves. */
+/* Revision: an effect found before a later one was known is removed and judged again beside the
+ * later one, before the search goes on. Two effects together can look like a third, and a wrong
+ * effect brings in others that imitate the remainder. */
 struct revision {
-    bool known[EFFECTS_MAX];       /* found at some time, and what it paid */
+    bool known[EFFECTS_MAX];       /* has been found before, and its penalty then */
     double penalty[EFFECTS_MAX];
-    bool beside[EFFECTS_MAX][EFFECTS_MAX]; /* one judged where the other was there */
-    bool open;                     /* one is out: */
+    bool beside[EFFECTS_MAX][EFFECTS_MAX]; /* [a][b]: a was judged while b was in the model */
+    bool open;                     /* an effect is removed for revision: */
     struct gap_effect effect;
     struct hypothesis hypothesis;
-    struct params model;           /* with it */
-    double square;                 /* with it, all cycles, and what it paid */
+    struct params model;           /* including it */
+    double square;                 /* including it, all cycles; and its penalty */
 };
 
 /* Records that an effect was judged, or is about to be, beside those already added. */
@@ -257,13 +262,13 @@ static bool takes_place(const struct revision *v, const struct trial *t) {
     return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }
 
-/* The one that is out comes back: nothing else is worth its place. */
+/* Restores the removed effect, because nothing else is worth its place. */
 static void take_back(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     v->open = false;
     if (diagnosis_add(d, &v->hypothesis, &v->model)) r->effect[r->effects++] = v->effect;
 }
 
-/* An effect has joined: the one that was out, or another in its place. */
+/* Handles an added effect: the removed one, or another in its place. */
 static void note(const struct diagnosis *d, struct revision *v, int effect, double penalty) {
     v->known[effect] = true;
     v->penalty[effect] = penalty;
@@ -286,7 +291,7 @@ static int keys_of(const struct hypothesis *h) {
 /* Factor by which the residuals exceed noise, at least 1; scales the standard deviations. */
 static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
 
-/* Values and deviations of the effects added, from the fitted variables. */
+/* Reads values and standard deviations of the added effects from the fitted variables. */
 static void read_effects(const struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) r->effect[i].values = d->model.effects[r->effect[i].effect];
     for (int j = 0; j < d->variables; j++)
@@ -296,7 +301,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
             double value = variable_get(v, &d->model);
             for (int leg = 0; leg < LEGS; leg++) {
                 if (v->leg >= 0 && v->leg != leg) continue;
-                if (v->base) { /* within its tolerance, and no finding */
+                if (v->base) { /* base variable within its tolerance, so not a finding */
                     r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
                     continue;
                 }
@@ -316,7 +321,8 @@ static void describe(struct gap_effect *e, const struct params *model, double z,
     e->z = z;
 }
 
-/* Two clocks need no search: their ratio is seen. Crystals agree to RECORDING_CLOCK_TOLERANCE. */
+/* Clock skew needs no search, because the ratio of the clocks is measured. Crystals agree to
+ * RECORDING_CLOCK_TOLERANCE. */
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
     struct machine given;
@@ -338,13 +344,13 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
              1e3 * (ratio - 1.0));
 }
 
-/* The surest first. */
+/* Sorts effects, the most certain first. */
 static int by_z(const void *a, const void *b) {
     const struct gap_effect *x = a, *y = b;
     return x->z < y->z ? 1 : x->z > y->z ? -1 : 0;
 }
 
-/* The one in doubt is the one added last. */
+/* The effect in doubt is the one added last. */
 static void sort_effects(struct gap_result *r) {
     int doubted = r->effects ? r->effect[r->effects - 1].effect : 0;
     qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z);
@@ -383,7 +389,7 @@ static void share_out(const struct diagnosis *d, double initial, double initial_
     }
 }
 
-/* Place among what was fitted in the end; -1: held beside an effect that is parallel to it. */
+/* Index in the final fit's variables; -1: held, because an effect is parallel to it. */
 static int place_of(const struct diagnosis *d, const struct variable *base) {
     for (int i = 0; i < d->variables; i++)
         if (d->variable[i].base && d->variable[i].offset == base->offset && d->variable[i].leg == base->leg) return i;
@@ -397,7 +403,7 @@ static void read_base(const struct diagnosis *d, struct gap_result *r) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
         int place = place_of(d, v);
-        /* joint positions and nulls: too many to read, none of them found */
+        /* joint positions and nulls: too many to list, and none is a finding */
         if (v->effect >= 0 || (place < 0 && value == given)) continue;
         r->base[r->base_values++] = (struct gap_base_value){.name = v->name,
                                                             .leg = v->leg,

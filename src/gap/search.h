@@ -1,5 +1,6 @@
-/* The search: effects join the model, the likeliest first, while the gain outweighs the
- * parameters; those that are no longer needed leave. Ordinary threads; heap. */
+/* The search: effects are added to the model, the most likely first, as long as the gain exceeds
+ * the parameters' penalty; effects that are no longer needed are removed. Ordinary threads;
+ * heap. */
 #ifndef HEXID_SEARCH_H
 #define HEXID_SEARCH_H
 

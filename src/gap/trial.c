@@ -7,7 +7,7 @@
 #include "memory.h"
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
-static const double SURE = 36.0;         /* gained beyond doubt, z = 6 */
+static const double SURE = 36.0;         /* gain beyond doubt, z = 6 */
 static const double BEND = 0.1;          /* share of a signature; a law with less curvature
                                           * counts as proportional */
 static const double SHORTEST_STEP = 0.1; /* shortest share of the base's linear step that is
@@ -19,7 +19,7 @@ enum { WEAK, TYPICAL, STARTS = 7 };
  * strengths between */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
-/* White residuals without, at the weak and at the typical strength: in proportion? */
+/* True if white residuals without, with a weak and with the typical effect are proportional. */
 static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
     double bend = 0.0, square = 0.0;
     for (int i = 0; i < values; i++) {
@@ -33,12 +33,12 @@ static bool in_proportion(int values, const double *without, const double *weak,
 struct start {
     struct params *model;
     double square;      /* sum of white squares with the linear part optimal; HUGE_VAL: none yet */
-    double *raw;        /* its residuals, and room for another's */
+    double *raw;        /* its residuals, and work space */
     double *other;
-    bool bent;          /* the law is not in proportion */
+    bool bent;          /* the law is nonlinear */
 };
 
-/* The best is the one with which the rest, moved linearly, comes closest. */
+/* Keeps the better start: the one whose residuals the linear part brings closest to zero. */
 static void keep_better(struct start *s, const struct params *model, double square) {
     if (!(square < s->square)) return;
     double *raw = s->raw;
@@ -46,20 +46,20 @@ static void keep_better(struct start *s, const struct params *model, double squa
     s->square = square, *s->model = *model;
 }
 
-/* A model at this strength of the effect, and its white residuals. */
+/* Sets a model with this strength of the effect and computes its white residuals. */
 static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
                       const struct linear_part *linear, double *white, struct start *s) {
     struct params model = *base;
     if (!hypothesis_at(h, strength, &model)) return;
     double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, s->other, white);
-    /* a limit that is not reached: no way leads out of there */
+    /* a limit that is never reached has no gradient */
     bool idle = fabs(square - without) < IDLE * without;
     if (!idle) keep_better(s, &model, square);
 }
 
 double trial_rise(const struct trial *t) { return t->gain + DIAGNOSIS_PENALTY * t->parameters; }
 
-/* Gain and deviations of a trial from its fit. */
+/* Sets gain and deviations of a trial from its fit. */
 static void rate(const struct diagnosis *d, struct trial *t, double square, const double *std) {
     const struct hypothesis *h = t->hypothesis;
     t->square = square;
@@ -69,10 +69,11 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
     t->gain = d->square - square - DIAGNOSIS_PENALTY * t->parameters - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
 }
 
-/* The start from which the rest of the model, moved linearly, comes closest; of an effect that is
- * given its own values are one. A law in proportion has its best strength at once; else it is bent.
- * from: the same effect, all legs alike, fitted, which needs no other start; or NULL. room: for
- * three residuals. False: none. */
+/* Finds the start whose residuals the linear part brings closest to zero; the effect's
+ * configured values, if any, are among the starts. A proportional law gives its best strength
+ * directly; otherwise it counts as nonlinear. from: a fitted trial of the same effect with all
+ * legs alike, which makes other starts unnecessary, or NULL. room: for three residuals. False:
+ * no start. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;
@@ -103,8 +104,8 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return s->square < HUGE_VAL;
 }
 
-/* The model so far without what is parallel to the hypothesis: that stands at its given value, or
- * as found. Fills the box of the others, and their priors. */
+/* The current model without variables parallel to the hypothesis, which stand at their given
+ * value, or as found. Also fills in the box and the priors of the others. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
                              double *max, struct fit_prior *prior) {
     bool changed = false;
@@ -123,7 +124,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
     return changed;
 }
 
-/* A value at the end of its range that is not the one that adds nothing. */
+/* True for a value at the end of its range, unless that is the neutral value. */
 static bool at_bound(const struct trial *t) {
     bool bound = false;
     for (int i = 0; i < t->hypothesis->variables; i++) {
@@ -151,7 +152,7 @@ static void move_others(const struct diagnosis *d, const struct hypothesis *h, c
     }
 }
 
-/* From the best start; where it was tried already, on from there. */
+/* Starts from the best start, or continues an earlier trial. */
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
     size_t values = (size_t)d->fit.values;
@@ -186,7 +187,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
 
     t->ok = true;
     rate(d, t, r.square, r.std);
-    /* else it is noise, and as much on the cycles held out */
+    /* otherwise it is noise; the same holds for held-out cycles */
     bool seen = again || t->gain > TRIAL_LEAST;
     t->held_square = seen ? diagnosis_held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;
@@ -199,8 +200,8 @@ bool trial_contradicted(const struct trial *t) { return t->ok && !t->polished &&
 
 double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
 
-/* Columns of the base near a trial's end: where the effect moves none of the residuals that a
- * variable moves they are the model's, else they are computed. False: that cannot be done. */
+/* Jacobian of the base near a trial's end: the model's columns are reused if the effect moves
+ * none of the residuals of a variable, else they are computed. False: not possible. */
 static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int variables, const struct variable *v,
                          double *room, const double **known) {
     if (!fit_columns(&d->fit, &t->model, raw, variables, v, known, room)) return false;
@@ -226,7 +227,7 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
         v[n] = *b;
         if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
         n++;
-        base += b->base; /* first of all */
+        base += b->base; /* base variables come first */
     }
     before = n;
     if (before + h->variables > FIT_VARIABLES) return;
@@ -265,8 +266,9 @@ void trial_polish(const struct diagnosis *d, struct trial *t) {
     if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 
-/* A friction that is stronger in one direction stands for a constant force, but for none that is
- * larger than the friction itself: then one direction has none left. */
+/* True if one direction has no friction. Friction that differs between directions replaces a
+ * constant force up to the size of the friction itself; at that limit it may stand for a larger
+ * one. */
 static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis;
     bool constant = false, none = false;
@@ -279,7 +281,8 @@ static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     return constant && none;
 }
 
-/* So the constant force stays where it was found, where that explains more. */
+/* Tries the hypothesis with the constant force left in the base; keeps that if it explains
+ * clearly more. */
 static void try_beside_constant(const struct diagnosis *d, const struct trial *from, struct trial *t) {
     struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
     if (!one_direction(d, t)) return;

@@ -1,5 +1,5 @@
-/* A hypothesis tried beside the model so far: its values fitted, the base moved. Ordinary threads;
- * heap. */
+/* Trial of a hypothesis beside the model: its values are fitted and the base is moved. Ordinary
+ * threads; heap. */
 #ifndef HEXID_TRIAL_H
 #define HEXID_TRIAL_H
 
@@ -12,7 +12,7 @@
 struct trial {
     const struct hypothesis *hypothesis;
     bool ok;
-    struct params model;                 /* fitted, base moved too */
+    struct params model;                 /* fitted, with the base moved */
     double square, held_square;    /* sums of white squares of this model, as in struct diagnosis */
     double parameters;                   /* number of parameters that the data determine; the
                                           * others stay at their priors and explain nothing
@@ -22,27 +22,25 @@ struct trial {
     double std[HYPOTHESIS_VARIABLES];
     bool bound;
     bool as_found;       /* variables parallel to it keep their fitted values, not the given ones */
-    bool polished;                       /* base and effect fitted together, not only the
-                                          * base moved linearly */
+    bool polished;     /* base and effect are fitted together, instead of the base moved linearly */
 };
 
 /* Sum of white squares over all cycles; decides between candidates. */
 static inline double trial_evidence(const struct trial *t) { return t->gain + t->held_gain; }
 
-/* Gain of the fitted cycles as it is: what parameters win there by their number they
- * lose on the others. */
+/* Gain on the fitted cycles without a penalty: the held-out cycles already count parameters. */
 double trial_rise(const struct trial *t);
 
 /* The same gain beyond the 1 that each parameter gains by chance. */
 static inline double trial_fitted_gain(const struct trial *t) { return trial_rise(t) - t->parameters; }
 
-/* The first steps. alike: the same effect, all legs alike, or NULL. */
+/* Takes the first steps. alike: trial of the same effect with all legs alike, or NULL. */
 void trial_screen(const struct diagnosis *d, const struct hypothesis *h, const struct trial *alike, struct trial *t);
 
-/* On from there to its end, the base moved linearly; the first steps succeeded. */
+/* Continues to the end with the base moved linearly; the first steps must have succeeded. */
 void trial_fit(const struct diagnosis *d, struct trial *t);
 
-/* Base and effect fitted together; what is contradicted from the model so far, too. */
+/* Fits base and effect together; a contradicted trial also starts from the current model. */
 void trial_polish(const struct diagnosis *d, struct trial *t);
 
 /* True if the held-out cycles contradict the gain of the base's linear step: the base's columns

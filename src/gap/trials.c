@@ -16,7 +16,7 @@ enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 struct batch {
     const struct diagnosis *d;
     const struct hypothesis *hypothesis[HYPOTHESES_MAX];
-    const struct batch *before;     /* whose trials are starts, or NULL */
+    const struct batch *before;     /* batch whose trials are starts, or NULL */
     struct trial *trial;
     int count;
     double worth;             /* gain after the first steps above which trials are fitted further */
@@ -40,8 +40,8 @@ static void fit_on(void *context, int i) {
     if (batch->trial[i].ok && batch->trial[i].gain > batch->worth) trial_fit(batch->d, &batch->trial[i]);
 }
 
-/* One step of each, more where a law is bent; only what comes near the best one then is
- * fitted to its end. */
+/* Takes one step with each trial, several if the law is nonlinear; only trials near the best one
+ * are then fitted to the end. */
 static void try_all(int threads, struct batch *batch) {
     double best = 0.0;
     parallel_run(threads, batch->count, screen, batch);
@@ -51,7 +51,7 @@ static void try_all(int threads, struct batch *batch) {
     parallel_run(threads, batch->count, fit_on, batch);
 }
 
-/* The legs with most to explain, most first. */
+/* Legs sorted by their residuals, largest first. */
 static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
     double square[LEGS] = {0}, *white = memory_get((size_t)d->fit.values, sizeof *white);
     memcpy(white, d->raw, (size_t)d->fit.values * sizeof *white);
@@ -68,7 +68,7 @@ static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
     }
 }
 
-/* Is the effect among so many that explain most so far? */
+/* True if the effect is among the first so many by explained residuals. */
 static bool promising(const struct batch *batch, int effect, int many) {
     double gain = -INFINITY;
     int better = 0;
@@ -78,8 +78,8 @@ static bool promising(const struct batch *batch, int effect, int many) {
     return better < many;
 }
 
-/* Has the base a value of this effect in each leg? With one number for all legs, which takes their
- * place, it looks worse than it is. */
+/* True if the base has a value of this effect for each leg. A single value for all legs, which
+ * replaces these, looks worse than it is. */
 static bool each_in_base(const struct diagnosis *d, int effect) {
     bool each = false;
     for (int i = 0; i < d->variables; i++)
@@ -109,7 +109,7 @@ static bool is_in(const struct batch *batch, const struct hypothesis *h) {
     return in;
 }
 
-/* Effects in the one leg that each leg's own values have shown. */
+/* Tries effects in the single leg that a trial with a value for each leg has singled out. */
 static void list_single(const struct diagnosis *d, const struct batch *before, struct batch *batch) {
     for (int i = 0; i < before->count; i++) {
         const struct trial *each = &before->trial[i];
@@ -139,7 +139,7 @@ static int by_evidence(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* The first of an effect's trials: its best shape. NULL: none yet. */
+/* The first trial of an effect, with its best choice of legs. NULL: none yet. */
 static const struct trial *best_shape(const struct trial *finalist, int finalists, int effect) {
     for (int i = 0; i < finalists; i++)
         if (finalist[i].hypothesis->effect == effect) return &finalist[i];
@@ -157,7 +157,8 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
         bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
-        /* a limit of each leg's own: it may be all there is, whatever the first steps said */
+        /* special case of a trial with a value for each leg; it may be the whole effect,
+         * whatever the first steps showed */
         bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
         bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
         bool near = best ? limit || trial[i].gain > NEAR * best->gain : first;
@@ -176,7 +177,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
 }
 
 int trials_run(const struct diagnosis *d, struct trial *trial) {
-    /* a thread a trial, and none more in it */
+    /* one thread for each trial */
     struct diagnosis *alone = memory_get(1, sizeof *alone);
     int threads = d->fit.threads;
     *alone = *d;

@@ -1,4 +1,4 @@
-/* Which hypotheses are tried beside the model so far, and in what order. Worker threads; heap. */
+/* Selects the hypotheses that are tried beside the model, and their order. Worker threads; heap. */
 #ifndef HEXID_TRIALS_H
 #define HEXID_TRIALS_H
 

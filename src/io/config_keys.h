@@ -44,7 +44,8 @@ struct config_key {
     bool shape;              /* a shape parameter of an effect's law: no value of it adds nothing */
 };
 
-/* Returns all keys in the order of the file, those of effects last; false past the end. */
+/* Fetches the key with this index in the order of the file, those of effects last; false past
+ * the end. */
 bool config_key_at(int index, struct config_key *key);
 
 bool config_key_find(const char *path, struct config_key *key);
