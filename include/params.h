@@ -68,14 +68,14 @@ struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertia
 
 struct hydraulics_params {
     double supply_pa, tank_pa;
-    double valve_flow_m3_per_s[LEGS]; /* per port at full opening and valve_drop_pa */
+    double valve_flow_m3_per_s[LEGS]; /* flow per port at full opening and valve_drop_pa */
     double valve_drop_pa;
     double valve_frequency_hz, valve_damping[LEGS];
     double bulk_modulus_pa[LEGS];
-    double dead_volume_m3[LEGS];      /* each side */
+    double dead_volume_m3[LEGS];      /* dead volume of each side */
     double dead_volume_difference_m3[LEGS]; /* excess of the rod side */
     double leakage_m3_per_s_pa[LEGS]; /* across the piston */
-    double viscous_n_s_per_m[LEGS];   /* base; cylinder_viscous_friction (effect) adds */
+    double viscous_n_s_per_m[LEGS];   /* base; the effect cylinder_viscous_friction adds */
     double stop_stiffness_n_per_m, stop_damping_n_s_per_m; /* end stops of the stroke */
 };
 
@@ -103,8 +103,8 @@ struct control_params {           /* exact law: src/core/pid.h */
     double kff;                   /* s/m, gain of the reference's leg rate */
     double kpf;                   /* 1/N, gain of the high-passed leg force */
     double tf, tp;                /* s, filters of derivative and force */
-    double integral_limit;        /* share of full opening */
-    double output_limit;          /* share of full opening */
+    double integral_limit;        /* largest integral part, share of full opening */
+    double output_limit;          /* largest output, share of full opening */
 };
 
 struct motion_params {
@@ -162,7 +162,8 @@ static inline const char *tests_name(const struct test_params *t, enum dof dof) 
     return dof != DOF_NONE ? dof_names[dof] : t->trajectory[0] ? "trajectory" : t->multisine ? "multisine" : "none";
 }
 
-struct check_params {             /* percent; beyond any of these the run fails */
+struct check_params {             /* percent, but where a unit is named; beyond any of these the run
+                                   * fails */
     double amplitude_pct;         /* achieved relative to commanded amplitude */
     double unwanted_pct;          /* motion of the other axes */
     double overruns_pct;          /* share of the cycles */
@@ -195,8 +196,7 @@ struct loop_params {
 };
 
 struct security_params {
-    bool confine;                 /* limit the running daemon's rights in the system
-                                   * (src/rt/confine.h) */
+    bool confine;                 /* limit the daemon's rights in the system (src/rt/confine.h) */
 };
 
 struct machine_params {

@@ -52,7 +52,7 @@ struct closed_form {
         STICKS,                      /* dry friction can hold it */
         ROD_STICKS                   /* dry friction can hold the rod of a leg with backlash */
     } kind[COORDINATES];
-    int stick[COORDINATES], sticks;  /* coordinates that STICKS, and their number */
+    int stick[COORDINATES], sticks;  /* coordinates of kind STICKS, and their number */
     union system state;
     int direction[COORDINATES];      /* +1, -1: slides in this direction during the whole step; 0:
                                       * held */

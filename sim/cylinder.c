@@ -148,7 +148,7 @@ static inline double deflection_rate(const struct cylinder_leg *c, double deflec
     return (rate_mps - speed * deflection) / (c->seal_distance_m > least_m ? c->seal_distance_m : least_m);
 }
 
-/* State's rate under these inflows. */
+/* Rate of the state under these inflows. */
 static inline struct cylinder_state rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct cylinder_state *s,
                                           const double stiffness[PORTS], double flow1, double flow2, double rate_mps, double valve) {
     const struct machine *machine = &m->machine;
@@ -162,7 +162,7 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
     };
 }
 
-/* State's rate without hoses. */
+/* Rate of the state without hoses. */
 static inline struct cylinder_state direct_rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct mains *mains,
                                                  const struct cylinder_state *s, double opening, const double stiffness[PORTS],
                                                  double rate_mps, double valve) {

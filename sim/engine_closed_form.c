@@ -160,7 +160,7 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     return h;
 }
 
-/* Finishes a step in which events pile up without looking for them: wrong by less than a substep's
+/* Finishes a step with too many events and ignores further ones: wrong by less than a substep's
  * friction, but never endless. */
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);

@@ -13,8 +13,8 @@
 enum { JOINT_AXES_PER_LEG = 4, JOINT_AXES = JOINT_AXES_PER_LEG * LEGS };
 
 struct joint_axes {
-    double row[JOINT_AXES][DOFS]; /* rate = row . twist; a moment about the axis adds row' times
-                                   * it */
+    double row[JOINT_AXES][DOFS]; /* rate = row . twist; a moment m about the axis adds row' m to
+                                   * the load */
     double bias[JOINT_AXES];      /* acceleration = row . acceleration + bias */
 };
 

@@ -56,7 +56,7 @@ struct machine {
         double rate_per_s[LEGS];                        /* greatest speed of the spool, full
                                                          * openings per s */
         double bias[LEGS];                              /* spool position at zero command */
-        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports; B over A */
+        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports; port B over A */
     } valve;
     struct {                                            /* seals of the cylinder */
         double distance_m[LEGS];                        /* path of deflection: after about five they

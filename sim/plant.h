@@ -6,7 +6,7 @@
  * of plant_step() acts from the start of the cycle to its end; plant_measure() latches all lengths
  * and pressures at the present instant. Effects (effect.h) that are on in params belong to the
  * machine, with either engine, and also act on commands and readings. plant_step, plant_measure,
- * plant_truth: RT, no heap, one thread. */
+ * plant_get_truth: RT, no heap, one thread. */
 #ifndef HEXID_PLANT_H
 #define HEXID_PLANT_H
 

@@ -4,7 +4,7 @@
 
 #include "vec.h"
 
-static const double DEPENDENT = 1e-12;  /* rest of a dependent row, as a share of its square */
+static const double DEPENDENT = 1e-12;  /* a row with less of its square left is dependent */
 static const double GIVES_WAY = 1e-6;  /* m/s^2 or rad/s^2: far above the solver's error, far below
                                         * any real motion (0.5 um after 1 s) */
 static const double CONVERGED = 1e-12; /* residual over room between limits, m/s^2 or rad/s^2 */

@@ -25,17 +25,17 @@ static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many har
                                            * gets */
 static const double STANDS_OUT = 10.0;    /* times the floor; the strongest of 500 bins of noise in
                                            * twelve segments has 3 */
-static const double REST = 1e-3;          /* share of all pieces' mean square speed: a piece at
-                                           * rest */
+static const double REST = 1e-3;          /* share of all pieces' mean square speed; below it a
+                                           * piece is at rest */
 static const double STEPS = 3.0;          /* resolution steps of motion in the shortest time of the
                                            * band: slower rounding is no noise */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
 static const double LOST = 2.5;           /* steps without a sample: a gap, beyond jitter */
-static const double BESIDE = 3.0, BESIDE_S = 0.01; /* least steps and time on each side of a gap */
+static const double BESIDE = 3.0, BESIDE_S = 0.01; /* steps, time to fit a speed beside a gap */
 static const double TURN = 4.0;           /* least change of speed of a turn, over that of a motion
                                            * of the mean frequency */
-static const double TURN_LEAST = 0.5;     /* and over the rms speed */
+static const double TURN_LEAST = 0.5;     /* least change of speed of a turn over rms speed */
 static const double GAPS = 2.0;           /* a segment that lasts this times its samples is half
                                            * gaps; no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
@@ -174,8 +174,9 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
     return n / 2;
 }
 
-/* Finds the band to evaluate: harmonics of the speed's mean frequency as far as the whole record
- * can be covered, otherwise of the motion's. -2: too short, nothing moves; -3: memory. */
+/* Finds the band to evaluate: harmonics of the speed's mean frequency, but no more than let pieces
+ * cover the whole record, unless the motion's own mean needs them. -2: too short, no motion; -3:
+ * memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);

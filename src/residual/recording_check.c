@@ -116,7 +116,7 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     return STATUS_OK;
 }
 
-/* Lengths about their mean compared with the reference's, for signs, order and machine. */
+/* Moments of measured and asked lengths about their means: they show signs, order and machine. */
 struct leg_moments {
     double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums over all tests */
 };
@@ -185,7 +185,7 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
     for (int a = 0; a < LEGS; a++) {
         double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
         int like = a;
-        if (!isfinite(own)) return STATUS_OK; /* at rest */
+        if (!isfinite(own)) return STATUS_OK; /* the leg is at rest */
         for (int b = 0; b < LEGS; b++) {
             double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b]);
             if (other > best + 0.2) best = other, like = b;
@@ -227,8 +227,8 @@ static int check_reach(const struct params *p, const struct recording_test *t, c
 
 static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
 
-/* The forces of the two chambers nearly cancel, so that sensors with wrong scales leave any
- * difference, which the search shall find. */
+/* The forces of the two chambers nearly cancel, so that wrong scales of sensors can leave any sum;
+ * the search shall find them. */
 static bool within_sensors(double force_n, double weight_n, double chambers_n, double most_n) {
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
@@ -444,7 +444,7 @@ static double noise_share(const struct residual_test *t, const struct params *pa
     for (int kind = 0; kind < kinds; kind++) {
         double noise = 0.0, varies = 0.0;
         for (int k = 0; k < t->legs; k++) {
-            /* a chamber whose valve stays shut has no evaluated constant */
+            /* the constant of a chamber whose valve stays shut is not evaluated */
             for (int a = t->spectrum.cycles ? 1 : 0; a < t->size; a++) noise += t->weight[a] * w->noise[k][a][kind];
             varies += residual_variation(t, channel[kind], k);
         }

@@ -40,7 +40,7 @@ double residual_gap_s(double piece_s, double step_s); /* longest time without a 
 /* Parts of the residuals that can be computed separately. */
 enum residual_part { PART_FORCE = 1, PART_PRESSURE = 2, PART_ALL = 3, PART_FORCE_SENSOR = 4 };
 
-typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* one test's */
+typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* rows of one test */
 
 struct residual_test {
     int of;                      /* place in the recording */
@@ -66,7 +66,7 @@ struct residual_test {
     bool in_step;                /* samples and commands fall on the same instants */
     int measured;                /* measured samples per cycle */
     int samples, fitted;         /* simulated; only the last `fitted` are compared */
-    int substeps;                /* per command */
+    int substeps;                /* substeps per command */
     int phases;                  /* instants at which the force is evaluated; PHASES fill a period
                                   * of the series */
     double *cycle;               /* [CYCLE_STEPS][SPECTRUM_SIZE]: basis of the series over its
@@ -81,7 +81,7 @@ struct residual_test {
                                   * zero, so that motion above the rows' band makes pressure errors
                                   * within it */
     int lead;                    /* for pieces: commands before the first simulated sample */
-    double *valve;               /* [lead + samples][leg] */
+    double *valve;               /* [lead + samples][leg]: commands */
     double *dither;              /* [samples][leg]: noise of the sent commands, which their mean
                                   * cycle lacks; NULL: valve includes it */
     double *projection;          /* [size][fitted]: samples to a row */

@@ -16,8 +16,10 @@ static const double SETTLE_CYCLES = 1.5; /* run-up of a cycle: pressures behind 
 static const double LEAD_S = 2.0;        /* run-up of a piece: a spool that crosses its range faster
                                           * forgets its start */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4 step: its error is 1e-4 of a 100 Hz spool's lag */
-static const double SLOWER = 1.25;        /* ratio of sampling to command period, jitter aside */
-static const double IN_STEP = 1e-3;       /* tolerance of whole command periods per sample */
+static const double SLOWER = 1.25;        /* least ratio of sampling to command period that is no
+                                           * jitter */
+static const double IN_STEP = 1e-3;       /* relative tolerance of whole command periods per
+                                           * sampling period */
 
 /* For pieces: overlap of neighbouring windows on either side, as a share of the piece; period of
  * the series over the time that it is fitted to. */

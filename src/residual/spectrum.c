@@ -11,7 +11,7 @@ enum {
     SPEED_POINTS = 64,
     ROUNDING_LINES = 20,
     BISECTIONS = 30,
-    SLOWEST = 2,         /* bins of the periodogram over cycles */
+    SLOWEST = 2,         /* lowest bins of the periodogram over cycles */
 };
 static const double RIDGE = 1e-9; /* share of the samples: above rounding, below any signal */
 static const double SAME_PHASE = 0.05; /* tolerance of a sampling phase, in samples */
