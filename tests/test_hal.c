@@ -391,7 +391,7 @@ static struct outcome run_with(const char *faults, double begin_s) {
         }
         if (!c.faults) continue;
         if (outcome.fault) continue;
-        assert_int_equal(c.state, c.first_fault & failure_mask(REACTION_PARK) ? STATE_PARKING : STATE_FAULT);
+        assert_int_equal(c.state, failures_with(REACTION_PARK, c.first_fault) ? STATE_PARKING : STATE_FAULT);
         outcome.fault = c.first_fault;
         outcome.cycles = n + 1 - (int)lround(begin_s * 500);
     }

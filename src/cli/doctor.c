@@ -96,9 +96,7 @@ int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]) {
     return count;
 }
 
-double doctor_now_s(void) {
-    return seconds_from_ns(monotonic_ns());
-}
+double doctor_now_s(void) { return seconds_from_ns(monotonic_ns()); }
 
 json_t *doctor_text(const char *text) {
     char line[sizeof((struct finding){0}.found)], all[sizeof line];

@@ -92,11 +92,11 @@ const struct failure failure_table[] = {
     {0},
 };
 
-uint32_t failure_mask(enum reaction reaction) {
-    uint32_t faults = 0;
-    for (const struct failure *f = failure_table; f->name; f++)
-        if (f->reaction == reaction) faults |= f->fault;
-    return faults;
+uint32_t failures_with(enum reaction reaction, uint32_t faults) {
+    uint32_t with = 0;
+    for (const struct failure *f = failure_table; faults && f->name; f++)
+        if (f->reaction == reaction) with |= faults & f->fault;
+    return with;
 }
 
 const struct failure *failure_of(uint32_t faults) {

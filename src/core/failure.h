@@ -38,8 +38,8 @@ const struct failure *failure_of(uint32_t faults);
 /* Name of the first of these faults; "none" for 0. */
 const char *fault_name(uint32_t faults);
 
-/* All faults with this reaction. */
-uint32_t failure_mask(enum reaction reaction);
+/* Those of these faults that have this reaction. */
+uint32_t failures_with(enum reaction reaction, uint32_t faults);
 
 /* Writes the name of the first fault and its legs: "following_error, leg 3", "kinematics". */
 enum { FAULT_TEXT_SIZE = 64 };

@@ -1,7 +1,5 @@
 #include "force.h"
 
-#include <math.h>
-
 #include "units.h"
 
 /* Relative stiffness of the oil (1 at neutral) up to which control.kpf is not reduced. All tests
@@ -19,7 +17,7 @@ struct cylinder_areas cylinder_areas(const struct actuator_params *actuator) {
 }
 
 static double over_bulk_modulus(const struct oil_column *c, double length_m) {
-    double inside_m = fmin(fmax(length_m, c->least_m), c->most_m);
+    double inside_m = length_m < c->least_m ? c->least_m : length_m > c->most_m ? c->most_m : length_m;
     double rodless_m3 = c->dead_m3[0] + c->area_m2[0] * (inside_m - c->least_m);
     double rod_m3 = c->dead_m3[1] + c->area_m2[1] * (c->most_m - inside_m);
     return c->area_m2[0] * c->area_m2[0] / rodless_m3 + c->area_m2[1] * c->area_m2[1] / rod_m3;

@@ -50,7 +50,7 @@ static void init_to_platform(struct oscillation *o, const struct kinematics *k) 
     }
     invert(m);
     for (int i = 0; i < DOFS; i++)
-        for (int leg = 0; leg < LEGS; leg++) o->to_platform[i][leg] = m[i][DOFS + leg] * (i < DOF_PHI ? 1.0 : k->arm_m);
+        for (int leg = 0; leg < LEGS; leg++) o->to_platform[leg][i] = m[i][DOFS + leg] * (i < DOF_PHI ? 1.0 : k->arm_m);
 }
 
 /* Advances the valve's two lags by one cycle and returns the acceleration that results. */
@@ -108,15 +108,16 @@ void oscillation_reset(struct oscillation *o, const double pose[DOFS]) {
         weigh(o, pose, o->pose[n]);
         weigh(o, pose, o->ref[n]);
     }
-    o->cycles = 0, o->legs = 0;
+    o->newest = 0, o->in_block = 0, o->legs = 0;
     o->found_mps2 = o->allowed_mps2 = 0.0;
 }
 
+/* Returns the place of the pose of `ago` cycles before the newest. */
+static int place(const struct oscillation *o, int ago) { return o->newest - ago + (o->newest < ago ? o->past : 0); }
+
 /* Returns the squared norm of the second difference over `lag` cycles, of all six coordinates. */
 static double second_difference(const struct oscillation *o, double (*past)[DOFS], int lag) {
-    const double *now = past[o->cycles % o->past];
-    const double *then = past[(o->cycles + o->past - lag) % o->past];
-    const double *before = past[(o->cycles + o->past - 2 * lag) % o->past];
+    const double *now = past[o->newest], *then = past[place(o, lag)], *before = past[place(o, 2 * lag)];
     double square = 0.0, dt_s = lag * o->period_s;
     for (int i = 0; i < DOFS; i++) {
         double d = (now[i] - 2.0 * then[i] + before[i]) / (dt_s * dt_s);
@@ -127,8 +128,9 @@ static double second_difference(const struct oscillation *o, double (*past)[DOFS
 
 static void take_pose(struct oscillation *o, const double pose[DOFS], const double ref[DOFS]) {
     double cubed = (double)o->lag * o->lag * o->lag;
-    weigh(o, pose, o->pose[o->cycles % o->past]);
-    weigh(o, ref, o->ref[o->cycles % o->past]);
+    o->newest = place(o, 2 * o->lag); /* overwrites the oldest */
+    weigh(o, pose, o->pose[o->newest]);
+    weigh(o, ref, o->ref[o->newest]);
     double steps = o->lag > 1 ? steps_share * second_difference(o, o->pose, 1) / cubed : 0.0;
     o->sum.measured += second_difference(o, o->pose, o->lag) - steps;
     o->sum.asked_measured += second_difference(o, o->ref, o->lag);
@@ -136,23 +138,22 @@ static void take_pose(struct oscillation *o, const double pose[DOFS], const doub
 }
 
 static void take_command(struct oscillation *o, const double valve[LEGS]) {
-    double leg_mps2[LEGS], fourth_mps[LEGS];
+    double mps2[DOFS] = {0}, fourth_mps[DOFS] = {0};
     for (int leg = 0; leg < LEGS; leg++) {
         double *v = o->asked_mps[leg];
         memmove(v + 1, v, 4 * sizeof *v);
         v[0] = o->speed_mps[leg] * valve[leg];
-        fourth_mps[leg] = v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4];
-        leg_mps2[leg] = valve_lags(v[0], o->follows, o->period_s, &o->half_mps[leg], &o->valve_mps[leg]);
-        o->sum.leg[leg] += leg_mps2[leg] * leg_mps2[leg];
+        double leg_fourth_mps = v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4];
+        double leg_mps2 = valve_lags(v[0], o->follows, o->period_s, &o->half_mps[leg], &o->valve_mps[leg]);
+        o->sum.leg[leg] += leg_mps2 * leg_mps2;
+        for (int i = 0; i < DOFS; i++) {
+            mps2[i] += o->to_platform[leg][i] * leg_mps2;
+            fourth_mps[i] += o->to_platform[leg][i] * leg_fourth_mps;
+        }
     }
     for (int i = 0; i < DOFS; i++) {
-        double mps2 = 0.0, fourth = 0.0;
-        for (int leg = 0; leg < LEGS; leg++) {
-            mps2 += o->to_platform[i][leg] * leg_mps2[leg];
-            fourth += o->to_platform[i][leg] * fourth_mps[leg];
-        }
-        o->sum.commanded += mps2 * mps2;
-        o->sum.white += o->white * fourth * fourth;
+        o->sum.commanded += mps2[i] * mps2[i];
+        o->sum.white += o->white * fourth_mps[i] * fourth_mps[i];
     }
 }
 
@@ -207,7 +208,8 @@ static void close_block(struct oscillation *o) {
 bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS]) {
     take_pose(o, pose, ref);
     take_command(o, valve);
-    if (++o->cycles % o->every == 0) {
+    if (++o->in_block == o->every) {
+        o->in_block = 0;
         close_block(o);
         judge(o);
     }

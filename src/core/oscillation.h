@@ -40,7 +40,7 @@ struct oscillation {
     /* constants of a configuration */
     double limit_mps2, period_s;
     double arm_m;            /* what an angle moves */
-    double to_platform[DOFS][LEGS]; /* rates of the legs -> of the platform, angles times arm_m */
+    double to_platform[LEGS][DOFS]; /* rate of a leg -> of the platform, angles times arm_m */
     double speed_mps[LEGS];  /* of a leg at full opening, half the supply on each port */
     double follows;          /* of the way to its command that a valve goes in a cycle, twice in
                               * a row */
@@ -52,7 +52,7 @@ struct oscillation {
     double pose[OSCILLATION_PAST][DOFS], ref[OSCILLATION_PAST][DOFS];
     double asked_mps[LEGS][5];              /* speeds that the commands stand for, newest first */
     double half_mps[LEGS], valve_mps[LEGS]; /* behind the valve's two lags */
-    int64_t cycles;
+    int newest, in_block;    /* place of the newest pose; cycles of the block so far */
     struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* newest first */
     /* of the worse estimate after the last block */
     double found_mps2, allowed_mps2;

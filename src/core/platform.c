@@ -48,34 +48,23 @@ static double age_s(const struct platform *p, const struct hal_sample *in) {
     return seconds_from_ns(in->age_ns < 0 || in->age_ns > silent_ns ? in->age_ns : silent_ns);
 }
 
-/* A monitored quantity and its bounds. */
-struct bound {
-    uint32_t fault;
-    double value, least, most;
+/* Result of judging a sample by the limits. */
+struct judgement {
+    uint32_t faults;              /* FAULT_... and the bits of their legs */
+    uint32_t asked;               /* fault that is to be measured, 0: none */
+    double beyond;                /* distance of its furthest value beyond the limit, */
+    struct fault_measure measure; /* and that value */
 };
-enum { BOUNDS = 9 };
 
-static bool holds(const struct bound *b) { return inside(b->value, b->least, b->most); }
-
-/* Lists the monitored quantities of one leg and returns their number. elapsed_s: time since its
- * last good length. */
-static int leg_bounds(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s, struct bound b[BOUNDS]) {
-    const struct limit_params *l = &p->params->limits;
-    double length_m = in->length_m[i], force_n = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
-    bool powers = supervisor_powers(p->supervisor.state), drives = supervisor_drives(p->supervisor.state);
-    int n = 0;
-    b[n++] = (struct bound){FAULT_SENSOR_INVALID, length_m, -DBL_MAX, DBL_MAX};
-    b[n++] = (struct bound){FAULT_PRESSURE_SENSOR, in->p1_pa[i], l->pressure_min_pa, l->pressure_max_pa};
-    b[n++] = (struct bound){FAULT_PRESSURE_SENSOR, in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa};
-    b[n++] = (struct bound){FAULT_STROKE, length_m, l->length_min_m[i], l->length_max_m[i]};
-    if (p->good_seq >= 0) b[n++] = (struct bound){FAULT_LEG_RATE, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps};
-    /* NaN is a pressure fault, not a force fault */
-    if (!isnan(force_n)) b[n++] = (struct bound){FAULT_FORCE, force_n, -l->force_n, l->force_n};
-    /* SAFETY: with the supply on, a stuck spool moves its leg even before the platform is
-     * driven. */
-    if (powers) b[n++] = (struct bound){FAULT_FOLLOWING, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m};
-    if (drives) b[n++] = (struct bound){FAULT_STANDSTILL, p->still_high_m[i] - p->still_low_m[i], 0.0, l->standstill_m};
-    return n;
+/* Judges one value by its limits. leg: -1 for a value that belongs to no leg. NaN counts as the
+ * furthest. */
+static inline void judge(struct judgement *j, uint32_t fault, int leg, double value, double least, double most) {
+    if (inside(value, least, most)) return;
+    j->faults |= fault | (leg < 0 ? 0 : fault_leg(leg));
+    double beyond = isnan(value) ? (double)INFINITY : fmax(value - most, least - value);
+    if (fault != j->asked || !(beyond > j->beyond)) return;
+    j->beyond = beyond;
+    j->measure = (struct fault_measure){.leg = leg, .value = value, .limit = value < least ? least : most};
 }
 
 /* Returns the time since the last good sample by the count of cycles or by the clock, whichever
@@ -84,37 +73,41 @@ static double since_good_s(const struct platform *p, const struct hal_sample *in
     return fmax((double)(p->seq - p->good_seq) * p->params->loop.period_s, seconds_from_ns(in->time_ns) - seconds_from_ns(p->good_ns));
 }
 
-/* Returns the faults that one leg's readings show. */
-static uint32_t leg_doubts(const struct platform *p, const struct hal_sample *in, int i, double elapsed_s) {
-    struct bound b[BOUNDS] = {{0}};
-    uint32_t suspect = 0;
-    int count = leg_bounds(p, in, i, elapsed_s, b);
-    for (int n = 0; n < count; n++) suspect |= holds(&b[n]) ? 0 : b[n].fault;
-    return suspect;
+static void judge_legs(struct judgement *j, const struct platform *p, const struct hal_sample *in) {
+    const struct limit_params *l = &p->params->limits;
+    bool powers = supervisor_powers(p->supervisor.state), drives = supervisor_drives(p->supervisor.state);
+    double elapsed_s = since_good_s(p, in);
+    for (int i = 0; i < LEGS; i++) {
+        double length_m = in->length_m[i], force_n = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
+        judge(j, FAULT_SENSOR_INVALID, i, length_m, -DBL_MAX, DBL_MAX);
+        judge(j, FAULT_PRESSURE_SENSOR, i, in->p1_pa[i], l->pressure_min_pa, l->pressure_max_pa);
+        judge(j, FAULT_PRESSURE_SENSOR, i, in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa);
+        judge(j, FAULT_STROKE, i, length_m, l->length_min_m[i], l->length_max_m[i]);
+        if (p->good_seq >= 0) judge(j, FAULT_LEG_RATE, i, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps);
+        /* NaN is a pressure fault, not a force fault */
+        if (!isnan(force_n)) judge(j, FAULT_FORCE, i, force_n, -l->force_n, l->force_n);
+        /* SAFETY: with the supply on, a stuck spool moves its leg even before the platform is
+         * driven. */
+        if (powers) judge(j, FAULT_FOLLOWING, i, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m);
+        if (drives) judge(j, FAULT_STANDSTILL, i, p->still_high_m[i] - p->still_low_m[i], 0.0, l->standstill_m);
+    }
 }
 
-/* Lists the monitored quantities of all legs together and returns their number. */
-static int common_bounds(const struct platform *p, const struct hal_sample *in, struct bound b[BOUNDS]) {
+static void judge_common(struct judgement *j, const struct platform *p, const struct hal_sample *in) {
     /* rounded to whole nanoseconds, as the age is */
     double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
-    b[0] = (struct bound){FAULT_SENSOR_AGE, age_s(p, in), 0.0, oldest_s};
-    b[1] = (struct bound){FAULT_OVERRUN, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0)};
-    if (!supervisor_drives(p->supervisor.state)) return 2;
-    b[2] = (struct bound){FAULT_OSCILLATION, p->oscillation.found_mps2, 0.0, p->oscillation.allowed_mps2};
-    return 3;
+    judge(j, FAULT_SENSOR_AGE, -1, age_s(p, in), 0.0, oldest_s);
+    judge(j, FAULT_OVERRUN, -1, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0));
+    if (!supervisor_drives(p->supervisor.state)) return;
+    judge(j, FAULT_OSCILLATION, -1, p->oscillation.found_mps2, 0.0, p->oscillation.allowed_mps2);
 }
 
-/* Returns the distance of a value beyond its bound; NaN counts as the furthest. */
-static double beyond(const struct bound *b) {
-    double by = fmax(b->value - b->most, b->least - b->value);
-    return isnan(b->value) ? (double)INFINITY : by;
-}
-
-/* Records the value if it exceeds this fault's bound by the most so far. */
-static void take_measure(const struct bound *b, uint32_t fault, int leg, double *most, struct fault_measure *m) {
-    if (b->fault != fault || holds(b) || !(beyond(b) > *most)) return;
-    *most = beyond(b);
-    *m = (struct fault_measure){.leg = leg, .value = b->value, .limit = b->value < b->least ? b->least : b->most};
+/* Judges a sample by all limits. A sample that could not be read has no legs to judge. */
+static struct judgement judge_sample(const struct platform *p, const struct hal_sample *in, uint32_t asked) {
+    struct judgement j = {.asked = asked, .measure = {.leg = -1, .value = (double)NAN, .limit = (double)NAN}};
+    judge_common(&j, p, in);
+    if (!(in->flags & SAMPLE_IO)) judge_legs(&j, p, in);
+    return j;
 }
 
 /* Returns the largest length error at the nearest pose found, for lengths that fit no pose; m. */
@@ -126,15 +119,7 @@ static double misfit_m(const struct platform *p, const struct hal_sample *in) {
 
 /* Returns value, limit and leg of a fault that doubts() found in this sample. */
 static struct fault_measure measure_of(const struct platform *p, const struct hal_sample *in, uint32_t fault) {
-    struct fault_measure m = {.leg = -1, .value = (double)NAN, .limit = (double)NAN};
-    struct bound b[BOUNDS] = {{0}};
-    double most = 0.0, elapsed_s = since_good_s(p, in);
-    int count = common_bounds(p, in, b);
-    for (int n = 0; n < count; n++) take_measure(&b[n], fault, -1, &most, &m);
-    for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
-        count = leg_bounds(p, in, i, elapsed_s, b);
-        for (int n = 0; n < count; n++) take_measure(&b[n], fault, i, &most, &m);
-    }
+    struct fault_measure m = judge_sample(p, in, fault).measure;
     if (fault == FAULT_KINEMATICS) m.value = misfit_m(p, in);
     return m;
 }
@@ -158,16 +143,9 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
     suspect |= interlock_doubts(p);
-    struct bound b[BOUNDS] = {{0}};
-    int count = common_bounds(p, in, b);
-    for (int n = 0; n < count; n++) suspect |= holds(&b[n]) ? 0 : b[n].fault;
+    suspect |= judge_sample(p, in, 0).faults;
     if (in->flags & SAMPLE_INVALID) suspect |= FAULT_SENSOR_INVALID;
     if (suspect & FAULT_OSCILLATION) suspect |= p->oscillation.legs;
-    double elapsed_s = since_good_s(p, in);
-    for (int i = 0; i < LEGS; i++) {
-        uint32_t leg = leg_doubts(p, in, i, elapsed_s);
-        if (leg) suspect |= leg | fault_leg(i);
-    }
     return suspect;
 }
 
@@ -175,9 +153,10 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
  * their legs: its leg then runs away. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
+        double ref_m = p->leg_ref_m[i];
         bool moved = in->length_m[i] != p->still_m[i];
-        p->still_low_m[i] = moved ? p->leg_ref_m[i] : fmin(p->still_low_m[i], p->leg_ref_m[i]);
-        p->still_high_m[i] = moved ? p->leg_ref_m[i] : fmax(p->still_high_m[i], p->leg_ref_m[i]);
+        if (moved || ref_m < p->still_low_m[i]) p->still_low_m[i] = ref_m;
+        if (moved || ref_m > p->still_high_m[i]) p->still_high_m[i] = ref_m;
         p->still_m[i] = in->length_m[i];
     }
 }
@@ -212,7 +191,7 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     watch_standstill(p, in);
     if (!(in->flags & SAMPLE_IO) || in->flags & SAMPLE_UNWRITTEN) observe_inputs(p, in);
     uint32_t suspect = doubts(p, in);
-    if (suspect & failure_mask(REACTION_STOP)) return suspect;
+    if (failures_with(REACTION_STOP, suspect)) return suspect;
     double pose[DOFS];
     memcpy(pose, p->pose, sizeof pose);
     if (!fk_solve(&p->kinematics, in->length_m, pose).converged) return suspect | FAULT_KINEMATICS;
@@ -420,7 +399,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (supervisor_drives(s->state)) {
         enum reference_mode mode = p->reference.mode;
         ref = refer(p);
-        control(p, !(suspect & failure_mask(REACTION_STOP)));
+        control(p, !failures_with(REACTION_STOP, suspect));
         if (ref.done && mode != REFERENCE_HOLD) ended(p, mode);
     }
     if (s->faults && !supervisor_drives(s->state)) apply(p, TRIGGER_FAULT);

@@ -35,7 +35,7 @@ static const struct transition transitions[] = {
 };
 
 const struct transition *supervisor_find(enum state state, enum trigger trigger) {
-    for (unsigned i = 0; i < sizeof transitions / sizeof *transitions; i++)
+    for (unsigned i = 0; trigger != TRIGGER_NONE && i < sizeof transitions / sizeof *transitions; i++)
         if (transitions[i].from == state && transitions[i].trigger == trigger) return &transitions[i];
     return NULL;
 }
@@ -79,13 +79,13 @@ static bool full(int *bucket, uint32_t suspect, int limit) {
 }
 
 enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit) {
-    uint32_t parks = suspect & failure_mask(REACTION_PARK), stops = suspect & failure_mask(REACTION_STOP);
+    uint32_t parks = failures_with(REACTION_PARK, suspect), stops = failures_with(REACTION_STOP, suspect);
     bool stop = full(&s->bad, stops, limit), park = full(&s->doubtful, parks, limit);
     s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
     if (!stop && !park) return REACTION_NONE;
     /* The first is the headline; but what stops the platform while it is put down for
      * something else is told. */
-    if (!s->first_fault || (stop && s->first_fault & failure_mask(REACTION_PARK))) s->first_fault = failure_of(stop ? stops : parks)->fault;
+    if (!s->first_fault || (stop && failures_with(REACTION_PARK, s->first_fault))) s->first_fault = failure_of(stop ? stops : parks)->fault;
     s->faults |= (stop ? stops : 0) | (park ? parks : 0) | (suspect & FAULT_LEGS);
     return stop ? REACTION_STOP : REACTION_PARK;
 }
