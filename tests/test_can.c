@@ -901,7 +901,8 @@ static void without_node_7_nothing_is_closed_and_no_sample_is_whole(void **state
     assert_int_equal(s.inputs, INPUTS_ALL);
 }
 
-/* Inputs from before a reboot, or from before the module lost the daemon, no longer hold. */
+/* A rebooted module may have other inputs than before; one that only lost the daemon has the
+ * same. */
 static void an_io_module_that_boots_closes_nothing_until_it_is_set_up(void **state) {
     for (int boots = 0; boots < 2; boots++) {
         struct world w;
@@ -1120,8 +1121,7 @@ static void a_node_without_ownership_is_driven_all_the_same(void **state) {
     assert_true(can_master_ready(&w.master));
 }
 
-/* A rebooted module may have other inputs than before; one that only lost the daemon has the
- * same. */
+/* The node still believes that it runs, and a running node refuses to have its watchdogs set. */
 static void a_lost_node_that_is_still_operational_is_halted_and_set_up(void **state) {
     struct world w;
     (void)state;

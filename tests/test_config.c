@@ -609,7 +609,8 @@ static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
     free(copy);
 }
 
-/* The message lists which parts of a configuration are the built-in machine's, "" for none. */
+/* Checks the list of values that a configuration takes from the built-in machine: its beginning, ""
+ * for an empty list, and a word that it lacks. */
 static void assert_defaults(const char *file, const char *setting, const char *begins, const char *lacks) {
     struct params p;
     struct error error;

@@ -6,13 +6,13 @@ static void files_that_disagree_are_refused(void **unused) {
     empty(NULL);
     put("1_x.csv", file_of("# dof: x\n# amplitude: 0.004\n# frequency_hz: 4\n# ramp_s: 1\n", 0, 2000));
     put("2_phi.csv", file_of("# dof: phi\n# amplitude: 0.006\n# frequency_hz: 4\n", 0, 2000));
-    assert_imports(); /* metres and radians are separate */
+    assert_imports(); /* amplitudes in metres and radians are separate */
     assert_false(report.several);
     put("10_y.csv", file_of("# dof: y\n# amplitude: 0.005\n# frequency_hz: 5\n", 0, 2000));
-    assert_imports(); /* each axis has its own */
+    assert_imports(); /* each axis has its own frequency */
     assert_false(report.several);
     put("10_x.csv", file_of("# dof: x\n# amplitude: 0.005\n# frequency_hz: 5\n", 0, 2000));
-    assert_imports(); /* each test of one axis has its own, which is reported */
+    assert_imports(); /* two tests of one axis differ, which is reported */
     assert_true(report.several);
     put("11_z.csv", file_of("# dof: z\n# ramp_s: 2\n", 0, 2000));
     assert_int_equal(import(), STATUS_USAGE);

@@ -300,7 +300,8 @@ static void a_length_sensor_is_right_at_its_zero(void **unused) {
     }
 }
 
-/* Air softens oil, and the configured modulus may already include too much of it. */
+/* Air softens oil, but the configured modulus may itself be too low, so the effective one may
+ * exceed it. */
 static void oil_has_the_effective_modulus_above_the_configured_one_too(void **unused) {
     (void)unused;
     static const double modulus_pa[] = {6e8, 1.1e9};

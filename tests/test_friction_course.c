@@ -109,7 +109,7 @@ static void the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre(void 
  * newton. */
 static void sizes_are_those_of_the_coefficients(void **unused) {
     (void)unused;
-    enum { LOGS = 400 }; /* each log yields one coefficient, measured as often */
+    enum { LOGS = 400 }; /* the equations are those of one log, summed this often */
     static struct equations e;
     double prior[UNKNOWN_SHAPE], size[UNKNOWN_SHAPES], square = 0.0;
     uint64_t seed = 11;

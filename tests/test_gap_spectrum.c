@@ -145,7 +145,7 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     for (int i = 260; i < 300; i += 4) sample[i].good = false;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 20);
-    sample[310].good = sample[320].good = false; /* one too many */
+    sample[310].good = sample[320].good = false; /* now more samples are missing than allowed */
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 19);
     /* 10 ms: the 16th harmonic's period is 7.8 */
@@ -194,8 +194,8 @@ static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     assert_close(rounding_over_predicted(3.97, amplitude_m[0], 0.0), 1.0, 0.35);
 }
 
-/* The motion's amplitude settles over the first second and vibrates; then the same with a pump tone
- * of a fiftieth of the settling part. */
+/* The motion's amplitude settles and rings over the first second; then the same with a pump tone of
+ * a fiftieth of the settling part. */
 static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];

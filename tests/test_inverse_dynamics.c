@@ -148,9 +148,9 @@ static double deflection_error(struct inverse_dynamics *d, bool cycle, double di
     return sqrt(square);
 }
 
-/* Covers lengths from a tenth of the way between two instants up to the stroke; the speed between
- * instants is taken as constant. Also with a different force in each direction and beside friction
- * that may hold the leg. */
+/* Covers Dahl distances from a tenth of the travel between two instants up to the stroke; the speed
+ * between instants is taken as constant. Also with a different force in each direction and beside
+ * friction that may hold the leg. */
 static void seals_are_deflected_as_by_small_steps(void **unused) {
     (void)unused;
     struct params params;

@@ -82,7 +82,7 @@ static int fake_write(struct hal *hal, const struct hal_command *command) {
 static void fake_safe(struct hal *hal) {
     struct fake *f = (struct fake *)hal;
     f->safes++;
-    f->powered = f->write_fails; /* the supply does not switch off if the write failed */
+    f->powered = f->write_fails; /* if writes fail, its supply stays on for a while */
     memset(f->valve, 0, sizeof f->valve);
 }
 
@@ -161,7 +161,7 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
     (void)unused;
     static const int64_t late[] = {PERIOD_NS - 1, PERIOD_NS, PERIOD_NS + 1, 3 * PERIOD_NS - 1, 3 * PERIOD_NS, 20 * PERIOD_NS + 777};
     struct params params = by_hand();
-    params.loop.overrun_limit = 100; /* older samples are not believed */
+    params.loop.overrun_limit = 100; /* larger delays would not be believed */
     for (unsigned k = 0; k < sizeof late / sizeof *late; k++) {
         struct bench b;
         int64_t missed = late[k] / PERIOD_NS;

@@ -204,7 +204,7 @@ static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     assert_false(shakes(&p, tilted));
 }
 
-/* With stiff oil the force feedback is the controller's own. */
+/* Stiff oil makes the controller cut its force feedback, so the model must do the same. */
 static void the_loop_of_a_parked_platform_has_the_controllers_own_feedback(void **unused) {
     (void)unused;
     struct params p = load(NULL, "effects.command_delay.delay_s=0.002");

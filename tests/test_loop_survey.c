@@ -248,7 +248,8 @@ static void and_of_a_machine_that_is_not_as_configured(void **unused) {
 
 static bool oscillates(double complex s) { return fabs(cimag(s)) > 1.0 && -creal(s) < 0.95 * cabs(s); }
 
-/* Guesses below the found poles must lead to no lower pole that oscillates. */
+/* Guesses from a quarter of the survey's frequency upwards must lead to no lower pole that
+ * oscillates. */
 static void check_loop(struct surveyed *s) {
     double hz = loop_survey_loop_hz(&s->survey), least = HUGE_VAL;
     differentiate(&s->linear, CLOSED);

@@ -191,7 +191,7 @@ static void who_may_write_a_device_has_its_lock_and_nobody_else(void **unused) {
     assert_int_equal(l.doubt.status, STATUS_UNSAFE);
     machine_unlock(&l);
     assert_int_equal(chown(name, NOBODY, SOMEBODY) || chmod(name, 0620), 0);
-    assert_int_equal(status_of(url), STATUS_UNSAFE); /* now by its group */
+    assert_int_equal(status_of(url), STATUS_UNSAFE); /* the group now permits it */
     finish(stranger);
     close(master), close(slave);
 }
@@ -213,7 +213,7 @@ static void who_does_not_say_who_he_is_is_a_stranger(void **unused) {
     finish(stranger);
 }
 
-/* As many as the C library and the kernel allow to wait in a queue. */
+/* More attempts than the C library and the kernel allow to wait in a queue. */
 static void a_lock_counts_however_often_it_is_asked_for(void **unused) {
     (void)unused;
     enum { QUEUE = 4096, BETWEEN = 64 };

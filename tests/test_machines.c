@@ -207,7 +207,8 @@ static void the_workspace_says_how_well_the_legs_hold(void **unused) {
     for (int i = 0; i < LEGS; i++)
         for (int r = 3; r < DOFS; r++) j[i][r] /= k.arm_m;
     assert_int_equal(lin_singular_values(LEGS, DOFS, j[0], value), 0);
-    assert_below(value[DOFS - 1] / value[0], 0.02); /* at the end of the way the legs barely hold */
+    /* the legs barely hold where the search ended */
+    assert_below(value[DOFS - 1] / value[0], 0.02);
 }
 
 int main(void) {

@@ -384,7 +384,7 @@ static void the_machine_is_not_kept_for_a_loop_that_has_stopped(void **unused) {
     struct session s = {.watchdog_s = 0.02};
     session_begin(&s);
     cycle_flags(&s);
-    cycle_flags(&s); /* the exchange begun before the first is complete */
+    cycle_flags(&s); /* completes the exchange that began before the first cycle */
     int cycles = s.device.cycles;
     nanosleep(&many_watchdogs, NULL);
     int later = s.device.cycles;

@@ -208,7 +208,8 @@ static void a_master_that_was_silent_is_still_the_master(void **unused) {
     command(&r, &first, TOKEN, 1, 1.0);
     pass(&r, 500);
     assert_int_equal(command(&r, &first, TOKEN, 2, 0.0), 0);
-    assert_int_equal(reading(&r).status, MODBUS_SILENT); /* as it was found */
+    /* the state in which the command found it */
+    assert_int_equal(reading(&r).status, MODBUS_SILENT);
     rig_free(&r);
 }
 

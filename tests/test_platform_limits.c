@@ -37,7 +37,7 @@ static void each_limit_trips_in_bad_cycles_and_holds_until_reset(void **unused) 
             rig_trip(&rig, bad[b].spoil);
             assert_stays_still_until_reset(&rig);
         }
-    rig_bring(&rig, STATE_READY, 0); /* nothing was latched */
+    rig_bring(&rig, STATE_READY, 0); /* it still engages */
     plant_destroy(rig.plant);
 }
 

@@ -56,7 +56,7 @@ static void a_chamber_on_its_way_says_little(void **unused) {
     t.std[CHANNEL_P2][UNSTEADY_LEG][0] = t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] = scatter_pa / sqrt(CYCLES);
     /* noise of 300 Pa, three times the model error of 70 Pa */
     assert_true(fabs(white_p2(&t, STEADY_LEG, scatter_pa)) > 1000.0);
-    /* its own drift */
+    /* one deviation of its own scatter */
     assert_close(fabs(white_p2(&t, UNSTEADY_LEG, scatter_pa)), 1.0, 0.01);
 }
 
