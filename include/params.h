@@ -41,8 +41,7 @@ struct payload_params {           /* Tian 2015 Table 2 */
     double gravity_mps2;
 };
 
-struct axis_params {              /* one cylinder or electric axis with a mass: leg 1, without the
-                                   * others */
+struct axis_params {              /* cylinder or electric axis with a mass: leg 1 and no other */
     double mass_kg;               /* mass of all moving parts */
     double gravity_mps2;          /* component along the axis; positive: the
                                    * weight pushes the rod in */
@@ -115,8 +114,7 @@ struct motion_params {
     bool automatic;               /* engage, test and park without commands */
 };
 
-struct limit_params {             /* SAFETY: beyond any of these the supervisor centres the
-                                   * valves */
+struct limit_params {             /* SAFETY: beyond any the supervisor centres the valves */
     double length_min_m[LEGS], length_max_m[LEGS];
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
@@ -168,8 +166,7 @@ struct check_params {             /* percent, but where a unit is named; beyond 
     double unwanted_pct;          /* motion of the other axes */
     double overruns_pct;          /* share of the cycles */
     double excluded_pct;          /* share of the evaluated samples */
-    double length_wander_m;       /* change of a leg length's fundamental from period to period of a
-                                   * test */
+    double length_wander_m;       /* change of a leg length's fundamental between test periods */
     double force_wander_n;        /* change of a leg's mean force and its fundamental from period to
                                    * period; of the mean also from test to test */
     double period_s;             /* a longer one puts the command's staircase into the matrix */
@@ -224,8 +221,7 @@ struct channel_params {
     double low[LEGS], high[LEGS];
 };
 
-struct device_params {            /* devices at the field end, set by the daemon if the bus allows
-                                   * it */
+struct device_params {            /* devices in the field, set by the daemon if the bus allows */
     double watchdog_s;            /* without a command for so long a device centres its valve */
 };
 

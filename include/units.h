@@ -1,4 +1,4 @@
-/* The only place with conversion factors. hexid uses SI inside; degrees and percent are for
+/* The only place with conversion factors. hexid is SI inside; degrees and percent are for
  * people. */
 #ifndef HEXID_UNITS_H
 #define HEXID_UNITS_H

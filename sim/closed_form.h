@@ -54,8 +54,7 @@ struct closed_form {
     } kind[COORDINATES];
     int stick[COORDINATES], sticks;  /* coordinates of kind STICKS, and their number */
     union system state;
-    int direction[COORDINATES];      /* +1, -1: slides in this direction during the whole step; 0:
-                                      * held */
+    int direction[COORDINATES];      /* +1, -1: slides this way during the whole step; 0: held */
     double holding[COORDINATES];     /* force that holds a coordinate */
     double rate[COORDINATES];        /* rates in `state` */
     bool forced;                     /* the last step had no hydraulics */

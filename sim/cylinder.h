@@ -60,8 +60,7 @@ struct cylinder_model {        /* constants derived once from params and effects
         double seal_distance_m;        /* 0: seals slide at once */
         bool rate_limited;
     } leg[LEGS];
-    double supply_share;       /* share of the supply pressure: 1, less while it builds up or
-                                * drops */
+    double supply_share;       /* share of supply pressure; below 1 while it comes or goes */
     bool extended;             /* the model has valve laws, hoses or resistances of the mains */
 };
 

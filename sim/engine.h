@@ -14,7 +14,7 @@
 #include "hydraulics.h"
 #include "plant.h"
 
-/* Joint positions from the geometry of params (docs/method.md section 1), as drawn; sim's own
+/* Joint positions as drawn, from the geometry of params (docs/method.md, 1); sim's own
  * derivation. */
 struct sim_geometry {
     double upper[LEGS][3];       /* joints, m, in {M} */

@@ -31,8 +31,8 @@ static void leg_limits(const struct closed_form *e, int k, double *least_n, doub
     *most_n = cylinder_friction(&e->cylinder, k, s, -1, 0.0).dry;
 }
 
-/* If the limits do not enclose zero, moves the force that must act into the free acceleration, and
- * returns it. */
+/* If the limits exclude zero, moves the force that must act into the free acceleration. Returns
+ * it. */
 static double centre_limits(double least, double most, struct stick_coordinate *c, struct instant *now) {
     double must = least > 0.0 ? least : most < 0.0 ? most : 0.0;
     if (must != 0.0) add6(must, c->row, now->free);

@@ -18,8 +18,7 @@ struct hydraulics_state {
 /* Puts hoses and gauges at chamber pressure, without flow. */
 void hydraulics_rest(struct hydraulics_state *s);
 
-/* Drive of pistons and valves: lengths and rates of the legs, up to the rods' ends, and valve
- * commands. */
+/* Drive of pistons and valves: lengths and rates of the legs up to the rods' ends, and commands. */
 struct hydraulics_input {
     const double *length_m, *rate_mps, *valve;
 };
@@ -31,8 +30,7 @@ void hydraulics_derivative(const struct cylinder_model *m, const struct hydrauli
 /* Applies cylinder_limit to each leg. Call after every substep. */
 void hydraulics_limit(const struct cylinder_model *m, struct hydraulics_state *s);
 
-/* Makes one RK4 step and applies hydraulics_limit; the input is given at the step's start, middle
- * and end. */
+/* Makes one RK4 step and applies hydraulics_limit; input at the step's start, middle and end. */
 void hydraulics_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s);
 
 #endif

@@ -55,8 +55,7 @@ void plant_step(struct plant *plant, const double valve[LEGS]);
  * of the engines against each other and of the energy balance. */
 void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LEGS]);
 
-/* Reads the sensors: fills arrays and inputs of the sample, not its time, age, sequence or
- * flags. */
+/* Reads the sensors into arrays and inputs of the sample; leaves time, age, sequence and flags. */
 void plant_measure(struct plant *plant, struct hal_sample *sample);
 
 /* Recorder's time over the controller's: rate of the samples' time stamps on the loop's clock. */

@@ -140,8 +140,7 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
     mass[5][0] -= m->mass * r[1], mass[5][1] += m->mass * r[0];
 }
 
-/* Weights of payload and legs along x and y on a tilted base, with moments about the origin of
- * {M}. */
+/* Weights of payload and legs along x and y on a tilted base, moments about the origin of {M}. */
 static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
     const double *down = m->machine.bodies.down, gravity = m->machine.bodies.gravity_mps2;
     const double g[3] = {gravity * down[0], gravity * down[1], 0.0};

@@ -83,7 +83,7 @@ double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *leg
 
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
 
-/* Forces along the legs that hold the platform at rest in a pose. False if the legs cannot (J
+/* Forces along the legs that hold the platform at rest in a pose. False: they cannot (J
  * singular). */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]);
 

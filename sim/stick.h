@@ -17,8 +17,7 @@ struct stick_basis {
 
 void stick_basis_add(struct stick_basis *basis, const double row[DOFS], double bias);
 
-/* Removes the motion of held coordinates from x, an acceleration with bias_scale 1, a velocity with
- * 0. */
+/* Removes held coordinates' motion from x: an acceleration (bias_scale 1) or a velocity (0). */
 void stick_hold(const struct stick_basis *basis, double bias_scale, double x[DOFS]);
 
 /* A coordinate at rest. */

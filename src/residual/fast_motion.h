@@ -22,8 +22,7 @@ bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, c
                      double until_s);
 void fast_motion_free(struct fast_motion *f);
 
-/* Adds 1 / scale of a leg's fast motion at a test time. Beyond the first and last line the end
- * values hold. */
+/* Adds 1 / scale of a leg's fast motion at a test time; its end values hold beyond the lines. */
 void fast_motion_add(const struct fast_motion *f, int leg, double t_s, double scale, double *length_m, double *rate_mps);
 
 #endif

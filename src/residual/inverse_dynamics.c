@@ -8,8 +8,7 @@
 
 static const double POSE_TOLERANCE_M = 1e-12;
 static const double SURE = 3.0;       /* standard deviations of a leg's speed */
-static const double OVERSHOOT = 1.18; /* Gibbs overshoot of a force that jumps, in the evaluated
-                                       * harmonics */
+static const double OVERSHOOT = 1.18; /* Gibbs overshoot of a jump in the evaluated harmonics */
 static const double STILL = 0.03;     /* share of the rms speed below which a rod rests: a series
                                        * rings there */
 static const double FORGOTTEN = 0.05; /* share of the first deflection that no longer counts */
@@ -242,7 +241,7 @@ static double left_for_seals(const struct inverse_dynamics *d, int leg, const st
 }
 
 /* First deflection, by least squares over the force left for the seals, with a prior of variance
- * 1/3 (uniform from -1 to 1). The passes find the direction, since a seal's force may differ by
+ * 1/3 (uniform from -1 to 1). The passes find its sign, since a seal's force may differ by
  * direction. */
 static double first_deflection(const struct inverse_dynamics *d, int leg, int instants, const struct seals course[PHASES],
                                const double left_n[PHASES], const bool sure[PHASES]) {

@@ -39,7 +39,7 @@ double inverse_dynamics_direction(double value, double rate, double window_s);
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
-/* Turns a wrench on the platform into forces along the legs, in place: J'^-1 F. False where J is
+/* Turns a wrench on the platform into forces along the legs, in place: J'^-1 F. False: J
  * singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
@@ -61,8 +61,7 @@ bool inverse_dynamics_bodies(struct inverse_dynamics *d, const struct inverse_dy
  * leaves if the leg is held. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);
 
-/* force_n: hydraulic force of each leg for bodies and friction. False: no pose has these
- * lengths. */
+/* force_n: hydraulic force of each leg for bodies and friction. False: no pose fits the lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
 /* Finds the deflection of the seals that the motion causes (cylinder.h), as its mean over window_s

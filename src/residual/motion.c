@@ -9,8 +9,7 @@
 #include "sort.h"
 #include "units.h"
 
-static const double STEADY = 0.995;       /* share of the mean square at one frequency; a triangle
-                                           * has 0.986 */
+static const double STEADY = 0.995;       /* share of the mean square (0.986 for a triangle) */
 static const double STATED = 0.5;         /* share that suffices at the stated frequency: friction,
                                            * a weak loop or a shut valve distort a test */
 static const double CYCLE = 0.5;          /* least share of the mean amplitude in each cycle */
@@ -21,8 +20,7 @@ static const double BAND_LEAST_HZ = 2.75, BAND_MOST_HZ = 40.0;
 static const double BAND_OF_RATE = 1.0 / 8.0; /* share of the sampling rate: a piece has twice as
                                                * many samples as coefficients, some to spare
                                                * (spectrum_cut) */
-static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: as many harmonics as a sinusoid
-                                           * gets */
+static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: the harmonics of a sinusoid */
 static const double STANDS_OUT = 10.0;    /* times the floor; the strongest of 500 bins of noise in
                                            * twelve segments has 3 */
 static const double REST = 1e-3;          /* share of all pieces' mean square speed; below it a
@@ -137,7 +135,7 @@ static void add_power(int n, const double *rest, double *power) {
     }
 }
 
-/* Adds the power of segments of n points all over the record, under Hann windows. False: all have
+/* Adds the power of Hann-windowed segments of n points all over the record. False: all have
  * gaps. */
 static bool add_segments(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
     double rest[SEGMENT];

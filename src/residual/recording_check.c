@@ -16,8 +16,7 @@
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06; /* share of the chambers' force; no sensor's scale is off
-                                          * by so much */
+static const double SENSOR_SCALE = 0.06; /* share of chambers' force; no sensor is off by so much */
 static const double SUPPLY_MOST = 1.04;  /* share of the supply; exceeded only for moments */
 static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* tolerances of the mean power, over rms
                                                            * force times rms speed */
@@ -121,8 +120,8 @@ struct leg_moments {
     double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums over all tests */
 };
 
-/* Guesses a missing reference: the tested axis alone, with the amplitude and phase that fit all
- * legs best. */
+/* Guesses a missing reference: the tested axis alone, with amplitude and phase fitted to all
+ * legs. */
 static void guess_reference(const struct recording_test *t, const struct kinematics *k, const double mean[LEGS], double wave[2]) {
     static const double small = 1e-4;
     double pose[DOFS] = {0}, moved[LEGS], w = 2.0 * PI * t->frequency_hz, square = 0.0;

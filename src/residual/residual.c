@@ -96,8 +96,7 @@ static const double SPOOL_TIMES = 10.0; /* time constants of run-in; e^-10 is le
 struct run {
     const struct residual_test *t;
     double dither;               /* factor of the noise that is added to the mean commands: -1..1 */
-    struct params timing;        /* the model, with the command period of the recording as the
-                                  * loop's */
+    struct params timing;        /* the model, but with the recording's command period */
     struct cylinder_model cylinder;
     struct valve_line line;
     struct hydraulics_state state;

@@ -34,8 +34,8 @@ enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
 #define RESIDUAL_SETTLE_S 0.1 /* chambers forget their start, the measured pressures, in 30 ms */
 double residual_margin_s(double piece_s); /* margin of record that a piece needs on either side */
-double residual_gap_s(double piece_s, double step_s); /* longest time without a good sample within a
-                                                       * piece */
+double residual_gap_s(double piece_s, double step_s); /* longest time in a piece without a good
+                                                       * sample */
 
 /* Parts of the residuals that can be computed separately. */
 enum residual_part { PART_FORCE = 1, PART_PRESSURE = 2, PART_ALL = 3, PART_FORCE_SENSOR = 4 };
@@ -126,8 +126,7 @@ double residual_variation(const struct residual_test *t, enum channel channel, i
  * not in step. False where the chambers are not evaluated. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
-/* Inverse dynamics alone: hydraulic force of each leg for the measured motion, friction
- * included. */
+/* Inverse dynamics alone: hydraulic force of each leg for the measured motion, with friction. */
 bool residual_required(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 #endif

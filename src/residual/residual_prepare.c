@@ -16,7 +16,7 @@ static const double SETTLE_CYCLES = 1.5; /* run-up of a cycle: pressures behind 
 static const double LEAD_S = 2.0;        /* run-up of a piece: a spool that crosses its range faster
                                           * forgets its start */
 static const double SUBSTEP_S = 0.5e-3;   /* RK4 step: its error is 1e-4 of a 100 Hz spool's lag */
-static const double SLOWER = 1.25;        /* least ratio of sampling to command period that is no
+static const double SLOWER = 1.25;        /* least ratio of sampling to command period beyond
                                            * jitter */
 static const double IN_STEP = 1e-3;       /* relative tolerance of whole command periods per
                                            * sampling period */
@@ -26,8 +26,8 @@ static const double IN_STEP = 1e-3;       /* relative tolerance of whole command
 static const double OVERLAP = 0.15, STRETCH = 1.2;
 enum { COUPLING_POINTS = 2048 };
 
-/* Fits samples to coefficients by least squares: exact even if a cycle is no whole number of
- * samples. */
+/* Fits samples to coefficients by least squares: exact even if a cycle has no whole number of
+ * them. */
 static bool project_cycle(struct residual_test *t) {
     double product[RESIDUAL_SIZE][RESIDUAL_SIZE] = {0}, basis[RESIDUAL_SIZE];
     for (int pass = 0; pass < 2; pass++) {

@@ -23,8 +23,7 @@ struct spectrum {
                                   * sample, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of the mean */
-    double noise[CHANNELS][LEGS];               /* rms of the samples about the mean cycle, drift
-                                                 * removed */
+    double noise[CHANNELS][LEGS];               /* rms of samples about mean cycle, less drift */
     int offsets;                 /* number of distinct sampling phases of the cycles: 1 if a cycle
                                   * is a whole number of samples */
     double scatter_m[LEGS];      /* scatter of lengths at one phase from cycle to cycle, drift

@@ -12,8 +12,7 @@
 /* Factor of the model error of mean pressures: the commands' noise, which is averaged away here, is
  * rectified where the spool passes zero. */
 static const double STATIC_ERROR = 3.0;
-static const double UNSTEADY = 10.0; /* times the samples' noise: cycles that scatter more are no
-                                      * steady state */
+static const double UNSTEADY = 10.0; /* times the samples' noise; more scatter is no steady state */
 static const double FORCE_SENSOR_ERROR = 5e-3; /* share of the reading: class 0.5; a drive knows its
                                                 * motor's constant no better */
 

@@ -25,15 +25,13 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
  * for any other motion, whose rounding is ordinary noise. */
 double whiten_in_step(const struct residual_test *t, const struct params *model, int leg);
 
-/* Standard deviation that noise gives each leg's force residual at an instant, N: rms over the
- * test. */
+/* Standard deviation by noise of each leg's force residual at an instant, N: rms over the test. */
 void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]);
 
 /* Mean squares that noise of pushes and lengths gives a rod's path in its backlash. */
 void whiten_play_noise(const struct residual_test *t, const struct params *model, struct play_noise *noise);
 
-/* Mass in the space of the legs at neutral, J'^-1 M J^-1, kg: forces for an acceleration of each
- * leg. */
+/* Mass in the space of the legs at neutral, J'^-1 M J^-1, kg: forces for their accelerations. */
 void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]);
 
 /* Whitens a row in place. */
