@@ -15,6 +15,13 @@ static int unknown(const char *name) {
     return -STATUS_USAGE;
 }
 
+/* SAFETY: limits that are too low for the other subcommands hold no stop up. */
+static int run(const struct subcommand *s, int argc, char **argv) {
+    struct error error;
+    if (s->run != cmd_command && process_limits(&error)) return cli_fail(&error);
+    return s->run(argc, argv);
+}
+
 int main(int argc, char **argv) {
     struct error error;
     if (process_start(&error)) return cli_fail(&error);
@@ -33,7 +40,8 @@ int main(int argc, char **argv) {
     }
     const struct subcommand *s = help_find(argv[help ? 2 : 1]);
     if (!s) return unknown(argv[help ? 2 : 1]);
-    if (!help && (argc < 3 || (strcmp(argv[2], "--help") && strcmp(argv[2], "-h")))) return s->run(argc - 1, argv + 1);
+    help |= argc > 2 && (!strcmp(argv[2], "--help") || !strcmp(argv[2], "-h"));
+    if (!help) return run(s, argc - 1, argv + 1);
     help_print(s);
     return EXIT_PASSED;
 }

@@ -211,15 +211,21 @@ static void forget_unstated(struct reader *r) {
     }
 }
 
+/* SAFETY: the reader is too large for the stack of a `command stop` under a low limit. */
 static int read_text(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
-    struct reader r = {.name = name, .text = text, .params = params, .error = error};
     if (size > FILE_MAX) return fail(error, name, 0, "larger than %d bytes: this is no configuration", FILE_MAX);
-    if (!yaml_parser_initialize(&r.parser)) return fail(error, name, 0, "out of memory");
-    yaml_parser_set_encoding(&r.parser, YAML_UTF8_ENCODING);
-    yaml_parser_set_input_string(&r.parser, (const unsigned char *)text, size);
-    int status = read_stream(&r);
-    if (!status) forget_unstated(&r);
-    yaml_parser_delete(&r.parser);
+    struct reader *r = calloc(1, sizeof *r);
+    if (!r || !yaml_parser_initialize(&r->parser)) {
+        free(r);
+        return fail(error, name, 0, "out of memory");
+    }
+    r->name = name, r->text = text, r->params = params, r->error = error;
+    yaml_parser_set_encoding(&r->parser, YAML_UTF8_ENCODING);
+    yaml_parser_set_input_string(&r->parser, (const unsigned char *)text, size);
+    int status = read_stream(r);
+    if (!status) forget_unstated(r);
+    yaml_parser_delete(&r->parser);
+    free(r);
     return status;
 }
 

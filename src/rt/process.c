@@ -39,15 +39,20 @@ static void close_to_others(void) {
     umask(asked | S_IWOTH);
 }
 
+/* A soft limit is mostly another's habit: it is raised as far as the hard limit allows. */
+static void raise_limit(int resource, rlim_t wanted) {
+    struct rlimit limit;
+    if (getrlimit(resource, &limit) || limit.rlim_cur >= wanted) return;
+    limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+    setrlimit(resource, &limit);
+}
+
 /* unit: that of the message; the kernel counts stacks in bytes. */
 static int need(int resource, rlim_t least, rlim_t unit, const char *what, const char *remedy, struct error *error) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= least) return STATUS_OK;
-    rlim_t most = limit.rlim_max;
-    limit.rlim_cur = least;
-    if (most >= least && !setrlimit(resource, &limit)) return STATUS_OK;
-    return error_set(error, STATUS_IO, "this process may have %llu %s, and hexid needs %llu: %s", (unsigned long long)(most / unit), what,
-                     (unsigned long long)(least / unit), remedy);
+    return error_set(error, STATUS_IO, "this process may have %llu %s, and hexid needs %llu: %s",
+                     (unsigned long long)(limit.rlim_cur / unit), what, (unsigned long long)(least / unit), remedy);
 }
 
 /* Debian's liblcm loads GLib: G_MESSAGES_DEBUG=all would print into results on standard output,
@@ -63,10 +68,16 @@ int process_start(struct error *error) {
     reset_signals();
     close_to_others();
     clean_environment();
-    status = need(RLIMIT_STACK, PROCESS_STACK, 1024, "kB of stack", "`ulimit -s 8192`, or LimitSTACK=8M of its service", error);
-    if (!status) status = need(RLIMIT_NOFILE, PROCESS_FILES, 1, "open files", "`ulimit -n 128`, or LimitNOFILE=128 of its service", error);
-    if (!status) thread_defaults();
-    return status;
+    raise_limit(RLIMIT_STACK, PROCESS_STACK);
+    raise_limit(RLIMIT_NOFILE, PROCESS_FILES);
+    thread_defaults();
+    return STATUS_OK;
+}
+
+int process_limits(struct error *error) {
+    int status = need(RLIMIT_STACK, PROCESS_STACK, 1024, "kB of stack", "`ulimit -s 8192`, or LimitSTACK=8M of its service", error);
+    return status ? status
+                  : need(RLIMIT_NOFILE, PROCESS_FILES, 1, "open files", "`ulimit -n 128`, or LimitNOFILE=128 of its service", error);
 }
 
 void process_survive_readers(void) { signal(SIGPIPE, SIG_IGN); }

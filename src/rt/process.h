@@ -8,7 +8,7 @@
  *                 closed pipe ends a command and gnuplot's status can be fetched. SIGXFSZ is
  *                 ignored, so that a file limit becomes a write error that names the file.
  *   umask         Write permission for others is removed; the rest is the caller's choice.
- *   stack         The soft limit is raised to PROCESS_STACK if the hard limit allows it; the
+ *   stack         The soft limit is raised to PROCESS_STACK, or to the hard limit if lower; the
  *                 kernel leaves more address space below the stack than that. Threads that
  *                 libraries start get THREAD_STACK_REALTIME (thread.h).
  *   open files    The soft limit is raised to PROCESS_FILES.
@@ -27,9 +27,13 @@ enum {
     PROCESS_FILES = 128,     /* descriptors; a run has fewer than 32, and 66 for operators */
 };
 
-/* Main thread, first of all. STATUS_IO with the limit, its value and the remedy if one is too
- * low. */
+/* Main thread, first of all. STATUS_IO: a standard descriptor is closed and cannot be opened. */
 int process_start(struct error *error);
+
+/* After process_start(): are the limits high enough for all that hexid does? STATUS_IO with the
+ * limit, its value and the remedy. SAFETY: `hexid command` does not ask, for a stop has to work
+ * within whatever limits it is given. */
+int process_limits(struct error *error);
 
 /* Makes writing to a closed pipe an error instead of the end of the process; for programs that
  * serve others, above all the daemon. Main thread. */
