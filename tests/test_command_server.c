@@ -6,13 +6,16 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "command_broadcast.h"
 #include "command_client.h"
 #include "command_server.h"
+#include "process.h"
 
 static char directory[] = "/tmp/hexid-server.XXXXXX";
 static struct command_server server;
@@ -269,6 +272,122 @@ static void who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody(voi
     close_all();
 }
 
+/* All descriptors that a hexid may have at least (process.h), in use. */
+static struct {
+    struct rlimit before;
+    int fd[PROCESS_FILES], count;
+} taken;
+
+static void take_all_descriptors(void) {
+    taken.count = 0;
+    assert_int_equal(getrlimit(RLIMIT_NOFILE, &taken.before), 0);
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &(struct rlimit){PROCESS_FILES, taken.before.rlim_max}), 0);
+    for (int fd; (fd = dup(STDERR_FILENO)) >= 0;) taken.fd[taken.count++] = fd;
+    assert_int_equal(errno, EMFILE);
+}
+
+static void give_descriptors_back(void) {
+    while (taken.count > 0) close(taken.fd[--taken.count]);
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &taken.before), 0);
+}
+
+static void without_a_descriptor_the_listener_rests_and_then_takes_who_waited(void **unused) {
+    (void)unused;
+    struct pollfd p[COMMAND_POLLS];
+    open_as("");
+    int old = client(false), late = client(true);
+    say(late, COMMAND_STOP);
+    take_all_descriptors();
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(serve(), 0); /* tries, each time */
+        command_server_polls(&server, p);
+        assert_int_equal(poll(p, COMMAND_POLLS, 0), 0); /* and then poll() would wait */
+    }
+    give_descriptors_back();
+    serve_all();
+    assert_int_equal(got.stops, 1);
+    command_server_polls(&server, p);
+    assert_int_equal(p[0].fd, server.listener[SOCKET_STOP]);
+    close(old);
+    close(late);
+    close_all();
+}
+
+/* ---- several at once ---- */
+
+/* A machine's socket for stops, with room for so many connections that wait. */
+static int machine_at(const char *name, int room, struct machine *m) {
+    struct sockaddr_un at;
+    *m = (struct machine){0};
+    snprintf(m->name, sizeof m->name, "%s", name);
+    snprintf(m->directory, sizeof m->directory, "%s", directory);
+    assert_true(machine_address(m, true, &at));
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    assert_int_equal(bind(fd, (const struct sockaddr *)&at, sizeof at), 0);
+    assert_int_equal(listen(fd, room), 0);
+    return fd;
+}
+
+/* The next connection and its packet, which comes within ten seconds. */
+static int told_by(int listener, struct command_request *r) {
+    unsigned char packet[COMMAND_REQUEST_SIZE];
+    struct pollfd p = {.fd = listener, .events = POLLIN};
+    assert_int_equal(poll(&p, 1, 10000), 1);
+    int fd = accept(listener, NULL, NULL);
+    assert_int_equal(recv(fd, packet, sizeof packet, 0), COMMAND_REQUEST_SIZE);
+    assert_true(command_request_decode(packet, sizeof packet, r));
+    return fd;
+}
+
+static void answer_at(int fd, const struct command_request *r) {
+    unsigned char packet[COMMAND_ANSWER_SIZE];
+    command_answer_encode(&(struct command_answer){.id = r->id, .outcome = OUTCOME_DONE, .state = STATE_SETTLED}, packet);
+    assert_int_equal(send(fd, packet, sizeof packet, MSG_NOSIGNAL), COMMAND_ANSWER_SIZE);
+}
+
+/* A client's process that stops these machines with the patience of a minute: its status is how
+ * many have answered. */
+static pid_t stop_in_a_process(const struct machine *m, int count) {
+    fflush(NULL);
+    pid_t process = fork();
+    if (process) return process;
+    struct command_told told[2] = {0};
+    int answered = 0;
+    for (int i = 0; i < count; i++) told[i].client = (struct command_client){.machine = m[i], .fd = -1};
+    command_broadcast(COMMAND_STOP, told, count, 60000);
+    for (int i = 0; i < count; i++) answered += told[i].news == NEWS_ANSWER && !told[i].unreached && told[i].client.fd < 0;
+    _exit(answered);
+}
+
+/* The first hangs until the second has been told, and that one is too busy at first. */
+static void a_stop_comes_to_who_was_busy_while_another_hangs(void **unused) {
+    (void)unused;
+    struct machine m[2];
+    struct command_request r[2];
+    int status, hangs = machine_at("aa", 8, &m[0]), busy = machine_at("bb", 0, &m[1]), waits = machine_connect(&m[1], true);
+    assert_true(waits >= 0);
+    assert_int_equal(machine_connect(&m[1], true), -1);
+    assert_int_equal(errno, EAGAIN);
+    pid_t process = stop_in_a_process(m, 2);
+    int first = told_by(hangs, &r[0]);
+    close(accept(busy, NULL, NULL)); /* it has come to the one that waited */
+    int second = told_by(busy, &r[1]);
+    assert_true(r[0].command == COMMAND_STOP && r[1].command == COMMAND_STOP);
+    answer_at(second, &r[1]);
+    close(first); /* to make room: it connects again, and is answered there */
+    first = told_by(hangs, &r[0]);
+    answer_at(first, &r[0]);
+    assert_int_equal(waitpid(process, &status, 0), process);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 2);
+    for (int i = 0; i < 2; i++) {
+        struct sockaddr_un at;
+        machine_address(&m[i], true, &at);
+        assert_int_equal(unlink(at.sun_path), 0);
+    }
+    close(first), close(second), close(waits), close(hangs), close(busy);
+}
+
 /* ---- names and directories ---- */
 
 static void a_name_is_one_daemons_and_what_it_leaves_is_removed(void **unused) {
@@ -304,6 +423,42 @@ static void a_file_that_is_no_socket_is_not_deleted(void **unused) {
     assert_non_null(strstr(error.text, "no socket"));
     assert_int_equal(unlink(path), 0);
     open_as("notes"); /* the name is free again */
+    close_all();
+}
+
+static void a_socket_that_is_deleted_moved_or_replaced_is_missed(void **unused) {
+    (void)unused;
+    open_as("");
+    for (int k = 0; k < COMMAND_SOCKETS; k++) {
+        struct sockaddr_un at;
+        char aside[128];
+        machine_address(&server.machine, k == SOCKET_STOP, &at);
+        snprintf(aside, sizeof aside, "%s.aside", at.sun_path);
+        assert_int_equal(command_server_missing(&server), COMMAND_SOCKETS);
+        assert_int_equal(rename(at.sun_path, aside), 0);
+        assert_int_equal(command_server_missing(&server), k);
+        close(open(at.sun_path, O_CREAT | O_WRONLY | O_CLOEXEC, 0600));
+        assert_int_equal(command_server_missing(&server), k);
+        assert_int_equal(rename(aside, at.sun_path), 0);
+    }
+    close_all();
+    assert_int_equal(command_server_missing(&server), COMMAND_SOCKETS); /* none is open */
+}
+
+static void what_was_not_looked_at_is_doubt(void **unused) {
+    (void)unused;
+    struct machine list[MACHINES_MAX];
+    struct error doubt;
+    open_as("");
+    assert_int_equal(machine_find("", list, &doubt), 1);
+    assert_int_equal(doubt.status, STATUS_OK);
+    /* room for the directory, not for the socket */
+    take_all_descriptors();
+    close(taken.fd[--taken.count]);
+    assert_int_equal(machine_find("", list, &doubt), 0);
+    give_descriptors_back();
+    assert_int_equal(doubt.status, STATUS_IO);
+    assert_non_null(strstr(doubt.text, ".stop: Too many open files"));
     close_all();
 }
 
@@ -369,6 +524,7 @@ static void one_directory_does_not_crowd_out_another(void **unused) {
         assert_int_equal(listen(listener[i], 0), 0);
     }
     assert_int_equal(machine_find("", list, &doubt), MACHINES_EACH);
+    assert_non_null(strstr(doubt.text, "more than"));
     assert_true(MACHINES_EACH < MACHINES_MAX);
     for (int i = 0; i < 2 * MACHINES_EACH; i++) {
         char path[80];
@@ -443,8 +599,12 @@ int main(void) {
         cmocka_unit_test(garbage_ends_the_connection_that_it_came_by),
         cmocka_unit_test(what_moves_is_not_taken_from_who_has_gone_and_a_stop_is),
         cmocka_unit_test(who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody),
+        cmocka_unit_test(without_a_descriptor_the_listener_rests_and_then_takes_who_waited),
+        cmocka_unit_test(a_stop_comes_to_who_was_busy_while_another_hangs),
         cmocka_unit_test(a_name_is_one_daemons_and_what_it_leaves_is_removed),
         cmocka_unit_test(a_file_that_is_no_socket_is_not_deleted),
+        cmocka_unit_test(a_socket_that_is_deleted_moved_or_replaced_is_missed),
+        cmocka_unit_test(what_was_not_looked_at_is_doubt),
         cmocka_unit_test(names_are_short_and_of_plain_letters),
         cmocka_unit_test(modes_are_for_everybody_and_for_the_group),
         cmocka_unit_test(everybody_may_go_through_the_directory_and_nobody_may_lock_the_name),

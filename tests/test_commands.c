@@ -558,9 +558,11 @@ static void a_stop_for_all_says_where_it_could_not_go(void **unused) {
     unlink(at.sun_path);
     close(ready[0]), close(ready[1]);
     end();
-    assert_int_equal(c.status, 0);
+    assert_int_equal(c.status, 3);
     assert_non_null(strstr(c.text, "stop done"));
+    assert_non_null(strstr(c.text, "not told to stop"));
     assert_non_null(strstr(c.text, "/other.stop: of another user's program"));
+    assert_non_null(strstr(c.text, "press the emergency stop there"));
 }
 
 /* Linked in place of bus_receive (Makefile): an endless flood of messages. */

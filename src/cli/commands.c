@@ -2,6 +2,7 @@
 
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "clock.h"
 #include "messages.h"
@@ -15,6 +16,7 @@ enum {
     FLOOD = 32,       /* packets, connections and messages of one wake, */
     REST_NS = 500000, /* behind which others get the processor */
 };
+static const int64_t look_every_ns = NS_PER_S; /* for the sockets' files */
 
 /* ---- between the sockets and the operator's side ---- */
 
@@ -49,7 +51,7 @@ static void say(void *context, const char *text) {
 /* ---- */
 
 void commands_init(struct commands *c) {
-    *c = (struct commands){.handler = {.context = c, .take = take, .gone = gone, .needs = needs}};
+    *c = (struct commands){.missing = COMMAND_SOCKETS, .handler = {.context = c, .take = take, .gone = gone, .needs = needs}};
     command_server_init(&c->server);
 }
 
@@ -104,12 +106,35 @@ static int take_messages(struct commands *c) {
     return came;
 }
 
+/* SAFETY: without the file nobody can connect, and nobody would know before a stop fails. It is
+ * said and not mended: the filter of the confined daemon lets it bind no socket, on purpose. */
+static void watch_files(struct commands *c) {
+    enum command_socket missing = command_server_missing(&c->server);
+    struct sockaddr_un address;
+    char text[COMMAND_TEXT_SIZE];
+    enum command_socket changed = missing == COMMAND_SOCKETS ? c->missing : missing;
+    if (missing == c->missing) return;
+    c->missing = missing;
+    machine_address(&c->server.machine, changed == SOCKET_STOP, &address);
+    if (missing == COMMAND_SOCKETS) snprintf(text, sizeof text, "%s is there again: commands arrive", address.sun_path);
+    else if (missing == SOCKET_ALL)
+        snprintf(text, sizeof text, "%s was deleted or replaced: engage, start and reset no longer arrive, stop and park do; restart hexid",
+                 address.sun_path);
+    else
+        snprintf(text, sizeof text,
+                 "%s was deleted or replaced: `hexid command` finds this hexid no longer, not even for a stop. What still stops it: the "
+                 "emergency stop, SIGTERM (`kill %ld` parks)%s. Park it and restart hexid",
+                 address.sun_path, (long)getpid(), c->listens ? ", stop and park over LCM" : "");
+    say(c, text);
+}
+
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns) {
     static const struct timespec rest = {.tv_nsec = REST_NS};
     c->now_ns = now_ns;
     int taken = command_server_serve(&c->server, polls);
     if (c->listens && polls[COMMAND_POLLS].revents) taken += take_messages(c);
     operator_tick(&c->operator, c->now_ns);
+    if (now_ns >= c->look_ns) c->look_ns = now_ns + look_every_ns, watch_files(c);
     if (taken >= FLOOD) clock_nanosleep(CLOCK_MONOTONIC, 0, &rest, NULL);
 }
 

@@ -17,6 +17,8 @@ struct commands {
     struct bus *bus; /* NULL: no LCM */
     bool listens;    /* to the bus */
     int64_t now_ns;  /* of this turn */
+    int64_t look_ns; /* when to look for the sockets' files again, */
+    enum command_socket missing; /* and what was missing then; COMMAND_SOCKETS: nothing */
     /* Called with what an operator at the terminal should know. */
     void (*say)(void *context, const char *text);
     void *context;

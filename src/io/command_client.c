@@ -17,6 +17,16 @@ int command_client_open(struct command_client *c, const struct machine *m, bool 
     return c->fd < 0 ? -1 : 0;
 }
 
+int command_client_reopen(struct command_client *c, bool stop, int patience_ms) {
+    struct command_client again;
+    if (command_client_open(&again, &c->machine, stop, patience_ms)) return -1;
+    again.answer = c->answer;
+    again.answered = c->answered;
+    command_client_close(c);
+    *c = again;
+    return 0;
+}
+
 void command_client_close(struct command_client *c) {
     if (c->fd >= 0) close(c->fd);
     c->fd = -1;

@@ -19,6 +19,11 @@ struct command_client {
 /* Connects, trying again for so long while the daemon is not given the processor. 0, or -1 with
  * errno as machine_connect(). */
 int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms);
+
+/* The same again, for one whose connection has ended or which has none: what was heard last is
+ * kept. On failure nothing is changed. */
+int command_client_reopen(struct command_client *c, bool stop, int patience_ms);
+
 void command_client_close(struct command_client *c);
 
 /* Sends a request. Returns 0, or -1 if the connection has ended. */

@@ -32,12 +32,15 @@ static bool give_to_group(const char *path) {
 }
 
 /* Binds, sets the mode, then listens: nobody can connect before the mode is right. */
-static int listen_at(const struct machine *m, enum command_socket kind, int *listener, struct error *error) {
+static int listen_at(struct command_server *s, enum command_socket kind, struct error *error) {
     struct sockaddr_un address;
-    machine_address(m, kind == SOCKET_STOP, &address);
-    *listener = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    bool good = *listener >= 0 && !bind(*listener, (const struct sockaddr *)&address, sizeof address) &&
-                (kind == SOCKET_STOP ? !chmod(address.sun_path, 0666) : give_to_group(address.sun_path)) && !listen(*listener, BACKLOG);
+    struct stat file;
+    machine_address(&s->machine, kind == SOCKET_STOP, &address);
+    int fd = s->listener[kind] = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    bool good = fd >= 0 && !bind(fd, (const struct sockaddr *)&address, sizeof address) &&
+                (kind == SOCKET_STOP ? !chmod(address.sun_path, 0666) : give_to_group(address.sun_path)) &&
+                !lstat(address.sun_path, &file) && !listen(fd, BACKLOG);
+    if (good) s->file[kind].device = file.st_dev, s->file[kind].inode = file.st_ino;
     return good ? STATUS_OK : error_set(error, STATUS_IO, "%s: no socket for commands: %s", address.sun_path, strerror(errno));
 }
 
@@ -54,9 +57,25 @@ int command_server_open(struct command_server *s, const char *name, const struct
     command_server_init(s);
     s->handler = handler;
     int status = machine_claim(name, &s->machine, &s->lock, error);
-    for (int k = 0; !status && k < COMMAND_SOCKETS; k++) status = listen_at(&s->machine, (enum command_socket)k, &s->listener[k], error);
+    for (int k = 0; !status && k < COMMAND_SOCKETS; k++) status = listen_at(s, (enum command_socket)k, error);
     if (status) close_listeners(s);
     return status;
+}
+
+/* Errors other than that nothing is there say nothing: the confined daemon has no rights left to
+ * look into some directories. */
+static bool missing(const struct command_server *s, enum command_socket kind) {
+    struct sockaddr_un address;
+    struct stat file;
+    machine_address(&s->machine, kind == SOCKET_STOP, &address);
+    if (lstat(address.sun_path, &file)) return errno == ENOENT || errno == ENOTDIR;
+    return file.st_dev != s->file[kind].device || file.st_ino != s->file[kind].inode;
+}
+
+enum command_socket command_server_missing(const struct command_server *s) {
+    int k = 0;
+    while (k < COMMAND_SOCKETS && (s->listener[k] < 0 || !missing(s, (enum command_socket)k))) k++;
+    return (enum command_socket)k;
 }
 
 /* ---- connections ---- */
@@ -124,9 +143,11 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     socklen_t length = sizeof peer;
     int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
     /* without a descriptor for it, one of those that are not needed is given up */
-    bool none = fd < 0 && (errno == EMFILE || errno == ENFILE);
+    bool none = fd < 0 && (errno == EMFILE || errno == ENFILE), short_of = none || (fd < 0 && (errno == ENOBUFS || errno == ENOMEM));
     struct command_place *c = fd >= 0 ? free_place(s, kind) : none ? least_needed(s, kind) : NULL;
-    if (none && c && c->fd >= 0) take_packet(s, c, kind), release(s, c);
+    bool sheds = none && c && c->fd >= 0;
+    if (sheds) take_packet(s, c, kind), release(s, c);
+    s->rests[kind] = short_of && !sheds;
     if (fd < 0) return false;
     getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length);
     struct command_place passing, *here = c ? c : &passing;
@@ -137,7 +158,7 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
 
 void command_server_polls(const struct command_server *s, struct pollfd polls[COMMAND_POLLS]) {
     for (int k = 0; k < COMMAND_SOCKETS; k++) {
-        *polls++ = (struct pollfd){.fd = s->listener[k], .events = POLLIN};
+        *polls++ = (struct pollfd){.fd = s->rests[k] ? -1 : s->listener[k], .events = POLLIN};
         for (int i = 0; i < COMMAND_PLACES; i++) *polls++ = (struct pollfd){.fd = s->place[k][i].fd, .events = POLLIN};
     }
 }
@@ -152,7 +173,8 @@ int command_server_serve(struct command_server *s, const struct pollfd polls[COM
             taken += speaks;
             if (c->fd >= 0 && (c->broken || (speaks && !take_packet(s, c, (enum command_socket)k)))) release(s, c);
         }
-        for (int i = 0; i < NEW_AT_ONCE && listener->revents && take_connection(s, (enum command_socket)k); i++) taken++;
+        bool tries = listener->revents || (s->rests[k] && s->listener[k] >= 0);
+        for (int i = 0; i < NEW_AT_ONCE && tries && take_connection(s, (enum command_socket)k); i++) taken++;
     }
     return taken;
 }

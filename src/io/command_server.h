@@ -6,11 +6,14 @@
  * packet of each connection and a bounded number of new connections; when all places are taken, a
  * connection of the user who has most of them makes room, the one that was silent for longest; and
  * no connection is closed before a packet that waits in it was taken. Who does not read its answers
- * is closed. */
+ * is closed. Where no connection can be accepted and none makes room (descriptors or memory are
+ * short), the listener is left out of the next poll(), which then ends by its time and does not
+ * spin. */
 #ifndef HEXID_COMMAND_SERVER_H
 #define HEXID_COMMAND_SERVER_H
 
 #include <poll.h>
+#include <sys/types.h>
 
 #include "command_packet.h"
 #include "machine.h"
@@ -44,6 +47,11 @@ struct command_place {
 struct command_server {
     struct machine machine;
     int lock, listener[COMMAND_SOCKETS]; /* -1: not open */
+    struct {
+        dev_t device;
+        ino_t inode;
+    } file[COMMAND_SOCKETS];       /* that the listener was bound to */
+    bool rests[COMMAND_SOCKETS];   /* the listener, for one poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
     uint64_t peers;
     int64_t heard;
@@ -60,6 +68,10 @@ int command_server_open(struct command_server *s, const char *name, const struct
 
 /* Descriptors to poll; those of free places are -1. */
 void command_server_polls(const struct command_server *s, struct pollfd polls[COMMAND_POLLS]);
+
+/* Returns the first socket whose file was deleted or replaced, so that no client can connect to it,
+ * or COMMAND_SOCKETS: none. Looks two paths up, in a local file system. */
+enum command_socket command_server_missing(const struct command_server *s);
 
 /* After poll(): packets of NAME.stop first. Returns how many packets and new connections were
  * taken. */

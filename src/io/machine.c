@@ -34,14 +34,16 @@ bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *add
 struct places {
     char path[MACHINE_PLACES][MACHINE_DIRECTORY_SIZE];
     int count;
+    bool more; /* there are others, which are not looked into */
 };
 
 static void add_place(struct places *p, const char *folder, const char *below) {
     char path[MACHINE_DIRECTORY_SIZE];
-    if (p->count == MACHINE_PLACES || snprintf(path, sizeof path, "%s%s", folder, below) >= (int)sizeof path) return;
-    for (int i = 0; i < p->count; i++)
+    bool fits = snprintf(path, sizeof path, "%s%s", folder, below) < (int)sizeof path;
+    for (int i = 0; fits && i < p->count; i++)
         if (!strcmp(p->path[i], path)) return;
-    strcpy(p->path[p->count++], path);
+    p->more |= !fits || p->count == MACHINE_PLACES;
+    if (fits && p->count < MACHINE_PLACES) strcpy(p->path[p->count++], path);
 }
 
 static const char *chosen(void) {
@@ -219,12 +221,15 @@ int machine_connect(const struct machine *m, bool stop) {
     return -1;
 }
 
-/* Everybody may connect to the socket for stops. */
-static bool runs(const struct machine *m) {
-    int fd = machine_connect(m, true);
-    if (fd < 0) return errno == EAGAIN;
-    close(fd);
-    return true;
+/* Everybody may connect to the socket for stops. SAFETY: whatever else than the end of its daemon
+ * stands in the way is doubt: the machine may run and not be found. */
+static bool runs(const struct machine *m, struct error *doubt) {
+    int fd = machine_connect(m, true), why = errno;
+    if (fd >= 0) close(fd);
+    if (fd >= 0 || why == EAGAIN) return true;
+    if (why != ECONNREFUSED && why != ENOENT)
+        error_set(doubt, STATUS_IO, "%s/%s.stop: %s", m->directory, m->name, why == EPERM ? "of another user's program" : strerror(why));
+    return false;
 }
 
 /* Name of the machine whose socket for stops this is. */
@@ -245,13 +250,15 @@ static int look_in(const char *path, const char *name, struct machine list[MACHI
     if (check_place(path, &owner, &wrong)) return *doubt = wrong, 0;
     DIR *directory = opendir(path);
     if (!directory) return error_set(doubt, STATUS_IO, "%s: %s", path, strerror(errno)), 0;
-    for (struct dirent *entry; count < MACHINES_EACH && (entry = readdir(directory));) {
-        struct machine *m = &list[count];
-        strcpy(m->directory, path);
-        if (!name_of(entry->d_name, m->name) || (*name && strcmp(m->name, name) != 0)) continue;
-        if (runs(m)) count++;
-        else if (errno == EPERM || errno == EACCES)
-            error_set(doubt, STATUS_IO, "%s/%s.stop: %s", path, m->name, errno == EPERM ? "of another user's program" : strerror(errno));
+    for (struct dirent *entry; (entry = readdir(directory));) {
+        struct machine m = {0};
+        strcpy(m.directory, path);
+        if (!name_of(entry->d_name, m.name) || (*name && strcmp(m.name, name) != 0)) continue;
+        if (count == MACHINES_EACH) {
+            error_set(doubt, STATUS_IO, "%s: more than %d machines", path, MACHINES_EACH);
+            break;
+        }
+        if (runs(&m, doubt)) list[count++] = m;
     }
     closedir(directory);
     qsort(list, (size_t)count, sizeof *list, by_name);
@@ -262,6 +269,7 @@ int machine_find(const char *name, struct machine list[MACHINES_MAX], struct err
     struct places p = where_to_look();
     int count = 0;
     *doubt = (struct error){0};
+    if (p.more) error_set(doubt, STATUS_IO, "more than %d directories may hold machines, or one has a path too long", MACHINE_PLACES);
     for (int i = 0; i < p.count; i++) count += look_in(p.path[i], name, list + count, doubt);
     return count;
 }

@@ -81,11 +81,20 @@ two() {
         ends 0 "$hexid" command park --set machine.name=hexid >"$work/own" && sleep 0.2 && ! grep parking "$work/other" &&
         ends 0 "$hexid" command park >"$work/both" && comes settled other 2 && ends 0 wait $operator || return
     refuses 4 "machine.name hexid-2 another" "$hexid" run --rt off "${fair[@]}" --set lcm.url= --set machine.name=hexid-2 || return
-    refuses 3 "nobody bench emergency" "$hexid" command park --machine bench --set lcm.url= || return
+    refuses 3 "nobody nothing hexid-2 $HEXID_RUNTIME_DIR goes emergency" "$hexid" command park --machine bench --set lcm.url= || return
     kill -TERM $one && wait $one && lists_no_more && ended_by TERM 0
+}
+# Over LCM either: the machine shares its bus with the one that was meant.
+nobodys_name() {
+    daemon named --set lcm.url= || return
+    "$hexid" command engage >"$work/operator" 2>&1 &
+    local operator=$!
+    comes ready named && refuses 3 "nobody hexd nothing hexid (" "$hexid" command stop --machine hexd && ends 0 "$hexid" command stop >"$work/still" &&
+        cat "$work/still" && grep -q 'now ready' "$work/still" && ended_by TERM 0 && ends 0 wait $operator
 }
 lists_no_more() { ends 4 "$hexid" command start 2>"$work/why" && cat "$work/why"; }
 claim "two on one host: none moves by a command without a name, each gets its own, a stop without a name stops both" two
+claim "a stop by a name that nobody has stops nothing, and names those that run" nobodys_name
 claim "a name that is no name is refused" refuses 2 "machine.name A-Z" quick --set machine.name=a/b
 claim "and on the command line" refuses 2 "--machine A-Z" "$hexid" command engage --machine ../x
 
@@ -136,3 +145,58 @@ broken() {
     ends 2 "$hexid" command engage -c "$work/broken.yaml" 2>/dev/null && ends 0 "$hexid" command stop -c "$work/broken.yaml" 2>&1 && ended_by TERM 0
 }
 claim "a configuration that cannot be read keeps no stop from going" broken
+
+# ---- nothing holds a stop up, and nobody believes in one that cannot come
+
+# Limits of whoever calls it: too low for all other subcommands.
+limited() {
+    local limit
+    daemon limited --set lcm.url= || return
+    for limit in "-s 512" "-s 64" "-n 16"; do
+        ends 0 bash -c "ulimit -c 0; ulimit $limit; exec \"\$@\"" _ "$hexid" command stop || return
+    done
+    ended_by TERM 0
+}
+built_with 'asan|tsan' || claim "with 64 kB of stack or 16 open files at most a stop is obeyed and answered" limited
+
+# One of two that cannot be told: the other is stopped, and the status does not say that all is well.
+untold() {
+    daemon told --set lcm.url= || return
+    "$python" -c 'import signal, socket, sys; s = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM); s.bind(sys.argv[1]); s.listen()
+print("listens", flush=True); signal.pause()' "$HEXID_RUNTIME_DIR/other.stop" >"$work/listens" &
+    local other=$! status
+    until [ -s "$work/listens" ]; do kill -0 $other || return; sleep 0.05; done
+    ends 3 "$hexid" command stop --set lcm.url= >"$work/stop" 2>&1
+    status=$?
+    kill $other
+    rm -f "$HEXID_RUNTIME_DIR/other.stop"
+    cat "$work/stop"
+    ((status == 0)) && grep -q '^hexid: stop done' "$work/stop" && grep -q 'not told to stop.*other.stop.*emergency stop there' "$work/stop" && ended_by TERM 0
+}
+claim "a stop that could not be said to one of two ends with 3 and sends to the emergency stop there" untold
+
+# nohup: the end of the terminal does not end the lease. Then TERM, which parks.
+hung_up() {
+    daemon nohup --set lcm.url= || return
+    nohup "$hexid" command engage >"$work/operator" 2>&1 &
+    local operator=$!
+    comes ready nohup && (((0x$(sed -n 's/^SigIgn:\s*//p' "/proc/$operator/status") & 1)) || { echo "SIGHUP is not ignored"; false; }) && kill -HUP $operator && ends 0 "$hexid" command stop && kill -TERM $operator && comes settled nohup 2 && ends 1 wait $operator || return
+    cat "$work/operator"
+    grep -q 'interrupted: park done' "$work/operator" && ended_by TERM 0
+}
+claim "\`nohup hexid command engage\` outlives its terminal, and SIGTERM still parks" hung_up
+
+# The sockets' directory is deleted, or another program takes the place, while the daemon runs; confined as ever.
+deleted() {
+    daemon deleted "$@" || return
+    mv "$HEXID_RUNTIME_DIR" "$work/aside"
+    comes 'hexid.stop was deleted.*not even for a stop.*emergency.*kill' deleted || return
+    mv "$work/aside" "$HEXID_RUNTIME_DIR"
+    comes 'is there again' deleted && ends 0 "$hexid" command stop && rm "$HEXID_RUNTIME_DIR/hexid" &&
+        comes 'engage, start and reset no longer arrive' deleted && ends 0 "$hexid" command stop && rm -r "$HEXID_RUNTIME_DIR" &&
+        comes 'not even for a stop' deleted 2 && ended_by TERM 0
+    local status=$?
+    mkdir -p -m 1777 "$HEXID_RUNTIME_DIR"
+    return $status
+}
+claim "sockets that are deleted while the daemon runs are missed within seconds, with what still stops it" deleted --set lcm.url=

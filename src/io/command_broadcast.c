@@ -1,0 +1,51 @@
+#include "command_broadcast.h"
+
+#include <errno.h>
+#include <poll.h>
+
+#include "monotonic.h"
+
+enum { AT_ONCE = 64 /* answers that wake it; the others are looked at in turns */, TURN_MS = 2 };
+
+/* Reasons that may be over in a moment: the machine's queue is full, or this process has no
+ * descriptor until another machine has answered. */
+static bool passes(int why) { return why == EAGAIN || why == EMFILE || why == ENFILE || why == ENOBUFS || why == ENOMEM; }
+
+static void reach(struct command_told *t, enum command command) {
+    bool reached = !command_client_reopen(&t->client, true, 0);
+    t->unreached = reached || !passes(errno) ? 0 : errno;
+    if (reached) command_client_send(&t->client, command, false);
+    else if (!t->unreached) t->news = NEWS_LOST;
+}
+
+/* A connection that was closed to make room for another is made again in the next turn. */
+static void turn(struct command_told *t, enum command command) {
+    if (t->client.fd < 0) reach(t, command);
+    if (t->client.fd < 0) return;
+    t->news = command_client_wait(&t->client, 0, NULL);
+    if (t->news == NEWS_NONE) return;
+    command_client_close(&t->client);
+    if (t->news == NEWS_LOST) t->news = NEWS_NONE;
+}
+
+/* Waits for one of the answers that are due; not for long, for others may have to be reached. */
+static void rest(const struct command_told *told, int count) {
+    struct pollfd p[AT_ONCE];
+    nfds_t due = 0;
+    for (int i = 0; i < count && due < AT_ONCE; i++)
+        if (told[i].client.fd >= 0) p[due++] = (struct pollfd){.fd = told[i].client.fd, .events = POLLIN};
+    poll(p, due, TURN_MS);
+}
+
+void command_broadcast(enum command command, struct command_told *told, int count, int patience_ms) {
+    int64_t end_ms = monotonic_ms() + patience_ms;
+    for (int left = count; left > 0 && monotonic_ms() <= end_ms;) {
+        left = 0;
+        for (int i = 0; i < count; i++) {
+            if (told[i].news == NEWS_NONE) turn(&told[i], command);
+            left += told[i].news == NEWS_NONE;
+        }
+        if (left > 0) rest(told, count);
+    }
+    for (int i = 0; i < count; i++) command_client_close(&told[i].client);
+}
