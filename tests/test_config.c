@@ -480,7 +480,6 @@ static void a_file_that_cannot_be_read_is_named(void **state) {
     }
 }
 
-/* Each list of settings makes an impossible machine or test; the message names the keys. */
 static void keys_that_contradict_each_other_are_named(void **state) {
     (void)state;
     static const struct {

@@ -335,7 +335,6 @@ static void a_move_from_any_motion_keeps_its_limits_and_ends_at_rest(void **unus
     }
 }
 
-/* A reversal at full speed overshoots by the braking distance alone. */
 static void a_move_that_is_turned_round_overshoots_by_its_brake_alone(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;

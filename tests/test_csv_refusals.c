@@ -134,7 +134,6 @@ static void one_file_is_enough(void **unused) {
     assert_says("3_x.csv|No such file");
 }
 
-/* Without a stated rate the times decide, whatever the configuration says. */
 static void a_rate_that_no_file_states_is_that_of_the_times(void **unused) {
     (void)unused;
     empty(NULL);

@@ -246,8 +246,6 @@ static void spool_stops_at_full_opening(void **unused) {
     assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* it may leave the stop */
 }
 
-/* Under noisy commands with a spool often at its rate limit, the spool alone moves as with its
- * chambers. */
 static void the_spool_alone_moves_as_with_its_chambers(void **unused) {
     (void)unused;
     struct cylinder_state with = {.p1_pa = 5e6, .p2_pa = 5e6, .spool = 0.2}, alone = with;

@@ -85,7 +85,6 @@ static void request_both(struct device *d, int64_t came_ns, struct device *in_ti
     live(in_time, valve, due_ns);
 }
 
-/* Jitter below half a period, either way, does not change the readings. */
 static void the_hosts_jitter_is_not_in_the_readings(void **state) {
     struct params p;
     struct device *d = make(&p), *in_time = make(&p);

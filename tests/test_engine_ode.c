@@ -196,7 +196,6 @@ static void sliding_takes_force_times_path(void **state) {
     e->ops->destroy(e);
 }
 
-/* A falling platform loses energy in every substep. */
 static void joint_friction_only_takes_energy(void **state) {
     (void)state;
     const double nothing[LEGS] = {0};

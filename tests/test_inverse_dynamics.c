@@ -169,7 +169,6 @@ static void seals_are_deflected_as_by_small_steps(void **unused) {
     }
 }
 
-/* Noise at rest must not be taken for a deflection of the seals. */
 static void noise_deflects_no_seals(void **unused) {
     (void)unused;
     static struct inverse_dynamics_input in[INSTANTS];

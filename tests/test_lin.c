@@ -49,7 +49,6 @@ static double distance(const double *a, const double *b, int count) {
     return largest;
 }
 
-/* Fails on NaN. */
 static void assert_below(double value, double limit) {
     if (!(value < limit)) fail_msg("%g is not below %g", value, limit);
 }

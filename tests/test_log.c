@@ -218,7 +218,6 @@ static void a_wrong_length_loses_what_follows_it_only(void **unused) {
     log_release(r);
 }
 
-/* Arbitrary bytes; sanitizers check the rest. */
 static void garbage_is_survived(void **unused) {
     (void)unused;
     int64_t size, offset;

@@ -59,7 +59,6 @@ static void what_the_device_does_not_have_is_no_number(void **unused) {
     }
 }
 
-/* For any 16 bits, a reading is plausible or NaN. */
 static void no_register_content_gives_an_implausible_reading(void **unused) {
     (void)unused;
     struct params p = default_params();
@@ -134,7 +133,6 @@ static void the_silence_between_frames_is_the_standards_where_the_period_has_roo
 
 enum { ENOBASE = 112345678 }; /* libmodbus' MODBUS_ENOBASE */
 
-/* Errors that a device, a gateway or libmodbus can report, each with its meaning. */
 static void every_exception_is_told_with_its_number_and_what_it_means(void **unused) {
     (void)unused;
     static const char *const means[12] = {"",        "another map",       "no such registers", "value",  "device itself",

@@ -464,7 +464,6 @@ static void an_answer_that_trickles_is_given_up(void **unused) {
     assert_int_equal(reason, ETIMEDOUT);
 }
 
-/* Two devices have the same number: every request gets a second answer that nobody asked for. */
 static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void **unused) {
     (void)unused;
     struct session s = {0};

@@ -1,7 +1,6 @@
-/* The whole Modbus back-end and the whole device at the ends of a serial line, which the test
- * carries: it echoes, loses requests, or is as strict about silence as a device may be. Where time
- * is measured, hexid keeps the measured silence as a lower bound, so that a slow host changes
- * nothing. */
+/* The whole Modbus back-end and the whole device at the ends of a serial line that the test
+ * carries: it echoes, loses requests, or is as strict about silence as a device may be. Measured
+ * times are lower bounds only, so a slow host changes nothing. */
 #include "support.h"
 
 #include <fcntl.h>
@@ -29,17 +28,18 @@ struct line {
     struct hal *hal;
     struct device *device;
     struct error error;
-    int wire[ENDS], kept[ENDS];    /* the test's side; kept open, so that no end hangs up */
+    int wire[ENDS], kept[ENDS];    /* the test's side; its other ends, kept open so that no end
+                                    * hangs up */
     char name[ENDS][64];
     pthread_t wire_thread, device_thread;
     _Atomic bool wire_stop, device_stop;
     bool echoes_to_device;
-    int64_t strict_ns;             /* silence before a request, or it is not heard; 0: any */
-    _Atomic int lose;              /* of the next requests */
+    int64_t strict_ns;             /* silence that a request needs to be heard; 0: none */
+    _Atomic int lose;              /* number of the next requests to lose */
     _Atomic int requests, claims, lost;
-    uint8_t request[ADU_MAX];      /* as far as it has come */
+    uint8_t request[ADU_MAX];      /* the part received so far */
     size_t filled;
-    int64_t answered_ns;           /* before the last byte of an answer was handed on */
+    int64_t answered_ns;           /* time before the last byte of an answer was handed on */
 };
 
 static void wire_open(struct line *l, int end) {
@@ -53,7 +53,7 @@ static void wire_open(struct line *l, int end) {
     assert_true(l->kept[end] >= 0);
 }
 
-/* Bytes of the request that begins here; 0: not known yet. */
+/* Size of the request that starts here; 0: not known yet. */
 static size_t request_size(const uint8_t *request, size_t filled) {
     size_t head = filled < 2 ? 0 : request[1] == FUNCTION_EXCHANGE ? 11 : request[1] == FUNCTION_WRITE ? 7 : 6;
     if (!head || filled < head) return 0;
@@ -113,7 +113,7 @@ static int line_open_hal(struct line *l) {
     return hal_open(&l->hal, url, &l->params, 1, &l->error);
 }
 
-/* Ages and watchdogs are the longest: no claim is about them. */
+/* Ages and watchdogs are at their maximum, because no claim concerns them. */
 static void line_begin(struct line *l, double period_s) {
     config_default(&l->params);
     l->params.sensors.enabled = false;
@@ -138,7 +138,8 @@ static void line_end(struct line *l) {
     device_destroy(l->device);
 }
 
-/* Cycles of the loop, each until its request was on the line; returns the flags of all samples. */
+/* Runs cycles of the loop, each until its request was on the line; returns the flags of all
+ * samples. */
 static uint32_t line_cycles(struct line *l, int count) {
     static const struct hal_command moving = {.enable = true, .valve = {0.1, 0.1, 0.1, 0.1, 0.1, 0.1}};
     struct hal_sample sample;
@@ -153,7 +154,7 @@ static uint32_t line_cycles(struct line *l, int count) {
     return flags;
 }
 
-/* The device hears each of its answers again, which is none of the master's requests. */
+/* The device receives each of its own answers, which are no requests of the master. */
 static void an_adapter_of_the_device_that_hears_itself_disturbs_nothing(void **unused) {
     (void)unused;
     struct line l = {.echoes_to_device = true};
@@ -177,8 +178,8 @@ static void a_device_that_misses_the_first_request_is_asked_again(void **unused)
     assert_int_equal(lost, 1);
 }
 
-/* It costs two periods, however old a reading may be: half a second of silence would be a
- * connection to make again. */
+/* The loss costs two periods, however old a reading may be; half a second of silence would mean a
+ * new connection. */
 static void a_request_lost_on_the_line_does_not_cost_the_connection(void **unused) {
     (void)unused;
     struct line l = {0};
@@ -206,8 +207,8 @@ static void a_strict_device_hears_every_request_where_the_period_has_room(void *
     assert_int_equal(lost, 0);
 }
 
-/* On a host that stands still between answer and question the device hears it by chance: then it is
- * tried again. */
+/* If the host stalls between answer and request, the device may hear it by chance; the test then
+ * tries again. */
 static void a_strict_device_is_refused_where_the_period_has_no_room(void **unused) {
     (void)unused;
     struct line l = {.strict_ns = ns_from_seconds(modbus_silence_s(BAUD))};

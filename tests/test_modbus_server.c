@@ -213,7 +213,6 @@ static void a_master_that_was_silent_is_still_the_master(void **unused) {
     rig_free(&r);
 }
 
-/* Reading is no sign of a master's life. */
 static void who_only_reads_loses_the_machine(void **unused) {
     (void)unused;
     struct rig r;

@@ -324,7 +324,6 @@ static void a_command_delay_of_8_ms_is_stopped(void **unused) {
     assert_below(t.witness.longest_s, 0.5);
 }
 
-/* The shipped machines, from their stops and back, with all their tests. */
 static void no_shipped_machine_shakes(void **unused) {
     (void)unused;
     for (int m = 0; m < MACHINES; m++) {

@@ -295,7 +295,6 @@ static void a_log_that_disappears_is_a_fault_of_the_log(void **unused) {
     }
 }
 
-/* Events lost to a full disk are all counted. */
 static void events_that_a_full_disk_has_not_taken_are_counted(void **unused) {
     (void)unused;
     enum { EVENTS = 500, SIZE = 417 };

@@ -55,7 +55,6 @@ static void it_is_cut_off_between_characters(void **unused) {
     }
 }
 
-/* Every byte, at every place of a character. */
 static void nothing_that_is_no_text_comes_out(void **unused) {
     (void)unused;
     for (unsigned first = 1; first < 256; first++)

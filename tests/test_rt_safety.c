@@ -19,7 +19,6 @@
 #include "units.h"
 
 #if SANITIZED
-/* Sanitizers bring their own allocator, locks and system calls. */
 static void traps_need_a_build_without_sanitizers(void **unused) {
     (void)unused;
     skip_because(OWN_ALLOCATOR);

@@ -44,7 +44,6 @@ static void neither_do_they_on_the_simulated_platform(void **state) {
     if (!fuzz(1000001, 100000, true, &run, NULL)) fail_msg("see above");
 }
 
-/* No cycle, restart or client leaves memory behind. */
 static void no_memory_grows(void **state) {
     (void)state;
     static struct run run;

@@ -449,7 +449,6 @@ static void each_limit_refuses_by_its_name(void **unused) {
     assert_refused(&params, NULL, "force|limit|100|at rest|no smaller motion would do|payload.mass_kg|hexid doctor");
 }
 
-/* A hundredth more would exceed a limit. */
 static void the_scale_it_gives_is_the_largest_that_does(void **unused) {
     (void)unused;
     struct params params = brisk();

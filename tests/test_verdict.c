@@ -164,7 +164,6 @@ static void a_matrix_with_what_is_not_a_number_fails(void **unused) {
     }
 }
 
-/* Its numbers are ignored and may be anything. */
 static void an_incomplete_test_is_not_evaluated(void **unused) {
     (void)unused;
     for (int d = 0; d < DOFS; d++) {
