@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What the benchmarks share: a table says which build it was made with, and a figure that is none ends the benchmark.
+"""Helpers of the benchmarks: a table names its build, and a figure that is not a finite number ends the benchmark.
 
-    measured.py FILE COUNT ROW...    does the table have each row exactly once, with COUNT finite numbers in it at least?
+    measured.py FILE COUNT ROW...    checks that the table has each row exactly once, with at least COUNT finite numbers
 
-Rows are told by what a line begins with. Environment: HEXID."""
+A row is identified by the start of its line. Environment: HEXID."""
 import math, os, re, subprocess, sys
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf|-nan|-inf)(?![\w.])", re.IGNORECASE)

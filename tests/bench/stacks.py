@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""How deep the stacks of a program's threads are: tests/bench/stacks.py build/hexid run --fast ...
+"""Depth of the stacks of a program's threads: tests/bench/stacks.py build/hexid run --fast ...
 
 The kernel gives a stack its pages when they are first touched, and the compiler's probes (-fstack-clash-protection) touch every page of a frame;
-so what is resident is what was used, to the page. Prints a line for each size of stack (src/rt/thread.h); status 1 when one was used to more
-than half. Locked memory is resident whether it is used or not: run it with --rt off.
+so the resident pages are exactly the used ones. Prints a line for each size of stack (src/rt/thread.h); status 1 if more than half of one
+was used. Locked memory is resident whether it is used or not: run it with --rt off.
 """
 
 import collections

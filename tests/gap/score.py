@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Hidden cases for `hexid gap`: a rig of its own with something hidden, the workflow on its log, the score.
+"""Hidden cases for `hexid gap`: a rig with hidden effects, the workflow on its log, the score.
 
     score.py cases [--seeds N] [--series tolerance|beyond] [--kinds single,none,two,unknown] [--effects A,B]   one case a line
     score.py case NAME[+NAME] SIZE SEED SERIES        runs one case; one line of CSV
     score.py report FILE... [-o report.html]          the confusion matrix and the figures of such lines
 
-Environment: HEXID, the program (build/hexid); RIG, another rig than hexid's own plant (build/tests/rig/rig, tests/rig/README.md); DETECTABLE, the file of strengths at which z = 8, and of what is left
-of that beside each other effect (build/gap_score/detectable.csv, written by tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); MOTION of the rig by other means (sines; or multisine); RECORDINGS, a directory where rigs'
+Environment: HEXID, the program (build/hexid); RIG, another rig than hexid's own plant (build/tests/rig/rig, tests/rig/README.md); DETECTABLE, the file of strengths at which z = 8, and of the share of z
+left beside each other effect (build/gap_score/detectable.csv, written by tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); MOTION of the independent rig (sines; or multisine); RECORDINGS, a directory where rigs'
 recordings stay, to be scored again without the rig; KEEP, a directory where a case leaves its log and report.
 
 The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
-`beyond` disturbs it further, in what the tolerance does not state. The diagnosis has the other engine, its own steps, and only the log."""
+`beyond` also disturbs it in ways that the tolerance does not cover. The diagnosis uses the other engine, its own steps, and only the log."""
 import argparse, csv, functools, json, math, os, random, shutil, subprocess, sys, tempfile
 
 import score_report

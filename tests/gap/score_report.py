@@ -1,4 +1,4 @@
-"""The scorecard of score.py's lines: as text, and as a page of its own (nothing loaded from elsewhere)."""
+"""The scorecard of score.py's lines as text and as a self-contained page."""
 import csv, html
 
 FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "right", "covered",

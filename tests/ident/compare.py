@@ -1,9 +1,9 @@
 #!/usr/bin/python3 -B
-"""Methods A, B and C beside those of others (least_squares.py), on the same recordings of the simulated platform.
+"""Methods A, B and C beside other authors' methods (least_squares.py), on the same recordings of the simulated platform.
 
     compare.py [--dry 0,100,200] [--seeds 6] [--choice NAME=VALUE ...] [KEY=VALUE ...]
 
-Error of each entry in % of the nominal one: with exact sensors, then, with the paper's, rms over the seeds. Environment: HEXID."""
+Prints the error of each entry in % of the nominal one: with exact sensors, then rms over the seeds with the paper's. Environment: HEXID."""
 import argparse, concurrent.futures, json, math, os, subprocess, sys, tempfile
 import least_squares
 

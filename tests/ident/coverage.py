@@ -4,8 +4,8 @@
     coverage.py [--machines 200] [--first 1] [--dry 150] [KEY=VALUE ...]
 
 Each machine has its joints off by model.tolerance.joints_m (uniform, each coordinate), a payload of 0.7 to 1.3 times the configured mass and
-inertias with its centre off by up to 30 mm, dry friction of 0 to --dry N, each leg and direction its own, sensors and their noise; what is
-configured stays the same. Prints, entry by entry, how many of the 95 % intervals hold, and the payload's largest errors. Environment: HEXID."""
+inertias with its centre off by up to 30 mm, separate dry friction of 0 to --dry N for each leg and direction, sensors and their noise; the
+configuration stays the same. Prints, entry by entry, how many of the 95 % intervals hold, and the payload's largest errors. Environment: HEXID."""
 import argparse, concurrent.futures, json, math, os, random, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Methods of others, to hold hexid's against, on the same recordings: inverse dynamics, linear in the payload's ten parameters and in
+"""Other authors' methods on the same recordings, to compare hexid's with: inverse dynamics, linear in the payload's ten parameters and in
 friction.
 
     least_squares.py LOG|CSVDIR [-o OUT.json] [--choice NAME=VALUE ...]
@@ -9,10 +9,10 @@ friction.
   squares, then each leg weighted by the variance of its residuals. Friction of a leg: viscous, Coulomb, and a constant.
 - Wavelets, after "A Parameter Identification Method for Stewart Manipulator Based on Wavelet Transform" (Mathematics 2020, 8(2), 257).
   Its abstract says that inertial and viscous parameters follow from a wavelet transform and an analysis of the joints' velocities, whatever
-  the Coulomb friction; no more of it was at hand. What stands here is reconstructed from that: between two reversals of a leg its dry
-  friction is constant, so wavelet coefficients whose support lies there have none of it.
+  the Coulomb friction; only the abstract was available. This is a reconstruction from it: between two reversals of a leg its dry friction
+  is constant, so wavelet coefficients whose support lies there contain none of it.
 
-Of Tian 2015's machine alone: its geometry and legs are read from tests/data/, kinematics and dynamics are written here, from the formulas,
+For Tian 2015's machine only: its geometry and legs are read from tests/data/, kinematics and dynamics are written here from the formulas,
 and nothing is shared with the program. Prints the errors, in %, of the ten entries of Mt that Tian 2015 prints; OUT.json has the whole
 matrices. Environment: HEXID, for a LOG. Debian's Python, for its numpy."""
 import argparse, csv, json, os, subprocess, sys, tempfile

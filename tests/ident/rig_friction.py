@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Method C on the machine by other means (tests/rig/), with laws of friction that it fits and laws that it does not.
+"""Method C on the independent rig (tests/rig/), with laws of friction that it fits and laws that it does not.
 
     rig_friction.py [--seeds 8] [--first 1] [--case NAME ...] [--keep DIR] [KEY=VALUE ...]
 
-Errors of the ten entries against the rig's own inertia matrix in % of the entry: with exact sensors, and, with the paper's, rms over the
-seeds; of the 95 % intervals of all 21 entries, how many hold; and the largest mean error over the seeds, in stated deviations. --keep keeps
-the recordings, and takes those that are there. Environment: HEXID, RIG."""
+Prints errors of the ten entries against the rig's own inertia matrix in % of the entry, with exact sensors and as rms over the seeds with
+the paper's; how many of the 95 % intervals of all 21 entries hold; and the largest mean error over the seeds in stated deviations. --keep
+keeps the recordings and reuses existing ones. Environment: HEXID, RIG."""
 import argparse, concurrent.futures, contextlib, json, math, os, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree

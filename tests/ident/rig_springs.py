@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Method C's springs on the machine by other means (tests/rig/), which is held by hoses of its own.
+"""Method C's springs on the independent rig (tests/rig/), which has hoses of its own.
 
     rig_springs.py [--seeds 8] [--first 1] [--keep DIR]
 
-Each seed draws six springs and records six tests at 4 Hz and six at 2 Hz with the paper's sensors. Of what `hexid identify` makes of both:
-errors of springs and of Mt's diagonal in % and in stated deviations, rms over the seeds; and how many of the 95 % intervals of all 21
-entries hold. Beside it Mt without springs asked for. Environment: HEXID, RIG."""
+Each seed draws six springs and records six tests at 4 Hz and six at 2 Hz with the paper's sensors. Prints for the
+result of `hexid identify`: errors of springs and of Mt's diagonal in % and in stated deviations, rms over the seeds; how many of the 95 %
+intervals of all 21 entries hold; and Mt without springs in the model. Environment: HEXID, RIG."""
 import argparse, concurrent.futures, contextlib, json, math, os, random, statistics, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree

@@ -1,4 +1,4 @@
-"""Holds an identification (hexid.identification/1) against the rig's own inertia matrix and what was hidden; prints what it compares."""
+"""Compares an identification (hexid.identification/1) with the rig's own inertia matrix and hidden effects, and prints the comparison."""
 import json, math, sys
 
 ENTRIES = [(i, k) for i in range(6) for k in range(i, 6)]

@@ -11,7 +11,7 @@ not explain. The changes:
     before a declaration with a value      the value is 0
     before `return`                        the opposite, or 0
 
-OTHERWISE has what these rules would make meaningless: the mark's first words, what stands there, and what takes its place.
+OTHERWISE lists the places where these rules would be meaningless: the mark's first words, the text there, and its replacement.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""What mutate.py breaks, and which tests should notice: the fastest first."""
+"""Files that mutate.py breaks and the tests that should notice, the fastest first."""
 
 FILES = "src/core/*.c", "src/rt/*.c", "src/cli/operator.c", "src/cli/cmd_run.c", "hal/*.c"
 

@@ -1,4 +1,4 @@
-"""What may make the simulated machine read what Tian 2015 read on the real one: one size each, the same in all legs (table5.py)."""
+"""Hypotheses that may explain Tian 2015's readings on the real machine: one size each, the same in all legs (table5.py)."""
 import math
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Which simulated effects make hexid's method A read what Tian 2015 read on its real machine (Table 5)? docs/table5.md is what came out.
+"""Finds simulated effects with which hexid's method A reads the values of Tian 2015's real machine (Table 5); docs/table5.md has the results.
 
     table5.py search                  # the best single effects and pairs, as Markdown
     table5.py laws                    # friction, controller and mass centre together: each law of friction, and each part left out

@@ -1,10 +1,10 @@
 """CiA 301 (4.2.0), clause by clause, against the plant's nodes: raw frames, and the objects of config/hexid_node.eds; for node 7
-config/hexid_io.eds, and what CiA 401 says of digital inputs and outputs. TAP.
+config/hexid_io.eds, and CiA 401's digital inputs and outputs. TAP.
 
     canopen_conformance.py INTERFACE NODE
 
-Every wait ends with the frame that is waited for; times are those of the kernel's stamps, and what must not come is waited for long
-enough that a slow machine would have sent it.
+Every wait ends with the expected frame; times are the kernel's stamps, and a frame that must not come is waited for long enough that even
+a slow machine would have sent it.
 """
 import os
 import struct

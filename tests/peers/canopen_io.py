@@ -1,10 +1,9 @@
-"""Another maker's I/O module (python canopen, with config/hexid_io.eds but nobody's owner) as node 7. It is ready when it says so.
+"""Another maker's I/O module (python canopen, with config/hexid_io.eds but without the object for the owner) as node 7. It prints when it is ready.
 
     canopen_io.py INTERFACE
 
-SIGUSR1 opens the emergency stop. At its end, by SIGTERM, it prints what the master did from then on: the SYNCs that still put a command
-into force which drove a valve, and how often the supply output still changed. Exit status 1 when that was more than two, or nothing was
-driven before.
+SIGUSR1 opens the emergency stop. On SIGTERM it prints the master's reaction: the number of SYNCs that still put a driving valve command
+into force, and how often the supply output still changed. Exit status 1 if either exceeds two, or nothing was driven before.
 """
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Publishes on URL what nobody should send to a monitor, then one event that anybody may: hostile.py WORK URL
+"""Publishes harmful messages for a monitor on URL, then one valid event: hostile.py WORK URL
 
 The generated types are compiled into WORK."""
 import glob

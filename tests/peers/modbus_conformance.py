@@ -1,12 +1,12 @@
-"""Whether a device keeps to the Modbus standards; written from their text, with raw sockets and pymodbus. TAP, one line a check.
+"""Checks a device against the text of the Modbus standards, with raw sockets and pymodbus. TAP, one line per check.
 
     modbus_conformance.py tcp PORT          a device on TCP, at rest, unit 1, without a master, and with a watchdog of its own that is longer
                                             than any pause of this machine
     modbus_conformance.py rtu COMMAND...    a command that serves a serial line; LINE in it becomes the line's name, "ready" says when
 
 "App": MODBUS Application Protocol Specification V1.1b3. "TCP": MODBUS Messaging on TCP/IP Implementation Guide V1.0b. "Line": MODBUS over
-Serial Line V1.02. "Map": `hexid doctor --modbus-map`. That nothing is answered is seen by the answer to the next request coming first: no
-check is decided by a clock, and a time-out is a failure."""
+Serial Line V1.02. "Map": `hexid doctor --modbus-map`. A missing answer shows when the answer to the next request comes
+first, so no check depends on a clock; a time-out is a failure."""
 import os, random, select, socket, struct, subprocess, sys, time, tty
 from pymodbus.client import ModbusTcpClient
 

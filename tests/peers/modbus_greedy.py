@@ -1,5 +1,5 @@
-"""Greedy clients beside the master: modbus_greedy.py PORT. Prints "ready" when each of them has done its worst for the first time; goes on
-until told to end (standard input closes), then says how often each did."""
+"""Greedy clients beside the master: modbus_greedy.py PORT. Prints "ready" when each has attacked once; continues
+until standard input closes, then prints how often each attacked."""
 import random, socket, sys, threading, time
 
 port = int(sys.argv[1])

@@ -1,7 +1,7 @@
-"""Between a Modbus TCP client and its server, and bad at it: modbus_proxy.py SERVER_PORT
+"""A faulty proxy between a Modbus TCP client and its server: modbus_proxy.py SERVER_PORT
 
-Prints its port, and the system's time in us when it does what it was told. Reads that from standard input, a line each: good | loss % |
-delay MS | twice % | flip % | number (wrong transaction ids) | exception | half | reset | hang. It does it to the server's answers (reset,
+Prints its port, and the system's time in us when it executes an order. Reads the orders from standard input, one per line: good | loss % |
+delay MS | twice % | flip % | number (wrong transaction ids) | exception | half | reset | hang. They apply to the server's answers (reset,
 hang: to the connection)."""
 import random, select, socket, struct, sys, threading, time
 

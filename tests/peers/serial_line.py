@@ -1,7 +1,7 @@
 """A serial line between two pseudo-terminals, as fast as its baud rate and no faster: serial_line.py BAUD
 
 Prints the names of its ends and "ready", then carries bytes until it is killed. A pseudo-terminal has no speed of its own: each byte of 10
-bits is handed on when the line would have carried it, in order, either way at its own pace."""
+bits is passed on, in order, when a line of this rate would have carried it; both directions are independent."""
 import os, pty, select, sys, time, tty
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """A serial line with a CAN adapter at its end (Lawicel's protocol): the kernel's slcan makes a CAN controller of it, with a bit rate and a state.
-What comes by standard input, a line each, the adapter says: sSTTTRRR is the controller's state, a w p b, and both error counters."""
+The adapter sends each line of standard input: sSTTTRRR is the controller's state, a w p b, and both error counters."""
 import fcntl
 import os
 import pty

@@ -11,7 +11,7 @@
 
 3. Heap calls, locks, page faults and stack of each thread (counts.py).
 
-On a machine that does other work the figures are that work's. Ends with an error where something was not measured; no figure is judged by
+On a busy machine the figures reflect the other work. Ends with an error if something was not measured; no figure is judged by
 the exit status. Environment: HEXID. Needs root."""
 import argparse, csv, math, os, statistics, subprocess, sys, time
 

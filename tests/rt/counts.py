@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Runs hexid with tests/rt/counts.c preloaded and prints what each of its threads did from its first sleep on: heap calls, locks, page
-faults, and how deep its stack was.
+"""Runs hexid with tests/rt/counts.c preloaded and prints for each of its threads from its first sleep on: heap calls, locks, page
+faults, and the depth of its stack.
 
     counts.py [--json FILE] [--unlocked] -- HEXID ARGUMENT...
 

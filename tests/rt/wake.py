@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How late threads wake: cyclictest, hexid's loop and `hexid doctor --latency`, each for so many seconds, in the same terms.
+"""Lateness of threads' wake-ups: cyclictest, hexid's loop and `hexid doctor --latency`, each for so many seconds, in the same form.
 
     wake.py cyclictest|loop|doctor SECONDS     p50 p99 p99.9 max [us], wake-ups a period late, wake-ups
 

@@ -8,7 +8,7 @@ FROM_S: when the fault begins, on the loop's clock; @US: on the system's, where 
 several with / between them: what must see it first, within WITHIN cycles (0: however long it takes): a fault by its name; `flagged`,
 samples that the identification leaves out (where it is expected, a fault that follows has all the time it wants); `verdict`, which refuses
 at the end of the run; `nothing`: it does no harm.
-STALLS, of stalls.py: when the machine under the test stood still; a fault found right after that proves nothing.
+STALLS, from stalls.py: times at which the machine under the test stalled; a fault found right after one proves nothing.
 Always: valves centred with a fault and in every state that does not drive, commands within -1..1, no cycle missing in the log, and an
 identification that is refused or differs from the clean run's by no more than UNHARMED."""
 import json, math, random, sys

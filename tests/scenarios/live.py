@@ -1,4 +1,4 @@
-"""The live page as its readers and its attackers see it: live.py CLAIM WORK HEXID URL, in a network of its own. WORK has axis.lcm."""
+"""The live page as readers and attackers see it: live.py CLAIM WORK HEXID URL, in a network of its own. WORK has axis.lcm."""
 import json
 import pathlib
 import signal

@@ -1,5 +1,5 @@
-"""paced.py FAST_LOG PACED_LOG FAST_JSON PACED_JSON: the same but for what the host's clock says; and the stamps of the paced log are that
-clock's: they are stretched as the result says. Needs the log's types on PYTHONPATH."""
+"""paced.py FAST_LOG PACED_LOG FAST_JSON PACED_JSON: equal except for the host's clock; and the stamps of the paced log
+are that clock's, stretched as the result states. Needs the log's types on PYTHONPATH."""
 import json, sys
 
 import hexid, lcm

@@ -1,4 +1,4 @@
-"""What a reader finds on a page of `hexid report`, against the JSON of `hexid identify`: report_page.py PAGE JSON [JSON2 ...], one a log."""
+"""Compares a page of `hexid report` with the JSON of `hexid identify`: report_page.py PAGE JSON [JSON2 ...], one per log."""
 import html
 import html.parser
 import json

@@ -1,4 +1,4 @@
-"""A service manager as systemd is one for its services, in as much as hexid sees of it: the socket, the watchdog's time, the signals.
+"""A service manager like systemd, as far as hexid sees it: the socket, the watchdog's time, the signals.
 
     service.py ordered COMMAND...            ready when settled, alive; SIGTERM: stopping, status 0
     service.py put_down ENGAGE COMMAND...    the same with the platform raised by the command ENGAGE (one word list, blanks between): parked first

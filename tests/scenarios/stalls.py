@@ -1,6 +1,6 @@
-"""Tells when the machine under this kernel stood still: stalls.py PRIORITY... (of SCHED_FIFO; 0: an ordinary thread)
+"""Reports stalls of the machine under this kernel: stalls.py PRIORITY... (of SCHED_FIFO; 0: an ordinary thread)
 
-On every processor, at every priority, wakes every 2 ms, and prints a line, when and for how long (us, ms), for every time that it came a
+It wakes every 2 ms on every processor at every priority, and prints a line, time and duration (us, ms), for every wake-up that is a
 millisecond late or more, which makes a sample late; a fault takes 10 ms."""
 import os
 import sys
