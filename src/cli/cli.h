@@ -40,6 +40,9 @@ struct options {
  * table) and so many operands. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
+/* Turns operands into logs of --measured, behind those that were given so. -2: more than LOGS_MAX. */
+int options_measured(struct options *o, struct error *error);
+
 /* options_params: configuration from -c and --set. Without -c: config/tian2015.yaml of the current
  * directory (a checkout), else the installed one, which is found from where this program lies
  * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else built in. -2, -3. */

@@ -17,10 +17,11 @@ static void progress(void *context, const char *step, double share) {
 }
 
 static int options(struct options *o, struct gap_options *g, int argc, char **argv, struct error *error) {
-    int status = options_parse(o, argc, argv, "cSjoMvRU", 0, error);
+    int status = options_parse(o, argc, argv, "cSjoMvRU", LOGS_MAX, error);
+    if (!status) status = options_measured(o, error);
     if (status) return status;
     if (!o->measured_count || !o->config || !o->output)
-        return error_set(error, STATUS_USAGE, "`hexid gap` needs --measured LOG, -c FILE and -o DIR; see `hexid gap --help`");
+        return error_set(error, STATUS_USAGE, "`hexid gap` needs a LOG, -c FILE and -o DIR; see `hexid gap --help`");
     *g = (struct gap_options){.replay = GAP_AS_KNOWN, .simulate = true, .progress = progress};
     g->threads = (int)sysconf(_SC_NPROCESSORS_ONLN);
     if (!o->replay) return STATUS_OK;

@@ -33,7 +33,7 @@ static const char run_options[] = CONFIG
     "  --print-config   show the effective configuration and end\n";
 
 static const char gap_options[] =
-    "  --measured LOG   of the rig; several logs of one machine are fitted together\n"
+    "  LOG              of the rig; several logs of one machine are fitted together (--measured LOG is the same)\n"
     "  -c FILE          the model: configuration, its effects taken as given\n"
     "  -o DIR           model.yaml (the model with what was found), gap.json, report.html\n"
     "  --run N          of a log that holds several runs of the daemon: take this one\n"
@@ -94,10 +94,10 @@ static const struct subcommand subcommands[] = {
      "\nexit status as that of hexid identify: 0 when all runs passed their checks, 1 when one did not; the page is written then, too\n",
      "hexid report a.lcm b.lcm -o report.html", cmd_report},
     {"gap",
-     "--measured LOG [--measured LOG2 ...] [--run N] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion]\n"
+     "LOG [LOG2 ...] [--run N] [--validate LOG] -c FILE -o DIR [--json FILE] [--replay closed-loop|motion]\n"
      "           [--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", gap_options,
-     "hexid gap --measured a.lcm -c rig.yaml -o gap", cmd_gap},
+     "hexid gap a.lcm -c rig.yaml -o gap", cmd_gap},
     {"import", "DIR|CSV -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
      "make a log of the CSV files of a run, or of one",
      "  DIR|CSV          a directory of CSV files, one a test, or one file\n"

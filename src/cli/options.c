@@ -113,9 +113,16 @@ static int add_setting(struct options *o, const char *text, struct error *error)
 }
 
 static int add_measured(struct options *o, const char *path, struct error *error) {
-    if (o->measured_count == LOGS_MAX) return error_set(error, STATUS_USAGE, "--measured: at most %d logs", LOGS_MAX);
+    if (o->measured_count == LOGS_MAX) return error_set(error, STATUS_USAGE, "%.200s: one log too many, at most %d are taken", path, LOGS_MAX);
     o->measured[o->measured_count++] = path;
     return STATUS_OK;
+}
+
+int options_measured(struct options *o, struct error *error) {
+    int status = STATUS_OK;
+    for (int i = 0; i < o->operands && !status; i++) status = add_measured(o, o->operand[i], error);
+    o->operands = 0;
+    return status;
 }
 
 static int set_tests(struct options *o, const char *list, struct error *error) {

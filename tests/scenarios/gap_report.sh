@@ -5,7 +5,7 @@ skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/t
 
 friction="--set effects.cylinder_coulomb_friction.force_extend_n=60 --set effects.cylinder_coulomb_friction.force_retract_n=60"
 quick --tests x,phi --set tests.duration_s=2 $friction --log "$work/run.lcm" >/dev/null
-gap() { "$hexid" gap --measured "$work/run.lcm" -c config/tian2015.yaml --set lcm.url= "$@"; }
+gap() { "$hexid" gap "$work/run.lcm" -c config/tian2015.yaml --set lcm.url= "$@"; }
 listed() { [ "$(ls -A "$1" | tr '\n' ' ')" = "$2" ] || { ls -A "$1"; return 1; }; }
 
 whole() { gap -o "$work/out" && listed "$work/out" "gap.json model.yaml report.html "; }
