@@ -113,7 +113,8 @@ static int add_setting(struct options *o, const char *text, struct error *error)
 }
 
 static int add_measured(struct options *o, const char *path, struct error *error) {
-    if (o->measured_count == LOGS_MAX) return error_set(error, STATUS_USAGE, "%.200s: one log too many, at most %d are taken", path, LOGS_MAX);
+    if (o->measured_count == LOGS_MAX)
+        return error_set(error, STATUS_USAGE, "%.200s: one log too many, at most %d are taken", path, LOGS_MAX);
     o->measured[o->measured_count++] = path;
     return STATUS_OK;
 }
