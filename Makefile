@@ -35,9 +35,12 @@ REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
 # The longest are started first, so that all cores are busy to the end.
 LONGEST := gap can figures pages
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
+# The fast tier: these scenarios, and the C tests without their cases of seconds (takes_seconds in tests/support.h). T=MODULE: what holds that one.
+QUICK   := $(addprefix tests/scenarios/,modules.sh print_config.sh)
+CHECKED := $(if $(T),$(or $(shell BUILD=$(BUILD) tests/of_module $(T)),$(error T=$(T): no module of src/, hal/ or sim/ and no test has this name)),$(QUICK) $(TESTS))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.
 # ThreadSanitizer sees what has threads.
-OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh counts.sh faults.sh figures.sh install.sh machines.sh modbus.sh pages.sh signals.sh stop.sh survey.sh table5.sh)
+OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh counts.sh faults.sh figures.sh install.sh machines.sh modbus.sh modules.sh pages.sh signals.sh stop.sh survey.sh table5.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line modbus_rtu)
 
@@ -55,6 +58,9 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 test: $(TESTS) $(REPLAYS) $(BENCHES) $(COUNTS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what takes minutes: make test-long; what is claimed about the wall clock: make test-rt" \
 		tests/run $(SCRIPTS) $(TESTS)
+
+check: $(filter $(BUILD)/%,$(CHECKED)) $(if $(filter %.sh,$(CHECKED)),$(BUILD)/hexid $(VENV)/ready) ## the fast tier, half a minute of processor time; T=gap: the tests of src/gap/gap.c alone
+	@CHECK=1 BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="all else: make test" tests/run $(CHECKED)
 
 test-long: $(BUILD)/hexid $(BUILD)/tests/test_axis $(BUILD)/tests/test_oscillation $(BUILD)/tests/rig/rig $(VENV)/ready | deps-deb ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the rig by other means, the package in a fresh root
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(wildcard tests/long/*.sh)
@@ -344,7 +350,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all always install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
+.PHONY: all always check install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
 .PHONY: bench-check bench-cycle bench-rt soak-rt test-rt-kernel deps-rt deps-rt-kernel
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:

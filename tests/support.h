@@ -7,6 +7,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 #include <cmocka.h>
 
@@ -94,6 +95,13 @@ static inline double distance(const double *a, const double *b, int count) {
     do {                                         \
         print_message("# skipped: %s\n", reason); \
         skip();                                  \
+    } while (0)
+
+/* First line of a case that takes half a second of processor time or more: make check leaves it to
+ * make test. */
+#define takes_seconds()                                                           \
+    do {                                                                          \
+        if (getenv("CHECK")) skip_because("it takes seconds, so it is left to make test"); \
     } while (0)
 
 /* Sanitizers bring their own allocator, locks and system calls and are ten times slower. Searches

@@ -3,7 +3,7 @@
 FILES = "src/core/*.c", "src/rt/*.c", "src/cli/operator.c", "src/cli/cmd_run.c", "hal/*.c"
 
 CORE = "test_supervisor", "test_pid", "test_platform", "test_safety", "test_interlock", "test_platform_limits", "test_loop", "test_commands"
-CAN = "test_can", "test_can_node", "test_can_link", "test_device", "test_hal"
+CAN = "test_can_master", "test_can_node", "test_can_link", "test_device", "test_hal"
 MODBUS = "test_modbus", "test_modbus_server", "test_modbus_line", "test_modbus_rtu", "test_device", "test_hal"
 TESTS = (
     ("src/core/*", CORE),
