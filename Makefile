@@ -35,7 +35,7 @@ REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
 # The longest are started first, so that all cores are busy to the end.
 LONGEST := gap can figures pages
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
-# The fast tier: these scenarios, and the C tests without their cases of seconds (takes_seconds in tests/support.h). T=MODULE: what holds that one.
+# The fast tier: these scenarios, and the C tests without their slow cases (slow_case in tests/support.h). T=MODULE: what holds that one.
 QUICK   := $(addprefix tests/scenarios/,modules.sh print_config.sh)
 CHECKED := $(if $(T),$(or $(shell BUILD=$(BUILD) tests/of_module $(T)),$(error T=$(T): no module of src/, hal/ or sim/ and no test has this name)),$(QUICK) $(TESTS))
 # What a sanitizer is for: AddressSanitizer sees every program; the scenarios left out run the same code for their numbers.

@@ -97,11 +97,11 @@ static inline double distance(const double *a, const double *b, int count) {
         skip();                                  \
     } while (0)
 
-/* First line of a case that takes half a second of processor time or more: make check leaves it to
- * make test. */
-#define takes_seconds()                                                           \
-    do {                                                                          \
-        if (getenv("CHECK")) skip_because("it takes seconds, so it is left to make test"); \
+/* First line of a case that takes more than a third of a second of processor time: `make check` leaves
+ * it to `make test`. */
+#define slow_case()                                                        \
+    do {                                                                   \
+        if (getenv("CHECK")) skip_because("slow cases, left to make test"); \
     } while (0)
 
 /* Sanitizers bring their own allocator, locks and system calls and are ten times slower. Searches

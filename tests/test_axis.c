@@ -196,12 +196,14 @@ static void try_all(int count, bool electric, int seeds) {
 
 static void what_a_cylinder_hides_is_named_and_nothing_else(void **unused) {
     (void)unused;
+    slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     try_all(DEAD_BAND + 1, false, 2);
 }
 
 static void what_an_electric_axis_hides_is_named_by_its_force_alone(void **unused) {
     (void)unused;
+    slow_case();
     try_all(MECHANICAL, true, 3);
 }
 
@@ -218,6 +220,7 @@ static void try_in(enum motion motion, int i, bool electric, int seed) {
  * rings near a step by more than the noise at 5 kHz, and the seals' computed deflection with it. */
 static void what_is_hidden_is_named_in_any_motion(void **unused) {
     (void)unused;
+    slow_case();
     bool all = getenv("MORE_CASES");
     for (int motion = TRIANGLE; motion < MOTIONS; motion++)
         for (int i = 0; i < (SANITIZED ? 2 : MECHANICAL); i++)
@@ -229,6 +232,7 @@ static void what_is_hidden_is_named_in_any_motion(void **unused) {
  * band in point-to-point motion comes with a zero error of the pressure sensors. */
 static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
     (void)unused;
+    slow_case();
     static const int shows[] = {NOTHING, FRICTION, VISCOUS, LEAKS, LOAD, SPRING};
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     try_in(TRIANGLE, NOTHING, false, 11);
@@ -242,6 +246,7 @@ static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
  * frequency. */
 static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused) {
     (void)unused;
+    slow_case();
     static const enum motion motions[] = {TRIANGLE, CHIRP, STEPS, MULTISINE, RESTS};
     static struct gap_result g;
     for (size_t i = 0; i < (SANITIZED ? 1 : sizeof motions / sizeof *motions); i++) {
@@ -261,6 +266,7 @@ static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused)
  * named. */
 static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void **unused) {
     (void)unused;
+    slow_case();
     static struct gap_result g;
     int scale = effect_find("force_sensor_scale");
     for (uint64_t seed = 1; seed <= 3; seed++) {
@@ -279,6 +285,7 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
  * dry friction and its value recognisable; by three fifths it does not. */
 static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     (void)unused;
+    slow_case();
     static const enum motion motions[] = {SINE, TRIANGLE, CHIRP, POINT_TO_POINT, MULTISINE, RESTS};
     static struct gap_result g;
     struct rig rig = rigs[FRICTION];
@@ -356,6 +363,7 @@ static void pump_up(struct recording_sample *s) { s->p1_pa[0] += 5e6 * A2 / A1, 
 
 static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     (void)unused;
+    slow_case();
     static const struct {
         change *change;
         bool electric;
@@ -395,6 +403,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
  * omitted (at 100 Hz). */
 static void rows_lost_in_bursts_cost_nothing(void **unused) {
     (void)unused;
+    slow_case();
     static const struct {
         enum motion motion;
         bool electric;
@@ -415,6 +424,7 @@ static void rows_lost_in_bursts_cost_nothing(void **unused) {
 /* People omit the reversals, and nobody can know what happened there. */
 static void a_record_without_its_reversals_is_refused(void **unused) {
     (void)unused;
+    slow_case();
     static struct gap_result g;
     static const double lost_s[] = {0.01, 0.02, 0.045};
     for (int i = 0; i < 6; i++) {

@@ -247,6 +247,7 @@ static struct hal_sample pump(struct world *w, bool on) {
 }
 
 static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_device(void **state) {
+    slow_case();
     struct world *w = *state;
     struct hal_sample before = pump(w, true), s = before;
     int stalls = w->stalls;
@@ -264,6 +265,7 @@ static void commands_through_the_whole_back_end_move_the_legs_behind_the_whole_d
 }
 
 static void the_supply_is_there_while_its_output_changes_and_the_inputs_say_so(void **state) {
+    slow_case();
     struct world *w = *state;
     assert_int_equal(cycle(w, 0.0).inputs, 0); /* nothing was latched before */
     assert_int_equal(cycle(w, 0.0).inputs, INPUTS_ALL & ~INPUT_SUPPLY);
@@ -280,6 +282,7 @@ static void the_supply_is_there_while_its_output_changes_and_the_inputs_say_so(v
 }
 
 static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_only(void **state) {
+    slow_case();
     struct world *w = *state;
     struct can_frame queued[64];
     char text[200];

@@ -284,6 +284,7 @@ static bool own_network(void) { return !unshare(CLONE_NEWNET) || !unshare(CLONE_
 
 static void lcm_is_followed_step_by_step(void **unused) {
     (void)unused;
+    slow_case();
     if (!own_network()) skip_because("this system allows no network namespace");
     snprintf(params.lcm.url, sizeof params.lcm.url, "udpm://239.255.76.67:7667?ttl=0");
     is(check_lcm_socket(&machine), LEVEL_FAIL, "no route for multicast");
@@ -610,6 +611,7 @@ static void a_payload_in_tonnes_is_warned_of(void **unused) {
 
 static void tests_that_the_legs_cannot_make_fail(void **unused) {
     (void)unused;
+    slow_case();
     is(check_tests(&machine), LEVEL_OK, "6, within the limits");
     double tank_pa = params.hydraulics.tank_pa;
     params.hydraulics.tank_pa = 1e6; /* lifts the platform without any command */

@@ -167,6 +167,7 @@ static void differences(const struct hal_sample *a, const struct hal_sample *b, 
 
 static void both_engines_have_every_effect(void **unused) {
     (void)unused;
+    slow_case();
     struct params params;
     config_default(&params);
     struct hal_sample base = moved(&params, ENGINE_CLOSED_FORM);

@@ -149,6 +149,7 @@ static double creep_m(const struct params *p, double load_n) {
 
 static void legs_below_their_capacity_do_not_creep(void **state) {
     (void)state;
+    slow_case();
     struct params p;
     config_default(&p);
     set_effect(&p, "cylinder_coulomb_friction", 0, 200.0);
@@ -159,6 +160,7 @@ static void legs_below_their_capacity_do_not_creep(void **state) {
 /* 20 N m about each of 24 axes hold a twist of 8 N per leg. */
 static void joints_below_their_capacity_do_not_creep(void **state) {
     (void)state;
+    slow_case();
     struct params p;
     config_default(&p);
     set_effect(&p, "passive_joint_friction", 0, 20.0);

@@ -62,6 +62,7 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
 /* The requirement is 1e-6 m and 1e-5 rad; second order leaves a hundredth of it. */
 static void engines_agree_after_a_second_of_motion(void **unused) {
     (void)unused;
+    slow_case();
     const double *const poses[] = {NEUTRAL, TILTED};
     struct params params = defaults();
     for (int i = 0; i < 2; i++) {
@@ -113,6 +114,7 @@ static void joint_axes_are_the_same_ones(void **unused) {
  * reversals. */
 static void engines_agree_on_sliding_friction(void **unused) {
     (void)unused;
+    slow_case();
     const struct params cases[] = {with_leg_friction(40.0, 20.0), with_joint_friction(2.0, 1.0)};
     for (int i = 0; i < 2; i++) {
         struct plant_truth a = shaken(&engine_ode, &cases[i], NEUTRAL, 1.0, 6.25e-5, 1);

@@ -137,11 +137,13 @@ static void sweep(const char *engine) {
 
 static void every_key_at_its_ends_works_or_is_refused_with_ode(void **unused) {
     (void)unused;
+    slow_case();
     sweep("sim.engine=ode");
 }
 
 static void every_key_at_its_ends_works_or_is_refused_with_the_closed_form(void **unused) {
     (void)unused;
+    slow_case();
     sweep("sim.engine=closed_form");
 }
 

@@ -55,6 +55,7 @@ static void clip(struct recording_sample *s) {
 
 static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
     (void)state;
+    slow_case();
     static const struct {
         change *change;
         const char *says;
@@ -88,6 +89,7 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
  * drift that the controller leaves. */
 static void residuals_of_the_right_model_vanish(void **state) {
     (void)state;
+    slow_case();
     struct params exact = params;
     struct recording r;
     struct residual_data d;
@@ -113,6 +115,7 @@ static void residuals_of_the_right_model_vanish(void **state) {
  * If it shrank with the scale, that would pass for evidence. */
 static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     (void)state;
+    slow_case();
     static const double scale = 1.02;
     struct params scaled = params;
     struct recording r;
@@ -147,6 +150,7 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
  * diverge, because searches pass such values. */
 static void a_short_wide_line_is_a_dead_volume(void **state) {
     (void)state;
+    slow_case();
     static const double length_m = 0.2, bore_m = 0.1, volume_m3 = 1.571e-3;
     struct params line = params, dead = params;
     struct recording r;
@@ -178,6 +182,7 @@ static void a_short_wide_line_is_a_dead_volume(void **state) {
  * that started off its periodic state made 3 kPa (80 Hz) and 16 kPa (10 Hz). */
 static void a_hysteresis_of_no_width_changes_nothing(void **state) {
     (void)state;
+    slow_case();
     int hysteresis = effect_find("valve_hysteresis");
     for (double frequency_hz = 80.0; frequency_hz >= 10.0; frequency_hz /= 8.0) {
         struct params slow = params, with;
@@ -239,6 +244,7 @@ static double force_square(const struct residual_test *t, const struct params *m
  * are hidden. */
 static void forces_tell_where_the_rods_are_in_their_play(void **state) {
     (void)state;
+    slow_case();
     for (int c = 0; c < 4; c++) {
         struct params tight = params, loose;
         struct recording r;
@@ -264,6 +270,7 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
  * they fell by 20 at 3 um. */
 static void noise_of_the_forces_is_no_play(void **state) {
     (void)state;
+    slow_case();
     static const double first_m = 2e-6, factor = 1.6;
     enum { SIZES = 17, PIECES_OF_A_TEST = 8, ONE_LEG = 2, SHAPES = 2 };
     double square[SHAPES][SIZES] = {{0}};
@@ -338,6 +345,7 @@ static void solve(const struct params *machine, int axes, struct gap_result *res
 
 static void a_machine_like_the_model_has_no_gap(void **state) {
     (void)state;
+    slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
@@ -361,6 +369,7 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
 /* The base contains each leg's null in the same place, but the result reports the effect's. */
 static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
     (void)state;
+    slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
@@ -378,6 +387,7 @@ static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
  * held-out cycles. */
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
+    slow_case();
     /* tests/test_axis.c searches with the same threads */
     if (SANITIZED_THREADS) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
@@ -405,6 +415,7 @@ static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
 
 static void one_leg_with_friction_is_named_as_one_leg(void **state) {
     (void)state;
+    slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
@@ -422,6 +433,7 @@ static void one_leg_with_friction_is_named_as_one_leg(void **state) {
  * have. */
 static void friction_and_a_tilt_are_two_effects(void **state) {
     (void)state;
+    slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
@@ -442,6 +454,7 @@ static void friction_and_a_tilt_are_two_effects(void **state) {
 
 static void another_controller_is_no_effect(void **state) {
     (void)state;
+    slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;

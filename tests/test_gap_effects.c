@@ -38,6 +38,7 @@ static double left(const struct recording *recording, const struct params *model
 
 static void an_effect_in_rig_and_model_leaves_no_residual(void **state) {
     (void)state;
+    slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     for (int i = 0; effect_table[i]; i++) {
         struct params machine = params;

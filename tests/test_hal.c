@@ -271,6 +271,7 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
 /* Each cycle delivers either a healthy sample of some cycles ago or one spoilt at random. */
 static void faults_of_order_and_chance_keep_their_promise(void **unused) {
     (void)unused;
+    slow_case();
     static const struct {
         const char *fault;
         int back[4]; /* delay in cycles, by cycle % 4 */
@@ -403,6 +404,7 @@ static struct outcome run_with(const char *faults, double begin_s) {
 
 static void the_loop_detects_or_rides_out_every_fault(void **unused) {
     (void)unused;
+    slow_case();
     enum { BAD = 5, AGE = 5 }; /* limits.bad_cycles; limits.sensor_age_s in cycles */
     static const struct {
         const char *fault; /* %g: start time */
@@ -456,6 +458,7 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
  * work against each other. */
 static void the_loop_detects_dead_and_exchanged_transducers_when_it_moves(void **unused) {
     (void)unused;
+    slow_case();
     for (int leg = 1; leg <= LEGS; leg++) {
         char faults[80];
         snprintf(faults, sizeof faults, "freeze@1.2+100/%d", leg);

@@ -377,6 +377,7 @@ static void the_relay_holds_while_the_level_changes_and_no_longer(void **unused)
 
 static void without_its_pressures_the_platform_is_put_down_slowly_and_then_latched(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     for (int leg = 0; leg < LEGS; leg++)
         for (int h = 0; h < HELD; h++) {

@@ -153,6 +153,7 @@ static double deflection_error(struct inverse_dynamics *d, bool cycle, double di
  * friction that may hold the leg. */
 static void seals_are_deflected_as_by_small_steps(void **unused) {
     (void)unused;
+    slow_case();
     struct params params;
     struct inverse_dynamics d;
     struct effect_values *dahl = &params.effects[effect_find("cylinder_dahl_friction")];

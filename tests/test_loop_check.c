@@ -112,6 +112,7 @@ static bool set_gain(struct params *p, int i, double decades) {
  * the platform and accepted ones hold it. The proposed replacement holds it. */
 static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
     (void)unused;
+    slow_case();
     int table[2][2] = {{0}};
     double step = all ? 0.2 : 1.0;
     for (int m = 0; m < MACHINES; m++)
@@ -144,6 +145,7 @@ static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
 /* The same for an effect that was found and configured, and for the machine itself. */
 static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
     (void)unused;
+    slow_case();
     static const struct {
         const char *setting;
         bool unstable;
@@ -188,6 +190,7 @@ static void a_bus_is_a_delay_of_one_cycle(void **unused) {
 /* It is damped at neutral but not when tilted, and the machine agrees. */
 static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     (void)unused;
+    slow_case();
     struct params p = load(NULL, "control.kp=140");
     const struct doctor d = {.params = &p};
     double tilted[DOFS] = {[DOF_THETA] = -0.857};
@@ -257,6 +260,7 @@ static void follow(const char *remedy, struct params *p) {
 /* Applying doctor's proposals until there are none leads to a loop that holds the platform. */
 static void whoever_follows_the_proposals_gets_through(void **unused) {
     (void)unused;
+    slow_case();
     struct params p = four_tonnes();
     const struct doctor d = {.params = &p};
     doctor_check *const checks[] = {check_loop, check_feed_forward};
@@ -279,6 +283,7 @@ static void whoever_follows_the_proposals_gets_through(void **unused) {
 /* A pole that does not oscillate, and one next to half the sampling frequency. */
 static void poles_that_do_not_oscillate_and_fast_ones_are_seen(void **unused) {
     (void)unused;
+    slow_case();
     struct params p = load(NULL, "control.kd=1000");
     struct loop_check c = loop_check(&p, false);
     assert_int_equal(c.state, LOOP_UNSTABLE);

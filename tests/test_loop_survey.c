@@ -238,11 +238,13 @@ static void check_oil_columns(struct surveyed *s) {
 
 static void the_oil_columns_are_within_5_pct_of_the_plants_linearisation(void **unused) {
     (void)unused;
+    slow_case();
     check_oil_columns(surveyed_default());
 }
 
 static void and_of_a_machine_that_is_not_as_configured(void **unused) {
     (void)unused;
+    slow_case();
     check_oil_columns(surveyed_other());
 }
 
@@ -264,16 +266,19 @@ static void check_loop(struct surveyed *s) {
 
 static void the_loops_lowest_pole_pair_is_within_5_pct_of_the_linearised_loops(void **unused) {
     (void)unused;
+    slow_case();
     check_loop(surveyed_default());
 }
 
 static void and_with_another_machine_in_it(void **unused) {
     (void)unused;
+    slow_case();
     check_loop(surveyed_other());
 }
 
 static void what_the_pressures_do_not_show_is_no_number(void **unused) {
     (void)unused;
+    slow_case();
     static struct surveyed s;
     struct error error;
     s.params = s.configured = brisk();

@@ -165,6 +165,7 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
  * leg leave 1e-7 of the motion. */
 static void both_engines_move_alike(void **unused) {
     (void)unused;
+    slow_case();
     uint64_t seed = 4;
     for (int i = 0; i < 6; i++) {
         struct params p = next(i, &seed);

@@ -150,6 +150,7 @@ static struct method_c found(struct rig *r, int tests) {
 
 static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
+    slow_case();
     struct rig r;
     for (int friction = 0; friction < 2; friction++) {
         rig_init(&r, friction ? 150.0 : 0.0);
@@ -170,6 +171,7 @@ static void dry_friction_of_each_leg_leaves_the_matrix_as_it_is(void **unused) {
  * of its height and ripple about it. */
 static void force_less_what_the_found_matrix_needs_is_the_friction_found(void **unused) {
     (void)unused;
+    slow_case();
     static struct log log;
     struct rig r;
     struct leg_friction f;
@@ -212,6 +214,7 @@ static void force_less_what_the_found_matrix_needs_is_the_friction_found(void **
 /* An off-centre weight tips the platform as it tilts: a moment that is no inertia. */
 static void the_payload_is_found_with_its_centre(void **unused) {
     (void)unused;
+    slow_case();
     static const double centre[3] = {0.03, -0.02, 0.04};
     struct rig r;
     rig_init(&r, 80.0);
@@ -246,6 +249,7 @@ static void what_no_test_moves_is_no_number(void **unused) {
  * dry friction from inertia. */
 static void friction_that_no_test_tells_is_no_number(void **unused) {
     (void)unused;
+    slow_case();
     struct rig r;
     rig_init(&r, 100.0);
     r.unwanted = 0.0, r.noise_m = 15e-6, r.noise_pa = 1e5;
@@ -276,6 +280,7 @@ static double common_variance(const struct estimate *e, int c) { return estimate
  * tolerance. */
 static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unused) {
     (void)unused;
+    slow_case();
     enum { LOGS = 4 };
     static struct log log, sum;
     /* mean of the logs: their scatters and the scales of their basis functions differ */
@@ -300,6 +305,7 @@ static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unu
 
 static void what_one_log_leaves_open_another_gives(void **unused) {
     (void)unused;
+    slow_case();
     enum { LOGS = 3 };
     static struct log log[LOGS], sum;
     struct rig r;
@@ -328,6 +334,7 @@ static struct agreement agreement_of(const struct rig *r, int logs, const struct
  * %, and the rows' noise is less well known. */
 static void logs_that_differ_by_noise_agree(void **unused) {
     (void)unused;
+    slow_case();
     enum { LOGS = 3, TRIOS = 9 };
     static struct log log[LOGS];
     double ratio = 0.0;
@@ -347,6 +354,7 @@ static void logs_that_differ_by_noise_agree(void **unused) {
 
 static void a_leg_that_rubs_in_one_log_is_named(void **unused) {
     (void)unused;
+    slow_case();
     enum { LOGS = 3, LEG = 2 };
     static struct log log[LOGS];
     struct rig r;
@@ -372,6 +380,7 @@ static void a_leg_that_rubs_in_one_log_is_named(void **unused) {
  * every part would be a difference that no repeat reduces. */
 static void many_parts_are_joined_and_a_change_on_the_way_is_seen(void **unused) {
     (void)unused;
+    slow_case();
     enum { ALL = 100, FROM = 64, LEG = 4, DRAWS = 8 };
     static struct equations part[2 * DRAWS];
     static struct log log, sum;
@@ -420,6 +429,7 @@ static void chi_square_is_that_of_tables(void **unused) {
  * correlated, so the bounds are half to 1.5. */
 static void the_stated_deviation_is_that_of_the_errors(void **unused) {
     (void)unused;
+    slow_case();
     enum { SEEDS = 12 };
     double square = 0.0, scatter = 0.0;
     for (int seed = 0; seed < SEEDS; seed++) {
@@ -457,6 +467,7 @@ static void move_joints(struct rig *r) {
 
 static void joints_within_their_tolerance_are_in_the_stated_deviation(void **unused) {
     (void)unused;
+    slow_case();
     enum { MACHINES = 12 };
     double square = 0.0;
     for (int machine = 0; machine < MACHINES; machine++) {
@@ -486,6 +497,7 @@ static void assert_matrix_found(struct rig *r, double coupling) {
  * at 200 um. */
 static void a_seal_that_gives_before_it_slides_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
+    slow_case();
     static const double give_m[] = {10e-6, 50e-6, 100e-6, 200e-6};
     for (int n = 0; n < (int)(sizeof give_m / sizeof give_m[0]); n++) {
         struct rig r;
@@ -501,6 +513,7 @@ static const double UNASSUMED = 0.03;
 /* None of these speeds is fitted either; friction at rest is twice Coulomb's. */
 static void friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
+    slow_case();
     static const double slow_mps[] = {0.010, 0.016, 0.025, 0.040};
     for (int n = 0; n < (int)(sizeof slow_mps / sizeof slow_mps[0]); n++) {
         struct rig r;
@@ -513,6 +526,7 @@ static void friction_that_is_higher_at_low_speed_leaves_the_matrix_as_it_is(void
 /* Both at once: the faster the leg, the less the seal has to compensate. */
 static void a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
+    slow_case();
     static const double give_m[] = {50e-6, 100e-6};
     for (int n = 0; n < (int)(sizeof give_m / sizeof give_m[0]); n++) {
         struct rig r;
@@ -525,6 +539,7 @@ static void a_seal_that_gives_and_slides_harder_at_low_speed_leaves_the_matrix_a
 /* The mean pressures of the tests differ, so Coulomb's part differs from test to test. */
 static void friction_that_goes_with_the_pressures_leaves_the_matrix_as_it_is(void **unused) {
     (void)unused;
+    slow_case();
     struct rig r;
     rig_init(&r, 50.0);
     r.load_mu = 0.02;
@@ -538,6 +553,7 @@ extern const struct effect external_stiffness;
  * interval then includes; two frequencies separate them. */
 static void springs_that_may_be_there_are_told_from_inertia_by_a_second_frequency(void **unused) {
     (void)unused;
+    slow_case();
     static const double spring[DOFS] = {8e3, 6e3, 5e3, 1e3, 800.0, 1.5e3};
     static struct log one, other, both;
     struct rig r;

@@ -272,6 +272,7 @@ static bool full_grid(void) { return getenv("OSCILLATION_GRID") && !strcmp(geten
  * test comes sooner. */
 static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
     (void)unused;
+    slow_case();
     int runs = 0, refused = 0, stopped = 0, steps = full_grid() ? 8 : 2;
     for (int m = 0; m < MACHINES; m++)
         for (int g = 0; g < GAINS; g++)
@@ -302,6 +303,7 @@ static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
 
 static void no_effect_of_typical_size_is_stopped_but_what_shakes(void **unused) {
     (void)unused;
+    slow_case();
     for (int e = 0; effect_table[e]; e++) {
         struct params params;
         struct trial t;
@@ -326,6 +328,7 @@ static void a_command_delay_of_8_ms_is_stopped(void **unused) {
 
 static void no_shipped_machine_shakes(void **unused) {
     (void)unused;
+    slow_case();
     for (int m = 0; m < MACHINES; m++) {
         struct params params;
         struct trial t;

@@ -100,6 +100,7 @@ static double test_cycle(double t_s) { return 4e-3 * (ramp(t_s, 3, 4) - ramp(t_s
 
 static void a_test_with_ramps_and_rests(void **unused) {
     (void)unused;
+    slow_case();
     static const struct sensor sensors[] = {
         {.rate_hz = 500, .duration_s = 20},
         {.rate_hz = 500, .duration_s = 20, .noise_m = 1e-6},
@@ -130,6 +131,7 @@ static double harmonics(double t_s) {
 
 static void whatever_repeats_is_steady_from_end_to_end(void **unused) {
     (void)unused;
+    slow_case();
     struct sensor coarse = good;
     coarse.noise_m = 1e-5, coarse.step_m = 2e-5;
     EXPECT(from_the_start, &good, {'S', 2.5, 20, 0.01});
@@ -152,6 +154,7 @@ static double pauses(double t_s) { return (t_s < 6.0 || t_s >= 9.0 ? 4e-3 : 0.0)
 
 static void sines_in_succession_are_told_apart(void **unused) {
     (void)unused;
+    slow_case();
     EXPECT(stepped_sine, &good, {'S', 1.0, 6.0, 0.2}, {'S', 3.0, 12.0, 0.1}, {'S', 7.5, 0, 0});
     EXPECT(pauses, &good, {'S', 2.0, 6.0, 0.05}, {'R', 0, 9.0, 0.05}, {'S', 2.0, 0, 0});
     EXPECT(stumble, &good, {'S', 2.5, 20, 0.01}); /* for a quarter of a cycle */
@@ -172,6 +175,7 @@ static double swell(double t_s) { return 2e-4 * t_s * sin(TURN * 3.0 * t_s); }
 
 static void what_does_not_repeat_is_not_steady(void **unused) {
     (void)unused;
+    slow_case();
     struct sensor coarse = good, minute = good;
     coarse.step_m = 5e-5, minute.duration_s = 60.0;
     motion *const motions[] = {chirp, log_chirp, multisine, drift};

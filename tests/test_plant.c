@@ -162,6 +162,7 @@ static void at_rest_the_valve_feeds_the_leakage(void **unused) {
  * within the stops and above vacuum. */
 static void hostile_commands_break_nothing(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = defaults();
     struct cylinder_model m;
     uint64_t seed = 2;

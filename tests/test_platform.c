@@ -77,6 +77,7 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
 
 static void a_request_cannot_hide_a_fault_of_the_same_cycle(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     for (int command = COMMAND_NONE; command < COMMANDS; command++)
         for (int h = 0; h < HELD; h++) {
@@ -93,6 +94,7 @@ static void a_request_cannot_hide_a_fault_of_the_same_cycle(void **unused) {
 
 static void engage_starts_where_the_platform_is(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     uint64_t seed = 5;
     struct rig rig;
@@ -117,6 +119,7 @@ static void engage_starts_where_the_platform_is(void **unused) {
 
 static void after_a_fault_at_any_instant_it_can_be_engaged_again_and_put_down(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     uint64_t seed = 6;
     struct rig rig;
@@ -141,6 +144,7 @@ static void after_a_fault_at_any_instant_it_can_be_engaged_again_and_put_down(vo
 
 static void park_at_any_instant_of_a_test_ramps_out_and_puts_down(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     uint64_t seed = 7;
     struct rig rig;
@@ -248,6 +252,7 @@ static void hostile_commands_do_nothing(void **unused) {
  * platform never jerks. */
 static void random_requests_never_bump_the_platform(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     uint64_t seed = 8;
     struct rig rig;
@@ -273,6 +278,7 @@ static void random_requests_never_bump_the_platform(void **unused) {
 /* Arbitrary bits from the sensors, mixed with good ones: check_always holds. */
 static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     uint64_t seed = 9;
     struct rig rig;

@@ -21,6 +21,7 @@ static void assert_stays_still_until_reset(struct rig *rig) {
 
 static void each_limit_trips_in_bad_cycles_and_holds_until_reset(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     struct rig rig;
     rig_init(&rig, &params);
@@ -70,6 +71,7 @@ static void another_master_trips_at_the_first_sample_that_says_so(void **unused)
 
 static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     struct rig rig;
     rig_init(&rig, &params);
@@ -121,6 +123,7 @@ static void a_leg_that_does_not_follow_trips(void **unused) {
  * unreachable reference to the end stop. */
 static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     static const enum state moving[] = {STATE_ENGAGING, STATE_TESTING, STATE_PARKING};
     params.tests.order[0] = DOF_Z; /* moves all legs by 3.6 mm */
@@ -153,6 +156,7 @@ static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **
  * legs by 2.5 mm from end to end. */
 static void a_length_that_stands_still_in_a_test_trips_within_a_period(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     int ramped = (int)((params.tests.settle_s + params.tests.ramp_s) / params.loop.period_s);
     int period = (int)(1.0 / params.tests.hz[DOF_PSI] / params.loop.period_s);

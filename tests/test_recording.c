@@ -99,6 +99,7 @@ static void mostly_nothing(struct recording_sample *s) {
 
 static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     (void)unused;
+    slow_case();
     static const struct {
         change *change;
         bool reference;
@@ -242,6 +243,7 @@ static void any_frequency_that_the_configuration_states_is_accepted(void **unuse
 /* A file's statements about the motion are measured before they are believed. */
 static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
     (void)unused;
+    slow_case();
     static const double off[] = {1e-3, -0.01, 0.05, -0.09, 0.3, -0.5};
     for (size_t n = 0; n < sizeof off / sizeof *off; n++) {
         struct error error = {0};
@@ -279,6 +281,7 @@ static void legs_that_settle_move_at_the_frequency_of_the_reference(void **unuse
 
 static void a_bad_first_sample_hides_no_frequency(void **unused) {
     (void)unused;
+    slow_case();
     struct error error = {0};
     struct recording r = copy();
     for (int i = 0; i < r.tests; i++) {
@@ -307,6 +310,7 @@ static void what_is_as_it_should_be_is_accepted(void **unused) {
  * blamed. */
 static void without_commands_forces_alone_are_explained(void **unused) {
     (void)unused;
+    slow_case();
     static struct gap_result g;
     struct error error;
     struct gap_options options = {.replay = GAP_CLOSED_LOOP, .simulate = true, .threads = 2};
@@ -356,6 +360,7 @@ static void lost_samples_do_not_change_the_sampling(void **unused) {
 /* The six tests, and z again at half the frequency. */
 static void a_second_run_has_tests_of_its_own(void **unused) {
     (void)unused;
+    slow_case();
     struct error error;
     struct recording like, r;
     struct test_params second = params.tests;
@@ -382,6 +387,7 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
 /* At any rate the number of samples is bounded, and each quarter of the recording contributes. */
 static void a_long_recording_is_kept_from_all_over_it(void **unused) {
     (void)unused;
+    slow_case();
     enum { MOST = 400000, ROWS = 6 * MOST - 1, QUARTERS = 4 };
     static const double rates_hz[] = {200.0, 5000.0, 10000.0, HUGE_VAL}; /* a clock that jumps */
     for (size_t n = 0; n < sizeof rates_hz / sizeof *rates_hz; n++) {

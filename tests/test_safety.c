@@ -18,6 +18,7 @@ static void burst(struct hal_sample *s, int leg) { s->p2_pa[leg] = 20e6; }
  * platform comes to rest. */
 static void a_stop_in_any_state_leads_to_rest(void **unused) {
     (void)unused;
+    slow_case();
     static const enum state states[] = {STATE_INIT,    STATE_SETTLED, STATE_ENGAGING, STATE_READY,
                                         STATE_TESTING, STATE_PARKING, STATE_FAULT,    STATE_PRESSURISING};
     for (int k = 0; k < STATES * 3; k++) {
@@ -146,6 +147,7 @@ static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
 
 static void a_fault_names_its_leg(void **unused) {
     (void)unused;
+    slow_case();
     static const struct {
         spoiler *spoil;
         uint32_t fault;
@@ -294,6 +296,7 @@ static void a_device_without_a_count_is_believed_by_its_clock(void **unused) {
 /* After such an absence the device may have centred the valves, so the loop does not continue. */
 static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = by_hand();
     for (int away = 1; away <= 500; away += away < 20 ? 1 : 60) {
         struct rig rig;
@@ -318,6 +321,7 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
 /* From any state, after any time with the valves centred, wherever it has sunk to. */
 static void engaging_again_after_a_fault_is_bumpless(void **unused) {
     (void)unused;
+    slow_case();
     static spoiler *const spoilers[] = {not_a_number, jumped, pressed};
     uint64_t seed = 11;
     double valve_first = 0.0, valve_later = 0.0, reference = 0.0;

@@ -70,6 +70,7 @@ static double creep(const struct params *params, double load_n) {
 
 static void legs_below_their_capacity_do_not_creep(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = defaults();
     set_effect(&params, "cylinder_coulomb_friction", 0, 300.0);
     set_effect(&params, "cylinder_coulomb_friction", 1, 100.0);
@@ -80,6 +81,7 @@ static void legs_below_their_capacity_do_not_creep(void **unused) {
 
 static void joints_below_their_capacity_do_not_creep(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = defaults();
     set_effect(&params, "passive_joint_friction", 0, 5.0);
     assert_below(creep(&params, 2.0), 1e-12);
@@ -220,6 +222,7 @@ static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unuse
  * force. */
 static void a_stuck_leg_carries_its_seals_too(void **unused) {
     (void)unused;
+    slow_case();
     for (int i = 0; i < 4; i++) {
         struct params params = defaults();
         double hold[LEGS];

@@ -29,6 +29,7 @@ static const struct {
 
 static void a_million_random_cycles_break_no_rule_of_the_model_and_see_every_change_of_state(void **state) {
     (void)state;
+    slow_case();
     static struct run run;
     if (!fuzz(1, 1000000, false, &run, NULL)) fail_msg("see above");
     for (unsigned i = 0; i < sizeof changes / sizeof *changes; i++) {

@@ -193,6 +193,7 @@ static void whatever_else_is_refused_with_line_and_remedy(void **unused) {
  * instant. */
 static void no_file_makes_a_pose_that_is_no_number(void **unused) {
     (void)unused;
+    slow_case();
     static const char good[] = "t_s,x_m,psi_rad\n0,0,0\n0.5,0.01,0.02\n1.5,-0.01,1e-2\n2,0,0\n",
                       letters[] = "0123456789.,-+eE;\t\n\"#naifx_\0";
     uint64_t seed = 9;
