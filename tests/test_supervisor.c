@@ -47,6 +47,7 @@ static void neither_do_they_on_the_simulated_platform(void **state) {
 
 static void no_memory_grows(void **state) {
     (void)state;
+    slow_case();
     static struct run run;
     if (!fuzz(2000001, 20 * EPISODE, false, &run, NULL)) fail_msg("see above");
     size_t before = mallinfo2().uordblks;

@@ -379,6 +379,7 @@ static void without_the_trajectory_it_asks_for_it_stays_at_neutral(void **unused
 /* At any instant a stop leads back to neutral and a park down; neither jerks (platform_rig.h). */
 static void stop_and_park_in_the_middle_act_as_in_any_test(void **unused) {
     (void)unused;
+    slow_case();
     static const int at[] = {1, 200, 320, 1000, 2100, 2330};
     struct trajectory trajectory = gentle(1);
     for (int park = 0; park <= 1; park++)
@@ -428,6 +429,7 @@ static void what_the_machine_can_do_is_let_through(void **unused) {
 
 static void each_limit_refuses_by_its_name(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = brisk();
     /* neutral 1.8307 m; 4 mm of z are 3.6 mm of a leg */
     all_legs(params.limits.length_max_m, 1.8332);
@@ -467,6 +469,7 @@ static void the_scale_it_gives_is_the_largest_that_does(void **unused) {
  * than the motion itself. */
 static void a_stop_in_the_middle_is_checked_too(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = gently();
     struct trajectory t = {.knots = KNOTS, .passes = 1, .knot = knots};
     for (int i = 0; i < KNOTS; i++)
@@ -511,6 +514,7 @@ static void assert_limited_at(struct params *params, const struct trajectory *t,
 
 static void what_repeats_is_checked_as_if_all_of_it_were(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = gently();
     struct trajectory t = {.knots = 11, .passes = 30, .knot = knots};
     /* passes far shorter than the ramp-out, to and fro about a distant place */
