@@ -7,7 +7,7 @@
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;
-static const double LOST = 1.5;       /* cycles between two samples; above that, samples are lost */
+static const double NEXT_CYCLES = 1.5; /* most cycles between two samples, none lost */
 static const double FORGOTTEN_S = 0.2;    /* after this time the filters have forgotten their
                                            * initial state */
 
@@ -46,7 +46,7 @@ static void compare(const struct params *p, const struct kinematics *k, const st
     for (int i = 0; i < t->count; i++) {
         const struct recording_sample *s = &t->sample[i];
         double ref_m[LEGS], after_s = i ? s->test_time_s - t->sample[i - 1].test_time_s : HUGE_VAL;
-        bool begins = after_s > FORGOTTEN_S, lost = after_s > LOST * p->loop.period_s;
+        bool begins = after_s > FORGOTTEN_S, lost = after_s > NEXT_CYCLES * p->loop.period_s;
         if (begins && i) {
             add_stretch(&stretch, difference, whole);
             stretch = (struct stretch){0};

@@ -7,6 +7,7 @@
 
 #include "dense.h"
 #include "memory.h"
+#include "numeric.h"
 #include "parallel.h"
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
@@ -14,8 +15,6 @@ enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 static const double BASE_ERROR = 1e-3; /* share of a channel's variation: error of integrators
                                         * and of omitted harmonics */
 static const double ENOUGH = 1e-4; /* relative change of the sum of squares at which a fit ends */
-
-static double square_of(double x) { return x * x; }
 
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
@@ -290,8 +289,7 @@ static void deviations(int n, const double *h, const struct fit_prior *prior, co
 static bool solve_box(int n, double *h, double *g, const struct fit_prior *prior, const double *min, const double *max, double *x,
                       double *std) {
     bool is_free[COLUMNS_MAX];
-    for (int i = 0; i < n && prior; i++)
-        h[i * n + i] += square_of(prior[i].inverse_std), g[i] += square_of(prior[i].inverse_std) * prior[i].off;
+    for (int i = 0; i < n && prior; i++) h[i * n + i] += square(prior[i].inverse_std), g[i] += square(prior[i].inverse_std) * prior[i].off;
     for (int i = 0; i < n; i++)        /* a column of zeros has no influence: the variable stays */
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0;
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
@@ -316,7 +314,7 @@ static double linear_square(int values, const double *white, const struct linear
     for (int i = 0; i < n; i++) g[i] = slope[i] = dot(values, linear->column + (size_t)i * (size_t)values, white);
     if (!solve_box(n, h, g, linear->prior, linear->min, linear->max, linear->x, NULL)) return INFINITY;
     for (int i = 0; i < n; i++) sum += linear->x[i] * (2.0 * slope[i] + dot(n, linear->gram + i * n, linear->x));
-    for (int i = 0; i < n; i++) sum += square_of(linear->prior[i].inverse_std * (linear->x[i] + linear->prior[i].off));
+    for (int i = 0; i < n; i++) sum += square(linear->prior[i].inverse_std * (linear->x[i] + linear->prior[i].off));
     return sum;
 }
 
@@ -356,7 +354,7 @@ static double prior_cost(const struct params *model, int variables, const struct
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
         if (v[i].prior_inverse_std > 0.0 && v[i].base == base)
-            sum += square_of(v[i].prior_inverse_std * (variable_get(&v[i], model) - v[i].neutral));
+            sum += square(v[i].prior_inverse_std * (variable_get(&v[i], model) - v[i].neutral));
     return sum;
 }
 
@@ -381,7 +379,7 @@ static double objective(const struct descent *s, const struct params *model) {
 /* The sum predicted at x for linear residuals; h and g include the priors. */
 static double promised(const struct descent *s, int n, const double *h, const double *g, const struct fit_prior *prior, const double *x) {
     double sum = fit_square(s->d->values, s->white);
-    for (int i = 0; i < n; i++) sum += square_of(prior[i].inverse_std * prior[i].off) + x[i] * (2.0 * g[i] + dot(n, h + i * n, x));
+    for (int i = 0; i < n; i++) sum += square(prior[i].inverse_std * prior[i].off) + x[i] * (2.0 * g[i] + dot(n, h + i * n, x));
     return sum;
 }
 

@@ -6,6 +6,7 @@
 
 #include "base.h"
 #include "experiment.h"
+#include "numeric.h"
 
 static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction that differs between
                                                                * directions */
@@ -37,8 +38,6 @@ static void append(struct gap_result *r, const char *text) {
     size_t used = strlen(r->reason);
     snprintf(r->reason + used, sizeof r->reason - used, "%s", text);
 }
-
-static double square(double x) { return x * x; }
 
 /* Share of the excess that is left. */
 static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }

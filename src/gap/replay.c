@@ -6,6 +6,7 @@
 
 #include "ident.h"
 #include "memory.h"
+#include "numeric.h"
 #include "parallel.h"
 #include "plant.h"
 #include "platform.h"
@@ -164,8 +165,6 @@ struct sums {
     double variation[GAP_CHANNELS];
     int rows[GAP_CHANNELS];
 };
-
-static double square(double x) { return x * x; }
 
 /* Mean square of a row of Fourier coefficients. */
 static double mean_square(int size, const double *row) {

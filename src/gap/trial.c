@@ -7,7 +7,7 @@
 #include "memory.h"
 
 static const double IDLE = 1e-6;         /* relative change of the squares */
-static const double SURE = 36.0;         /* gain beyond doubt, z = 6 */
+static const double DOUBTLESS_GAIN = 36.0; /* gain beyond doubt, z = 6 */
 static const double BEND = 0.1;          /* share of a signature; a law with less curvature
                                           * counts as proportional */
 static const double SHORTEST_STEP = 0.1; /* shortest share of the base's linear step that is
@@ -196,7 +196,9 @@ end:
     free(own);
 }
 
-bool trial_contradicted(const struct trial *t) { return t->ok && !t->polished && t->gain > SURE && !(t->held_gain > TRIAL_KEPT * t->gain); }
+bool trial_contradicted(const struct trial *t) {
+    return t->ok && !t->polished && t->gain > DOUBTLESS_GAIN && !(t->held_gain > TRIAL_KEPT * t->gain);
+}
 
 double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
 
@@ -287,7 +289,7 @@ static void try_beside_constant(const struct diagnosis *d, const struct trial *f
     struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
     if (!one_direction(d, t)) return;
     try_one(d, t->hypothesis, from, SCREEN_ITERATIONS, &beside);
-    if (beside.ok && beside.gain > t->gain + SURE) *t = beside;
+    if (beside.ok && beside.gain > t->gain + DOUBTLESS_GAIN) *t = beside;
 }
 
 void trial_screen(const struct diagnosis *d, const struct hypothesis *h, const struct trial *alike, struct trial *t) {

@@ -5,12 +5,11 @@
 #include <string.h>
 
 #include "dense.h"
+#include "numeric.h"
 #include "shape_sizes.h"
 
 static const double LEAST_N = 1e-3;  /* least prior deviation of a shape */
 static const double OF_NO_WEIGHT = 1e-12; /* prior over the data's weight: no influence */
-
-static double square(double x) { return x * x; }
 
 void equations_entry(int unknown, int *row, int *column) {
     int i = 0;

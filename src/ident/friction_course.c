@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "numeric.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -25,8 +26,6 @@ struct motion {
     /* Rate of reversals, all legs together: rms acceleration over rms speed. */
     double turns_radps;
 };
-
-static double square(double x) { return x * x; }
 
 /* Share of each harmonic of each leg's length that is motion, not noise (Wiener). The motion is the
  * mean square over the legs, and at least that of a higher harmonic. */

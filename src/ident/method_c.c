@@ -9,6 +9,7 @@
 #include "inverse_dynamics.h"
 #include "matrix_forces.h"
 #include "nominal.h"
+#include "numeric.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -53,8 +54,6 @@ struct work {
 
 extern const struct effect geometry_error, external_stiffness;
 static const char no_pose[] = "method C: no pose of this machine has these lengths";
-
-static double square(double x) { return x * x; }
 
 /* Measured motion of the legs at a phase. */
 static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3]) {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "lin.h"
+#include "numeric.h"
 #include "units.h"
 
 enum { N_MAX = 2 * DOFS };
@@ -19,8 +20,6 @@ struct equations {
 };
 
 static double omega(const struct test_result *t) { return 2.0 * PI * t->frequency_hz; }
-
-static double square(double value) { return value * value; }
 
 static struct lin_report equations_solve(struct equations *e) {
     struct lin_report report = lin_inverse(e->n, e->u, e->inverse);

@@ -6,7 +6,6 @@
 #include "dense.h"
 #include "units.h"
 
-static const double MOST_HZ = 40.0;      /* no platform is tested faster */
 static const double OF_FREQUENCY = 0.5;  /* least share of the variance at the motion's frequency */
 static const double SEARCH_S = 10.0;     /* longest part searched: an hour would take too long */
 /* Relative difference below which the legs follow the reference: they may still be settling. */
@@ -68,7 +67,7 @@ static double search(const struct recording_test *t, struct signals of, double s
         struct wave w = wave_at(t, of, k, CYCLES_LEAST / span_s, -HUGE_VAL, until_s);
         if (w.variance > most) most = w.variance, one.offset = of.offset + (size_t)k * sizeof(double);
     }
-    for (double f = CYCLES_LEAST / span_s; f < MOST_HZ; f += 0.25 / span_s) {
+    for (double f = CYCLES_LEAST / span_s; f < RECORDING_FASTEST_HZ; f += 0.25 / span_s) {
         double share = share_at(t, one, f, until_s);
         if (share > best) best = share, hz = f;
     }

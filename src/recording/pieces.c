@@ -13,7 +13,6 @@ const char *const piece_names[PIECE_KINDS] = {"rest", "steady", "moving"};
 
 /* The search works on an even grid, whose points are means of neighbouring samples. */
 static const double GRID_HZ = 400.0;     /* ten points in a cycle of the fastest motion */
-static const double FASTEST_HZ = 40.0;   /* no platform is moved faster */
 static const double POINTS_LEAST = 5.0;  /* points in a cycle */
 enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 
@@ -26,7 +25,7 @@ static const double REST_SHARE = 3e-3;   /* wander of a loop at rest, over the l
 /* Steady motion. */
 static const double CYCLES_LEAST = 4.0;
 /* Largest rms difference of successive cycles over the motion's rms, beyond the noise. */
-static const double SAME = 0.05;
+static const double ALIKE = 0.05;
 /* The same while the period is not known well: a period error adds 2 pi times its relative size. */
 static const double SEARCHED = 0.2;
 /* Factor on the mean square difference of cycles: some loops hunt beside their motion. */
@@ -36,7 +35,7 @@ static const double SEARCHED_RATIO = 1.04;
 static const double LAG_RATIO = 1.005;   /* ratio between successive trial periods */
 /* Largest share of the motion's variance that may fail to repeat, whatever the noise. */
 static const double MOTION = 0.25;
-/* Largest change of period between both halves; a sweep that is cut off at SAME has 8e-3. */
+/* Largest change of period between both halves; a sweep that is cut off at ALIKE has 8e-3. */
 static const double SWEEP = 3e-3;
 static const double SWELL = 0.1;         /* the same for the amplitude */
 /* Least share of a cycle's points that must be measured both in it and in the next; also the least
@@ -323,7 +322,7 @@ static bool holds(const struct grid *g, const struct stretch *s, const struct ru
 /* Finds the longest run of any period. Returns false if there is none, or if it is part of a
  * sweep. */
 static bool steady_run(const struct grid *g, const struct stretch *s, struct run *best) {
-    double shortest = fmax(POINTS_LEAST, 1.0 / (FASTEST_HZ * g->step_s));
+    double shortest = fmax(POINTS_LEAST, 1.0 / (RECORDING_FASTEST_HZ * g->step_s));
     *best = (struct run){0};
     for (double period = shortest; period * CYCLES_LEAST <= s->end - s->first; period *= LAG_RATIO) {
         struct run r = longest_run(g, s, period, SEARCHED);
@@ -332,7 +331,7 @@ static bool steady_run(const struct grid *g, const struct stretch *s, struct run
     if (!run_points(best)) return false;
     double period = shortest_period(g, s, best, refine(g, s, best->first, best->end, best->period), shortest);
     double whole = misfit(g, s, best->first, best->end, period) / variance(g, s->x, best->first, best->end);
-    *best = longest_run(g, s, period, fmin(fmax(SAME, sqrt(RESTLESS * whole)), SEARCHED));
+    *best = longest_run(g, s, period, fmin(fmax(ALIKE, sqrt(RESTLESS * whole)), SEARCHED));
     if (!run_points(best)) return false;
     best->period = refine(g, s, best->first, best->end, best->period);
     return holds(g, s, best);

@@ -9,6 +9,7 @@
 
 enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
 #define RECORDING_CLOCK_TOLERANCE 1e-4 /* relative error between the crystals of two clocks */
+#define RECORDING_FASTEST_HZ 40.0 /* no platform is moved faster */
 
 struct recording_sample {
     double test_time_s;  /* controller's clock, from the start of the test */

@@ -13,10 +13,10 @@ static const double STEADY = 0.995;       /* share of the mean square (0.986 for
 static const double STATED = 0.5;         /* share that suffices at the stated frequency: friction,
                                            * a weak loop or a shut valve distort a test */
 static const double CYCLE = 0.5;          /* least share of the mean amplitude in each cycle */
-static const double SAME = 0.1;           /* relative tolerance of the stated frequency: a clock or
+static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: a clock or
                                            * typing error, not another test */
 /* bands of pieces of 3 s and of 0.2 s; pieces are longer only to cover all of a long record */
-static const double BAND_LEAST_HZ = 2.75, BAND_MOST_HZ = 40.0;
+static const double BAND_LEAST_HZ = 2.75;
 static const double BAND_OF_RATE = 1.0 / 8.0; /* share of the sampling rate: a piece has twice as
                                                * many samples as coefficients, some to spare
                                                * (spectrum_cut) */
@@ -29,7 +29,7 @@ static const double STEPS = 3.0;          /* resolution steps of motion in the s
                                            * band: slower rounding is no noise */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
-static const double LOST = 2.5;           /* steps without a sample: a gap, beyond jitter */
+static const double GAP_STEPS = 2.5;      /* steps without a sample: a gap, beyond jitter */
 static const double BESIDE = 3.0, BESIDE_S = 0.01; /* steps, time to fit a speed beside a gap */
 static const double TURN = 4.0;           /* least change of speed of a turn, over that of a motion
                                            * of the mean frequency */
@@ -115,7 +115,7 @@ static bool repeats(const struct recording_test *t, int leg, double hz) {
 }
 
 bool motion_steady(const struct recording_test *t, int legs, double frequency_hz) {
-    bool stated = fabs(frequency_hz / t->stated_hz - 1.0) < SAME;
+    bool stated = fabs(frequency_hz / t->stated_hz - 1.0) < FREQUENCY;
     double square = 0.0, rest = 0.0;
     for (int k = 0; k < legs && isfinite(frequency_hz); k++) add_remainder(t, k, frequency_hz, &square, &rest);
     if (stated && repeats(t, mover(t, legs), frequency_hz)) return rest < (1.0 - STATED) * square;
@@ -191,7 +191,7 @@ static int find_band(const struct recording_test *t, int legs, double step_s, do
     }
     if (!(square > 0.0)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
     double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * PIECES / span_s;
-    double most = fmin(fmin(BAND_OF_RATE / step_s, BAND_MOST_HZ), fmax(motion_hz, all_hz));
+    double most = fmin(fmin(BAND_OF_RATE / step_s, RECORDING_FASTEST_HZ), fmax(motion_hz, all_hz));
     *band_hz = fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
     return STATUS_OK;
 }
@@ -254,7 +254,7 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
         double at_s = t->sample[i].test_time_s, gap_s = at_s - last_s, beside_s = fmax(fmax(gap_s, BESIDE_S), BESIDE * c->step_s);
         double turn = fmax(TURN * omega * (gap_s + beside_s), TURN_LEAST);
         if (!t->sample[i].good) continue;
-        for (int k = 0; k < c->legs && gap_s > LOST * c->step_s; k++) {
+        for (int k = 0; k < c->legs && gap_s > GAP_STEPS * c->step_s; k++) {
             double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
             /* NaN counts as a turn, too */
             hides = hides || !(fabs(after - before) <= turn * speed);

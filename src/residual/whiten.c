@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cylinder.h"
+#include "numeric.h"
 #include "rigid.h"
 #include "units.h"
 #include "vec.h"
@@ -49,8 +50,6 @@ void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
         memcpy(lambda[i], unit, sizeof unit);
     }
 }
-
-static double square(double x) { return x * x; }
 
 /* Replaces the lower triangle of C by the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {
