@@ -14,8 +14,7 @@ struct base_entry {
         EACH_LEG,
         LEGS_ALIKE
     } of; /* EACH_LEG: valves, seals and volumes differ from leg to leg. LEGS_ALIKE: parts made
-           * to one drawing share one variable if the configuration gives all legs the same
-           * value. */
+           * to one drawing share one variable if configured alike. */
     size_t stated;    /* offset of its tolerance in struct params; 0: not stated */
     double tolerance; /* relative; used if none is stated */
     size_t to;      /* offset of the value to which the tolerance relates; 0: the parameter's own */

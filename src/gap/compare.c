@@ -107,8 +107,7 @@ static int closed_loop(const struct params *params, const struct recording *vali
     return STATUS_OK;
 }
 
-/* Prepares the validation log. If it cannot be evaluated, data stays empty, without tests or
- * sizes. */
+/* Prepares the validation log. If it cannot be evaluated, data stays empty. */
 static void prepare_other(struct residual_data *data, const struct recording *validate) {
     struct error error;
     int status = residual_prepare(data, validate, CYCLES_ALL, &error);

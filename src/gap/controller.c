@@ -8,8 +8,7 @@
 
 static const double RATE_TOLERANCE = 0.01;
 static const double NEXT_CYCLES = 1.5; /* most cycles between two samples, none lost */
-static const double FORGOTTEN_S = 0.2;    /* after this time the filters have forgotten their
-                                           * initial state */
+static const double FORGOTTEN_S = 0.2; /* then the filters have forgotten their initial state */
 
 struct moments {
     int n;

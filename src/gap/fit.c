@@ -96,8 +96,7 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
 
 static double step_of(const struct variable *v, double value) { return value + v->step > v->max ? -v->step : v->step; }
 
-/* True if a variable affects only its own leg's residuals. apart: parts whose legs are
- * independent. */
+/* True if a variable affects its own leg's residuals alone. apart: parts with independent legs. */
 static bool is_own(enum residual_part apart, const struct variable *v) { return v->own && !(v->parts & ~apart); }
 
 /* Number of variables from v on that are the same quantity of different, independent legs: one
@@ -259,8 +258,7 @@ void fit_gram(int n, int values, const double *column, double *gram) {
             gram[i * n + j] = gram[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
 }
 
-/* h and g of the least-squares problem; products of the columns from first_known on are already
- * there. */
+/* h and g of the least squares; products of the columns from first_known on exist already. */
 static void normal_equations(int n, int values, const double *residual, const double *const *column, int first_known, const double *gram,
                              double *h, double *g) {
     for (int i = 0; i < n; i++) {

@@ -18,8 +18,7 @@ enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNEL
 extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, p2, valve */
 extern const char *const gap_channel_units[GAP_CHANNELS];
 
-/* GAP_AS_KNOWN: closed loop if the log has reference, commands and pressures, else the measured
- * motion. */
+/* GAP_AS_KNOWN: closed loop if the log has reference, commands and pressures, else motion. */
 enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
@@ -32,8 +31,7 @@ struct gap_effect {
                                            * effect, with another size */
     double std[EFFECT_KEYS][LEGS];        /* standard deviation, enlarged by the residual gap; 0:
                                            * at its bound */
-    bool bound[EFFECT_KEYS][LEGS];        /* the value is at the end of its range, so it is not
-                                           * an estimate */
+    bool bound[EFFECT_KEYS][LEGS];        /* at the end of its range, so not an estimate */
     double share_explained;               /* share of the squared gap above the noise floor on
                                            * held-out cycles; of several effects, what was gone
                                            * when it joined */
@@ -121,8 +119,7 @@ struct gap_result {
                                            * controller's cycle; else 0 */
     double controller_difference;         /* share of the command's rms variation that the
                                            * configured controller does not reproduce */
-    double white_before, white_after;     /* mean white square on held-out cycles; noise alone
-                                           * gives 1 */
+    double white_before, white_after;     /* mean white square on held-out cycles; noise gives 1 */
     bool matrices;
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
     bool repaired;                        /* repaired_mt is valid: friction was found */
@@ -142,8 +139,8 @@ struct gap_options {
     enum gap_replay replay;
     bool simulate;                        /* check the result by replay */
     int threads;
-    void (*progress)(void *context, const char *step, double share); /* called from any thread;
-                                                                      * may be NULL */
+    void (*progress)(void *context, const char *step, double share); /* from any thread; may be
+                                                                      * NULL */
     void *context;
 };
 

@@ -52,8 +52,8 @@ double goodness_law_error(const struct diagnosis *d) {
  * (Student's t); 0: the variance comes from all samples. */
 static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
 
-/* Largest weighted sum of white squares that noise can make, from the sums of the weights and of
- * their squares. */
+/* Largest weighted sum of white squares from noise, by the sums of the weights and of their
+ * squares. */
 static double noise_at_most(double weights, double squares) { return NOISE_SQUARE * weights + SCATTER * sqrt(2.0 * squares); }
 
 double goodness_noise(const struct diagnosis *d) {

@@ -9,11 +9,9 @@
 static const double LEFT = 0.1; /* least share of a mass, an inertia or a friction that an effect
                                  * leaves */
 
-/* Compares a group of constants, or one of them. */
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
-/* A single axis has only a mass, a weight and a friction; joints, pose and inertias are a
- * platform's. */
+/* A single axis has mass, weight and friction only; joints, pose and inertias are a platform's. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
     if (model->mechanism == MECHANISM_AXIS) return e->leg_friction || e->wrench || DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
     return e->leg_friction || e->joint_friction || e->wrench || DIFFER(bodies);
@@ -23,8 +21,7 @@ static bool moves_pressure(const struct effect *e, const struct machine *a, cons
     return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(line) || DIFFER(timing.command_delay_s);
 }
 
-/* Residuals to recompute under an effect, found from the constants that it changes and from its
- * laws. */
+/* Residuals to recompute under an effect, by the constants that it changes and by its laws. */
 struct reach {
     enum residual_part parts;
     bool own; /* a leg's value affects that leg's residuals alone, because neither bodies nor
@@ -48,8 +45,7 @@ static struct reach effect_reach(const struct params *model, int effect) {
     return (struct reach){parts, !(e->joint_friction || e->wrench || DIFFER(bodies) || DIFFER(sensors.length))};
 }
 
-/* Step of the difference quotient: well above rounding error, well below the curvature of any
- * law. */
+/* Step of the difference quotient: well above rounding, well below the curvature of any law. */
 static double difference_step(const struct effect_key *k) {
     double typical = k->reciprocal ? 0.0 : fabs(k->typical - k->neutral);
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
@@ -78,8 +74,7 @@ static bool possible(const struct params *given, const struct variable *v, doubl
     return hypothesis_possible(&with);
 }
 
-/* The value farthest towards `end` with which, changed alone, the given machine is still
- * possible. */
+/* The value farthest towards `end` with which the given machine is still possible. */
 static double possible_end(const struct params *given, const struct variable *v, double end) {
     double most = 0.0, step = 0.5;
     if (possible(given, v, end)) return end;

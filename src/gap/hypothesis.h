@@ -37,8 +37,7 @@ enum parallel hypothesis_parallel(const struct hypothesis *h, const struct varia
  * box, standard deviation of a uniform distribution over the box. */
 void variable_draw(struct variable *base);
 
-/* True if the second effect is a special case of the first: if both explain the same, it is the
- * second. */
+/* True if the second effect is a special case of the first: then the second is preferred. */
 bool hypothesis_contains(int effect, int other);
 
 /* True if a machine with this model can exist (machine_check). */

@@ -4,8 +4,7 @@
 
 #include "gap.h"
 
-/* White squares on held-out cycles. Noise gives about one for each value; the excess is above
- * that. */
+/* White squares on held-out cycles. Noise gives about 1 each; the excess is above that. */
 struct remainder {
     int values;
     double before, after;      /* excess of the base; sum with the effects */

@@ -67,8 +67,7 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++)
                 for (int a = 0, next = 0; a < t->size; a = next) {
-                    double share = 0.0; /* sum over all coefficients of one frequency (sine and
-                                         * cosine) */
+                    double share = 0.0; /* sum over sine and cosine of one frequency */
                     for (next = a; next < t->size && t->rate[next] == t->rate[a]; next++) share += white[k][q][next] * white[k][q][next];
                     if (!(share > 0.0)) continue; /* not evaluated */
                     bool steady = t->spectrum.cycles;

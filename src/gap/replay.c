@@ -18,8 +18,7 @@ static const int64_t SLACK_CYCLES = 1000;
 static const double WIDER = 4.0; /* factor on the limits: a model that moves worse than the
                                   * machine shows it in the gap, not as a fault */
 
-/* Parameters of a simulated run: the recording's tests in their order, wider limits, no
- * interlocks. */
+/* Parameters of a simulated run: the recording's tests in order, wider limits, no interlocks. */
 static struct params replay_params(const struct params *model, const struct recording *like, int run) {
     struct params p = *model;
     p.tests = like->run[run];
@@ -104,7 +103,6 @@ void replay_free(struct replay both[2]) {
     recording_free(&both[1].run);
 }
 
-/* The model without its friction effects. */
 static struct params frictionless(const struct params *model) {
     struct params p = *model;
     for (int i = 0; effect_table[i]; i++)

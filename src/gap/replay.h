@@ -28,8 +28,7 @@ void replay_free(struct replay both[2]);
 /* The second model's run. */
 static inline const struct recording *replay_after(const struct replay both[2]) { return both[1].model ? &both[1].run : &both[0].run; }
 
-/* Inertia matrix by method A, from the first run of a recording. False without six complete
- * tests. */
+/* Inertia matrix by method A, from a recording's first run. False without six complete tests. */
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
 
 /* The same, corrected for the model's friction: less the difference between two simulations,

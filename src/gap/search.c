@@ -172,7 +172,6 @@ static int simple_shape(const struct diagnosis *d, const struct trial *trial, in
     return best;
 }
 
-/* Penalty of a trial for its parameters. */
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
 /* True if the effect with this simpler choice of legs, together with the next effect, explains
@@ -201,7 +200,6 @@ static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     return two;
 }
 
-/* Removes an addition if that costs at most this much. */
 static bool drop(struct diagnosis *d, int addition, double most, struct gap_result *r) {
     int effect = d->addition[addition].effect, place = 0;
     if (!diagnosis_drop(d, addition, most)) return false;
@@ -210,7 +208,6 @@ static bool drop(struct diagnosis *d, int addition, double most, struct gap_resu
     return true;
 }
 
-/* Removes effects that a later one has made unnecessary. */
 static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < d->added - 1;)
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;

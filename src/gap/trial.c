@@ -59,7 +59,6 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
 
 double trial_rise(const struct trial *t) { return t->gain + DIAGNOSIS_PENALTY * t->parameters; }
 
-/* Sets gain and deviations of a trial from its fit. */
 static void rate(const struct diagnosis *d, struct trial *t, double square, const double *std) {
     const struct hypothesis *h = t->hypothesis;
     t->square = square;
@@ -283,8 +282,7 @@ static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     return constant && none;
 }
 
-/* Tries the hypothesis with the constant force left in the base; keeps that if it explains
- * clearly more. */
+/* Tries it with the constant force left in the base; keeps it if it explains clearly more. */
 static void try_beside_constant(const struct diagnosis *d, const struct trial *from, struct trial *t) {
     struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
     if (!one_direction(d, t)) return;

@@ -1,4 +1,4 @@
-/* Trial of a hypothesis beside the model: its values are fitted and the base is moved. Ordinary
+/* Trial of a hypothesis beside the model: its values are fitted, the base is moved. Ordinary
  * threads; heap. */
 #ifndef HEXID_TRIAL_H
 #define HEXID_TRIAL_H

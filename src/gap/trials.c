@@ -22,7 +22,6 @@ struct batch {
     double worth;             /* gain after the first steps above which trials are fitted further */
 };
 
-/* The trial of the same effect with all legs alike. */
 static const struct trial *alike(const struct batch *before, const struct hypothesis *h) {
     for (const struct batch *b = before; b; b = b->before)
         for (int i = 0; i < b->count; i++)
