@@ -22,7 +22,7 @@ struct failure {
     enum reaction reaction;
     const char *platform; /* the platform's reaction in words */
     const char *cause;    /* likely causes */
-    const char *remedy;   /* what to do before the platform may move again */
+    const char *remedy;   /* steps before the platform may move again */
     const char *least_key, *most_key; /* keys of its limits; NULL: no such limit */
     const char *unit;     /* unit of the value for people; NULL: nothing is measured */
     double per_si;        /* factor from SI to that unit */

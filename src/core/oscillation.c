@@ -7,22 +7,20 @@
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05;
-/* Largest white noise that is taken off the command's acceleration, in units of the limit. It is
- * bounded because a command that changes its sign in every cycle looks like white noise, too. */
+/* Largest white noise subtracted from the command's acceleration, in units of the limit. It is
+ * bounded because a command that changes its sign in every cycle also looks like white noise. */
 static const double white_most = 2.0;
 
-/* Factor on the acceleration that is asked for: a loop that follows badly makes 1.5 times as
- * much. */
+/* Factor on the requested acceleration: a loop that follows badly makes 1.5 times as much. */
 static const double asked_factor = 1.8;
 
 /* Share of the bound for isolated steps of a reading (lag^-3 of the mean square over one cycle).
- * White noise would need 1 / lag of it; what is slow and quantised lies between. */
+ * White noise would need 1 / lag of it; slow quantised readings lie between. */
 static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };
 
-/* Gauss and Jordan with pivots; the matrix is a Jacobian that kinematics_init() has found
- * regular. */
+/* Gauss-Jordan elimination with pivots; kinematics_init() has found the Jacobian regular. */
 static void invert(double m[DOFS][2 * DOFS]) {
     for (int c = 0; c < DOFS; c++) {
         int best = c;
@@ -61,8 +59,7 @@ static double valve_lags(double speed_mps, double follows, double period_s, doub
     return (*valve_mps - before) / period_s;
 }
 
-/* Mean square of the acceleration from white commands: the sum of squares of the impulse's
- * answer. */
+/* Mean square of the acceleration from white commands: sum of squares of the impulse response. */
 static double white_gain(double follows, double period_s) {
     double half = 0.0, valve = 0.0, sum = 0.0;
     for (int n = 0; n < WHITE_CYCLES; n++) {
@@ -175,7 +172,7 @@ static uint32_t swinging_legs(const struct oscillation *o) {
         most = fmax(most, leg[i]);
     }
     for (int i = 0; i < LEGS; i++)
-        if (leg[i] >= 0.25 * most) legs |= fault_leg(i); /* half the amplitude */
+        if (leg[i] >= 0.25 * most) legs |= fault_leg(i); /* half of the largest amplitude */
     return legs;
 }
 
@@ -195,7 +192,7 @@ static void judge(struct oscillation *o) {
     o->legs = o->found_mps2 > o->allowed_mps2 ? swinging_legs(o) : 0;
 }
 
-/* The sums of a block that is complete become its means. */
+/* Turns the sums of a complete block into its means. */
 static void close_block(struct oscillation *o) {
     struct oscillation_block *s = &o->sum;
     double *const sums[] = {&s->measured, &s->commanded, &s->white, &s->asked_measured, &s->asked_commanded};

@@ -1,73 +1,73 @@
-/* SAFETY: an unstable loop shakes the platform harder and harder, and every reading of it is
- * plausible. This monitor compares two estimates of the platform's acceleration with what the
- * reference asks for. Pure, RT: no heap, some 300 floating-point operations a cycle.
+/* SAFETY: an unstable loop shakes the platform more and more, while every single reading is
+ * plausible. This monitor compares two estimates of the platform's acceleration with the requested
+ * one. Pure, RT: no heap, some 300 floating-point operations a cycle.
  *
- *   measured   second difference of the pose over twice 16 ms; it sees up to some 40 Hz. Steps and
- *              white noise of the readings are taken off: they make a second difference over one
- *              cycle, which a motion below 40 Hz does not.
- *   commanded  rate of change of the legs' speeds that the valve commands stand for (speed at
- *              full opening times command, through the valve's own lag), carried to the platform.
- *              It sees from there up to half the loop's rate, where lengths of 50 um show nothing.
- *              White noise is taken off by the fourth difference.
- *   asked      the same second difference of the reference, over 16 ms and over one cycle.
+ *   measured   second difference of the pose over twice 16 ms; sees up to some 40 Hz. Steps and
+ *              white noise of the readings are subtracted: they show in a second difference over
+ *              one cycle, in which a motion below 40 Hz does not.
+ *   commanded  rate of change of the leg speeds that correspond to the valve commands (speed at
+ *              full opening times command, through the valve's lag), converted to the platform.
+ *              Sees from there up to half the loop's rate, where lengths of 50 um show nothing.
+ *              White noise is subtracted by means of the fourth difference.
+ *   requested  the same second difference of the reference, over 16 ms and over one cycle.
  *
- * All three are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms
- * over blocks of 50 ms. It is an oscillation when in four of the last five blocks, a quarter of
- * a second, one of the first two is more than 1.8 times what was asked for in that time, plus
+ * All three are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms over
+ * blocks of 50 ms. It is an oscillation if in four of the last five blocks, a quarter of a second,
+ * one of the first two exceeds 1.8 times the requested one of that time plus
  * limits.oscillation_mps2. A jolt fills two blocks at most.
  *
- * Neither estimate knows the masses: near a resonance the platform does up to three times what
- * the command stands for, and far above it much less. docs/safety.md has the figures. */
+ * Neither estimate knows the masses: near a resonance the platform moves up to three times as much
+ * as the command corresponds to, and far above it much less. docs/safety.md has the figures. */
 #ifndef HEXID_OSCILLATION_H
 #define HEXID_OSCILLATION_H
 
 #include "kinematics.h"
 
 enum {
-    OSCILLATION_PAST = 2 * 160 + 1, /* poses: 16 ms, twice, of a loop of 10 kHz */
+    OSCILLATION_PAST = 2 * 160 + 1, /* poses for 32 ms of a loop of 10 kHz (two lags) */
     OSCILLATION_BLOCKS = 5,
 };
 
 /* Mean squares over a block, (m/s^2)^2. */
 struct oscillation_block {
     double measured, commanded;
-    double white;            /* of `commanded`, if its fourth difference were noise */
-    double asked_measured, asked_commanded; /* seen as each of the two sees it */
-    double leg[LEGS];        /* of the legs' own commanded accelerations */
+    double white; /* share of `commanded` that is noise, if its fourth difference were only noise */
+    double asked_measured, asked_commanded; /* the reference's, filtered like each of the two */
+    double leg[LEGS];        /* commanded acceleration of each leg */
 };
 
 struct oscillation {
     /* constants of a configuration */
     double limit_mps2, period_s;
-    double arm_m;            /* what an angle moves */
+    double arm_m;            /* kinematics.arm_m, converts angles to lengths */
     double to_platform[LEGS][DOFS]; /* rate of a leg -> of the platform, angles times arm_m */
-    double speed_mps[LEGS];  /* of a leg at full opening, half the supply on each port */
-    double follows;          /* of the way to its command that a valve goes in a cycle, twice in
-                              * a row */
-    double white;            /* mean square of an acceleration from white commands, over that of
+    double speed_mps[LEGS];  /* a leg's speed at full opening, with half the supply on each port */
+    double follows;          /* share of the distance to its command that each of a valve's two
+                              * lags covers in a cycle */
+    double white;            /* mean square of the acceleration from white commands, relative to
                               * their fourth difference, 1/s^2 */
-    int lag, every;          /* cycles: 16 ms; a block */
-    int past;                /* poses that are kept: 2 lag + 1 */
+    int lag, every;          /* 16 ms and a block, in cycles */
+    int past;                /* number of poses kept: 2 lag + 1 */
     /* since driving began */
     double pose[OSCILLATION_PAST][DOFS], ref[OSCILLATION_PAST][DOFS];
-    double asked_mps[LEGS][5];              /* speeds that the commands stand for, newest first */
-    double half_mps[LEGS], valve_mps[LEGS]; /* behind the valve's two lags */
+    double asked_mps[LEGS][5];            /* leg speeds that the commands stand for, newest first */
+    double half_mps[LEGS], valve_mps[LEGS]; /* after the valve's first and second lag */
     int newest, in_block;    /* place of the newest pose; cycles of the block so far */
     struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* newest first */
-    /* of the worse estimate after the last block */
+    /* values of the worse estimate after the last block */
     double found_mps2, allowed_mps2;
-    uint32_t legs;           /* fault_leg() of those whose valves swing most; 0: none oscillates */
+    uint32_t legs;          /* fault_leg() of the legs whose valves swing most; 0: no oscillation */
 };
 
-/* k must hold the platform at neutral (kinematics_init). */
+/* k must come from kinematics_init, so that it is regular at neutral. */
 void oscillation_init(struct oscillation *o, const struct params *params, const struct kinematics *k);
 
-/* Starts anew when driving begins, at rest in this pose. */
+/* Restarts when driving begins, at rest in this pose. */
 void oscillation_reset(struct oscillation *o, const double pose[DOFS]);
 
-/* Adds a cycle whose sample was believed: its pose, the reference at the same instant and the
- * command that follows. Other cycles are left out of all three alike. Returns true if the
- * platform oscillates, judged by the complete blocks. */
+/* Adds a cycle with a trusted sample: its pose, the reference at the same time and the command
+ * that follows. Other cycles are omitted in all three. Returns true if the platform oscillates
+ * according to the complete blocks. */
 bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS]);
 
 #endif

@@ -86,8 +86,7 @@ static void judge_legs(struct judgement *j, const struct platform *p, const stru
         if (p->good_seq >= 0) judge(j, FAULT_LEG_RATE, i, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps);
         /* NaN is a pressure fault, not a force fault */
         if (!isnan(force_n)) judge(j, FAULT_FORCE, i, force_n, -l->force_n, l->force_n);
-        /* SAFETY: with the supply on, a stuck spool moves its leg even before the platform is
-         * driven. */
+        /* SAFETY: with the supply on, a stuck spool moves its leg even before driving. */
         if (powers) judge(j, FAULT_FOLLOWING, i, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m);
         if (drives) judge(j, FAULT_STANDSTILL, i, p->still_high_m[i] - p->still_low_m[i], 0.0, l->standstill_m);
     }
@@ -184,8 +183,8 @@ static void observe_inputs(struct platform *p, const struct hal_sample *in) {
     p->contradicted = interlock_contradicts(&p->watch, &p->params->interlocks, in->contradicted, p->params->loop.period_s);
 }
 
-/* Accepts a sample that the controller can use: pose and leg forces. Returns the faults that it
- * shows. */
+/* Takes pose and leg forces from a sample that the controller can use. Returns the faults that
+ * it shows. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     count_overruns(p, in);
     watch_standstill(p, in);
@@ -264,7 +263,6 @@ static void test_begin(struct platform *p) {
     reference_test(&p->reference, tests_single(t) ? t->order[p->test] : DOF_NONE, p->trajectory, t, p->params->loop.period_s);
 }
 
-/* Actions at the entry into a state. */
 static void enter(struct platform *p, const struct transition *row) {
     p->supervisor.state = row->to;
     p->ticks = 0;
@@ -331,7 +329,7 @@ static struct reference_sample refer(struct platform *p) {
     return s;
 }
 
-/* SAFETY: an untrusted sample moves nothing: the last command is held, for as long as the leaky
+/* SAFETY: an untrusted sample moves nothing: the last command is held, as long as the leaky
  * bucket allows. */
 static void control(struct platform *p, bool good) {
     const struct control_params *gains = &p->params->control;
@@ -352,8 +350,7 @@ static void rest(struct platform *p) {
     memcpy(p->ref, p->pose, sizeof p->ref);
 }
 
-/* SAFETY: toggles the supply output, a life sign that a dead daemon cannot continue and that a
- * fault ends. */
+/* SAFETY: toggles the supply output, a life sign that ends with the daemon and with a fault. */
 static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }

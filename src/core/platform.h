@@ -34,7 +34,7 @@ struct platform {
     uint64_t device_seq;         /* count of the previous sample, */
     int64_t anew_seq;            /* and the cycle in which it last increased */
     int64_t last_ns;             /* when the previous sample was read */
-    struct fault_measure measure; /* of supervisor.first_fault */
+    struct fault_measure measure; /* measure of supervisor.first_fault */
     int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
     /* last reference and command */
     double ref[DOFS], ref_rate[DOFS], ref_accel[DOFS], leg_ref_m[LEGS];

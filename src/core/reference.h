@@ -43,7 +43,7 @@ struct reference {
     double brake_s, travel_s;    /* durations of the two parts of a move */
     double turn[DOFS];           /* pose between the two parts */
     enum dof dof;                /* tested axis; DOF_NONE: several */
-    const struct trajectory *trajectory; /* of a test; NULL: none */
+    const struct trajectory *trajectory; /* a test's; NULL: none */
     int64_t ramp_out_tick;       /* cycle at which a test's ramp-out begins */
 };
 
@@ -79,8 +79,8 @@ double reference_park_s(const struct motion_params *motion, double asked_s);
  * test, or a multisine if t->multisine; else it holds neutral. */
 void reference_test(struct reference *r, enum dof dof, const struct trajectory *trajectory, const struct test_params *t, double dt_s);
 
-/* Ends a test early: its ramp-out begins now, while its motion continues. No effect on a hold or
- * a move. */
+/* Ends a test early: its ramp-out begins, while its motion continues. No effect on hold and
+ * move. */
 void reference_stop(struct reference *r);
 
 struct reference_sample reference_step(struct reference *r, const struct test_params *t, double dt_s);

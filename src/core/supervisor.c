@@ -7,8 +7,8 @@
 
 enum { AT_ONCE = false, RAMP_OUT = true };
 
-/* A trigger without a row does nothing. SAFETY: every state has a row for a fault; there is no way
- * from fault to a driven state but reset, good sensors and engage. */
+/* A trigger without a row has no effect. SAFETY: every state has a row for a fault; the only way
+ * from fault to a driven state is reset, good sensors and engage. */
 static const struct transition transitions[] = {
     {STATE_INIT, TRIGGER_SENSORS_GOOD, STATE_SETTLED, AT_ONCE},
     {STATE_SETTLED, TRIGGER_ENGAGE, STATE_PRESSURISING, AT_ONCE},
@@ -70,8 +70,8 @@ void supervisor_clear(struct supervisor *s) {
     s->good = s->bad = s->doubtful = 0;
 }
 
-/* SAFETY: a single bad sample is ridden out with the command held; `limit` bad ones more than good
- * ones latch what was wrong. */
+/* SAFETY: a single bad sample is tolerated with the command held; `limit` more bad samples than
+ * good ones latch the fault. */
 static bool full(int *bucket, uint32_t suspect, int limit) {
     if (suspect) *bucket += *bucket < limit;
     else *bucket -= *bucket > 0;
@@ -83,8 +83,8 @@ enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit
     bool stop = full(&s->bad, stops, limit), park = full(&s->doubtful, parks, limit);
     s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
     if (!stop && !park) return REACTION_NONE;
-    /* The first is the headline; but what stops the platform while it is put down for
-     * something else is told. */
+    /* The first fault is the headline, unless a fault stops the platform while it is being
+     * parked for another. */
     if (!s->first_fault || (stop && failures_with(REACTION_PARK, s->first_fault))) s->first_fault = failure_of(stop ? stops : parks)->fault;
     s->faults |= (stop ? stops : 0) | (park ? parks : 0) | (suspect & FAULT_LEGS);
     return stop ? REACTION_STOP : REACTION_PARK;

@@ -16,12 +16,12 @@
 
 enum trigger {
     TRIGGER_NONE,
-    TRIGGER_SENSORS_GOOD, /* plausible samples for long enough */
+    TRIGGER_SENSORS_GOOD, /* samples have been plausible for long enough */
     TRIGGER_ENGAGE,
-    TRIGGER_PRESSURE,     /* the supply is there */
-    TRIGGER_ARRIVED,      /* a move's end is reached */
+    TRIGGER_PRESSURE,     /* the supply has pressure */
+    TRIGGER_ARRIVED,      /* a move has ended */
     TRIGGER_START,
-    TRIGGER_TESTS_DONE,   /* the last one, or a stop after its ramp-out */
+    TRIGGER_TESTS_DONE,   /* after the last test, or after the ramp-out of a stop */
     TRIGGER_STOP,
     TRIGGER_PARK,
     TRIGGER_RESET,
@@ -31,39 +31,38 @@ enum trigger {
 struct supervisor {
     enum state state;
     uint32_t faults, first_fault; /* latched */
-    int bad;                      /* leaky bucket of samples that control cannot do with, */
-    int doubtful;                 /* and of those that it can */
-    int good;                     /* good samples in a row */
-    uint32_t request_id;          /* last one acted upon */
+    int bad;                      /* leaky bucket of samples with faults that stop */
+    int doubtful;                 /* and of samples with faults that park */
+    int good;                     /* consecutive good samples */
+    uint32_t request_id;          /* last request acted on */
 };
 
 /* One row of the table. */
 struct transition {
     enum state from;
     enum trigger trigger;
-    enum state to;                /* may be `from`: the state goes on */
-    bool ramp_out;                /* the test under way ends early, by its ramp-out, before what
-                                   * `to` does */
+    enum state to;                /* `from` if the state does not change */
+    bool ramp_out;                /* the current test first ends early, by its ramp-out */
 };
 
-/* The row for a trigger in a state; NULL: the trigger does nothing there. */
+/* The row for a trigger in a state; NULL: the trigger has no effect there. */
 const struct transition *supervisor_find(enum state state, enum trigger trigger);
 
-/* Why a command does nothing in this state, with this wrong with the inputs (interlock.h), and what
- * to do first; for the operator. */
+/* Tells the operator why a command has no effect in this state and with these wrong inputs
+ * (interlock.h), and what to do first. */
 const char *supervisor_advice(enum state state, uint32_t wrong, enum command command);
 
-/* Valves are driven in this state. */
+/* True if the valves are driven in this state. */
 bool supervisor_drives(enum state state);
 
-/* The supply is on in this state. */
+/* True if the supply is on in this state. */
 bool supervisor_powers(enum state state);
 
-/* Forgets faults and doubts: a reset. */
+/* Clears faults and buckets, for a reset. */
 void supervisor_clear(struct supervisor *s);
 
-/* Counts a sample with these doubts (FAULT_... and fault_leg() bits, 0 for a good one): what is to
- * be done about what became, or is, a latched fault. */
+/* Counts a sample with these faults (FAULT_... and fault_leg() bits; 0 for a good one). Returns
+ * the reaction to a newly or already latched fault. */
 enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

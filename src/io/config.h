@@ -21,8 +21,7 @@ int config_load(struct params *params, const char *path, const char *const *sett
  * than limits.blind_time_s (blind_time.h). 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
-/* Loads YAML text from memory, such as the configuration in a log; `name` stands for the file in
- * messages. */
+/* Loads YAML text from memory, such as that in a log; `name` stands for the file in messages. */
 int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error);
 
 /* Applies the "key=value" settings in order to existing params, then runs the checks; `name` as

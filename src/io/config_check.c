@@ -217,7 +217,6 @@ static void check_sim(struct checker *c, const struct params *p) {
             "sim.base_hz %g and ripple_pa %g need sim.engine ode", p->sim.base_hz, p->sim.ripple_pa);
 }
 
-/* Checks that a parked platform rests on retracted legs. */
 static void check_rest(struct checker *c, const struct params *p) {
     struct kinematics k;
     kinematics_place(&k, p);

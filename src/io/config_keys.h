@@ -33,19 +33,18 @@ enum config_kind {
 struct config_key {
     char path[CONFIG_PATH_SIZE]; /* "control.kp": section and member of struct params */
     enum config_kind kind;
-    size_t offset;               /* of the value in struct params */
+    size_t offset;               /* offset of the value in struct params */
     double min, max;             /* allowed, both included */
     char value[48];              /* default as YAML; for an effect the value that adds nothing */
     const char *unit;            /* "-": none */
     const char *meaning;
-    const char *const *names;    /* of a choice; ended by NULL */
+    const char *const *names;    /* names of a choice; ended by NULL */
     int effect;                  /* index in effect_table; -1: not a key of an effect */
     int count;                   /* number of values or points, at most LEGS */
     bool shape;              /* a shape parameter of an effect's law: no value of it adds nothing */
 };
 
-/* Fetches the key with this index in the order of the file, those of effects last; false past
- * the end. */
+/* Fetches a key by its index in the order of the file, effects last; false past the end. */
 bool config_key_at(int index, struct config_key *key);
 
 bool config_key_find(const char *path, struct config_key *key);
@@ -53,8 +52,7 @@ bool config_key_find(const char *path, struct config_key *key);
 /* Finds the known key nearest to a misspelt one; "" if none is near. */
 void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]);
 
-/* One line about a section: "control", "effects", "effects.valve_lag". NULL if there is no such
- * section. */
+/* One line about a section: "control", "effects", "effects.valve_lag". NULL: no such section. */
 const char *config_section_title(const char *path);
 
 /* The items in the file or after "=": one scalar, a list, or a list of points, coordinate by
@@ -68,7 +66,7 @@ struct config_value {
 /* Depth of nested lists that the key takes: 2 for points. */
 int config_key_depth(const struct config_key *key);
 
-/* Appends an item. False if the key takes no more, or if the text is too long or contains a zero
+/* Appends an item. False if the key takes no more, or if the text is too long or has a zero
  * byte. */
 bool config_value_add(const struct config_key *key, struct config_value *value, const char *text, size_t length);
 

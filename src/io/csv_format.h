@@ -43,8 +43,7 @@ int csv_column_named(const char *name);
 /* True if the column's values can have this unit; `factor` converts them to SI. */
 bool csv_unit_find(const char *unit, int column, double *factor);
 
-/* Factor to SI from the unit at the end of a foreign name, "Weg [mm]" or "Weg_mm"; 1 without a
- * unit. */
+/* Factor to SI from the unit that ends a foreign name, "Weg [mm]" or "Weg_mm"; 1 without a unit. */
 double csv_unit_of(const char *name, int column);
 
 /* "m, cm, mm, um": units that csv_unit_find() accepts. */

@@ -223,7 +223,6 @@ static void note_doubts(struct import *im, const struct csv_head *h, const struc
     note(im->report->doubtful, sizeof im->report->doubtful, h, words);
 }
 
-/* Reads a file to its last row. */
 static int read_file(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     struct csv_reader *reader;
@@ -377,8 +376,7 @@ static int write_log(struct import *im, const char *log_path, const char *config
     return status ? status : closed;
 }
 
-/* Checks that hexid itself would run with the configuration and the heads' values, then writes
- * the log. */
+/* Checks that hexid would run with the configuration and the heads' values, then writes the log. */
 static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
     char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
@@ -390,7 +388,6 @@ static int check_and_write(struct import *im, const char *log_path) {
     return status;
 }
 
-/* True if the first leg, or a single axis, has pressures. */
 static bool has_pressures(const struct csv_head *h) {
     bool axis = h->mechanism == MECHANISM_AXIS;
     return h->has[axis ? CSV_P1_COLUMN : CSV_P1_1_COLUMN] && h->has[axis ? CSV_P2_COLUMN : CSV_P2_1_COLUMN];

@@ -24,8 +24,8 @@ struct csv_map {
     struct csv_alias alias[CSV_COLUMNS];
 };
 
-/* Parses the map. -2 with the name and the remedy: unknown column, impossible unit, or a name
- * given twice. */
+/* Parses the map. -2 with the name and the remedy: unknown column, impossible unit, or a
+ * repeated name. */
 int csv_map_parse(struct csv_map *map, const char *text, struct error *error);
 
 /* Finds the column under this name and marks it as seen; NULL: none, or no map. */

@@ -87,7 +87,6 @@ static void list_missing(struct csv_head *h) {
     }
 }
 
-/* Refuses a file without a required column. */
 static int refuse_missing(const struct csv_reader *r, int column, const char *reason, struct error *error) {
     const struct csv_alias *alias = csv_map_of(r->map, column);
     char text[CSV_MAP_TEXT];

@@ -65,8 +65,7 @@ static double refine(const struct csv_times *t, double step_s) {
     return step_s;
 }
 
-/* Moves the grid to the row at t_s, and a little towards the row itself. Returns the number of
- * steps. */
+/* Moves the grid to the row at t_s, and a little towards t_s. Returns the number of steps. */
 static int64_t follow(double *at_s, double t_s, double step_s) {
     double steps = (t_s - *at_s) / step_s, lines = fabs(steps - 1.0) < NEXT ? 1.0 : round(steps);
     *at_s += lines * step_s;

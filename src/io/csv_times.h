@@ -13,7 +13,7 @@ struct csv_times {
     int64_t rows, capacity;
     double *t_s;     /* as in the file, increasing */
     int64_t *place;  /* on the grid, increasing; valid after csv_times_measure() */
-    double step_s;   /* of the grid; 0: fewer than two rows */
+    double step_s;   /* step of the grid; 0: fewer than two rows */
     double mean_s;   /* mean of all steps, gaps included */
 };
 

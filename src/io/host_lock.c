@@ -11,8 +11,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-static const char operators[] = "hexid"; /* group whose members may command; the unit runs with
-                                          * it */
+static const char operators[] = "hexid"; /* group that may command; the unit runs with it */
 
 struct holder {
     struct ucred who; /* at the time of its listen() */

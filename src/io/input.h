@@ -1,5 +1,4 @@
-/* Opens files from elsewhere, and only those whose reading must come to an end. Ordinary
- * threads. */
+/* Opens files from elsewhere, and only those whose reading must end. Ordinary threads. */
 #ifndef HEXID_INPUT_H
 #define HEXID_INPUT_H
 

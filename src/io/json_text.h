@@ -11,8 +11,7 @@
 #include "types.h"
 
 struct json_text {
-    char *text;              /* `size` bytes, without a zero at the end; freed by
-                              * json_text_free() */
+    char *text;             /* `size` bytes, without a zero at the end; freed by json_text_free() */
     size_t size, capacity;
     bool failed;             /* out of memory: `text` is not valid JSON */
 };

@@ -84,7 +84,6 @@ static bool being_written(int directory, const char *name) {
     return written;
 }
 
-/* True if any part of the run is being written. */
 static bool in_progress(int directory, const struct entry *entries, int count, const char *name) {
     size_t length = run_length(name);
     for (int i = 0; i < count; i++) {
@@ -154,8 +153,7 @@ int log_directory_create(const char *directory, bool in_parts, char *path, size_
     time_t now = time(NULL);
     struct tm utc;
     strftime(when, sizeof when, "%Y-%m-%dT%H-%M-%SZ", gmtime_r(&now, &utc));
-    for (int i = 0; i < TRIES; i++) { /* another run may take the number first; then try the next
-                                       * one */
+    for (int i = 0; i < TRIES; i++) { /* another run may take the number first */
         long number = largest_number(directory);
         if (number < 0) return error_set(error, STATUS_IO, "%.250s: cannot be read: %s", directory, strerror(errno));
         if (number == NUMBER_MAX)

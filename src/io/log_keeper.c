@@ -107,8 +107,8 @@ static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
 
 /* ---- the other end ---- */
 
-/* Waits and discards the answer. Returns its size, 0 if the process has ended, -1 if nothing
- * came in time. */
+/* Waits, drops the answer. Returns its size, 0 if the process has ended, -1 if nothing came in
+ * time. */
 static ssize_t hear(int socket, int wait_ms) {
     static struct answer a;
     struct pollfd p = {.fd = socket, .events = POLLIN};

@@ -84,8 +84,7 @@ static bool same_clock(const struct place *c, const struct place *p) {
     return fabs(loop_s - log_s) < CLOCKS_APART_S;
 }
 
-/* Tells whether an unrecorded run lies between: cycles are missing, and the loop's clock has
- * changed. */
+/* Tells whether an unrecorded run lies between: cycles are missing, and the clock has changed. */
 static bool elsewhere(const struct finder *f, const struct place *c) {
     return f->known == 2 && c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq) && !same_clock(c, &f->last);
 }

@@ -36,7 +36,7 @@ struct bytes {
 
 struct channel {
     uint64_t messages;
-    struct bytes index; /* of the current chunk: time and offset of each message */
+    struct bytes index; /* current chunk's: time and offset of each message */
 };
 
 struct chunk {
@@ -49,7 +49,7 @@ struct mcap_writer {
     FILE *file;
     int failure;
     uint64_t offset;
-    uint32_t crc;           /* of everything written since it was last reset to 0 */
+    uint32_t crc;           /* checksum of everything written since it was last reset to 0 */
     struct chunk chunk;
     struct bytes out;       /* output buffer */
     struct bytes schemas, channels, chunks; /* records for the summary */
@@ -228,7 +228,6 @@ static void end_chunk(struct mcap_writer *w) {
     c->messages = 0;
 }
 
-/* Extends a range of times by one message. */
 static void widen(uint64_t messages, uint64_t time_ns, uint64_t *begin_ns, uint64_t *end_ns) {
     if (!messages || time_ns < *begin_ns) *begin_ns = time_ns;
     if (!messages || time_ns > *end_ns) *end_ns = time_ns;

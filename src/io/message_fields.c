@@ -67,7 +67,6 @@ bool message_known(const char *channel) {
     return false;
 }
 
-/* Skips this many elements of a field. */
 static void pass(struct wire *w, const struct field *f, int count) {
     for (int i = 0; w->good && i < count; i++) {
         if (f->kind == FIELD_TEXT) wire_string(w);

@@ -56,8 +56,7 @@ struct gap_summary {
 };
 bool gap_decode(const void *data, int size, struct gap_summary *summary);
 
-/* Encodes stop or park for CHANNEL_COMMAND (command_t); LCM carries no other commands. Returns
- * the size. */
+/* Encodes stop or park for CHANNEL_COMMAND (command_t); LCM carries no others. Returns the size. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]);
 
 /* Reads a command. Returns false for anything but stop and park. */

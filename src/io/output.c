@@ -16,9 +16,9 @@
 
 enum { PROC_MAGIC = 0x9fa0, LINKS_MAX = 40, READER_MS = 5000, TAKES_MS = 10000, STEP_MS = 10, LOCK_MS = 200, ASIDE_MAX = 99999 };
 
-/* ---- places ---- */
+/* ---- paths ---- */
 
-/* Length of the directory's name with its slash. */
+/* Length of the directory's path including its slash. */
 static size_t folder_length(const char *path) {
     const char *slash = strrchr(path, '/');
     return slash ? (size_t)(slash - path) + 1 : 0;
@@ -66,7 +66,7 @@ static int name_beside(const char *path, char beside[PATH_MAX]) {
     return length < PATH_MAX ? 0 : (errno = ENAMETOOLONG, -1);
 }
 
-/* ---- what is written in place ---- */
+/* ---- output in place ---- */
 
 static void wait_ms(int ms) { clock_nanosleep(CLOCK_MONOTONIC, 0, &(struct timespec){.tv_nsec = ms * 1000000L}, NULL); }
 
@@ -88,8 +88,8 @@ static int refuse_place(const char *name, int reason, struct error *error) {
     return error_set(error, STATUS_IO, "%.250s: cannot be written: %s", name, strerror(reason));
 }
 
-/* Tells whether the file is standard output by another name: it is written through stdout then,
- * behind what was printed. */
+/* True if the file is standard output under another name: it is then written through stdout,
+ * after the text printed before. */
 static bool is_standard_output(const struct stat *s) {
     struct stat out;
     return !fstat(STDOUT_FILENO, &out) && out.st_dev == s->st_dev && out.st_ino == s->st_ino;
@@ -104,7 +104,7 @@ static int prepare_in_place(struct output *o, struct error *error) {
     return o->file < 0 ? refuse_place(o->name, errno, error) : STATUS_OK;
 }
 
-/* Writes all of it. Returns 0 or errno, also if the reader takes nothing for a long time. */
+/* Writes all data. Returns 0 or errno, also if the reader accepts nothing for a long time. */
 static int write_all(int file, const char *data, size_t size) {
     while (size > 0) {
         ssize_t written = write(file, data, size);
@@ -116,16 +116,16 @@ static int write_all(int file, const char *data, size_t size) {
     return 0;
 }
 
-/* ---- what is replaced ---- */
+/* ---- output that replaces a file ---- */
 
 static int refuse_recording(const struct output *o, const char *kind, struct error *error) {
     return error_set(error, STATUS_USAGE, "%.250s: is %s, which would be overwritten; name another file", o->name, kind);
 }
 
-/* Removes the file beside by exactly the call that the confined daemon is allowed (confine.h). */
+/* Removes the temporary file by exactly the call that the confined daemon may use (confine.h). */
 static int remove_beside(const struct output *o) { return unlinkat(AT_FDCWD, o->beside, 0); }
 
-/* Checks that the file beside can be created, by creating it for a moment. */
+/* Checks that the temporary file can be created, by creating it for a moment. */
 static int try_beside(struct output *o, struct error *error) {
     bool there = o->before.st_ino != 0;
     int file = there && access(o->path, W_OK) ? -1 : open(o->beside, OUTPUT_FLAGS, 0600);
@@ -155,7 +155,7 @@ int output_prepare(struct output *o, const char *name, enum output_kind kind, st
     return try_beside(o, error);
 }
 
-/* Has somebody else put another file there since? */
+/* True if another file is there now. */
 static bool replaced(const struct output *o) {
     struct stat now;
     return o->before.st_ino && !lstat(o->path, &now) && (now.st_ino != o->before.st_ino || now.st_dev != o->before.st_dev);
@@ -169,8 +169,8 @@ static int failed(struct output *o, int failure, struct error *error) {
                      o->before.st_ino ? "the earlier one is left" : "no part of it is left");
 }
 
-/* A file system without RENAME_NOREPLACE has links, which take no file's place either. As confine.h
- * lets the confined daemon do it. */
+/* Moves the temporary file into place. A file system without RENAME_NOREPLACE has hard links,
+ * which do not replace a file either. Uses only calls that confine.h allows. */
 static int put(const struct output *o) {
     if (!syscall(SYS_renameat2, AT_FDCWD, o->beside, AT_FDCWD, o->path, o->rename_flags)) return 0;
     if (errno != EINVAL || !o->rename_flags) return errno;
@@ -200,7 +200,7 @@ static int write_beside(struct output *o, const char *text, struct error *error)
 int output_write(struct output *o, const char *text, struct error *error) {
     if (!o->name) return STATUS_OK;
     if (o->beside) return write_beside(o, text, error);
-    if (o->file < 0) { /* standard output, behind what was printed */
+    if (o->file < 0) { /* standard output, after the text printed before */
         bool bad = fputs(text, stdout) < 0 || fflush(stdout);
         return bad ? error_set(error, STATUS_IO, "%s: cannot be written: %s", o->name, strerror(errno)) : STATUS_OK;
     }
@@ -243,7 +243,7 @@ int output_text(const char *name, const char *text, struct error *error) {
 
 /* ---- logs ---- */
 
-/* The file that this descriptor has open is the one of that name. */
+/* True if this descriptor's file still has that name. */
 static bool is_at(int file, const char *path) {
     struct stat here, there;
     return !fstat(file, &here) && !stat(path, &there) && here.st_dev == there.st_dev && here.st_ino == there.st_ino;
@@ -284,8 +284,8 @@ static int open_log_in_place(const char *path, struct error *error) {
     return file;
 }
 
-/* A directory's quota holds each log for a moment (log_directory.h); a writer holds it on. A file
- * system without locks has no second writer that would ask. */
+/* Locks a log. Log-directory pruning holds each lock only for a moment (log_directory.h); a
+ * writer keeps it. On a file system without locks it succeeds, because no other writer can ask. */
 static bool lock(int file) {
     for (int ms = 0; flock(file, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK; ms += STEP_MS) {
         if (ms >= LOCK_MS) return false;

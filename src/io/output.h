@@ -1,15 +1,14 @@
-/* The one way to open what is written, so that nothing is lost by writing.
+/* Opens all files for writing, in a way that loses nothing.
  *
- * A result (JSON, a page, a model) is written beside its place and renamed when it is whole: an
- * interrupted or failed run leaves the earlier one as it was. It never takes the place of a
+ * A result (JSON, a page, a model) is written to a temporary file beside its path and renamed when
+ * complete: an interrupted or failed run leaves the earlier one as it was. It never replaces a
  * recording (recognise.h). Devices, FIFOs and descriptors (/dev/stdout, /proc/self/fd/N, "-") are
- * written in place; they are opened at the beginning, and a FIFO that nobody reads is refused.
+ * written in place; they are opened at the beginning, and a FIFO without a reader is refused.
  *
- * A log belongs to one writer, who holds a lock on the file (flock, which ends with the process). A
- * file that is there already is set aside, never overwritten.
+ * A log belongs to one writer, who holds a lock on the file (flock, which ends with the process).
+ * An existing file is set aside, never overwritten.
  *
- * Which files a command line reads, and that none of them is written: outputs.h. Ordinary
- * threads. */
+ * outputs.h checks that no file of a command line is both read and written. Ordinary threads. */
 #ifndef HEXID_OUTPUT_H
 #define HEXID_OUTPUT_H
 
@@ -21,21 +20,22 @@
 
 #include "status.h"
 
-/* How the file beside is created; confine.h lets the confined daemon do just this. */
+/* Flags for the temporary file; confine.h lets the confined daemon use exactly these. */
 enum { OUTPUT_FLAGS = O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC };
 
 enum output_kind {
-    OUTPUT_RESULT, /* takes the place of an earlier result */
-    OUTPUT_NEW,    /* takes no file's place: -3 for any that is there, as for an export */
+    OUTPUT_RESULT, /* replaces an earlier result */
+    OUTPUT_NEW,    /* -3 if any file is there, as for an export */
 };
 
 struct output {
-    const char *name;                 /* as given; NULL: nothing is to be written */
-    const char *path, *beside;        /* its place, links followed, and the file beside; beside is
-                                       * NULL where it is written in place. confine() moves both */
-    unsigned rename_flags;            /* of renameat2(): what has come meanwhile is not replaced */
-    int file;                         /* open, where it is written in place; -1 */
-    struct stat before;               /* what is replaced; st_ino 0: nothing is there */
+    const char *name;                 /* as given; NULL: no output */
+    const char *path, *beside;        /* its path, with links followed, and the temporary file
+                                       * beside it; beside is NULL if it is written in place.
+                                       * confine() moves both */
+    unsigned rename_flags;    /* for renameat2(): does not replace a file that appeared meanwhile */
+    int file;                         /* open descriptor if written in place; else -1 */
+    struct stat before;               /* the file to be replaced; st_ino 0: none */
     char path_text[PATH_MAX], beside_text[PATH_MAX];
 };
 
@@ -48,26 +48,26 @@ int output_prepare(struct output *o, const char *name, enum output_kind kind, st
  * untouched. */
 int output_write(struct output *o, const char *text, struct error *error);
 
-/* The same in two steps, for what is written piece by piece and never in place. NULL: -3.
- * failure: errno of an earlier write, 0: none. The stream is closed, and the file beside is gone
- * where that failed. */
+/* The same in two steps, for output written bit by bit, never in place. output_open() returns
+ * NULL for -3. failure: errno of an earlier write; 0: none. output_close() closes the stream and
+ * on failure removes the temporary file. */
 FILE *output_open(struct output *o, struct error *error);
 int output_close(struct output *o, FILE *stream, int failure, struct error *error);
 
-/* Gives up a prepared output that is not to be written. */
+/* Discards a prepared output that will not be written. */
 void output_discard(struct output *o);
 
 /* Prepares an output and writes the text to it. */
 int output_text(const char *name, const char *text, struct error *error);
 
-/* Follows symbolic links of the last component to the place where a file is or would be; in_place:
- * it is a descriptor (a link of /proc), or no regular file. -1: errno. */
+/* Follows symbolic links of the last component to the path where a file is or would be;
+ * in_place: it is a descriptor (a link of /proc) or not a regular file. -1: errno. */
 int output_place(const char *name, char path[PATH_MAX], bool *in_place);
 
-/* Opens a log to write: locked, empty. A file that has something in it is renamed to NAME.1, or the
- * next number that is free, and aside says so; "" otherwise. What is no regular file is written in
- * place. A FIFO as above. -2: a recording of another kind is there. -3: another process writes it,
- * or it cannot be opened. */
+/* Opens a log for writing: locked and empty. A file that is not empty is renamed to NAME.1, or
+ * the next free number, which aside returns; "" otherwise. Files that are not regular are
+ * written in place, a FIFO as above. -2: there is a recording of another kind. -3: another
+ * process writes it, or it cannot be opened. */
 int output_log(const char *name, char aside[PATH_MAX], struct error *error);
 
 #endif

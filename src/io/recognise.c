@@ -64,8 +64,7 @@ const char *recognise(const char *path) {
     const char *unsaid;
     struct stat s;
     if (stat(path, &s) || !S_ISREG(s.st_mode))
-        return NULL; /* opening a device may have an
-                                                             * effect */
+        return NULL; /* opening a device may do something */
     int file = input_open(path, &unsaid);
     if (file < 0) return NULL;
     ssize_t size = read(file, head, HEAD_SIZE);

@@ -92,7 +92,6 @@ static int read_row(struct file *f, char *line, struct trajectory_knot *k) {
     return STATUS_OK;
 }
 
-/* Makes a knot's time relative to the first row. */
 static int place(struct file *f, const struct trajectory *t, struct trajectory_knot *k) {
     if (!t->knots) f->begin_s = k->time_s;
     k->time_s -= f->begin_s;

@@ -16,12 +16,11 @@ enum clock_kind { CLOCK_REAL, CLOCK_PACED, CLOCK_VIRTUAL };
 
 struct clock {
     enum clock_kind kind;
-    int64_t start_ns;          /* CLOCK_MONOTONIC at zero; later by the time that a paced clock
-                                * was stretched */
-    int64_t system_us;         /* CLOCK_REALTIME at zero; 0 on a virtual clock */
-    int64_t woke_ns;           /* CLOCK_MONOTONIC at the end of the last wait; 0 on a virtual
-                                * clock */
-    _Atomic int64_t now_ns;    /* paced and virtual: the time */
+    int64_t start_ns;        /* CLOCK_MONOTONIC at zero; later by the time that a paced clock was
+                              * stretched */
+    int64_t system_us;       /* CLOCK_REALTIME at zero; 0 on a virtual clock */
+    int64_t woke_ns;         /* CLOCK_MONOTONIC at the end of the last wait; 0 on a virtual clock */
+    _Atomic int64_t now_ns;  /* paced and virtual: the time */
 };
 
 void clock_start(struct clock *c, enum clock_kind kind);

@@ -7,8 +7,7 @@
 #include "thread.h"
 #include "units.h"
 
-/* True if told to end, or if the automatic run is over; never while the valves hold the platform
- * up. */
+/* True if told to end, or after an automatic run; never while the valves hold the platform up. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;

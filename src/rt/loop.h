@@ -72,8 +72,7 @@ uint64_t loop_acted_word(const struct loop_acted *acted);
  * thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 
-/* One cycle; false after the last. RT: no heap, no lock, no system call except the sleep (and
- * the clock's). */
+/* One cycle; false after the last. RT: no heap, no lock, no system call but sleep (and clock). */
 bool loop_cycle(struct loop *l);
 
 #endif

@@ -30,9 +30,8 @@ enum {
 /* Main thread, first of all. STATUS_IO: a standard descriptor is closed and cannot be opened. */
 int process_start(struct error *error);
 
-/* After process_start(): are the limits high enough for all that hexid does? STATUS_IO with the
- * limit, its value and the remedy. SAFETY: `hexid command` does not ask, for a stop has to work
- * within whatever limits it is given. */
+/* After process_start(): checks that the limits suffice. STATUS_IO with limit, value and remedy if
+ * one is too low. SAFETY: not for `hexid command`, because a stop must work within any limits. */
 int process_limits(struct error *error);
 
 /* Makes writing to a closed pipe an error instead of the end of the process; for programs that

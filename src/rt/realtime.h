@@ -1,4 +1,4 @@
-/* Makes a thread real-time: SCHED_FIFO, locked and prefaulted memory, and its own processor if
+/* Makes a thread real-time: SCHED_FIFO, locked and prefaulted memory, its own processor if
  * requested. */
 #ifndef HEXID_REALTIME_H
 #define HEXID_REALTIME_H
