@@ -1,24 +1,25 @@
 /* can: CANopen nodes, six axes and an I/O module, on SocketCAN (can_frames.h: the frames,
  * can_master.h: nodes and samples, can_socket.h: the socket).
  *
- * Cycle k reads what the nodes latched at the SYNC of cycle k-1, and ends with its RPDOs and SYNC
- * k, which puts that command into force and latches the next sample: a command acts exactly one
- * cycle after the sample that it was computed from. The sample's time is the instant at which the
- * bus carried its SYNC. A cycle in which a TPDO is missing may end with nothing (can_master.h).
+ * Cycle k reads the values that the nodes latched at the SYNC of cycle k-1, and ends with its RPDOs
+ * and SYNC k, which puts that command into force and latches the next sample: a command acts
+ * exactly one cycle after the sample from which it was computed. The sample's time is the moment at
+ * which the bus carried its SYNC. A cycle in which a TPDO is missing may send nothing
+ * (can_master.h).
  *
- * SAFETY: what the kernel's transmit queue holds cannot be recalled. So no more than three cycles'
- * frames are ever given to it: when three SYNCs have not come back from the bus, nothing more is
- * sent, and write() fails. Should the bus carry them at last, they meet nodes whose watchdog has
- * centred the valve and which take no command in pre-operational.
+ * SAFETY: frames in the kernel's transmit queue cannot be recalled. So it never holds more than
+ * three cycles' frames: while three SYNCs have not come back from the bus, nothing more is sent,
+ * and write() fails. If the bus carries them later, they reach nodes whose watchdog has centred the
+ * valve and which ignore commands in pre-operational.
  *
- * An interface that is gone (its adapter was unplugged) takes its socket with it. A thread of the
- * back-end looks at the interface four times a second, and opens a socket on the one that has its
- * name by then; the loop, which never waits, takes it over. Nodes and platform are then where any
- * loss of the bus leaves them.
+ * A socket is lost with its interface (an adapter was unplugged). A thread of the back-end checks
+ * the interface four times a second and opens a socket on the new one with the same name; the loop,
+ * which never waits, takes it over. Nodes and platform then are in the same state as after any loss
+ * of the bus.
  *
- * SAFETY: one master. Before it sends anything, bring-up listens: what only a master sends ends it,
- * and the one that runs is not disturbed. From then on such a frame that is not the echo of an own
- * one is a fault at once (can_master.h). */
+ * SAFETY: one master. Before it sends anything, bring-up listens: a frame that only a master
+ * sends ends it, and the running master is not disturbed. Later such a frame, unless it is an
+ * own echo, is a fault at once (can_master.h). */
 #include <errno.h>
 #include <poll.h>
 #include <pthread.h>
@@ -42,30 +43,30 @@
 enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3, NS_PER_MS = 1000000 };
 _Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
-static const double jam_s = 0.1; /* then the frames are taken for lost (interface reset) and one
-                                  * cycle's are tried again */
+static const double jam_s = 0.1; /* after this time the frames count as lost (interface reset),
+                                  * and one cycle's are tried again */
 
 struct can {
     struct hal hal;
     struct can_socket socket;
     struct can_master master;
-    int64_t sent_ns; /* last SYNC, CLOCK_MONOTONIC */
+    int64_t sent_ns; /* time of the last SYNC, CLOCK_MONOTONIC */
     bool jammed;
-    _Atomic uint64_t trouble, refusal; /* loop -> any thread: the first condition that was not good
-                                        * since the last start or good second */
-    int64_t good_ns;          /* since when all is well */
-    /* between loop and watch: sockets that are made again, and that are of no more use; -1: none */
+    _Atomic uint64_t trouble, refusal; /* loop -> any thread: the first problem since the start
+                                        * or since the last second without one */
+    int64_t good_ns;          /* start of the current time without problems */
+    /* between loop and watch: new sockets, and those to be closed; -1: none */
     _Atomic int fresh, spent;
-    _Atomic int link;         /* enum can_link, as it was last seen */
+    _Atomic int link;         /* enum can_link as last seen */
     sem_t look;
-    /* the watch's */
+    /* watch thread */
     pthread_t watch;
     _Atomic bool stop;
     char interface[CAN_INTERFACE_SIZE];
-    int index;                /* of the newest socket's interface */
+    int index;                /* interface of the newest socket */
 };
 
-/* SYNC is EMCY's node 0. */
+/* COB_EMCY includes SYNC, which has node 0. */
 static const struct can_accept accepted[] = {{COB_NMT, CAN_SFF_MASK},      {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},
                                              {COB_RPDO, COB_FUNCTION},     {COB_SDO, COB_FUNCTION},  {COB_SDO_REPLY, COB_FUNCTION},
                                              {COB_HEARTBEAT, COB_FUNCTION}};
@@ -74,12 +75,12 @@ static int open_socket(struct can_socket *s, const char *interface, struct error
     return can_socket_open(s, interface, accepted, sizeof accepted / sizeof *accepted, true, true, error);
 }
 
-/* Sends all or fails at the first that the kernel does not take. */
+/* Sends all frames, or fails at the first that the kernel refuses. */
 static int flush(struct can *c, struct can_queue *q) { return can_socket_send(&c->socket, q->frame, q->count) == q->count ? 0 : -1; }
 
-/* Everything that has come, on CLOCK_MONOTONIC: the kernel stamps on CLOCK_REALTIME, which may
- * jump: a frame that was stamped before it was set back came now at the latest. Bounded, whoever
- * babbles. */
+/* Handles all received frames. The kernel stamps them on CLOCK_REALTIME, which may jump; times
+ * are converted to CLOCK_MONOTONIC and never lie in the future. The number is bounded, however
+ * much is sent. */
 static int drain(struct can *c) {
     int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
     struct can_arrival come[CAN_BATCH];
@@ -101,7 +102,6 @@ static int housekeep(struct can *c, bool alive) {
     return flush(c, &q);
 }
 
-/* Waits for frames, some milliseconds at most. */
 static void wait_for_frames(const struct can *c) {
     struct pollfd p = {.fd = c->socket.fd, .events = POLLIN};
     poll(&p, 1, 5);
@@ -120,8 +120,7 @@ static int refuse_second(const struct can_frame *heard, const char *interface, s
                      interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
 }
 
-/* SAFETY: three heartbeats of silence, before anything is sent. A hexid that runs sends
- * SYNC every cycle. */
+/* SAFETY: listens for three heartbeats before it sends; a running hexid sends SYNC every cycle. */
 static int listen_first(struct can *c, const char *interface, struct error *error) {
     int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = (int64_t)LISTEN_MAX_MS * NS_PER_MS;
     int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns);
@@ -137,7 +136,7 @@ static int listen_first(struct can *c, const char *interface, struct error *erro
     return STATUS_OK;
 }
 
-/* What came of the bring-up: ready, or the reason and the remedy. */
+/* Result of the bring-up: ready, or the reason and the remedy. */
 static int judge(const struct can *c, bool sent, const char *interface, struct error *error) {
     const struct can_master *m = &c->master;
     char text[200];
@@ -192,14 +191,14 @@ static int refuse_watchdog(const struct params *params, const char *interface, s
                      CAN_WATCHDOG_MAX_MS / 1e3);
 }
 
-/* Not 0: that is nobody's. */
+/* A random token; never 0, which means no owner. */
 static uint32_t session_token(void) {
     uint32_t token = 0;
     if (getrandom(&token, sizeof token, 0) != sizeof token) token = (uint32_t)monotonic_ns();
     return token ? token : 1;
 }
 
-/* Looks at the interface once. Called in the watch's thread, which may wait. */
+/* Checks the interface once. For the watch thread, which may wait. */
 static void look(struct can *c) {
     struct can_socket again;
     int spent = atomic_exchange(&c->spent, -1);
@@ -208,7 +207,7 @@ static void look(struct can *c) {
     atomic_store(&c->link, (int)link);
     if (link != CAN_LINK_GONE || open_socket(&again, c->interface, &(struct error){0})) return;
     c->index = again.index;
-    int unused = atomic_exchange(&c->fresh, again.fd); /* the loop may be gone */
+    int unused = atomic_exchange(&c->fresh, again.fd); /* the loop may have ended */
     if (unused >= 0) close(unused);
 }
 
@@ -224,7 +223,7 @@ static void *watch(void *argument) {
     return NULL;
 }
 
-/* SAFETY: no signal is this thread's. */
+/* SAFETY: the thread blocks all signals. */
 static int start_watch(struct can *c, const char *interface, struct error *error) {
     sigset_t all, before;
     if (!c->socket.index) return STATUS_OK;
@@ -250,7 +249,7 @@ static void end_watch(struct can *c) {
     sem_destroy(&c->look);
 }
 
-/* RT. Takes the socket that the watch has made and gives back the one whose interface is gone. */
+/* RT. Takes the socket that the watch thread has opened and hands back the old one. */
 static void take_fresh(struct can *c) {
     int fresh = atomic_exchange(&c->fresh, -1);
     if (fresh < 0) return;
@@ -282,8 +281,7 @@ static int can_open(struct hal **hal, const char *interface, const struct params
     return status;
 }
 
-/* Keeps what came first until all has been well for a second: that is the cause, what
- * follows it is not. */
+/* Keeps the first problem until a second has passed without any: later ones follow from it. */
 static void note_trouble(struct can *c, int64_t now_ns) {
     struct can_condition condition = can_master_condition(&c->master);
     uint64_t state = condition.state | (c->jammed ? JAMMED : 0);
@@ -299,20 +297,20 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     int64_t to_loop_ns = now_ns - monotonic_ns();
     take_fresh(c);
     int dead = drain(c);
-    if (dead && c->socket.index) sem_post(&c->look); /* at once, not at its next turn */
+    if (dead && c->socket.index) sem_post(&c->look); /* now, not at the next regular check */
     c->jammed = c->master.unechoed >= UNECHOED_MAX && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
     if (!c->jammed) dead |= housekeep(c, true);
     note_trouble(c, now_ns);
     can_master_sample(&c->master, sample);
     sample->time_ns += to_loop_ns;
     sample->age_ns = now_ns - sample->time_ns;
-    /* Latched at the SYNC of the cycle before, as it should be, or half a period
-     * and more earlier. */
+    /* The sample should be latched at the previous cycle's SYNC; it is late if that was half a
+     * period or more earlier. */
     if (2 * sample->age_ns > 3 * ns_from_seconds(c->master.params->loop.period_s)) sample->flags |= SAMPLE_LATE;
     return dead ? -1 : 0;
 }
 
-/* The command, or NULL: the valves to the centre and nothing else. */
+/* Sends the command; NULL: only centres the valves. */
 static int command(struct can *c, const struct hal_command *wanted) {
     struct can_queue q = {0};
     if (c->jammed) return -1;
@@ -339,7 +337,7 @@ static void can_describe(const struct hal *hal, char *text, size_t size) {
     if (trouble & JAMMED && !*text) snprintf(text, size, "the bus does not carry what is sent");
 }
 
-/* SAFETY: out of operational the nodes centre their valves, whatever frame is still under way. */
+/* SAFETY: nodes that leave operational centre their valves, whatever frames are still under way. */
 static void can_close(struct hal *hal) {
     struct can *c = (struct can *)hal;
     end_watch(c);

@@ -5,9 +5,9 @@
 
 #include "can_master.h"
 
-/* The 64 bits of can_condition.state, from bit 0: bus 2, nodes 7 x 4 (phase 3, whether an EMCY
- * stands), its code 16, frame of another master 12, node that answers twice 3, free 2, the caller's
- * 1. */
+/* Layout of can_condition.state from bit 0: bus 2 bits, nodes 7 x 4 (phase 3, EMCY flag 1), code
+ * of the first EMCY 16, another master's frame 12, number of a node with a twin 3, free 2,
+ * caller's 1. */
 enum {
     CONDITION_NODES = 2,
     CONDITION_NODE_BITS = 4,
@@ -17,7 +17,7 @@ enum {
     CONDITION_END = CONDITION_TWIN + 3
 };
 _Static_assert((int)CONDITION_END <= 63, "there is no room for so many nodes");
-/* Of can_condition.refusal: value 32, sub-index 8, index 16, node 3, kind 2. */
+/* Layout of can_condition.refusal: value 32 bits, sub-index 8, index 16, node 3, kind 2. */
 enum { REFUSAL_SUB = 32, REFUSAL_INDEX = 40, REFUSAL_NODE = 56, REFUSAL_KIND = 59 };
 
 static uint64_t pack(int node, const struct can_refusal *r) {
@@ -63,7 +63,7 @@ static void describe_refusal(uint64_t word, const struct params *params, char *t
                key);
 }
 
-/* ", node 3 lost EMCY 0x8250" at the end of the text. */
+/* Appends ", node 3 lost EMCY 0x8250" to the text. */
 static void describe_node(const char *who, unsigned node, unsigned code, uint64_t refusal, const struct params *params, char *text,
                           size_t size) {
     static const char *const phases[] = {[CAN_LOST] = " lost",
@@ -80,7 +80,7 @@ static void describe_node(const char *who, unsigned node, unsigned code, uint64_
 
 void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    /* the same in every node's bits */
+    /* mask of one bit for each node */
     const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params));
     unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
     unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff, twin = c.state >> CONDITION_TWIN & 7;
@@ -100,7 +100,7 @@ void can_condition_describe(struct can_condition c, const struct params *params,
         char who[20];
         snprintf(who, sizeof who, "node %d", i);
         if (nodes & 15) describe_node(who, nodes & 15, code, i == refusing ? c.refusal : 0, params, text, size);
-        if (nodes & 8) code = 0; /* it is the first such node's */
+        if (nodes & 8) code = 0; /* the code belongs to the first such node */
     }
-    if (*text) memmove(text, text + 2, strlen(text + 2) + 1); /* the comma in front */
+    if (*text) memmove(text, text + 2, strlen(text + 2) + 1); /* removes the leading comma */
 }

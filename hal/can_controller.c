@@ -24,13 +24,13 @@ const char *can_controller_state(int state) {
     return state >= 0 && state < CAN_STATE_MAX ? names[state] : "unknown";
 }
 
-/* ---- attributes: a header of length and type, the value, padded to four bytes ---- */
+/* ---- attributes: a header with length and type, then the value, padded to four bytes ---- */
 
 struct span {
     const unsigned char *at, *end;
 };
 
-/* The value of the next whole attribute, its type in *type; at NULL when there is none. */
+/* Takes the next complete attribute: returns its value, with its type in *type; `at` NULL: none. */
 static struct span next(struct span *in, int *type) {
     struct rtattr a;
     if (in->end - in->at < (ptrdiff_t)sizeof a) return (struct span){0};
@@ -43,7 +43,7 @@ static struct span next(struct span *in, int *type) {
     return value;
 }
 
-/* As much of it as both sides know: newer kernels append members. False: none of it is there. */
+/* Copies the part that both sides know, as newer kernels append members. False: none. */
 static bool copy(struct span value, void *to, size_t size) {
     size_t length = (size_t)(value.end - value.at);
     memcpy(to, value.at, length < size ? length : size);
@@ -84,7 +84,7 @@ static void take_link_info(struct span in, struct can_controller *s) {
         if (type == IFLA_INFO_DATA) data = v;
         if (type == IFLA_INFO_XSTATS) statistics = v;
     }
-    if (strcmp(s->kind, "can") != 0) return; /* of other kinds they mean something else */
+    if (strcmp(s->kind, "can") != 0) return; /* other kinds use them for something else */
     if (data.at) take_can(data, s);
     if (statistics.at) take_device_statistics(statistics, s);
 }

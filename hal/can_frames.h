@@ -14,12 +14,12 @@
  *   600 + node   SDO        expedited only; segments and blocks are answered with an abort  daemon
  *   700 + node   heartbeat  state; 0 is boot-up; the daemon is node 127                     both
  *
- * Node n moves leg n, 1..6; node 7 is an I/O module after CiA 401, and expected only where an input
- * or output is wired (interlocks). One RPDO serves three axis nodes: each maps its own 16 bit to
- * its valve (0x6300:1) and the other two to CiA 301's dummy entry for INTEGER16, 0x0003. The raw
- * units above are the default scale; channels in the configuration change it. Pressures are signed:
- * a gauge pressure can be below zero. The most negative value means that the node has no reading
- * (or, in an RPDO, that there is no command). */
+ * Node n moves leg n, 1..6; node 7 is an I/O module after CiA 401, which is expected only if an
+ * input or output is wired (interlocks). One RPDO serves three axis nodes: each maps its own 16 bit
+ * to its valve (0x6300:1) and the other two to CiA 301's dummy entry for INTEGER16, 0x0003. The raw
+ * units above are the default scale; channels in the configuration change it. Pressures are signed,
+ * because a gauge pressure can be negative. The most negative value means that the node has no
+ * reading (or, in an RPDO, that there is no command). */
 #ifndef HEXID_CAN_FRAMES_H
 #define HEXID_CAN_FRAMES_H
 
@@ -31,8 +31,8 @@
 
 enum { CAN_IO = LEGS + 1, CAN_NODES = CAN_IO, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
 
-/* Identity of our own nodes: 0x1000 (CiA 408; CiA 401 with digital inputs and outputs), 0x1018:1
- * (no vendor id of CiA's) and 0x1018:2, "HXID" and "HXIO". */
+/* Identity of hexid's own nodes: 0x1000 (CiA 408; CiA 401 with digital inputs and outputs),
+ * 0x1018:1 (no vendor id assigned by CiA) and 0x1018:2, "HXID" and "HXIO". */
 enum {
     CAN_DEVICE_TYPE = 0x198,
     CAN_IO_DEVICE_TYPE = 0x30191,
@@ -83,7 +83,7 @@ enum {
     EMCY_RPDO_TIMEOUT = 0x8250
 };
 
-/* Of an axis node, or of node 7. */
+/* Content of a TPDO: position and pressures of an axis node, or inputs of node 7. */
 struct can_tpdo {
     int32_t position;
     int16_t p1, p2;
@@ -96,9 +96,9 @@ struct can_sdo {
     enum can_sdo_kind kind;
     uint16_t index;
     uint8_t sub;
-    int size;       /* bytes of value: downloads and replies to uploads; 0
-                     * with a value: not indicated */
-    uint32_t value; /* or the abort code */
+    int size;       /* size of value in downloads and upload replies, bytes; 0 with a value: not
+                     * indicated */
+    uint32_t value; /* or abort code */
 };
 
 /* Abort codes: CiA 301, 7.2.4.3.17. */
@@ -119,7 +119,7 @@ enum {
     SDO_NO_DATA = 0x08000024
 };
 
-/* "value out of range" and the like; "" for a code that is not among the above. */
+/* The code in words, "value out of range"; "" for a code that is not listed above. */
 const char *can_abort_text(uint32_t code);
 
 struct can_frame can_frame_nmt(enum can_nmt command, int node);
@@ -127,52 +127,50 @@ struct can_frame can_frame_sync(void);
 struct can_frame can_frame_heartbeat(int node, enum can_state state);
 struct can_frame can_frame_emcy(int node, uint16_t code, uint8_t error_register);
 struct can_frame can_frame_tpdo(int node, const struct can_tpdo *tpdo);
-/* Commands of the group's three nodes, group 0 or 1. */
+/* Commands for the three nodes of a group, group 0 or 1. */
 struct can_frame can_frame_rpdo(int group, const int16_t valve[CAN_GROUP_NODES]);
 struct can_frame can_frame_outputs(uint8_t outputs);
-/* Request to a node, and its reply. */
+/* Request to a node; reply from a node. */
 struct can_frame can_frame_sdo(int node, const struct can_sdo *sdo);
 struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
 
-/* Node 1..127 of a frame of this function (COB_TPDO, ...), 0 when it is another, remote, extended
- * or an error frame. */
+/* Node 1..127 of a frame with this function (COB_TPDO, ...); 0 if it has another one, or is a
+ * remote, extended or error frame. */
 int can_frame_node(const struct can_frame *frame, unsigned function);
 
-/* What only a master sends to these nodes, in a word ("SYNC", "SDO request"); NULL for
- * any other frame. */
+/* Name of a frame that only a master sends ("SYNC", "SDO request"); NULL for any other frame. */
 const char *can_frame_of_master(const struct can_frame *frame);
 
-/* False when the frame is not what it should be (length, command specifier). The COB-ID has been
- * looked at before. */
+/* Parses a frame with known COB-ID. False if length or command specifier are wrong. */
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);
 bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *error_register);
 bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state);
 bool can_parse_sdo(const struct can_frame *frame, struct can_sdo *sdo);
 bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo);
 
-/* Bits of `size` bytes, little-endian. */
+/* Unsigned integers of `size` bytes, little-endian. */
 uint32_t can_get(const uint8_t *data, int size);
 void can_put(uint8_t *data, int size, uint32_t value);
 
-/* Group of a node (0, 1; node 7 is alone in 2), its place in it (0..2), and the group's COB-ID. */
+/* Group of a node (0, 1; node 7 alone is group 2), and its position in the group (0..2). */
 static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
 
-/* Longest possible frame of 11-bit identifier with so many data bytes: stuff bits at their worst
- * and the gap to the next frame. */
+/* Largest number of bits of a frame with 11-bit identifier and so many data bytes: worst-case
+ * stuff bits and the gap to the next frame. */
 int can_frame_bits(int data_bytes);
 
-/* Nodes that are expected: six, and node 7 where an input or output is wired. */
+/* Number of expected nodes: six, and node 7 if an input or output is wired. */
 int can_nodes(const struct params *params);
 
-/* What the frames of a cycle take of the bus. */
+/* Bus load of a cycle's frames. */
 struct can_load {
     int cycle_bits;       /* SYNC, TPDOs and RPDOs of all nodes */
-    double heartbeat_bits;/* the nodes' and the daemon's, mean a cycle */
-    double share;         /* of the cycle, 1: all of it */
-    double limit;         /* what fits: the rest is for the loop's own time and one
-                           * frame that nobody planned */
+    double heartbeat_bits;/* heartbeats of nodes and daemon, mean for each cycle */
+    double share;         /* share of the cycle */
+    double limit;         /* largest permitted share; the rest is for the loop's own time and one
+                           * unplanned frame */
 };
 struct can_load can_load(const struct params *params);
 

@@ -10,22 +10,22 @@
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
-/* a cycle; with heartbeat, three RPDOs and SYNC they are ten, what a controller's queue holds */
+/* requests in a cycle; with heartbeat, three RPDOs and SYNC ten frames, the size of a
+ * controller's queue */
 enum { REQUESTS = 5 };
-/* Leaky buckets of a node. TWICE counts windows: one with a repeated TPDO adds two, one without
- * takes one away, so a bus that repeats every fourth frame does not fill it, and a twin fills it
- * in 50 windows. ODD counts heartbeats: a node's own ones add three quarters of what drains. */
+/* Leaky buckets of a node. TWICE counts windows: a repeated TPDO adds two, a window without one
+ * subtracts one; a bus that repeats every fourth frame does not fill it, and a twin fills it in
+ * 50 windows. ODD counts heartbeats: a node's own ones add three quarters of what drains. */
 enum { TWICE_STEP = 2, TWICE_MAX = 100, ODD_MAX = 6 };
 static const double odd_heartbeat = 0.75, odd_frame = 1.0;
 #define PDO_OFF 0x80000000u
 
 static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); }
 
-/* Which nodes a step is for. */
 enum { AXIS = 1, IO = 2, EVERY = AXIS | IO };
 
-/* One request of the set-up. An upload's value is what must come back: a node that is another
- * device, has another mapping or has not kept what was written is not driven. */
+/* One request of the set-up. An upload must return `value`: a node that is another device, has
+ * another mapping or has not stored the written values is not driven. */
 struct step {
     unsigned of;
     enum can_sdo_kind kind;
@@ -33,7 +33,7 @@ struct step {
     uint8_t sub;
     int size;
     uint32_t value;
-    bool any; /* whatever comes back will do */
+    bool any; /* any value is accepted */
 };
 
 double can_identity(const struct params *params, int node, uint16_t index, uint8_t sub, const char **key) {
@@ -67,7 +67,7 @@ static struct step identity(const struct can_master *m, int node, uint16_t index
 
 static uint32_t map_entry(int node, int place) { return can_place(node) == place ? MAP_VALVE : MAP_DUMMY; }
 
-/* Step of the set-up of a node; false past the last. */
+/* Step of a node's set-up; false past the last. */
 static bool setup_step(const struct can_master *m, int node, int number, struct step *step) {
     const struct params *p = m->params;
     unsigned rpdo = can_rpdo_cob(can_group(node)), tpdo = COB_TPDO + (unsigned)node;
@@ -87,16 +87,17 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         {AXIS, SDO_DOWNLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
         {AXIS, SDO_DOWNLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
         {AXIS, SDO_DOWNLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
-        {EVERY, SDO_DOWNLOAD, 0x1400, 2, 1, 1, false}, /* in force with the next SYNC */
+        {EVERY, SDO_DOWNLOAD, 0x1400, 2, 1, 1, false}, /* comes into force with the next SYNC */
         {EVERY, SDO_DOWNLOAD, 0x1400, 5, 2, watchdog_ms, false},
         {EVERY, SDO_DOWNLOAD, 0x1400, 1, 4, rpdo, false},
         {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, PDO_OFF | tpdo, false},
-        {EVERY, SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* with every SYNC */
+        {EVERY, SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* sent with every SYNC */
         {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, tpdo, false},
-        /* SAFETY: a watchdog that was written is not yet one that is there. */
+        /* SAFETY: read back, because a written watchdog may not be effective. */
         {EVERY, SDO_UPLOAD, 0x1016, 1, 4, consumer, false},
         {EVERY, SDO_UPLOAD, 0x1017, 0, 2, beat_ms, false},
-        {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* a communication error: pre-operational */
+        {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* on a communication error: go to
+                                                      * pre-operational */
         {EVERY, SDO_UPLOAD, 0x1005, 0, 4, COB_SYNC, false},
         {EVERY, SDO_UPLOAD, 0x1400, 1, 4, rpdo, false},
         {EVERY, SDO_UPLOAD, 0x1400, 2, 1, 1, false},
@@ -115,10 +116,10 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         {IO, SDO_UPLOAD, 0x1600, 1, 4, MAP_OUTPUTS, false},
         {IO, SDO_UPLOAD, 0x1a00, 0, 1, 1, false},
         {IO, SDO_UPLOAD, 0x1a00, 1, 4, MAP_INPUTS, false},
-        /* SAFETY: a communication error sets the outputs, to 0. */
+        /* SAFETY: on a communication error the outputs go to 0. */
         {IO, SDO_UPLOAD, 0x6206, 1, 1, 0xff, false},
         {IO, SDO_UPLOAD, 0x6207, 1, 1, 0, false},
-        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* still ours */
+        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* checks that it is still ours */
     };
     unsigned kind = node == CAN_IO ? IO : AXIS;
     for (unsigned i = 0; i < sizeof steps / sizeof *steps; i++) {
@@ -145,7 +146,7 @@ void can_master_init(struct can_master *m, const struct params *params, uint32_t
 
 static int64_t beats_ns(const struct can_master *m, double beats) { return ns_from_seconds(beats * m->params->can.heartbeat_s); }
 
-/* Adds a frame that one device alone would not have sent so soon to its bucket. */
+/* Adds a frame to the node's bucket that a single device would not have sent so soon. */
 static void odd(const struct can_master *m, struct can_peer *p, double beats, int64_t time_ns) {
     int64_t most_ns = time_ns + beats_ns(m, 2 * ODD_MAX);
     if (p->odd_ns < time_ns) p->odd_ns = time_ns;
@@ -172,7 +173,7 @@ static void set_up(struct can_peer *p) {
     p->refusal = (struct can_refusal){0};
 }
 
-/* SAFETY: what it said before says nothing of now. */
+/* SAFETY: clears readings of an earlier time. */
 static void forget(struct can_peer *p) { p->fresh = p->known = false; }
 
 static void lose(struct can_peer *p) {
@@ -181,7 +182,7 @@ static void lose(struct can_peer *p) {
 }
 
 static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state state, int64_t time_ns) {
-    /* before its set-up a node has a rate of its own */
+    /* before its set-up a node has its own heartbeat rate */
     if (p->phase >= CAN_STARTING) odd(m, p, odd_heartbeat, time_ns);
     if (state == CAN_BOOTUP) {
         m->boots++;
@@ -194,15 +195,16 @@ static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state s
     }
 }
 
-/* A node that lost the daemon has left operational: set up at once, not with its next heartbeat. */
+/* A node that lost the daemon left operational: set up at once, not after its next heartbeat. */
 static bool emergency(struct can_peer *p, const struct can_frame *f) {
     uint16_t code;
     uint8_t error_register;
     if (!can_parse_emcy(f, &code, &error_register)) return false;
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
-    /* SAFETY: what can be no more than a reading hides no other error */
+    /* SAFETY: a possible sensor error must not hide another one */
     if (code == EMCY_SENSOR && p->emcy) return true;
-    if (code || !error_register) p->emcy = code; /* one is over, another stands: it stays */
+    if (code || !error_register)
+        p->emcy = code; /* another error is active: the code stays */
     return true;
 }
 
@@ -217,8 +219,7 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
     return asked->any || ((reply->size == asked->size || reply->size == 0) && reply->value == asked->value);
 }
 
-/* The answer to the request of this step: on to the next. What answers something else is left
- * to the time-out. */
+/* Handles a reply: the expected one leads to the next step. Others are ignored. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
     if (p->asked) p->asked--;
@@ -256,7 +257,6 @@ static bool whole(const struct can_master *m) {
     return true;
 }
 
-/* A TPDO of this window is missing: lost, or late. */
 static void miss(struct can_master *m) {
     if (m->pause != CAN_NO_PAUSE) return;
     m->lost += can_master_ready(m);
@@ -289,8 +289,8 @@ static bool same(const struct can_tpdo *a, const struct can_tpdo *b) {
     return a->position == b->position && a->p1 == b->p1 && a->p2 == b->p2 && a->inputs == b->inputs;
 }
 
-/* SAFETY: one that says another thing than the one before in this window, or in another length, is
- * of a second device or of another cycle. */
+/* SAFETY: handles a TPDO. One that differs in content or length from an earlier one of this
+ * window comes from a second device or another cycle. */
 static bool tpdo(struct can_master *m, struct can_peer *p, const struct can_frame *f) {
     struct can_tpdo value;
     bool known = can_parse_tpdo(f, &value);
@@ -334,7 +334,7 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
         return;
     }
     if (can_frame_of_master(f)) {
-        /* SAFETY: somebody else commands this machine */
+        /* SAFETY: another master commands this machine */
         if (!own && !m->foreign) m->foreign = f->can_id | FOREIGN_HEARD;
         if (own && f->can_id == COB_SYNC) echo(m, time_ns);
         return;
@@ -347,8 +347,8 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
     }
 }
 
-/* Sends the step's request, or again after the time-out; past the last step the node is started.
- * SAFETY: first of all it is brought where it can be set up, and its valve is at the centre,
+/* Sends the step's request, or repeats it after the time-out; past the last step it starts the
+ * node. SAFETY: first the node is brought to pre-operational, where its valve is centred,
  * whatever it was doing. */
 static void drive_setup(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
@@ -356,7 +356,7 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     if (!p->halted) {
         can_queue_push(out, can_frame_nmt(NMT_PREOPERATIONAL, node));
         p->halted = true;
-        return; /* one frame a node and cycle */
+        return; /* one frame for each node and cycle */
     }
     if (p->tries++ >= TRIES) {
         lose(p);
@@ -372,8 +372,8 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     p->deadline_ns = now_ns + (int64_t)START_MS * NS_PER_MS;
 }
 
-/* A node that has booted unheard says nothing by itself: its heartbeat is off until it is set up.
- * Whatever it answers will do. */
+/* Asks a lost node for any reply: after an unnoticed boot it sends nothing, because its
+ * heartbeat is off until it is set up. */
 static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS || !setup_step(m, node, 0, &step)) return;
@@ -433,8 +433,8 @@ static void give(struct can_master *m, const double valve[LEGS], struct can_queu
     int16_t raw[LEGS];
     bool centres = true;
     for (int i = 0; i < LEGS; i++) centres &= valve[i] == 0.0;
-    /* SAFETY: the command that centres the valves waits for nothing; then the pause is due in
-     * the cycle after it. */
+    /* SAFETY: a command that centres the valves is never delayed; the pause follows in the next
+     * cycle. */
     if (m->pause == CAN_PAUSE_DUE && !(centres && !m->centred)) {
         m->pause = CAN_PAUSED;
         m->punctual = whole(m);
@@ -446,7 +446,7 @@ static void give(struct can_master *m, const double valve[LEGS], struct can_queu
     for (int i = 0; i < LEGS; i++) raw[i] = (int16_t)channel_raw(&m->params->valve_channel, i, valve[i], INT16_MAX);
     for (int group = 0; group < CAN_GROUPS; group++) can_queue_push(out, can_frame_rpdo(group, raw + CAN_GROUP_NODES * group));
     if (m->nodes >= CAN_IO) can_queue_push(out, can_frame_outputs(m->level ? OUTPUT_SUPPLY : 0));
-    can_queue_push(out, can_frame_sync()); /* last: it puts them into force */
+    can_queue_push(out, can_frame_sync()); /* last, because it puts the commands into force */
     m->unechoed++;
 }
 
@@ -456,13 +456,13 @@ void can_master_command(struct can_master *m, const struct hal_command *command,
     give(m, command->enable ? command->valve : centre, out);
 }
 
-/* SAFETY: no change is made up for: the supply goes. */
+/* SAFETY: pending changes are dropped, so the supply goes off. */
 void can_master_safe(struct can_master *m, struct can_queue *out) {
     m->due = false;
     give(m, centre, out);
 }
 
-/* Takes the window's sample over when it is whole. */
+/* Takes over the window's sample if it is complete. */
 static void latch(struct can_master *m) {
     if (m->syncs == m->latched_sync) return;
     if (!whole(m)) miss(m);
@@ -474,8 +474,8 @@ static void latch(struct can_master *m) {
     m->delivered = false;
 }
 
-/* SAFETY: nothing is closed that is not known; what opens does not wait for the sample to be whole,
- * and was open if any of the answers says so. */
+/* SAFETY: an unknown input counts as open. An opening does not wait for a complete sample, and
+ * one of several answers suffices for it. */
 static void convert_inputs(const struct can_master *m, struct hal_sample *s) {
     const struct can_peer *io = &m->peer[CAN_IO - 1];
     const struct interlock_params *interlocks = &m->params->interlocks;
@@ -501,7 +501,7 @@ static void convert(const struct can_master *m, struct hal_sample *s) {
     }
     for (int i = 0; i < m->nodes; i++) {
         uint16_t emcy = m->peer[i].emcy;
-        bool told = emcy == EMCY_SENSOR && missing[i]; /* by the reading itself */
+        bool told = emcy == EMCY_SENSOR && missing[i]; /* the missing reading already says so */
         if (m->peer[i].phase != CAN_RUNNING || (emcy && !told)) s->flags |= SAMPLE_INVALID;
     }
     convert_inputs(m, s);
@@ -523,8 +523,8 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     *s = (struct hal_sample){.time_ns = m->latched_ns, .device_seq = m->latched_sync};
     if (m->delivered) s->flags |= SAMPLE_STALE;
     else if (before && m->latched_sync != before + 1) s->flags |= SAMPLE_DROPPED;
-    /* SAFETY: half a period off the grid: a SYNC was lost or late, and the command before it was
-     * held too long or too short. */
+    /* SAFETY: a SYNC that is half a period off the grid was lost or late, and the previous
+     * command was held too long or too short. */
     int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
     if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;

@@ -9,7 +9,7 @@ enum { NS_PER_MS = 1000000, BEHAVIOUR_STOPPED = 2, TYPE_SYNC_MAX = 240, ALL_ERRO
 
 static const struct {
     uint16_t code;
-    uint8_t bits; /* of 0x1001: 0 generic, 4 communication, 7 of the maker */
+    uint8_t bits; /* bits of 0x1001: 0 generic, 4 communication, 7 manufacturer */
 } errors[CAN_ERRORS] = {
     [CAN_ERROR_SENSOR] = {EMCY_SENSOR, 0x81},
     [CAN_ERROR_HEARTBEAT] = {EMCY_HEARTBEAT, 0x11},
@@ -28,7 +28,7 @@ static int place(const struct can_node *n, uint16_t index, uint8_t sub) { return
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub) { return n->value[place(n, index, sub)]; }
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value) { n->value[place(n, index, sub)] = value; }
 
-/* Place of the object that an RPDO writes. */
+/* Index in the table of the object that an RPDO writes. */
 static int commanded(const struct can_node *n) {
     uint32_t entry = n->dictionary->command;
     return place(n, can_entry_index(entry), can_entry_sub(entry));
@@ -41,7 +41,7 @@ struct can_consumer can_consumer_of(uint32_t value) {
 
 static struct can_consumer consumer(const struct can_node *n, int i) { return can_consumer_of(can_node_get(n, 0x1016, (uint8_t)(i + 1))); }
 
-/* SAFETY: a master is watched, and every one that is watched is heard. */
+/* SAFETY: true if at least one master is watched and all watched ones are heard. */
 static bool watched(const struct can_node *n) {
     bool any = false;
     for (int i = 0; i < CAN_CONSUMERS; i++) {
@@ -52,7 +52,7 @@ static bool watched(const struct can_node *n) {
     return any;
 }
 
-/* The output to 0, and no command that came before counts. */
+/* Sets the output to 0 and discards earlier commands. */
 static void centre(struct can_node *n) {
     n->output = 0;
     n->received = 0;
@@ -69,7 +69,7 @@ static void enter(struct can_node *n, enum can_state state) {
     n->state = state;
 }
 
-/* EMCY with the register as it is now. No emergencies in stopped. */
+/* Sends an EMCY with the current register, except in stopped. */
 static void announce(struct can_node *n, uint16_t code, struct can_queue *out) {
     uint8_t bits = 0;
     for (int i = 0; i < CAN_ERRORS; i++)
@@ -78,7 +78,7 @@ static void announce(struct can_node *n, uint16_t code, struct can_queue *out) {
     if (n->state != CAN_STOPPED) can_queue_push(out, can_frame_emcy(n->id, code, bits));
 }
 
-/* The newest error is 0x1003:1. */
+/* Stores an error in the history; 0x1003:1 is the newest. */
 static void remember(struct can_node *n, uint16_t code) {
     uint32_t count = can_node_get(n, 0x1003, 0), *history = &n->value[place(n, 0x1003, 1)];
     memmove(history + 1, history, (CAN_HISTORY - 1) * sizeof *history);
@@ -86,7 +86,7 @@ static void remember(struct can_node *n, uint16_t code) {
     can_node_set(n, 0x1003, 0, count < CAN_HISTORY ? count + 1 : CAN_HISTORY);
 }
 
-/* Once, when it begins to stand. */
+/* Reports an error once, when it becomes active. */
 static void complain(struct can_node *n, enum can_error error, struct can_queue *out) {
     if (n->errors >> error & 1) return;
     n->errors |= 1u << error;
@@ -100,14 +100,14 @@ void can_node_clear(struct can_node *n, uint32_t which, struct can_queue *out) {
     announce(n, EMCY_NONE, out);
 }
 
-/* SAFETY: on a communication error the output is 0 and stays so until the daemon has set
+/* SAFETY: on a communication error the output goes to 0 and stays there until the daemon has set
  * the node up again. */
 static void fail(struct can_node *n, enum can_error error, struct can_queue *out) {
     complain(n, error, out);
     if (n->state == CAN_OPERATIONAL) enter(n, can_node_get(n, 0x1029, 1) == BEHAVIOUR_STOPPED ? CAN_STOPPED : CAN_PREOPERATIONAL);
 }
 
-/* The owner stays: anybody can send a reset. */
+/* Keeps the owner, because anybody can send a reset. */
 static void reset(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     const struct can_dictionary *d = can_dictionary_of(n->id);
     *n = (struct can_node){.id = n->id, .dictionary = d, .state = CAN_PREOPERATIONAL, .heartbeat_due_ns = now_ns, .owner = n->owner};
@@ -132,7 +132,7 @@ static void nmt(struct can_node *n, enum can_nmt command, int64_t now_ns, struct
     default: return;
     }
     if (started) can_node_clear(n, ALL_ERRORS, out);
-    n->heartbeat_due_ns = now_ns; /* says at once what it is now */
+    n->heartbeat_due_ns = now_ns; /* report the new state at once */
 }
 
 static void put_into_force(struct can_node *n) {
@@ -146,13 +146,13 @@ static void put_into_force(struct can_node *n) {
 
 static uint32_t entry_of(const struct can_node *n, uint16_t mapping, uint32_t i) { return can_node_get(n, mapping, (uint8_t)(i + 1)); }
 
-/* Walks the mapping: an entry is the command or a dummy (can_mapping_refuses). */
+/* Walks through the mapping: each entry is the command or a dummy (can_mapping_refuses). */
 static void rpdo(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     const uint32_t lengths = 1u << CAN_ERROR_RPDO_SHORT | 1u << CAN_ERROR_RPDO_LONG;
     uint32_t entries = can_node_get(n, 0x1600, 0);
     int bytes = 0;
     for (uint32_t i = 0; i < entries; i++) bytes += can_entry_bytes(entry_of(n, 0x1600, i));
-    /* SAFETY: a short RPDO is neither a command nor a sign of life. */
+    /* SAFETY: a short RPDO is neither a command nor a life sign. */
     if (f->len < bytes) {
         complain(n, CAN_ERROR_RPDO_SHORT, out);
         return;
@@ -200,7 +200,7 @@ bool can_node_synced_by(const struct can_node *n, const struct can_frame *f) {
     return f->can_id == (can_node_get(n, 0x1005, 0) & CAN_SFF_MASK);
 }
 
-/* Transmission type 0: when a reading has changed; 1 to 240: with every so many SYNCs. */
+/* Transmission type 0: after a change of a reading; 1 to 240: after so many SYNCs. */
 static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     uint32_t type = can_node_get(n, 0x1800, 2);
     bool changed = !n->has_sent || memcmp(t->data, n->sent.data, t->len) != 0;
@@ -212,7 +212,7 @@ static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     return true;
 }
 
-/* The TPDO's bytes into the objects that it maps; true where a reading is missing. */
+/* Copies the TPDO's bytes into the mapped objects; true if a reading is missing. */
 static bool take_readings(struct can_node *n, const struct can_frame *t) {
     const uint8_t *data = t->data;
     bool missing = false;
@@ -247,8 +247,8 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
 
 static bool expired(int64_t heard_ns, int64_t now_ns, uint32_t limit_ms) { return now_ns - heard_ns > (int64_t)limit_ms * NS_PER_MS; }
 
-/* SAFETY: an owner that is not heard is lost, also one that never was: what it started does not
- * run on as nobody's. */
+/* SAFETY: an owner whose heartbeat is late, or never came, has lost the node, so that motion it
+ * started does not continue without an owner. */
 static void watch_owner(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     if (!n->owner.token || !expired(n->owner.heard_ns, now_ns, n->owner.limit_ms)) return;
     n->owner = (struct can_owner){0};
@@ -260,7 +260,7 @@ static void watch(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     for (int i = 0; i < CAN_CONSUMERS; i++) {
         struct can_consumer c = consumer(n, i);
         if (!c.node || !n->heard_ns[i] || !expired(n->heard_ns[i], now_ns, c.limit_ms)) continue;
-        n->heard_ns[i] = 0; /* CiA 301: watched again from the next one on */
+        n->heard_ns[i] = 0; /* CiA 301: watched again from the next heartbeat on */
         fail(n, CAN_ERROR_HEARTBEAT, out);
     }
     if (n->commanded && expired(n->in_force_ns, now_ns, can_node_get(n, 0x1400, 5))) fail(n, CAN_ERROR_RPDO_TIMEOUT, out);

@@ -1,18 +1,18 @@
 #include "can_server.h"
 
-enum { OWNER_MS = 150 }; /* where no heartbeat is watched yet */
+enum { OWNER_MS = 150 }; /* used while no heartbeat is watched */
 #define PDO_OFF 0x80000000u
 
 static bool pdo_on(uint32_t cob) { return !(cob & PDO_OFF); }
 
-/* The node itself uses this identifier for something else than the object `index`. */
+/* True if the node uses this identifier for another object than `index`. */
 static bool taken(const struct can_node *n, uint16_t index, uint32_t cob) {
     uint32_t sync = can_node_get(n, 0x1005, 0) & CAN_SFF_MASK, rpdo = can_node_get(n, 0x1400, 1), tpdo = can_node_get(n, 0x1800, 1);
     return cob == can_node_get(n, 0x1014, 0) || (index != 0x1005 && cob == sync) || (index != 0x1400 && cob == rpdo) ||
            (index != 0x1800 && cob == tpdo);
 }
 
-/* CiA 301, 7.5.2.35: a PDO that is on is switched off before its identifier changes. */
+/* CiA 301, 7.5.2.35: a PDO must be off before its identifier changes. */
 static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t cob) {
     uint32_t before = can_node_get(n, index, 1);
     if (!pdo_on(cob)) return 0;
@@ -22,7 +22,7 @@ static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t co
     return taken(n, index, cob) ? SDO_VALUE : 0;
 }
 
-/* CiA 301, 7.5.2.36: PDO off, number of entries 0, entries, number. */
+/* CiA 301, 7.5.2.36: order of changes: PDO off, number of entries 0, entries, number. */
 static uint32_t refuse_mapping(const struct can_node *n, uint8_t sub) {
     bool in_use = pdo_on(can_node_get(n, 0x1400, 1)) || (sub && can_node_get(n, 0x1600, 0));
     return in_use ? SDO_DENIED : 0;
@@ -37,17 +37,17 @@ static uint32_t refuse_consumer(const struct can_node *n, uint8_t sub, uint32_t 
     return 0;
 }
 
-/* SAFETY: one master. Another token is refused for as long as the owner lives. */
+/* SAFETY: one master. Another token is refused while the owner is alive. */
 static uint32_t refuse_owner(const struct can_node *n, uint8_t sub, uint32_t token) {
     if (token == 0) return SDO_VALUE;
     bool owners = token == n->owner.token;
     return owners || (sub == 1 && n->owner.token == 0) ? 0 : SDO_DENIED;
 }
 
-/* Abort code, 0 when the node takes the value now. */
+/* Abort code; 0 if the node accepts the value in its current state. */
 static uint32_t refuse_now(const struct can_node *n, const struct can_object *o, uint32_t value) {
-    /* SAFETY: in operational nothing can weaken a watchdog or redirect a command; and an output
-     * moves by RPDO only, under the watchdogs. */
+    /* SAFETY: in operational no write can weaken a watchdog or redirect a command; and only
+     * RPDOs move an output, under the watchdogs. */
     if ((n->state == CAN_OPERATIONAL && o->index != 0x1003) || o->access == CAN_RWW) return SDO_DENIED;
     switch (o->index) {
     case 0x1005: return taken(n, o->index, value & CAN_SFF_MASK) ? SDO_VALUE : 0;
@@ -62,7 +62,7 @@ static uint32_t refuse_now(const struct can_node *n, const struct can_object *o,
 
 static void watch_anew(struct can_node *n, uint8_t sub, uint32_t value, int64_t now_ns, struct can_queue *out) {
     struct can_consumer consumer = can_consumer_of(value);
-    n->heard_ns[sub - 1] = 0; /* CiA 301, 0x1016: from the next heartbeat on */
+    n->heard_ns[sub - 1] = 0; /* CiA 301, 0x1016: watched from the next heartbeat on */
     can_node_clear(n, 1u << CAN_ERROR_HEARTBEAT, out);
     if (sub != 1 || !n->owner.token || !consumer.node) return;
     n->owner.limit_ms = consumer.limit_ms;
@@ -75,7 +75,7 @@ static void own(struct can_node *n, uint32_t token, int64_t now_ns) {
     can_node_set(n, 0x2000, 3, 1);
 }
 
-/* It leaves, and its silence is no error. */
+/* The owner releases the node; its silence is no longer an error. */
 static void disown(struct can_node *n) {
     n->owner = (struct can_owner){0};
     n->heard_ns[0] = 0;
@@ -96,7 +96,7 @@ static void store(struct can_node *n, const struct can_object *o, uint32_t value
     }
 }
 
-/* The low bytes, where the client does not say how many it means. */
+/* The low bytes, if the client does not indicate the size. */
 static uint32_t fitted(const struct can_object *o, const struct can_sdo *request) {
     return request->size || o->size == 4 ? request->value : request->value & ((1u << 8 * o->size) - 1);
 }
@@ -127,7 +127,7 @@ static uint32_t serve(struct can_node *n, const struct can_sdo *request, struct 
 
 void can_server_receive(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     struct can_sdo request = {0}, reply;
-    struct can_queue first = {0}; /* what the request brings about follows its answer */
+    struct can_queue first = {0}; /* frames that the request causes follow its answer */
     enum { SEGMENT_DOWNLOAD = 0, SEGMENT_UPLOAD = 3, ABORT = 4 };
     int specifier = f->data[0] >> 5;
     if (f->len != 8 || specifier == ABORT) return;

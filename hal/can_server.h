@@ -5,8 +5,8 @@
 
 #include "can_node.h"
 
-/* A frame to the node's SDO server, in pre-operational or operational. A client's abort and what is
- * no SDO (not 8 bytes) are ignored. */
+/* Handles a frame to the node's SDO server, in pre-operational or operational. Aborts from the
+ * client and frames that are not 8 bytes long are ignored. */
 void can_server_receive(struct can_node *n, const struct can_frame *frame, int64_t now_ns, struct can_queue *out);
 
 #endif

@@ -14,8 +14,8 @@ struct device {
     struct plant *plant;
     double valve[LEGS];
     double watchdog_s;
-    int64_t centre_ns;  /* when the watchdog centres the valves */
-    int64_t lived_ns;   /* up to when the machine has lived */
+    int64_t centre_ns;  /* time at which the watchdog centres the valves */
+    int64_t lived_ns;   /* time up to which the machine was simulated */
     struct hal_sample latched;
 };
 
@@ -47,15 +47,15 @@ void device_destroy(struct device *d) {
 void device_set_watchdog(struct device *d, double watchdog_s) { d->watchdog_s = watchdog_s; }
 
 static void live_period(struct device *d) {
-    /* SAFETY: nobody commands, the valves are centred. */
+    /* SAFETY: without commands, the valves are centred. */
     if (d->lived_ns > d->centre_ns) memset(d->valve, 0, sizeof d->valve);
     plant_step(d->plant, d->valve);
     d->lived_ns += period_ns(d);
 }
 
-/* Up to the period nearest to now. */
+/* Simulates up to the period nearest to now. */
 static void live_on(struct device *d, int64_t now_ns) {
-    /* stopped or just started: nothing is caught up */
+    /* after a stop or at the start: nothing is caught up */
     if (now_ns - d->lived_ns > CATCH_UP_NS) d->lived_ns = now_ns - period_ns(d);
     while (2 * (now_ns - d->lived_ns) >= period_ns(d)) live_period(d);
 }
@@ -73,7 +73,7 @@ bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample) {
 void device_valves(struct device *d, const double valve[LEGS]) { memcpy(d->valve, valve, sizeof d->valve); }
 
 void device_live(struct device *d, const struct hal_command *command, int64_t now_ns) {
-    static const int64_t share = 16; /* of what is early or late by which the grid follows */
+    static const int64_t share = 16; /* 1/share of a command's offset by which the grid follows */
     live_on(d, now_ns);
     device_valves(d, command->valve);
     plant_charge_pump(d->plant, command->supply);

@@ -1,22 +1,22 @@
-/* fault: breaks another back-end on purpose. Address: FAULT[,FAULT...];URL with
- * FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], times in seconds of the loop, LEG 1..6 for what befalls a
- * leg (all without it; swap, pressure_swap: the first; swap, mix: with the next leg):
+/* fault: injects faults into another back-end. Address: FAULT[,FAULT...];URL with
+ * FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], times in seconds of the loop, LEG 1..6 for faults of a
+ * leg (default: all; swap, pressure_swap: the first; swap, mix: exchange with the next leg):
  *
  *     --hal 'fault:freeze@12+0.5/3,drop@20+0.02;sim:'
  *
- * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay it does not own up to); loss=%;
- *           repeat and reorder (every other sample, time stamps fresh); hang (the same sample for
- *           ever, time stamps fresh); drop (cannot be read)
+ * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay with fresh time stamps);
+ *           loss=%; repeat and reorder (every other sample, with fresh time stamps); hang (always
+ *           the same sample, with fresh time stamps); drop (cannot be read)
  * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the
  *           samples (a bit of the 1 um count); swap
  * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze;
  *           pressure_swap (P1 with P2); mix (two legs'); pressure_nan
  * both      nan
- * inputs    emergency_stop, enable, door (opens); supply (the charge pump does not get through, so
- *           the machine loses its pressure); inputs_on=, inputs_off= (bits of the device's byte of
- *           inputs that are stuck: 1 to 8 plain, 16 to 128 inverse)
- * valves    deaf (no command can be written, but centring); stuck (stays where it is, also when
- *           centred); valve=-1..1 (the same, there)
+ * inputs    emergency_stop, enable, door (opens); supply (its life sign is lost, so the machine
+ *           loses its pressure); inputs_on=, inputs_off= (stuck bits of the device's byte of
+ *           inputs: 1 to 8 plain, 16 to 128 inverse)
+ * valves    deaf (no command can be written, except centring); stuck (does not move, not even to
+ *           centre); valve=-1..1 (stuck at this opening)
  */
 #include <math.h>
 #include <stdlib.h>
@@ -32,11 +32,11 @@ struct fault;
 
 struct wrapper {
     struct hal hal;
-    struct hal_ops ops; /* hal_fault, but simulated and reconnecting as the inner one is */
+    struct hal_ops ops; /* hal_fault, except that simulated and reconnecting are the inner one's */
     struct hal *inner;
     const struct params *params;
     int64_t period_ns, now_ns;
-    struct hal_sample history[HISTORY]; /* healthy ones; the newest at (reads - 1) % HISTORY */
+    struct hal_sample history[HISTORY]; /* healthy samples; the newest at (reads - 1) % HISTORY */
     int64_t reads;
     struct hal_command written;
     int count;
@@ -46,9 +46,9 @@ struct wrapper {
         int leg;
         double value;
         uint64_t random;
-        struct hal_sample before; /* the inner one's last before it began */
-        struct hal_sample passed; /* the last that it let pass */
-        double stuck[LEGS];       /* valves when it began */
+        struct hal_sample before; /* the inner one's last sample before the fault */
+        struct hal_sample passed; /* last sample that was passed on */
+        double stuck[LEGS];       /* valves at the start of the fault */
     } fault[FAULTS_MAX];
 };
 
@@ -64,13 +64,13 @@ static double uniform(struct fault *f) {
 }
 static bool chance(struct fault *f, double percent) { return 0.5 + 0.5 * uniform(f) < percent / 100.0; }
 
-/* The healthy sample of so many reads ago, or the oldest kept. */
+/* The healthy sample of so many reads ago, or the oldest in the history. */
 static const struct hal_sample *ago(const struct wrapper *w, int64_t reads) {
     int64_t kept = w->reads < HISTORY ? w->reads : HISTORY, back = reads < kept ? reads : kept - 1;
     return &w->history[(w->reads - 1 - back) % HISTORY];
 }
 
-/* An older one in the place of this. */
+/* Replaces the sample by an older one. */
 static void instead(struct hal_sample *s, const struct hal_sample *older, uint32_t flags) {
     int64_t now_ns = s->time_ns + s->age_ns;
     *s = *older;
@@ -78,7 +78,7 @@ static void instead(struct hal_sample *s, const struct hal_sample *older, uint32
     s->flags |= flags;
 }
 
-/* The same, but it looks like new. */
+/* Replaces the sample by an older one with fresh time stamps. */
 static void passed_off(struct hal_sample *s, const struct hal_sample *older) {
     int64_t time_ns = s->time_ns, age_ns = s->age_ns;
     *s = *older;
@@ -193,7 +193,6 @@ static void mix(struct wrapper *w, struct fault *f, struct hal_sample *s) {
     exchange(&s->p2_pa[a], &s->p2_pa[b]);
 }
 
-/* A spool that no command moves, not even the one to centre. */
 static void stuck(const struct fault *f, struct hal_command *command) {
     for (int i = 0; i < LEGS; i++)
         if (hits(f, i)) command->valve[i] = f->stuck[i];
@@ -204,7 +203,7 @@ static void forced(const struct fault *f, struct hal_command *command) {
         if (hits(f, i)) command->valve[i] = fmax(-1.0, fmin(1.0, f->value));
 }
 
-/* Always the same level. */
+/* Keeps the supply output at one level. */
 static void unpowered(const struct fault *f, struct hal_command *command) { (void)f, command->supply = false; }
 
 static uint32_t stuck_on(uint32_t bits, uint32_t stuck) { return bits | stuck; }
@@ -258,8 +257,7 @@ static const struct kind *kind_find(const char *name, size_t length) {
     return NULL;
 }
 
-/* A number after this mark at *text, which is moved behind it; NaN when the mark or the
- * number is missing. */
+/* Reads a number after this mark at *text and advances *text; NaN if either is missing. */
 static double number_after(const char **text, char mark) {
     char *end;
     if (**text != mark) return (double)NAN;
@@ -269,7 +267,7 @@ static double number_after(const char **text, char mark) {
     return none ? (double)NAN : number;
 }
 
-/* One FAULT at *text, which is moved behind it. False when it is not understood. */
+/* Parses a FAULT at *text and advances *text. False if it is malformed. */
 static bool fault_parse(const char **text, struct fault *f) {
     size_t name_length = strcspn(*text, "@;,");
     f->kind = kind_find(*text, name_length);
@@ -327,8 +325,7 @@ static int fault_open(struct hal **hal, const char *address, const struct params
     return STATUS_OK;
 }
 
-/* Sends the inputs through the device's byte, some bits of which are stuck, and reads them
- * back. */
+/* Passes the inputs through the device's byte with its stuck bits, and reads them back. */
 static void rewire(const struct wrapper *w, const struct fault *f, struct hal_sample *s) {
     uint32_t bits = f->kind->wire(interlock_bits(s->inputs), (uint32_t)fmax(0.0, fmin(f->value, 255.0)));
     struct interlock_reading read = interlock_read(&w->params->interlocks, bits);
@@ -356,7 +353,7 @@ static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample
     return status;
 }
 
-/* The valves' own faults, on top of what they are told. True when there are any. */
+/* Applies the faults of valves to their command. True if there are any. */
 static bool drive(const struct wrapper *w, struct hal_command *command) {
     bool any = false;
     for (int i = 0; i < w->count; i++) {

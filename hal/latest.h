@@ -1,6 +1,6 @@
-/* The newest of what one thread hands to another; neither ever waits, and nothing older is seen
- * after something newer. The values lie in three slots of the user's, T slot[LATEST_SLOTS]; this
- * says which one is whose. One producer, one consumer; RT, signal-safe. */
+/* Passes the newest value from one thread to another; neither ever waits, and values never go
+ * back in time. The user has three slots, T slot[LATEST_SLOTS]; this struct says which one
+ * belongs to whom. One producer, one consumer; RT, signal-safe. */
 #ifndef HEXID_LATEST_H
 #define HEXID_LATEST_H
 
@@ -11,7 +11,7 @@ enum { LATEST_SLOTS = 3, LATEST_NEW = 4 };
 
 struct latest {
     unsigned back, front;     /* slots of producer and consumer */
-    _Atomic unsigned between; /* the third, with LATEST_NEW until it is taken */
+    _Atomic unsigned between; /* third slot, with LATEST_NEW until it is taken */
 };
 
 static inline void latest_init(struct latest *l) {
@@ -19,12 +19,12 @@ static inline void latest_init(struct latest *l) {
     atomic_init(&l->between, 2);
 }
 
-/* The producer has filled slot[l->back]: it is the newest now, and what was not taken is gone. */
+/* The producer has filled slot[l->back]: it is now the newest, and an untaken one is dropped. */
 static inline void latest_publish(struct latest *l) {
     l->back = atomic_exchange_explicit(&l->between, l->back | LATEST_NEW, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;
 }
 
-/* True: slot[l->front] is newer than what was there. */
+/* True if slot[l->front] now has a newer value. */
 static inline bool latest_take(struct latest *l) {
     if (!(atomic_load_explicit(&l->between, memory_order_relaxed) & LATEST_NEW)) return false;
     l->front = atomic_exchange_explicit(&l->between, l->front, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;

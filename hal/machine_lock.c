@@ -24,7 +24,7 @@ static int add(struct machine_lock *l, const char *url, const struct host_lock_k
     return STATUS_OK;
 }
 
-/* Locks a serial line by its device number, which symbolic links and other nodes of the line
+/* Locks a serial line by its device number, which links and other device nodes of the line
  * share. */
 static int lock_serial(struct machine_lock *l, const char *url, const struct modbus_address_parts *p, struct error *error) {
     struct host_lock_key key;
@@ -36,8 +36,8 @@ static int lock_serial(struct machine_lock *l, const char *url, const struct mod
     return add(l, url, &key, error);
 }
 
-/* Locks a CAN interface by the kernel's name for it: a second name (altname) stands for the same
- * one, and an interface that is made again gets it again. */
+/* Locks a CAN interface by its name in the kernel: an altname leads to the same name, and an
+ * interface that is created again gets it again. */
 static int lock_can(struct machine_lock *l, const char *url, const char *interface, struct error *error) {
     struct host_lock_key key = {0};
     char name[IF_NAMESIZE];
@@ -47,8 +47,8 @@ static int lock_can(struct machine_lock *l, const char *url, const char *interfa
     return add(l, url, &key, error);
 }
 
-/* Tells whether an address is one of this host: a datagram socket that is connected to such an
- * address gets that address as its own. Nothing is sent. */
+/* True if an address belongs to this host: a datagram socket connected to such an address gets
+ * the same address as its own. Nothing is sent. */
 static bool is_own(const struct sockaddr *to, socklen_t length) {
     struct sockaddr_storage own = {0};
     socklen_t size = sizeof own;
@@ -69,8 +69,8 @@ static bool is_loopback(const struct sockaddr *a) {
     return IN6_IS_ADDR_LOOPBACK(host) || IN6_IS_ADDR_UNSPECIFIED(host);
 }
 
-/* Writes the address that the lock is named after. All addresses of this host are written alike,
- * and an IPv4 address inside an IPv6 one is written as IPv4. */
+/* Writes the address that names the lock. All addresses of this host are written alike, and an
+ * IPv4 address inside an IPv6 one is written as IPv4. */
 static void address_text(const struct addrinfo *a, char text[INET6_ADDRSTRLEN + IF_NAMESIZE + 1]) {
     const struct sockaddr_in6 *six = (const struct sockaddr_in6 *)a->ai_addr;
     struct sockaddr_in four = {.sin_family = AF_INET};
@@ -109,7 +109,7 @@ int machine_lock(struct machine_lock *l, const char *url, struct error *error) {
     const struct hal_ops *ops = hal_find(own);
     struct modbus_address_parts parts;
     *l = (struct machine_lock){0};
-    if (!ops || ops->simulated) return STATUS_OK; /* hal_open() names an unknown one */
+    if (!ops || ops->simulated) return STATUS_OK; /* hal_open() reports unknown ones */
     const char *address = own + strlen(ops->scheme) + 1;
     int status = ops == &hal_modbus ? modbus_parse(address, &parts, error) : STATUS_OK;
     if (!status && ops != &hal_modbus) status = lock_can(l, own, address, error);

@@ -1,20 +1,20 @@
 /* modbus: one device with all six legs, over TCP or a serial line (modbus_map.h: the registers,
  * modbus_link.h: the line).
  *
- * The back-end's own thread does the talking, one function-23 transaction a cycle, begun by the
- * loop's write() or safe(): the loop never waits for it. Cycle k reads what was latched in cycle
- * k-1, in the transaction that put the command of cycle k-1 into force. The instant of latching is
- * not told by the device; it lies at the middle of a TCP round trip, and at the end of the request
- * on a serial line.
+ * The back-end's own thread communicates, with one function-23 transaction a cycle, triggered by
+ * the loop's write() or safe(): the loop never waits for it. Cycle k reads the values that were
+ * latched in cycle k-1, in the transaction that put the command of cycle k-1 into force. The device
+ * does not report the time of latching; it is taken as the middle of a TCP round trip, and as the
+ * end of the request on a serial line.
  *
- * SAFETY: only the newest command is ever sent, one that waits longer than limits.sensor_age_s for
- * the line never, and none from before a connection was made again; when nothing is sent, the
- * device's own watchdog centres the valves. The thread makes a lost connection again; whether the
- * platform may move again is the supervisor's and the operator's decision.
+ * SAFETY: only the newest command is ever sent, never one that has waited for the line longer than
+ * limits.sensor_age_s, and none from before a reconnection; if nothing is sent, the device's own
+ * watchdog centres the valves. The thread reconnects by itself; whether the platform may move again
+ * is the supervisor's and the operator's decision.
  *
- * SAFETY: one master (modbus_server.h). Before it says anything else to the device, a connection
- * claims it, and is refused when another master has it. What others try to write the device counts;
- * that the count has changed, or that the device has another master by now, is SAMPLE_FOREIGN. */
+ * SAFETY: one master (modbus_server.h). A connection first claims the device, and is refused if
+ * another master has it. The device counts writes by others; a change of that count, or another
+ * master, is SAMPLE_FOREIGN. */
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
@@ -41,14 +41,14 @@
 enum {
     BACKOFF_FIRST_MS = 50,
     BACKOFF_LAST_MS = 1000,
-    TWIN_ANSWERS = 2, /* that nobody asked for, among those to the questions at the start */
+    TWIN_ANSWERS = 2, /* unrequested answers at the start that mean two devices */
 };
 
 struct command_record {
     int64_t posted_ns;
     double valve[LEGS];
-    unsigned changes;     /* of the supply output, so far */
-    bool keeps_supply;    /* SAFETY: as it is, whatever change is still to come */
+    unsigned changes;     /* number of changes of the supply output so far */
+    bool keeps_supply;    /* SAFETY: keeps the output's level, even if changes are pending */
 };
 
 struct latched {
@@ -60,39 +60,38 @@ struct modbus_hal {
     struct hal hal;
     const struct params *params;
     struct modbus_address_parts address;
-    /* between loop and thread */
+    /* shared by loop and thread */
     struct latest newest_command, newest_sample;
     struct command_record record[LATEST_SLOTS];
     struct latched sample[LATEST_SLOTS];
     sem_t due;
     _Atomic bool stop, connected;
-    _Atomic int trouble;       /* errno of the first failure until all has been
-                                * well for a second; 0 none */
-    _Atomic unsigned foreign;  /* counts what other masters did, */
-    _Atomic unsigned twins;    /* and cycles with an answer that nobody asked for */
-    _Atomic int loop_priority; /* SCHED_FIFO's, 0: the loop has another policy */
-    /* the thread's */
+    _Atomic int trouble;       /* errno of the first failure until a second without one; 0: none */
+    _Atomic unsigned foreign;  /* number of other masters' actions */
+    _Atomic unsigned twins;    /* number of cycles with an unrequested answer */
+    _Atomic int loop_priority; /* its SCHED_FIFO priority; 0: another policy */
+    /* thread */
     pthread_t thread;
     struct modbus_link *link;
     uint32_t token;
-    uint16_t number, foreign_writes; /* MODBUS_FOREIGN, as it was last read */
-    unsigned unasked;                /* modbus_link_unasked(), as it was last seen */
-    bool begun;                      /* the loop has commanded */
-    bool put_out;                    /* the supply output, */
-    unsigned changes_seen;           /* and the changes in it */
-    double latch_after_s; /* sending begins .. device latches; below 0: the
-                           * middle of the round trip */
-    int64_t good_ns;      /* when all had been well since a second after the last failure */
-    /* the loop's */
+    uint16_t number, foreign_writes; /* last value of MODBUS_FOREIGN */
+    unsigned unasked;                /* last value of modbus_link_unasked() */
+    bool begun;                      /* the loop has sent a command */
+    bool put_out;                    /* level of the supply output */
+    unsigned changes_seen;           /* changes included in it */
+    double latch_after_s; /* time from the start of sending to the latching; below 0: the middle
+                           * of the round trip */
+    int64_t good_ns;      /* start of the time without failures, one second after the last one */
+    /* loop */
     struct latched newest;
     uint64_t device_seq;
     unsigned foreign_seen, twins_seen, changes;
-    bool supply;          /* as it was last told */
+    bool supply;          /* last commanded level */
 };
 
 static const struct command_record centred = {.keeps_supply = true};
 
-/* older readings are of no use */
+/* older readings would be useless */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
 /* On a serial line nothing repeats a frame that was lost: after two periods the answer, which takes
@@ -107,13 +106,13 @@ static void failed(struct modbus_hal *m, int reason) {
     m->good_ns = monotonic_ns() + NS_PER_S;
 }
 
-/* Tells the loop. reason: EBUSY, or that of the exception. */
+/* Reports another master to the loop. reason: EBUSY, or the exception's errno. */
 static void meet_foreign(struct modbus_hal *m, int reason) {
     atomic_fetch_add(&m->foreign, 1);
     failed(m, reason);
 }
 
-/* SAFETY: two devices that answer as one cannot be told apart. Tells the loop. */
+/* SAFETY: reports a second device to the loop: answers of two devices cannot be told apart. */
 static void meet_twin(struct modbus_hal *m) {
     unsigned unasked = modbus_link_unasked(m->link);
     if (unasked == m->unasked) return;
@@ -122,8 +121,8 @@ static void meet_twin(struct modbus_hal *m) {
     failed(m, ENOTUNIQ);
 }
 
-/* A transaction may carry the commands of two cycles: two changes of the supply output are
- * then one, not none. */
+/* Output level for a transaction, which may carry the commands of two cycles: two changes of the
+ * supply output then count as one, not none. */
 static struct hal_command due_output(struct modbus_hal *m, const struct command_record *c) {
     struct hal_command command = {.supply = m->put_out};
     memcpy(command.valve, c->valve, sizeof command.valve);
@@ -133,10 +132,9 @@ static struct hal_command due_output(struct modbus_hal *m, const struct command_
     return command;
 }
 
-/* SAFETY: the answer begins with the command's number, as the device has it by then. Another number
- * is the answer to another request, come late on a line where nothing else tells, or from a device
- * that has not taken the command: its readings would be older than they look. Another master, busy
- * or refused, is the loop's to know at once. */
+/* SAFETY: the answer begins with the number of the command in force. Another number means a late
+ * answer to another request, or a device that has not taken the command; its readings would be
+ * older than they seem. Another master is reported to the loop at once. */
 static int exchange(struct modbus_hal *m, const struct command_record *record, struct latched *l) {
     const struct hal_command command = due_output(m, record);
     uint16_t written[MODBUS_WRITTEN], read[MODBUS_READ];
@@ -161,7 +159,7 @@ static int exchange(struct modbus_hal *m, const struct command_record *record, s
     return -1;
 }
 
-/* SAFETY: whoever has the machine is neither disturbed nor asked to give it up. */
+/* SAFETY: an owner is neither disturbed nor asked to release the machine. */
 static int refuse_owned(struct modbus_hal *m, struct error *error) {
     uint16_t owner[2] = {0};
     char who[24] = "";
@@ -174,7 +172,7 @@ static int refuse_owned(struct modbus_hal *m, struct error *error) {
                      m->address.name, who);
 }
 
-/* SAFETY: the watchdog is read back: who claims the machine relies on being stopped. */
+/* SAFETY: the watchdog is read back, because the claim relies on being stopped by it. */
 static int claim(struct modbus_hal *m, struct error *error) {
     uint16_t claimed[MODBUS_CLAIMED], own_ms = 0, set_ms = 0, watchdog_ms = (uint16_t)lround(m->params->device.watchdog_s * 1e3);
     modbus_put_claim(watchdog_ms, m->token, claimed);
@@ -196,7 +194,7 @@ static int claim(struct modbus_hal *m, struct error *error) {
     return STATUS_OK;
 }
 
-/* Who answers, and in the same language? Then the machine is claimed. */
+/* Checks the device's identity and version, then claims the machine. */
 static int greet(struct modbus_hal *m, struct error *error) {
     uint16_t who[2];
     int status = modbus_link_greet(m->link, m->address.name, who, error);
@@ -212,7 +210,7 @@ static int greet(struct modbus_hal *m, struct error *error) {
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    /* nothing moves yet, and a device with many clients may take its time */
+    /* nothing moves yet, and a device with many clients may be slow */
     static const double greet_timeout_s = 1.0;
     int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
@@ -229,15 +227,15 @@ static int connect_link(struct modbus_hal *m, struct error *error) {
     return status;
 }
 
-/* SAFETY: the newest command only; NULL when there is none, or it has waited for too long. */
+/* SAFETY: the newest command; NULL if there is none or it has waited too long. */
 static const struct command_record *due_command(struct modbus_hal *m) {
     if (!latest_take(&m->newest_command)) return NULL;
     const struct command_record *c = &m->record[m->newest_command.front];
     return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c : NULL;
 }
 
-/* SAFETY: until the loop begins the machine is kept, at its centre, or another master could have it
- * meanwhile; from then on the silence of the loop is the device's watchdog's to see. */
+/* SAFETY: before the loop begins, the claim is kept with centred valves, so that no other master
+ * takes the machine; afterwards the device's watchdog detects a silent loop. */
 static const struct command_record *command_to_send(struct modbus_hal *m) {
     const struct command_record *command = due_command(m);
     m->begun |= command != NULL;
@@ -255,8 +253,8 @@ static void talk(struct modbus_hal *m, int *silent) {
     }
     int reason = errno;
     failed(m, reason);
-    /* SAFETY: a machine that has another master is claimed again, in good time, but not written to.
-     * Half a second of silence is a server gone without a word. */
+    /* SAFETY: after losing the machine to another master, the thread waits and claims it again,
+     * but does not write. Half a second of silence counts as a lost connection. */
     bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * answer_timeout_s(m) > 0.5;
     if (!lost) return;
     atomic_store_explicit(&m->connected, false, memory_order_release);
@@ -271,15 +269,15 @@ static void wait_for_command(struct modbus_hal *m, int64_t at_most_ms) {
     while (sem_clockwait(&m->due, CLOCK_MONOTONIC, &t) && errno == EINTR) continue;
 }
 
-/* SCHED_FIFO when the loop has it, just below. Refused: what keeps the thread waiting is seen by
- * the age of the readings. */
+/* Gives the thread SCHED_FIFO just below the loop, if the loop has it. After a refusal, the
+ * readings' age shows delays. */
 static void follow_loop(const struct modbus_hal *m, int *followed) {
     int loop = atomic_load_explicit(&m->loop_priority, memory_order_relaxed);
     if (loop == *followed) return;
     struct sched_param priority = {.sched_priority = loop > 1 ? loop - 1 : 1};
     pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
     *followed = loop;
-    /* what it needed for that it needs no more */
+    /* the capability needed for that is dropped */
     if (m->params->security.confine) confine_thread();
 }
 
@@ -308,16 +306,16 @@ static void *modbus_thread(void *argument) {
         }
 
         backoff_ms = BACKOFF_FIRST_MS;
-        /* SAFETY: whatever waited is from before; until `connected` the loop can
-         * post the centre only */
+        /* SAFETY: a waiting command is outdated; until `connected` the loop only posts the
+         * centre */
         latest_take(&m->newest_command);
         atomic_store_explicit(&m->connected, true, memory_order_release);
     }
     return NULL;
 }
 
-/* SAFETY: no signal is this thread's: what is to end the process goes to whoever parks
- * the platform first. */
+/* SAFETY: the thread blocks all signals, so that a signal to end reaches a thread that parks the
+ * platform first. */
 static int start_thread(struct modbus_hal *m, struct error *error) {
     sigset_t all, before;
     sigfillset(&all);
@@ -327,7 +325,7 @@ static int start_thread(struct modbus_hal *m, struct error *error) {
     return status;
 }
 
-/* The arithmetic of a line that is too slow, and of limits that a slow cycle needs wider. */
+/* Refuses a line that is too slow, with the numbers, and limits too narrow for a slow cycle. */
 static int refuse_slow(const struct modbus_hal *m, struct error *error) {
     const struct params *p = m->params;
     double period_s = p->loop.period_s;
@@ -421,8 +419,8 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     s->age_ns = now_ns - s->time_ns;
     if (!any || (!first && step == 0)) s->flags |= SAMPLE_STALE;
     if (!first && step > 1) s->flags |= SAMPLE_DROPPED;
-    /* SAFETY: latched half a period off the grid: the command before it was held too
-     * long or too short. */
+    /* SAFETY: latched half a period off the grid: the previous command was held too long or too
+     * short. */
     if (any && !first && 2 * llabs(m->newest.time_ns - before_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (2 * s->age_ns > 5 * period_ns) s->flags |= SAMPLE_LATE;
     unsigned foreign = atomic_load(&m->foreign);
@@ -467,7 +465,7 @@ static void modbus_close(struct hal *hal) {
     atomic_store_explicit(&m->stop, true, memory_order_release);
     sem_post(&m->due);
     pthread_join(m->thread, NULL);
-    /* SAFETY: whatever was under way, the last word is the centre */
+    /* SAFETY: the last command centres the valves, whatever was under way */
     if (m->link) exchange(m, &centred, &ignored);
     release(m);
 }

@@ -3,7 +3,7 @@
 #include <string.h>
 
 enum {
-    /* the header of TCP; the length counts from the unit on */
+    /* header of TCP; its length field counts from the unit on */
     MBAP = 7,
     MBAP_PROTOCOL = 2,
     MBAP_LENGTH = 4,
@@ -16,8 +16,7 @@ static unsigned get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | fr
 
 static void put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
 
-/* Of the PDU, up to and with the byte count where it has one; 0: the function is not known, its
- * length neither. */
+/* Size of a PDU up to and including its byte count, if any; 0: unknown function. */
 static size_t fixed_size(uint8_t function) {
     switch (function) {
     case FUNCTION_READ:
@@ -30,7 +29,7 @@ static size_t fixed_size(uint8_t function) {
 
 static bool counts_bytes(uint8_t function) { return function == FUNCTION_WRITE || function == FUNCTION_EXCHANGE; }
 
-/* The byte count and the quantity before it agree. */
+/* True if the byte count matches the quantity before it. */
 static bool counts_agree(const uint8_t *pdu, size_t fixed) { return pdu[fixed - 1] == 2 * get_16(pdu + fixed - 3); }
 
 static bool has_size_of_function(const uint8_t *pdu, size_t size) {
@@ -66,7 +65,7 @@ static bool checked(const uint8_t *bytes, size_t size) {
     return bytes[size - 2] == (uint8_t)c && bytes[size - 1] == (uint8_t)(c >> 8);
 }
 
-/* Of the whole frame, as its function has it; 0: not known, or not yet. */
+/* Size of the whole frame according to its function; 0: unknown or incomplete. */
 static size_t rtu_size(const uint8_t *bytes, size_t size) {
     size_t fixed = size > RTU_HEAD ? fixed_size(bytes[RTU_HEAD]) : 0;
     if (!fixed || size < RTU_HEAD + fixed) return 0;
@@ -75,22 +74,20 @@ static size_t rtu_size(const uint8_t *bytes, size_t size) {
 
 enum { FRAME_MIN = RTU_HEAD + 1 + RTU_TAIL, FRAME_MAX = RTU_HEAD + ADU_PDU_MAX + RTU_TAIL };
 
-/* Returns the size of the complete request of a known function that begins here; 0 if there is
- * none. */
+/* Returns the size of the complete request of a known function here; 0 if there is none. */
 static size_t whole_request(const uint8_t *bytes, size_t size) {
     size_t frame = rtu_size(bytes, size);
     return frame && frame <= FRAME_MAX && size >= frame && checked(bytes, frame) ? frame : 0;
 }
 
-/* Tells whether these bytes can be the beginning of a request of a known function. */
+/* True if these bytes can be the beginning of a request of a known function. */
 static bool may_grow(const uint8_t *bytes, size_t size) {
     if (size <= RTU_HEAD) return true;
     size_t frame = rtu_size(bytes, size);
     return fixed_size(bytes[RTU_HEAD]) && (!frame || (frame <= FRAME_MAX && size < frame));
 }
 
-/* Returns how many bytes stand before the first complete request; 0 if there is no such
- * request. */
+/* Returns the number of bytes before the first complete request; 0 if there is no such request. */
 static size_t junk_before_request(const uint8_t *bytes, size_t size) {
     for (size_t i = 1; i + FRAME_MIN <= size; i++)
         if (whole_request(bytes + i, size - i)) return i;

@@ -1,12 +1,12 @@
 /* The device side of Modbus, for `hexid plant`: modbus_server.h on TCP or on a serial line.
  *
- * SAFETY: no client delays the master or the watchdog. Nothing is waited for but the time until the
- * next turn; parts of requests wait in a buffer of their connection. Who has the machine is
- * attended at once; all others, with whoever wants to connect, once a millisecond, in rotation, for
- * OTHERS_A_TURN requests and WELCOMES_A_TURN connections. When there is no room, the one that has
- * been idle for longest makes room, never the master: the guide's pool of non-priority connections
- * (Messaging on TCP/IP V1.0b, 4.2.1). So a new master has some milliseconds to claim the machine
- * in, however many others connect. Who reads no answers is cut off. */
+ * SAFETY: no client delays the master or the watchdog. The only wait is for the next turn;
+ * incomplete requests stay in the buffer of their connection. The owner is served at once; all
+ * others, and new connections, once a millisecond in rotation, for OTHERS_A_TURN requests and
+ * WELCOMES_A_TURN connections. If there is no room, the connection that was idle for longest is
+ * closed, never the owner's: the guide's pool of non-priority connections (Messaging on TCP/IP
+ * V1.0b, 4.2.1). So a new master has some milliseconds to claim the machine, however many others
+ * connect. A client that does not read its answers is disconnected. */
 #include <errno.h>
 #include <fcntl.h>
 #include <modbus/modbus.h>
@@ -28,23 +28,23 @@
 enum {
     CLIENTS = 64,
     BACKLOG = 64,
-    REQUESTS_A_TURN = 4,       /* of one client */
-    OTHERS_A_TURN = 32,        /* of all that are not the master: a third of a millisecond */
+    REQUESTS_A_TURN = 4,       /* for one client */
+    OTHERS_A_TURN = 32,        /* for all clients but the owner; a third of a millisecond */
     WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
-    TTY_LATENCY_NS = 4 * TURN_NS, /* beyond the silence of 3.5 characters: what adapters (their
-                                   * latency timer, 1 ms where it is set so) and schedulers let pass
-                                   * within a frame */
-    EMPTY_READS_MAX = 8,       /* of a line that polls readable and has nothing to read */
-    REOPEN_NS = NS_PER_S,      /* between two tries to open a line that is gone */
-    SEND_BUFFER = 4096,        /* bytes; answers that nobody reads are few */
+    TTY_LATENCY_NS = 4 * TURN_NS, /* added to the silence of 3.5 characters: delays within a
+                                   * frame by adapters (their latency timer, 1 ms if set so) and
+                                   * schedulers */
+    EMPTY_READS_MAX = 8,       /* reads without bytes from a line that polls readable */
+    REOPEN_NS = NS_PER_S,      /* interval between attempts to open a lost line */
+    SEND_BUFFER = 4096,        /* bytes; few answers wait unread */
     UNIT_BROADCAST = 0,        /* on a serial line */
 };
 
 struct client {
     int fd;                  /* -1: none */
     struct modbus_peer peer;
-    int64_t active_ns;       /* TCP: when it came, or was last answered; serial: the last byte */
+    int64_t active_ns;       /* time of the last answer or connection; serial: last byte */
     size_t filled;
     uint8_t bytes[2 * ADU_MAX];
 };
@@ -53,17 +53,17 @@ struct modbus_device {
     const struct params *params;
     struct modbus_server server;
     modbus_t *modbus;            /* listens, or has the line open */
-    int listener;                /* -1: a serial line, client[0] */
+    int listener;                /* -1: serial line, served as client[0] */
     struct client client[CLIENTS];
     struct modbus_address_parts address;
-    int64_t silence_ns;          /* serial: it ends a request */
-    int empty_reads;             /* serial: in a row */
-    uint8_t sent[ADU_MAX];       /* serial: the last answer */
+    int64_t silence_ns;          /* serial: silence that ends a request */
+    int empty_reads;             /* serial: consecutive */
+    uint8_t sent[ADU_MAX];       /* serial: last answer */
     size_t sent_size;
-    int64_t reopen_ns;           /* serial: while the line is gone, when it is tried again */
-    uint64_t connections;        /* that there ever were */
-    int64_t turn_ns;             /* when the others are attended next, */
-    unsigned turns;              /* and how often they were */
+    int64_t reopen_ns;           /* serial: time of the next attempt to open a lost line */
+    uint64_t connections;        /* number of connections so far */
+    int64_t turn_ns;             /* time of the others' next turn */
+    unsigned turns;              /* number of turns so far */
 };
 
 static bool is_serial(const struct modbus_device *d) { return d->listener < 0; }
@@ -77,8 +77,8 @@ static void drop(struct client *c) {
     c->fd = -1;
 }
 
-/* Tells whether these bytes are the device's last answer, which an adapter that hears itself
- * returns and which may look like a request. */
+/* True if these bytes are the device's last answer, which an adapter that hears itself returns
+ * and which may look like a request. */
 static bool is_echo(const struct modbus_device *d, const struct client *c) {
     return is_serial(d) && d->sent_size && c->filled >= d->sent_size && !memcmp(c->bytes, d->sent, d->sent_size);
 }
@@ -93,9 +93,9 @@ static enum adu_result take(const struct modbus_device *d, const struct client *
                         : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
-/* On TCP the host's address says which device is meant, and 255 or 0 that nothing more is; another
- * unit would be behind a gateway, which this is not. On a serial line what is for others is not
- * answered. */
+/* True if the request is for this device. On TCP the host's address suffices, with unit 255 or
+ * 0; other units would be behind a gateway, which this is not. On a serial line requests for
+ * others are not answered. */
 static bool is_meant(const struct modbus_device *d, uint8_t unit) {
     bool other = is_serial(d) ? unit != UNIT_BROADCAST : unit != ADU_UNIT_TCP && unit != 0;
     return unit == d->params->modbus.unit || !other;
@@ -103,7 +103,7 @@ static bool is_meant(const struct modbus_device *d, uint8_t unit) {
 
 static bool is_write(uint8_t function) { return function == FUNCTION_WRITE_ONE || function == FUNCTION_WRITE; }
 
-/* The PDU of the answer; 0: none. */
+/* Returns the size of the answer's PDU; 0: none. */
 static size_t answer(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns, uint8_t pdu[ADU_PDU_MAX]) {
     bool broadcast = is_serial(d) && adu->unit == UNIT_BROADCAST;
     if (!is_meant(d, adu->unit)) return is_serial(d) ? 0 : modbus_server_refuse(adu->pdu[0], EXCEPTION_TARGET, pdu);
@@ -112,22 +112,22 @@ static size_t answer(struct modbus_device *d, struct client *c, const struct adu
     return broadcast ? 0 : size;
 }
 
-/* False: the answer is not taken. SAFETY: not waited for, or a client that reads none would hold
- * the watchdog. */
+/* False if the answer could not be sent. SAFETY: it is not waited for, because a client that
+ * does not read would delay the watchdog. */
 static bool reply(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns) {
     uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX];
     size_t pdu_size = answer(d, c, adu, now_ns, pdu);
     if (!pdu_size) return true;
     if (!(pdu[0] & FUNCTION_FAILED)) c->active_ns = now_ns;
     size_t size = (is_serial(d) ? adu_put_rtu : adu_put_tcp)(adu, pdu, pdu_size, bytes);
-    /* the answer to function 6 is the request, which may come again */
+    /* the answer to function 6 equals the request, which may be repeated */
     d->sent_size = pdu[0] == FUNCTION_WRITE_ONE ? 0 : size;
     memcpy(d->sent, bytes, size);
     ssize_t sent = is_serial(d) ? write(c->fd, bytes, size) : send(c->fd, bytes, size, MSG_NOSIGNAL);
     return sent == (ssize_t)size || is_serial(d);
 }
 
-/* What has come, as far as there is room. False: gone. */
+/* Receives what there is room for. False: the connection is lost. */
 static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
     size_t room = sizeof c->bytes - c->filled;
     if (room == 0) return true;
@@ -140,8 +140,7 @@ static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
     return true;
 }
 
-/* The requests that are whole, as far as the budget goes. False: the connection is of no more
- * use. */
+/* Serves complete requests within the budget. False: the connection must be closed. */
 static bool serve(struct modbus_device *d, struct client *c, int *budget) {
     struct adu adu;
     for (int i = 0; i < REQUESTS_A_TURN && *budget > 0; i++, --*budget) {
@@ -155,10 +154,10 @@ static bool serve(struct modbus_device *d, struct client *c, int *budget) {
     return true;
 }
 
-/* False: the serial line is gone. */
+/* False: the serial line is lost. */
 static bool attend(struct modbus_device *d, struct client *c, int events, int *budget) {
-    /* SAFETY: a line that is hung up polls readable for ever; whoever reads on then holds the
-     * processor against all that is less urgent */
+    /* SAFETY: a line after a hang-up always polls readable; reading on would take the processor
+     * from all less urgent threads */
     if (is_serial(d) && events & (POLLERR | POLLHUP | POLLNVAL)) return false;
     if ((!events || receive(d, c, monotonic_ns())) && serve(d, c, budget)) return true;
     if (!is_serial(d)) drop(c);
@@ -173,7 +172,7 @@ static uint32_t ipv4_of(const struct sockaddr_storage *a) {
     return ntohl(address);
 }
 
-/* A free place, or that of the one that has been idle for longest. */
+/* A free place, or that of the client that was idle for longest. */
 static struct client *make_room(struct modbus_device *d) {
     struct client *idle = NULL;
     for (struct client *c = d->client; c < d->client + CLIENTS; c++) {
@@ -184,7 +183,7 @@ static struct client *make_room(struct modbus_device *d) {
     return idle;
 }
 
-/* False: there is nobody. */
+/* Accepts a connection. False: none waits. */
 static bool welcome(struct modbus_device *d) {
     struct sockaddr_storage from = {0};
     socklen_t size = sizeof from;
@@ -200,13 +199,13 @@ static bool welcome(struct modbus_device *d) {
     return true;
 }
 
-/* What a turn waits for. */
+/* Descriptors and buffers that a turn waits for. */
 struct wait {
-    struct pollfd poll[CLIENTS + 1]; /* the clients; the listener */
-    bool filled[CLIENTS];            /* whole requests are there from the turn before */
+    struct pollfd poll[CLIENTS + 1]; /* clients; listener */
+    bool filled[CLIENTS];            /* complete requests are left from the previous turn */
 };
 
-/* The master's at any time, the others' when it is their turn. */
+/* Waits for the owner at any time, for others only in their turn. */
 static void wait_for(const struct modbus_device *d, struct wait *w, bool others, int64_t now_ns) {
     struct adu adu;
     int timeout_ms = 1;
@@ -222,7 +221,7 @@ static void wait_for(const struct modbus_device *d, struct wait *w, bool others,
     for (int i = 0; i <= CLIENTS; i++) w->poll[i].revents = 0;
 }
 
-/* False: the serial line is gone. */
+/* False: the serial line is lost. */
 static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, int budget) {
     for (unsigned n = 0; n < CLIENTS; n++) {
         unsigned i = (d->turns + n) % CLIENTS;
@@ -234,7 +233,7 @@ static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, in
     return true;
 }
 
-/* False: the serial line is gone. */
+/* False: the serial line is lost. */
 static bool turn(struct modbus_device *d) {
     struct wait w;
     int64_t now_ns = monotonic_ns();
@@ -255,7 +254,7 @@ static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts
     if (!d->modbus) return error_set(error, STATUS_IO, "plant: out of memory");
     d->listener = modbus_tcp_pi_listen(d->modbus, BACKLOG);
     bool bad = d->listener < 0 || getsockname(d->listener, (struct sockaddr *)&bound, &size);
-    /* SAFETY: or accept() would wait for a client that has gone before it was welcomed. */
+    /* SAFETY: otherwise accept() would wait if a client had gone before it was accepted. */
     if (bad || fcntl(d->listener, F_SETFL, O_NONBLOCK)) return modbus_line_refused(a, errno, error);
     int port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port : ((struct sockaddr_in *)&bound)->sin_port);
     printf("plant: ready on modbus:tcp://%s:%d\n", a->name, port);
@@ -279,7 +278,7 @@ static int open_serial(struct modbus_device *d, const struct modbus_address_part
     return connect_serial(d) ? modbus_line_refused(a, errno, error) : STATUS_OK;
 }
 
-/* An adapter was unplugged: the machine lives on, and its watchdog centres the valves. */
+/* After an adapter was unplugged, the simulation goes on, and its watchdog centres the valves. */
 static void lose_serial(struct modbus_device *d) {
     printf("plant: modbus:rtu:%s: the line is gone; it is opened again when it is back\n", d->address.name);
     fflush(stdout);

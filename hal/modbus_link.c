@@ -32,15 +32,14 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
     long port;
     if (!colon || colon == rest || colon - rest >= MODBUS_NAME_SIZE || strlen(colon + 1) >= sizeof p->port) return misused(address, error);
     if (!number(colon + 1, 0, 65535, &port)) return misused(address, error);
-    bool bracketed = *rest == '[' && colon[-1] == ']'; /* [::1]:502 */
+    bool bracketed = *rest == '[' && colon[-1] == ']'; /* IPv6, [::1]:502 */
     if (bracketed && colon - rest <= 2) return misused(address, error);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(colon - rest) - 2 * bracketed, rest + bracketed);
     snprintf(p->port, sizeof p->port, "%ld", port);
     return STATUS_OK;
 }
 
-/* What libmodbus 3.1.6 can set. Any other rate it takes without a word, and the
- * line runs at 9600. */
+/* Rates that libmodbus 3.1.6 can set. It silently accepts others and runs at 9600. */
 const int modbus_bauds[] = {1200,   2400,   4800,    9600,    19200,   38400,   57600,   115200,  230400,  460800, 500000,
                             576000, 921600, 1000000, 1152000, 1500000, 2500000, 3000000, 3500000, 4000000, 0};
 
@@ -69,21 +68,22 @@ int modbus_parse(const char *address, struct modbus_address_parts *p, struct err
     return strncmp(address, "tcp://", 6) ? misused(address, error) : parse_tcp(address + 6, address, p, error);
 }
 
-/* The shortest answer on either line: an exception with its framing. What is shorter is noise. */
+/* ANSWER_MIN: the shortest answer, an exception with its framing. Shorter packets are noise. */
 enum { ANSWER_MIN = 5, ADU_SIZE = 260 };
 
 struct modbus_link {
     modbus_t *modbus;
     bool serial;
-    int64_t silence_ns, free_ns; /* serial: the line is free for the next request from then on */
-    int64_t begun_ns;            /* the last request was sent */
-    bool answered;               /* the last request */
+    int64_t silence_ns, free_ns; /* serial: required silence; time from which on the line is free
+                                  * for the next request */
+    int64_t begun_ns;            /* start of the last request */
+    bool answered;               /* the last request was answered */
     unsigned unasked;
 };
 
 static modbus_t *context(struct modbus_link *link) { return link->modbus; }
 
-/* "" when the host has an address. libmodbus calls a host without one a refused connection. */
+/* Reason if the host has no address, else "". libmodbus would report a refused connection. */
 static const char *unknown_host(const struct modbus_address_parts *p) {
     struct addrinfo *found = NULL, wanted = {.ai_socktype = SOCK_STREAM};
     int reason = getaddrinfo(p->name, p->port, &wanted, &found);
@@ -111,8 +111,8 @@ int modbus_line_refused(const struct modbus_address_parts *p, int reason, struct
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *p, int unit, double timeout_s, struct error *error) {
     modbus_t *m = p->serial ? modbus_new_rtu(p->name, p->baud, 'N', 8, 1) : modbus_new_tcp_pi(p->name, p->port);
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
-    modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* its recovery sleeps */
-    modbus_set_response_timeout(m, 1, 0);                     /* to connect */
+    modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* its recovery would sleep */
+    modbus_set_response_timeout(m, 1, 0);                     /* for connecting */
     if (modbus_set_slave(m, unit) || modbus_connect(m)) {
         int reason = errno;
         modbus_free(m);
@@ -149,10 +149,10 @@ void modbus_link_close(struct modbus_link *link) {
     free(link);
 }
 
-/* Discards what has been received and returns how many bytes it was. It reads them, because
- * tcflush() would also discard bytes that are still to be sent. */
+/* Discards received bytes and returns their number. It reads them, because tcflush() would also
+ * discard bytes that are still to be sent. */
 static size_t drain(int fd) {
-    enum { MOST = 4096 }; /* whoever babbles */
+    enum { MOST = 4096 }; /* limit for a device that never stops sending */
     uint8_t rest[ADU_SIZE];
     size_t count = 0;
     for (struct pollfd p = {.fd = fd, .events = POLLIN}; count < MOST && poll(&p, 1, 0) > 0 && p.revents & POLLIN;) {
@@ -163,8 +163,8 @@ static size_t drain(int fd) {
     return count;
 }
 
-/* Waits until a serial line has been silent, but gives up after three tries if somebody goes on
- * sending. Returns how many bytes came meanwhile. */
+/* Waits until a serial line is silent, and gives up after three tries. Returns the number of
+ * bytes that came meanwhile. */
 static size_t await_silence(struct modbus_link *link) {
     enum { TRIES = 3 };
     size_t count = 0;
@@ -179,8 +179,8 @@ static size_t await_silence(struct modbus_link *link) {
     return count;
 }
 
-/* Discards what has come since the last request, which cannot answer the next one. SAFETY: and
- * where that one had been answered, it is the answer of a second device. */
+/* Discards bytes received since the last request, which cannot answer the next one. SAFETY: if
+ * that request was already answered, they are a second device's answer. */
 static modbus_t *cleared(struct modbus_link *link) {
     link->unasked += await_silence(link) >= ANSWER_MIN && link->answered;
     link->begun_ns = monotonic_ns();
@@ -189,7 +189,7 @@ static modbus_t *cleared(struct modbus_link *link) {
 
 int64_t modbus_link_begun_ns(const struct modbus_link *link) { return link->begun_ns; }
 
-/* Notes how a request ended. An exception counts as an answer, too. */
+/* Records how a request ended. An exception counts as an answer too. */
 static int ended(struct modbus_link *link, bool good) {
     int reason = errno;
     link->answered = good || (reason >= EMBXILFUN && reason <= EMBXGTAR);
@@ -237,12 +237,11 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
     return ended(link, modbus_write_and_read_registers(cleared(link), write_address, writes, from, read_address, reads, to) == reads);
 }
 
-/* Tells whether the adapter hears itself: asks for a register and looks whether the request
- * itself comes back first, byte for byte. */
+/* True if the adapter hears itself: a request for a register comes back first, byte for byte. */
 static bool echoes(struct modbus_link *link) {
     uint8_t sent[] = {0, 0x03, 0, 0, 0, 2}, heard[sizeof sent];
     size_t count = 0;
-    /* an answer to the question before is over */
+    /* lets a late answer to the previous request pass */
     nanosleep(&(struct timespec){.tv_nsec = 50000000}, NULL);
     sent[0] = (uint8_t)modbus_get_slave(context(link));
     if (!link->serial || modbus_send_raw_request(cleared(link), sent, sizeof sent) < 0) return false;

@@ -1,11 +1,11 @@
-/* Modbus registers <-> values: one table, the same for daemon and device, printed by
- * `hexid doctor --modbus-map`. Pure, RT.
+/* Modbus registers <-> values: one table for daemon and device, printed by `hexid doctor
+ * --modbus-map`. Pure, RT.
  *
- * A cycle is one transaction, function 23 (read/write multiple registers): the device writes
- * first, so the commands of the cycle before come into force, latches length and pressures of all
- * legs together, and answers with them. The last register written, the command's number, is the
- * first one read: so an answer tells which request it belongs to. Registers are 16 bit; 32 bit
- * takes two, the upper half first. A reading that the device does not have is the most negative
+ * A cycle is one transaction, function 23 (read/write multiple registers). The device writes
+ * first, so that the previous cycle's command comes into force, then latches lengths and
+ * pressures of all legs together, and answers with them. The command's number is the last
+ * register written and the first one read, so that an answer shows its request. Registers have
+ * 16 bit; 32-bit values take two, the upper half first. A missing reading is the most negative
  * value of its width. */
 #ifndef HEXID_MODBUS_MAP_H
 #define HEXID_MODBUS_MAP_H
@@ -34,20 +34,20 @@ enum modbus_address {
     MODBUS_INPUTS,
     MODBUS_END,
     MODBUS_WRITE_FROM = MODBUS_TOKEN,
-    MODBUS_READ_FROM = MODBUS_COMMAND, /* in a cycle */
+    MODBUS_READ_FROM = MODBUS_COMMAND, /* first register read in a cycle */
 };
 enum {
     MODBUS_IS_HEXID = 0x4845,
     MODBUS_MAP_VERSION = 3,
-    MODBUS_CLAIMED = MODBUS_VALVE - MODBUS_WATCHDOG_MS, /* registers that claim the machine:
-                                                         * watchdog and token */
-    /* registers, in a cycle */
+    MODBUS_CLAIMED = MODBUS_VALVE - MODBUS_WATCHDOG_MS, /* number of registers that claim the
+                                                         * machine: watchdog and token */
+    /* numbers of registers in a cycle */
     MODBUS_WRITTEN = MODBUS_COMMAND + 1 - MODBUS_WRITE_FROM,
     MODBUS_READ = MODBUS_END - MODBUS_READ_FROM,
     MODBUS_SILENT = 1u << 0,                    /* status: the watchdog has centred the valves */
-    MODBUS_OWNED = 1u << 1,                     /* a master has the machine, and has not been silent
-                                                 * for the watchdog's time */
-    MODBUS_WATCHDOG_MIN_MS = 2,                 /* the least that device.watchdog_s can be */
+    MODBUS_OWNED = 1u << 1,                     /* a master owns the machine and has not been
+                                                 * silent for the watchdog's time */
+    MODBUS_WATCHDOG_MIN_MS = 2,                 /* lower limit of device.watchdog_s */
 };
 
 struct modbus_register {
@@ -59,34 +59,33 @@ extern const struct modbus_register modbus_map[]; /* ended by a NULL type */
 
 void modbus_map_print(FILE *out);
 
-/* To the registers that claim the machine. token: not 0. */
+/* Encodes a claim of the machine. token: not 0. */
 void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]);
 
-/* Token of the claim, command number, supply and valves -1..1 (NAN: none) to the
- * registers written. */
+/* Encodes the claim's token, the command number, supply and valves -1..1 (NAN: none) to write. */
 void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const struct hal_command *command,
                         uint16_t written[MODBUS_WRITTEN]);
-/* Valves and supply in force; what is no command is the centre. */
+/* Decodes valves and supply; an invalid valve command is centred. */
 void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], struct hal_command *command);
 
 struct modbus_reading {
-    uint16_t number, sample, status;                 /* of the command in force; counts latches;
-                                                      * MODBUS_SILENT, MODBUS_OWNED */
-    uint16_t foreign;                                /* counts writes of others than the master */
-    uint16_t inputs, contradicted;                   /* INPUT_...; contradicted: read only */
-    double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: none, or not plausible */
+    uint16_t number, sample, status;                 /* number of the command in force; count of
+                                                      * latches; MODBUS_SILENT, MODBUS_OWNED */
+    uint16_t foreign;                                /* count of writes by others than the master */
+    uint16_t inputs, contradicted;                  /* INPUT_...; contradicted: only when reading */
+    double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: missing or implausible */
 };
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);
 
-/* Silences between two frames on a serial line, s. The least is 3.5 characters of 10 bits; above
- * 19200 baud the standard (Serial Line V1.02, 2.5.1.1) recommends 1.75 ms, and a strict device
- * waits for that. */
+/* Silences between two frames on a serial line, s. The shortest is 3.5 characters of 10 bits;
+ * above 19200 baud the standard (Serial Line V1.02, 2.5.1.1) recommends 1.75 ms, which a strict
+ * device expects. */
 double modbus_silence_least_s(double baud);
 double modbus_silence_s(double baud);
 
-/* Time that a cycle takes on a serial line, to compare with the loop's period: the bytes of both
- * frames, of 10 bits each, and the silence that ends each frame, once the least and once the
+/* Time for a cycle on a serial line, to be compared with the loop's period: the bytes of both
+ * frames, 10 bits each, and the silence after each frame, with the shortest and with the
  * recommended one. */
 struct modbus_load {
     int request_bytes, response_bytes;
@@ -94,8 +93,8 @@ struct modbus_load {
 };
 struct modbus_load modbus_load(double baud);
 
-/* Returns the silence that the host keeps: the recommended one, or the least one if the period
- * has no room for it. */
+/* Returns the silence that the host keeps: the recommended one, or the shortest one if the
+ * period is too short. */
 double modbus_kept_silence_s(double baud, double period_s);
 
 #endif

@@ -5,7 +5,7 @@
 
 #include "units.h"
 
-/* registers, by 6.3, 6.12 and 6.17 */
+/* numbers of registers, from sections 6.3, 6.12 and 6.17 */
 enum { READ_MAX = 125, WRITE_MAX = 123, EXCHANGE_WRITE_MAX = 121 };
 
 struct span {
@@ -26,7 +26,7 @@ static bool touches(struct span s, unsigned from, unsigned end) { return s.from 
 
 static bool is_readable(struct span s) { return within(s, 0, MODBUS_END); }
 
-/* Half a token is none. */
+/* Writing half a token is refused. */
 static bool is_writable(struct span s) {
     bool half = touches(s, MODBUS_TOKEN, MODBUS_VALVE) && !has(s, MODBUS_TOKEN, MODBUS_VALVE);
     return within(s, MODBUS_WATCHDOG_MS, MODBUS_COMMAND + 1) && !half;
@@ -60,8 +60,7 @@ static void latch(struct modbus_server *s, int64_t now_ns) {
     modbus_put_reading(s->params, &r, registers + MODBUS_READ_FROM);
 }
 
-/* A command with a new number comes into force, and the machine lives through the period that
- * begins. */
+/* Applies a command if its number is new, and simulates the next period. */
 static void obey(struct modbus_server *s, int64_t now_ns) {
     struct hal_command command = {.enable = true};
     if (s->registers[MODBUS_COMMAND] == s->number) return;
@@ -70,8 +69,7 @@ static void obey(struct modbus_server *s, int64_t now_ns) {
     device_live(s->device, &command, now_ns);
 }
 
-/* SAFETY: what the machine was told by the one before is not for the next one to go on with, nor is
- * a watchdog that it has set. */
+/* SAFETY: the new owner inherits neither the previous one's commands nor its watchdog. */
 static void hand_over(struct modbus_server *s, uint32_t token) {
     static const double centre[LEGS] = {0};
     s->token = token;
@@ -82,8 +80,8 @@ static void hand_over(struct modbus_server *s, uint32_t token) {
 
 static bool is_claim(struct span span) { return within(span, MODBUS_WATCHDOG_MS, MODBUS_VALVE) && has(span, MODBUS_TOKEN, MODBUS_VALVE); }
 
-/* SAFETY: a watchdog is never longer than the device's own, and becomes longer only while it holds
- * the valves at their centre. */
+/* SAFETY: a watchdog is never longer than the device's own, and is only lengthened while it
+ * keeps the valves centred. */
 static bool is_good_watchdog(const struct modbus_server *s, bool handed_over, unsigned watchdog_ms) {
     unsigned now_ms = s->registers[handed_over || s->silent ? MODBUS_WATCHDOG_MAX_MS : MODBUS_WATCHDOG_MS];
     return watchdog_ms >= MODBUS_WATCHDOG_MIN_MS && watchdog_ms <= now_ms;
@@ -105,7 +103,8 @@ static enum modbus_exception claim(struct modbus_server *s, const struct modbus_
     return EXCEPTION_NONE;
 }
 
-/* A connection is proof; without one, or where a token is given, it must be right. */
+/* True if the client owns the machine. Its connection proves it; without one, or if a token is
+ * given, the token must match. */
 static bool owns(const struct modbus_server *s, const struct modbus_peer *from, struct span span, const uint8_t *values) {
     bool tells = has(span, MODBUS_TOKEN, MODBUS_VALVE);
     if (!s->token || from->connection != s->connection) return false;
@@ -159,8 +158,7 @@ static enum modbus_exception write_few(struct modbus_server *s, const struct mod
     return write_registers(s, from, write, request + 6, now_ns);
 }
 
-/* The readings are those of the instant of the request, the command's number that of the
- * request. */
+/* Writes, then reads: readings of the time of the request, and the request's command number. */
 static enum modbus_exception exchange(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, int64_t now_ns,
                                       uint8_t *answer, size_t *size) {
     struct span read = get_span(request + 1), write = get_span(request + 5);

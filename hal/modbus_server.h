@@ -1,13 +1,13 @@
-/* The Modbus device without its line: registers (modbus_map.h), who may write them, and the answer
- * to a request (Application Protocol V1.1b3; functions 3, 6, 16 and 23, on holding registers). Pure
- * but for the simulated machine; time is an argument.
+/* The Modbus device without its line: registers (modbus_map.h), write permissions, and answers to
+ * requests (Application Protocol V1.1b3; functions 3, 6, 16 and 23, on holding registers). Pure but
+ * for the simulated machine; time is an argument.
  *
- * SAFETY: one master. A client claims the machine with a token that is not 0; it gets it when
- * nobody has it, or when who has it has commanded nothing for the watchdog's time. Who has it
- * commands over the connection that claimed; where there are no connections, on a serial line, with
- * the token in every write. A write of anybody else moves nothing, is answered with exception 6
- * (server device busy), and counts in MODBUS_FOREIGN, which the master reads in every cycle. A
- * claim that is refused does not count: it is how a second master asks. */
+ * SAFETY: one master. A client claims the machine with a token that is not 0; it gets it if
+ * there is no owner, or if the owner has sent no command for the watchdog's time. The owner
+ * commands over the connection of its claim; on a serial line, which has no connections, with
+ * the token in every write. A write by anybody else changes nothing, is answered with exception
+ * 6 (server device busy), and counts in MODBUS_FOREIGN, which the master reads in every cycle. A
+ * refused claim does not count, since this is how a second master asks. */
 #ifndef HEXID_MODBUS_SERVER_H
 #define HEXID_MODBUS_SERVER_H
 
@@ -21,12 +21,11 @@ enum modbus_exception {
     EXCEPTION_FUNCTION = 1,
     EXCEPTION_ADDRESS = 2,
     EXCEPTION_VALUE = 3,
-    EXCEPTION_BUSY = 6,   /* another master has the machine, or nobody */
+    EXCEPTION_BUSY = 6,   /* another master owns the machine, or nobody does */
     EXCEPTION_TARGET = 11 /* no such unit behind this address */
 };
 
-/* Who asks. connection: another number for every connection that there ever was, from 1; 0 on a
- * serial line. ipv4: 0 where there is none. */
+/* The client. connection: a unique number from 1; 0 on a serial line. ipv4: 0 if there is none. */
 struct modbus_peer {
     uint64_t connection;
     uint32_t ipv4;
@@ -36,29 +35,29 @@ struct modbus_server {
     const struct params *params;
     struct device *device;
     uint16_t registers[MODBUS_END];
-    uint16_t number;     /* of the command in force */
-    bool silent;         /* the watchdog holds the valves at their centre */
-    uint32_t token;      /* of who has the machine, 0: nobody */
-    uint64_t connection; /* over which it was claimed */
-    int64_t heard_ns;    /* when it last claimed or commanded */
+    uint16_t number;     /* number of the command in force */
+    bool silent;         /* the watchdog keeps the valves centred */
+    uint32_t token;      /* owner's; 0: no owner */
+    uint64_t connection; /* connection of the claim */
+    int64_t heard_ns;    /* time of the owner's last claim or command */
 };
 
 /* params and device must outlive the server. */
 void modbus_server_init(struct modbus_server *s, const struct params *params, struct device *device, int64_t now_ns);
 
-/* Carries a request out and writes the PDU of its answer; returns its size. request: a whole PDU,
- * as adu_take_...() has it. */
+/* Executes a request and writes the PDU of its answer; returns its size. request: a complete PDU
+ * from adu_take_...(). */
 size_t modbus_server_answer(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, size_t size, int64_t now_ns,
                             uint8_t answer[ADU_PDU_MAX]);
 
-/* The PDU of an exception; returns its size. */
+/* Writes the PDU of an exception; returns its size. */
 size_t modbus_server_refuse(uint8_t function, enum modbus_exception exception, uint8_t answer[ADU_PDU_MAX]);
 
-/* This connection has the machine: its requests come first, and it is not closed in favour of
- * another. */
+/* True if this connection owns the machine: its requests come first, it is never closed to make
+ * room. */
 bool modbus_server_owned_by(const struct modbus_server *s, uint64_t connection);
 
-/* SAFETY: device_tick()'s: call at least every millisecond. */
+/* SAFETY: calls device_tick(), so call it at least every millisecond. */
 void modbus_server_tick(struct modbus_server *s, int64_t now_ns);
 
 #endif

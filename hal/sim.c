@@ -1,6 +1,6 @@
-/* sim: the simulated platform, stepped by the loop thread itself. Reading latches lengths and
- * pressures at the start of the cycle; a command acts from that same instant until the next read,
- * which first lets the plant live through the cycle. */
+/* sim: the simulated platform, stepped by the loop's thread. Reading latches lengths and
+ * pressures at the start of the cycle; a command acts from that moment until the next read,
+ * which first simulates the cycle. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@ struct sim {
     struct hal hal;
     struct plant *plant;
     uint64_t seq;
-    int64_t first_ns;      /* first reading */
+    int64_t first_ns;      /* time of the first reading */
     double clock_ratio;
     struct hal_command command;
 };
