@@ -20,12 +20,12 @@ void analysis_free(struct analysis *a) {
     parts_free(&a->parts);
 }
 
-/* A log from elsewhere has whatever it has, and the configuration does not say. */
+/* For a log from elsewhere, the recorded motion decides, not the configuration. */
 bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }
 
-/* Of tests of an axis each has its share of the room; any other motion takes what there is. */
+/* True if there is room for samples: a test of an axis has a fixed share, other motions all. */
 static bool room(const struct recording *r, enum dof dof) {
     int kept = 0;
     if (!r->tests) return true;
@@ -34,8 +34,8 @@ static bool room(const struct recording *r, enum dof dof) {
     return kept < ANALYSIS_SAMPLES;
 }
 
-/* As in ident.h, a test of an axis replaces that axis' earlier one, and another motion itself: the
- * machine may have been changed in between. */
+/* A test of an axis replaces that axis's earlier one (as in ident.h), and another motion the
+ * earlier motion, because the machine may have been changed in between. */
 static void replace(struct analysis *a, const struct cycle *c) {
     struct recording *r = &a->recording;
     for (int i = r->tests - 1; i >= 0; i--)
@@ -49,7 +49,6 @@ static bool part_is_full(const struct recording *r) {
     return t->count >= ANALYSIS_SAMPLES || t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s >= ANALYSIS_PART_S;
 }
 
-/* The motion under way goes, alone, to the estimator. */
 static void close_part(struct analysis *a) {
     struct recording *r = &a->recording, part = *r;
     part.test[0] = r->test[--r->tests];
@@ -66,14 +65,14 @@ static void record(struct analysis *a, const struct cycle *c) {
     if (room(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
-/* A motion is whole at any time. */
+/* A motion other than a test of an axis counts as complete at any time. */
 static bool complete(const struct identification *id, enum dof dof) {
     bool is = dof == DOF_NONE;
     for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && id->test[k].complete);
     return is;
 }
 
-/* What was broken off says nothing against the others. */
+/* Removes tests that were broken off; they are no evidence against the others. */
 static void drop_incomplete(struct analysis *a) {
     for (int i = a->recording.tests - 1; i >= 0; i--)
         if (!complete(&a->ident.result, a->recording.test[i].dof)) recording_remove(&a->recording, i);
@@ -135,7 +134,7 @@ void analysis_identify(struct analysis *a) {
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
-    /* the rest of a motion, too short for equations: nobody may look at it as at a test */
+    /* the rest of a motion, too short for equations, is not evaluated as a test */
     if (rest.status && a->parts.all) recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
@@ -173,7 +172,8 @@ static bool evaluated(const struct identification *id, enum dof dof) {
 const char *analysis_fault(struct analysis *a) {
     if (!a->last.first_fault) return NULL;
     const char *name = fault_name(a->last.first_fault);
-    /* a log's cycles have no measure, its event has; another fault's is none of this one */
+    /* a log's cycles lack the measured value, but its event has it, if it is about the same
+     * fault */
     if (strncmp(a->fault, name, strlen(name)) != 0) fault_line(a->last.first_fault, a->last.faults, &a->last.measure, a->fault);
     return a->fault;
 }

@@ -13,7 +13,7 @@
 
 enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 
-enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are statuses with the sign turned */
+enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are negated statuses */
 
 struct options {
     const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map, *http, *machine;
@@ -21,14 +21,14 @@ struct options {
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
-    int run; /* of a log that holds several; 0: not given */
-    double log_quota_bytes, log_part_bytes; /* 0: none */
+    int run; /* number in a log that holds several; 0: not given */
+    double log_quota_bytes, log_part_bytes; /* 0: no limit */
     /* --tests, --trajectory and --repeat as settings */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, all, once, json_lines;
-    double latency_s; /* wake-ups are measured for so long; less than 0: not given */
-    double std_pct; /* wanted of a survey's proposals; 0: not given */
+    double latency_s; /* duration of the measurement of wake-ups; negative: not given */
+    double std_pct; /* standard deviation wanted of a survey's proposals; 0: not given */
     bool rt_given, pose_given;
     double pose[DOFS]; /* --pose: x y z phi theta psi */
     enum realtime_mode rt;
@@ -36,42 +36,41 @@ struct options {
     int operands;
 };
 
-/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of options.c's
- * table) and so many operands. */
+/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of the table in
+ * options.c) and this number of operands. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
-/* Turns operands into logs of --measured, behind those that were given so. -2: more than LOGS_MAX. */
+/* Appends the operands to the logs of --measured. -2: more than LOGS_MAX. */
 int options_measured(struct options *o, struct error *error);
 
-/* options_params: configuration from -c and --set. Without -c: config/tian2015.yaml of the current
- * directory (a checkout), else the installed one, which is found from where this program lies
- * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else built in. -2, -3. */
-const char *options_default_config(char installed[PATH_MAX]); /* path of the one without -c; NULL:
-                                                               * built in */
+/* options_params: configuration from -c and --set. Without -c: config/tian2015.yaml of the
+ * current directory (a checkout), else the installed one, found relative to this program
+ * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else the built-in one. -2, -3. */
+const char *options_default_config(char installed[PATH_MAX]); /* path used without -c; NULL:
+                                                               * built-in */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
-/* Configuration of the run that the log at `path` is of, from its first event. -2, or -3 where that
- * event holds none; the message then ends with `otherwise`: the remedy, or what stays unknown. */
+/* Reads the run's configuration from the first event of the log at `path`. -2, or -3 if that
+ * event holds none; the message then ends with `otherwise`: the remedy, or what remains unknown. */
 struct log_event;
 int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
-/* options_params(), and opens the bus that it names. */
+/* Calls options_params() and opens the configured bus. */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 
-/* SAFETY: a machine that is not simulated moves by itself only where this command line says so
- * (--set motion.automatic=true); a file that says so may be a copy of the simulation's. Otherwise
- * this clears it in params: the platform waits for `hexid command engage`. */
+/* SAFETY: a machine that is not simulated moves by itself only if this command line says so
+ * (--set motion.automatic=true), because a file with that key may be a copy of the simulation's.
+ * Otherwise this clears it in params, and the platform waits for `hexid command engage`. */
 void options_automatic(const struct options *o, bool simulated, struct params *params);
 
-/* Prints a line; what is in it may come from anywhere and is made printable (printable.h). At
- * most 4000 bytes. */
+/* Prints a line, made printable (printable.h), as it may come from anywhere. At most 4000 bytes. */
 __attribute__((format(printf, 2, 3))) void cli_say(FILE *out, const char *format, ...);
 
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);
 
-/* Warns that a log could be read up to this byte only. */
+/* Warns that a log was readable only up to this byte. */
 void cli_warn_cut(const char *path, int64_t offset);
 
 int cmd_run(int argc, char **argv);

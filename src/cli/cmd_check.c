@@ -1,4 +1,4 @@
-/* hexid check: what is in a recording, before anything is asked of it. */
+/* hexid check: examines a recording before it is used. */
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,11 +20,11 @@
 
 enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 
-/* One log, or what a directory became. */
+/* A log, or the log made from a directory. */
 struct input {
-    const char *name;            /* as given */
-    char copy[PATH_SIZE];        /* of a directory: a log without a name, gone when
-                                  * the process is; else "" */
+    const char *name;            /* as on the command line */
+    char copy[PATH_SIZE];        /* for a directory: path of an unnamed log, which ends with the
+                                  * process; else "" */
     struct csv_report csv;
 };
 
@@ -32,20 +32,19 @@ struct check {
     struct options o;
     struct output json, page;
     int inputs;
-    struct input *input;         /* a directory that is refused as a whole has
-                                  * one for each of its files */
-    struct params params;        /* of the input at hand */
-    struct params first;         /* of the first one */
+    struct input *input;         /* a directory refused as a whole has one for each of its files */
+    struct params params;        /* current input's */
+    struct params first;         /* first input's */
     struct survey survey[TESTS_MAX];
-    bool more;                   /* tests than TESTS_MAX */
-    struct error refused;        /* a directory, as a whole */
+    bool more;                   /* there are more tests than TESTS_MAX */
+    struct error refused;        /* reason why a directory is refused as a whole */
     struct check_report report;
     struct error *error;
 };
 
 static const char *path_of(const struct input *in) { return in->copy[0] ? in->copy : in->name; }
 
-/* "run.lcm: reason" is about a path that nobody gave. */
+/* Removes "run.lcm: " from a message if the user did not give that path. */
 static void without_path(const struct input *in, struct error *error) {
     size_t length = strlen(path_of(in));
     if (in->copy[0] && !strncmp(error->text, in->copy, length) && error->text[length] == ':')
@@ -65,7 +64,7 @@ static struct input *new_input(struct check *c, const char *name) {
     return &more[c->inputs++];
 }
 
-/* Makes a log of a directory, or of one file in it, without a name: nothing is left behind,
+/* Makes an unnamed log from a directory, or from one of its files; nothing is left behind,
  * whatever happens. */
 static int import(struct check *c, const struct csv_source *source, int *found) {
     struct input *in = new_input(c, source->path);
@@ -91,8 +90,8 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
     return STATUS_OK;
 }
 
-/* A directory that is refused as a whole is read file by file: what is wrong with one, or between
- * two, hides no other. */
+/* If a directory is refused as a whole, reads it file by file, so that one file's error, or one
+ * between two files, hides no other. */
 static int import_files(struct check *c, struct csv_source source, int files) {
     int unused, before = c->inputs;
     c->refused = *c->error;
@@ -122,7 +121,7 @@ static int take_input(struct check *c, const char *name) {
     return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
 }
 
-/* The log's own configuration, changed by --set; or -c. What a directory became has it all. */
+/* Reads the log's configuration, changed by --set; or -c. A directory's log has all of it. */
 static int read_params(struct check *c, const struct input *in, const struct log_event *event) {
     if (c->o.config && !in->copy[0]) return options_params(&c->o, &c->params, c->error);
     int status = cli_log_params(in->name, event, "give one with -c FILE", &c->params, c->error);
@@ -130,10 +129,10 @@ static int read_params(struct check *c, const struct input *in, const struct log
     return config_override(&c->params, in->name, c->o.settings, c->o.setting_count, c->error);
 }
 
-/* Which survey a cycle belongs to: of a directory the file's, else that of its test. */
+/* Survey to which a cycle belongs: the file's for a directory, else the test's. */
 struct place {
     int file;
-    int64_t rows;      /* of the file, so far */
+    int64_t rows;      /* rows of the file so far */
     int test;
     struct survey *survey;
 };
@@ -209,14 +208,14 @@ static int survey_input(struct check *c, const struct input *in) {
     return status;
 }
 
-/* Of several logs with the name. */
+/* Notes excluded tests; with several logs it adds the name. */
 static void note_left_out(struct check *c, const struct input *in, const char *tests) {
     char words[CHECK_LIST_SIZE];
     snprintf(words, sizeof words, "%.250s: %.*s", in->name, GAP_LEFT_OUT_SIZE, tests);
     if (*tests) join(c->report.left_out, sizeof c->report.left_out, c->inputs > 1 ? words : tests);
 }
 
-/* As hexid gap loads them. */
+/* Loads the logs as hexid gap does and reports the outcome. */
 static void ask_gap(struct check *c) {
     gap_left_out left_out;
     const char *paths[LOGS_MAX];

@@ -56,7 +56,6 @@ int cmd_import(int argc, char **argv) {
     return EXIT_PASSED;
 }
 
-/* The tests of a log as a directory that `hexid import` reads. */
 static int export_tests(const struct options *o, struct error *error) {
     struct csv_report report;
     int status = csv_export(o->operand[0], o->run, o->output, &report, error);
@@ -68,7 +67,6 @@ static int export_tests(const struct options *o, struct error *error) {
     return STATUS_OK;
 }
 
-/* All of it as one file. */
 static int export_all(const struct options *o, const struct export_format *format, struct error *error) {
     struct log_export_report report;
     int status = log_export(o->operand[0], o->run, o->output, format, &report, error);

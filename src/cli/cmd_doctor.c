@@ -1,5 +1,4 @@
-/* `hexid doctor`: is this configuration a machine, and are this computer and its
- * buses fit for it? */
+/* `hexid doctor`: checks the configuration, this computer and its buses. */
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +12,7 @@
 #include "outputs.h"
 #include "version.h"
 
-/* In the order in which they are asked. Names are the JSON's, too: they stay. */
+/* In order of execution. JSON uses the same names, so they never change. */
 static const struct check {
     const char *name;
     doctor_check *ask;
@@ -53,8 +52,7 @@ static const struct check {
     {"Modbus", check_modbus},
     {"log room", check_log_room},
     {"log speed", check_log_speed},
-    {"wake-up", check_wakeups}, /* last: it takes its time, and says what all of the above comes
-                                 * to */
+    {"wake-up", check_wakeups}, /* last: it takes long and sums up the checks above */
 };
 enum { CHECKS = sizeof checks / sizeof *checks, LATENCY_S = 10, NAME_WIDTH = 14 };
 
@@ -71,7 +69,7 @@ static void print(FILE *out, const char *name, const struct finding *f) {
     fflush(out);
 }
 
-/* Takes the finding's data. */
+/* Appends a finding; takes over its data. */
 static void append(json_t *all, const char *name, struct finding *f) {
     json_array_append_new(all, json_pack("{ss ss so so so}", "name", name, "level", json_levels[f->level], "found", doctor_text(f->found),
                                          "remedy", doctor_text(f->remedy), "data", f->data ? f->data : json_null()));
@@ -89,7 +87,7 @@ static int write_json(struct output *to, const struct doctor *d, json_t *finding
     return status;
 }
 
-/* The exit status, or a negative one. */
+/* Returns the exit status, or a negative status. */
 static int ask_all(const struct doctor *d, struct output *json, struct error *error) {
     FILE *out = json->name && !strcmp(json->name, "-") ? stderr : stdout;
     int count[LEVEL_FAIL + 1] = {0};
@@ -108,7 +106,6 @@ static int ask_all(const struct doctor *d, struct output *json, struct error *er
     return status ? status : count[LEVEL_FAIL] ? EXIT_CHECK_FAILED : EXIT_PASSED;
 }
 
-/* What doctor prints instead of looking. */
 static bool reference(const struct options *o) {
     if (o->failures) failure_print(stdout);
     else if (o->keys) config_print_keys(stdout);

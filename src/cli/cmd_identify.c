@@ -9,7 +9,7 @@
 
 _Static_assert((int)OPERANDS_MAX <= (int)AGREEMENT_LOGS, "each operand is a log");
 
-/* Of its samples nothing is kept. */
+/* Identifies from one log; does not keep its samples. */
 static int identify(const struct options *o, const char *path, struct log_analysis *i, struct error *error) {
     int status = log_analysis_read(i, o, path, error);
     log_analysis_free(i);
@@ -30,7 +30,7 @@ static int one_log(const struct options *o, struct log_analysis *i, struct outpu
     return status ? status : exit_status(&i->verdict);
 }
 
-/* Each log by itself; all are of one machine, and have a matrix. */
+/* Evaluates each log; all must be of one machine and have a matrix. */
 static int each_log(const struct options *o, struct log_analysis *i, struct error *error) {
     int status = STATUS_OK;
     for (int l = 0; l < o->operands && !status; l++) status = log_set_new(l, o->operand, error);

@@ -19,14 +19,14 @@
 
 enum { SILENCE_MS = 2000, ONCE_MS = 3000, MESSAGES_AT_ONCE = 1000 };
 
-static volatile sig_atomic_t interrupted; /* a signal handler can reach nothing else */
+static volatile sig_atomic_t interrupted; /* global, because a signal handler has no other access */
 static void on_signal(int number) { interrupted = number; }
 
 static int broken(struct error *error) { return error_set(error, STATUS_IO, "monitor: LCM is broken"); }
 
 /* ---- as JSON ---- */
 
-/* {"channel": "HEXID_EVENT", its fields}: one line. What is no message of hexid's is none here. */
+/* Prints a message as a line, {"channel": "HEXID_EVENT", its fields}; ignores other messages. */
 static void print_json(const struct bus_message *b) {
     struct json_text j = {0};
     struct cycle c;
@@ -59,7 +59,7 @@ static int show_once(struct bus *bus, const struct params *params, bool json, st
                      params->lcm.url, ONCE_MS / 1000);
 }
 
-/* ---- on and on ---- */
+/* ---- continuously ---- */
 
 static int show_stream(struct bus *bus, const struct params *params, bool json, struct error *error) {
     struct terminal t = {.params = params, .redraws = isatty(STDOUT_FILENO) != 0};
@@ -91,7 +91,7 @@ static void say_where(const struct live_listener *l, const char *host) {
         cli_say(stderr, "hexid: warning: %s is no loopback address: whoever reaches it sees the machine (but moves nothing)", host);
 }
 
-/* SAFETY: one thread, and nothing in it waits for a browser: it reads what LCM has first. */
+/* SAFETY: a single thread that never waits for a browser and reads LCM first. */
 static int serve(struct bus *bus, struct live_state *state, struct live_server *server, struct error *error) {
     struct pollfd ready[] = {{.fd = bus_fd(bus), .events = POLLIN}, {.fd = live_server_fd(server), .events = POLLIN}};
     struct bus_message m;
@@ -122,7 +122,7 @@ static int show_page(struct bus *bus, const struct params *params, const char *w
     if (!status) {
         sigaction(SIGINT, &action, NULL);
         sigaction(SIGTERM, &action, NULL);
-        process_survive_readers(); /* browsers */
+        process_survive_readers(); /* closed connections of browsers */
         say_where(&listener, address.host);
         status = serve(bus, state, server, error);
         live_server_stop(server);

@@ -5,14 +5,14 @@
 #include "process.h"
 #include "realtime.h"
 
-static _Atomic bool stop; /* a signal handler can reach nothing else */
+static _Atomic bool stop; /* global, because a signal handler has no other access */
 
 static void on_signal(int signal) {
     (void)signal;
     atomic_store(&stop, true);
 }
 
-/* A device answers in microseconds: as real-time as the daemon, where that is allowed. */
+/* Requests real time as the daemon does, because a device answers in microseconds. */
 static void become_realtime(const struct options *o, const struct params *params) {
     struct error refused;
     if (realtime_enter(&params->loop, o->rt_given ? o->rt : REALTIME_TRY, &refused)) cli_say(stderr, "hexid: warning: %s", refused.text);

@@ -1,4 +1,4 @@
-/* hexid report: the identification from logs as one page. */
+/* hexid report: identification from logs as a page. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,7 +35,7 @@ static struct identification_log summary(const struct log_analysis *l, const cha
                    .off_rad = m->off_rad,
                    .complete = m->complete},
         .flagged = a->flagged,
-        .fault = a->last.first_fault ? a->fault : NULL, /* the verdict was asked */
+        .fault = a->last.first_fault ? a->fault : NULL, /* filled in by the verdict */
     };
 }
 
@@ -48,7 +48,7 @@ static int write_page(const struct identification_report *r, struct output *to, 
     return status;
 }
 
-/* Nothing is written before all logs have been read. */
+/* Writes nothing until all logs have been read. */
 static int report(const struct options *o, struct log_analysis *analysis, struct error *error) {
     struct identification_report r = {.version = version, .logs = o->operands};
     char *config[REPORT_LOGS] = {0};

@@ -31,19 +31,21 @@
 #include "trajectory_file.h"
 #include "units.h"
 
-enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, against a stalled disk */
-enum { STOP_PATH_BELOW_LOOP = 2 }; /* SCHED_FIFO: behind loop and field bus, ahead of all else */
-static const double STD_PCT = 0.5; /* that a survey proposes tests for */
-/* 2 s: it hangs; putting the platform down fits into the rest of the ring */
+enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, for a stalled disk */
+enum {
+    STOP_PATH_BELOW_LOOP = 2
+}; /* SCHED_FIFO: below loop and field bus, above all else */
+static const double STD_PCT = 0.5; /* wanted standard deviation of a survey's proposals */
+/* after 2 s the recorder counts as hanging; the rest of the ring suffices for parking */
 enum { RECORDER_BEHIND = RING_CAPACITY / 8 };
 
 struct session {
     struct options options;
     struct params params;
     struct trajectory trajectory; /* knots NULL: none */
-    struct multisine multisine;   /* of a survey, */
-    struct params asked;          /* and the parameters without it */
-    struct survey_report *survey; /* NULL: none */
+    struct multisine multisine;   /* a survey's */
+    struct params asked;          /* parameters without the survey */
+    struct survey_report *survey; /* NULL: no survey */
     struct hal *hal;
     struct ring ring;
     struct loop loop;
@@ -55,17 +57,17 @@ struct session {
     struct commands commands;
     char *config;
     struct output json;
-    char log_path[PATH_MAX];       /* of a log in a directory */
-    struct machine_lock lock; /* to the end of the process */
+    char log_path[PATH_MAX];       /* if --log is a directory */
+    struct machine_lock lock; /* held to the end of the process */
     int signal_file;          /* descriptor */
-    int64_t signalled_ns;  /* CLOCK_MONOTONIC of the first signal, 0: none, */
-    int signal;            /* and its number */
+    int64_t signalled_ns;  /* time of the first signal, CLOCK_MONOTONIC; 0: none */
+    int signal;            /* number of that signal */
     bool recorder_hangs, stuck;
 };
 
 static void warn(const struct error *error) { cli_say(stderr, "hexid: warning: %s", error->text); }
 
-/* LCM is how others watch; without a route for it the run goes on, and says so. */
+/* Opens LCM, which is only for watching: without a route the run continues with a warning. */
 static int open_bus(struct session *s, struct error *error) {
     int status = s->params.lcm.url[0] ? bus_open(&s->bus, s->params.lcm.url, error) : STATUS_OK;
     if (status == STATUS_USAGE) return status;
@@ -73,8 +75,8 @@ static int open_bus(struct session *s, struct error *error) {
     return STATUS_OK;
 }
 
-/* Opens the ways by which commands come. A run in virtual time has none, because commands come by
- * the wall clock. */
+/* Opens the ways for commands. A run in virtual time has none, because commands come in
+ * wall-clock time. */
 static int open_commands(struct session *s, struct error *error) {
     struct error doubt;
     if (s->options.fast) return STATUS_OK;
@@ -88,7 +90,7 @@ static int open_commands(struct session *s, struct error *error) {
     return STATUS_OK;
 }
 
-/* What an operator would wonder about: nothing moves, and why. */
+/* Tells the operator why nothing moves yet. */
 static void say_who_moves_it(const struct session *s) {
     if (s->params.motion.automatic || s->hal->ops->simulated) return;
     fprintf(stderr,
@@ -103,19 +105,19 @@ static enum realtime_mode realtime_of(const struct session *s) {
     return s->hal->ops->simulated ? REALTIME_TRY : REALTIME_REQUIRE;
 }
 
-/* SAFETY: behind hardware time is real: a deadline missed is missed by the machine, too. */
+/* SAFETY: time is real on hardware: the machine too misses a missed deadline. */
 static enum clock_kind clock_of(const struct session *s) {
     if (s->options.fast) return CLOCK_VIRTUAL;
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
 }
 
-/* The machine's own URL: behind the faults that are put in front of it. */
+/* The machine's own URL, after prefixed faults. */
 static const char *machine_url(const struct session *s) {
     const char *last = strrchr(s->options.hal, ';');
     return last ? last + 1 : s->options.hal;
 }
 
-/* Tells whether the machine is on a field bus, where a command is in force one cycle later. */
+/* True if the machine is on a field bus, where commands act one cycle later. */
 static bool on_bus(const struct session *s) {
     const struct hal_ops *ops = hal_find(machine_url(s));
     return ops && !ops->simulated;
@@ -123,8 +125,7 @@ static bool on_bus(const struct session *s) {
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
 
-/* A survey is a trajectory that comes from no file: so do the loop, the log and its
- * readers take it. */
+/* A survey is treated as a trajectory without a file, by the loop, the log and its readers. */
 static int check_survey(struct session *s, struct error *error) {
     struct test_params *t = &s->params.tests;
     if (t->trajectory[0]) return error_set(error, STATUS_USAGE, "--survey: tests.trajectory is set; a survey has its own motion");
@@ -144,13 +145,12 @@ static int check_survey(struct session *s, struct error *error) {
     return error_set(error, STATUS_USAGE, "--survey: %.320s (a lower limits.leg_rate_mps makes it smaller)", beyond.text);
 }
 
-/* SAFETY: what the run will ask for is known and checked to its end before anything is opened. A
- * trajectory is the evaluated part. */
+/* SAFETY: checks the run's motion before anything is opened. A trajectory is the evaluated part. */
 static int check_motion(struct session *s, struct error *error) {
     return s->options.survey ? check_survey(s, error) : motion_check_tests(&s->params, &s->trajectory, error);
 }
 
-/* What cannot be deleted is said, and no reason not to run. */
+/* Opens the log. Old logs that cannot be deleted cause a warning only. */
 static int open_log(struct session *s, struct error *error) {
     struct options *o = &s->options;
     char aside[PATH_MAX];
@@ -195,9 +195,8 @@ static int open_all(struct session *s, struct error *error) {
     return status;
 }
 
-/* SAFETY: what would end or stop the process that holds the platform up is a request to put it
- * down: it comes to the main thread as a message. A terminal, pipe or file limit that goes against
- * it is no reason to end. Threads inherit the mask. */
+/* SAFETY: signals that would end or stop the process reach the main thread as requests to park.
+ * Signals of a terminal, a pipe or a file limit are ignored. Threads inherit the mask. */
 static int block_signals(struct error *error) {
     static const int ignored[] = {SIGTTIN, SIGTTOU};
     static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
@@ -213,9 +212,9 @@ static int block_signals(struct error *error) {
     return file >= 0 ? file : error_set(error, STATUS_IO, "no descriptor for signals: %s", strerror(errno));
 }
 
-/* SAFETY: the first signal puts the platform down and ends the run; a person's second one centres
- * the valves at once. A terminal that is lost and timeout(1) send theirs twice within milliseconds:
- * those are one. Acted upon first, said afterwards. */
+/* SAFETY: the first signal parks the platform and ends the run; a second one by a person centres
+ * the valves at once. A lost terminal and timeout(1) send two signals within milliseconds, which
+ * count as one. It acts first and reports afterwards. */
 static void signalled(struct session *s, int number) {
     static const int64_t twice_ns = 3 * NS_PER_S / 10;
     int64_t now_ns = monotonic_ns();
@@ -247,8 +246,8 @@ static void release_signals(struct session *s) {
     pthread_sigmask(SIG_UNBLOCK, &all, NULL);
 }
 
-/* SAFETY: a log that takes nothing more, without an error (a pipe whose reader sleeps, a disk that
- * hangs), is not driven on beside: the platform is put down before records are lost. */
+/* SAFETY: if the log stalls without an error (a sleeping reader of a pipe, a hanging disk), the
+ * platform is parked before records are lost. */
 static void watch_recorder(struct session *s) {
     if (s->options.fast || s->recorder_hangs || ring_count(&s->ring) < RECORDER_BEHIND) return;
     s->recorder_hangs = true;
@@ -257,7 +256,7 @@ static void watch_recorder(struct session *s) {
     else progress_say(&s->progress, "hexid: the recorder is not given the processor: parking; free this host\n");
 }
 
-/* SAFETY: between a signal or a command and the loop's mailbox stands nothing that can block. */
+/* SAFETY: nothing between a signal or a command and the loop's mailbox can block. */
 static void wait_for_end(struct session *s) {
     struct pollfd p[1 + COMMANDS_POLLS] = {{.fd = s->signal_file, .events = POLLIN}};
     commands_begin(&s->commands, &s->params, &s->loop, say, s);
@@ -293,8 +292,8 @@ static int report_survey(struct session *s, struct verdict *verdict, struct erro
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-/* A platform that moves on command alone has no tests to be done with: SIGTERM, as service managers
- * send it, is its ordinary end, once the platform is put down and no fault stands. */
+/* A platform that moves only on command never finishes its tests: SIGTERM, which service
+ * managers send, is then a regular end if the platform is parked without a fault. */
 static bool ended_by_order(const struct session *s) {
     const struct cycle *last = &s->recorder.analysis.last;
     return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
@@ -321,7 +320,7 @@ static int report(struct session *s, struct error *error) {
     return status ? status : verdict.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }
 
-/* What the recorder has taken goes into the log and the result; one that hangs is left behind. */
+/* Waits for the recorder and closes log and result; a recorder that hangs is left behind. */
 static int finish(struct session *s, struct error *error) {
     struct error closing = {0};
     s->stuck = !recorder_join(&s->recorder);
@@ -339,15 +338,15 @@ static int finish(struct session *s, struct error *error) {
     return error->status;
 }
 
-/* SAFETY: what is not wired is somebody's decision, and is said. */
+/* SAFETY: reports inputs that are not wired, which must be somebody's decision. */
 static void warn_of_missing_inputs(struct session *s) {
     char wiring[200];
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
-/* SAFETY: what weakens the run's safety is said as `hexid doctor` says it: singular poses, in
- * which the legs do not hold the platform, before a loop is refused that shakes for want of them;
- * once the machine is open, a loop that is hardly damped or whose numbers fit another machine. */
+/* SAFETY: warns of weaknesses with the texts of `hexid doctor`: before opening, of singular
+ * poses, in which the legs do not hold the platform and which may also be why a loop is refused;
+ * once the machine is open, of a weakly damped loop or numbers of another machine. */
 static void warn_of_machine(const struct session *s, bool opened) {
     static const struct {
         const char *name;
@@ -367,7 +366,7 @@ static void warn_of_machine(const struct session *s, bool opened) {
     }
 }
 
-/* Two axes of a multisine that share a frequency look like one. */
+/* Warns of two axes of a multisine with one frequency, which cannot be told apart. */
 static void warn_of_axes_alike(const struct test_params *t) {
     for (int i = 0; i < t->count && t->multisine; i++)
         for (int j = 0; j < i; j++) {
@@ -380,7 +379,8 @@ static void warn_of_axes_alike(const struct test_params *t) {
         }
 }
 
-/* SAFETY: what could not be confined is put down and ends: nobody has said that it may run so. */
+/* SAFETY: if confinement fails, the platform is parked and the run ends, because nobody allowed
+ * it to run unconfined. */
 static int confine_all(struct session *s, struct error *error) {
     const struct confinement all = {.result = &s->json, .reconnects = s->hal->ops->reconnects, .reopens_can = s->hal->ops->reopens_can};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
@@ -414,20 +414,20 @@ static int run(struct session *s, struct error *error) {
     confine_all(s, &refused);
     wait_for_end(s);
     loop_join(&s->loop);
-    release_signals(s); /* nothing is driven any more: what hangs from here on may be ended */
+    release_signals(s); /* nothing is driven any more, so signals may end the process if it hangs */
     realtime_leave();
     status = finish(s, error);
     if (refused.status) *error = refused;
     return refused.status ? (int)refused.status : status;
 }
 
-/* SAFETY: whatever hangs, the back-end is closed and the process ends. */
+/* SAFETY: closes the back-end and ends the process, even if something hangs. */
 static int close_all(struct session *s, int status, const struct error *error) {
     struct error ignored;
     bool quiet = !s->progress.out || progress_close(&s->progress);
     if (s->hal) s->hal->ops->close(s->hal);
     if (status < 0) status = cli_fail(error);
-    /* threads that wait for a terminal or a disk still use what would be freed */
+    /* threads that wait for a terminal or a disk still use the memory */
     if (!quiet || s->stuck) _exit(status);
     notify_close(&s->recorder.notify);
     log_keeper_stop(&s->keeper);
@@ -448,7 +448,7 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    s->recorder.notify.socket = s->keeper.socket = -1; /* 0 is standard input */
+    s->recorder.notify.socket = s->keeper.socket = -1; /* closed; 0 would be standard input */
     commands_init(&s->commands);
     int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
@@ -461,8 +461,7 @@ int cmd_run(int argc, char **argv) {
     } else if (!status) {
         warn_of_machine(s, false);
         warn_of_axes_alike(&s->params.tests);
-        /* SAFETY: a loop that is unstable shakes whoever stands on the platform; no key
-         * overrides this. */
+        /* SAFETY: an unstable loop endangers people on the platform; no key overrides this. */
         status = loop_check_run(&s->params, on_bus(s), &error);
         if (!status) status = open_all(s, &error);
         if (!status) warn_of_machine(s, true);

@@ -6,7 +6,7 @@
 
 #include "config.h"
 
-/* The directory's own configuration would win silently. */
+/* Refuses -c beside the directory's own configuration, which would silently win. */
 static int one_configuration(const struct options *o, const char *directory, struct error *error) {
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%s/config.yaml", directory);

@@ -1,4 +1,4 @@
-/* A directory of CSV files, read as -c, --set and --map say. */
+/* A directory of CSV files, to be read according to -c, --set and --map. */
 #ifndef HEXID_CSV_INPUT_H
 #define HEXID_CSV_INPUT_H
 
@@ -12,8 +12,7 @@ struct csv_input {
     char *base;
 };
 
-/* -2 for a wrong --map, and for -c or --set beside a directory that has a
- * configuration of its own. */
+/* -2 for a wrong --map, and for -c or --set if the directory has its own configuration. */
 int csv_input_begin(struct csv_input *input, const struct options *o, const char *directory, struct error *error);
 void csv_input_end(struct csv_input *input);
 

@@ -14,8 +14,7 @@
 #include "messages.h"
 
 static const double HOUR_S = 3600.0;
-static const double HANGS_S = 2.0;   /* a log that takes nothing for so long parks
-                                      * the platform (cmd_run.c) */
+static const double HANGS_S = 2.0;   /* a log stalled for so long parks the platform (cmd_run.c) */
 static const double STALLS_S = 0.5;  /* a quarter of it */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };
 
@@ -25,7 +24,7 @@ double log_bytes_per_s(const struct params *params) {
     return (double)(log_event_size(CHANNEL_STATE, state_encode(&cycle, buffer))) / params->loop.period_s;
 }
 
-/* From engaged to put down, without what a trajectory takes longer. */
+/* Duration from engaging to parked, without a trajectory's extra time. */
 static double run_s(const struct params *p) {
     const struct test_params *t = &p->tests;
     return reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + reference_park_s(&p->motion, p->motion.park_s) +
@@ -63,7 +62,7 @@ struct finding judge_log_speed(const struct doctor *d, const struct disk *k) {
     return f;
 }
 
-/* The directory that --log means, itself or the file's; without it the one at hand. */
+/* The directory of --log, itself or the file's; without --log the current one. */
 static void log_directory(const struct doctor *d, char directory[256]) {
     struct stat s;
     const char *log = d->log ? d->log : ".", *slash = strrchr(log, '/');
@@ -72,8 +71,8 @@ static void log_directory(const struct doctor *d, char directory[256]) {
     else snprintf(directory, 256, ".");
 }
 
-/* A file without a name, which is gone with this program however it ends; with one for a moment
- * where the file system has no such files. */
+/* Opens an unnamed file, which disappears with this program; a file system without such files
+ * gets a name for a moment. */
 static int open_trial(const char *directory) {
     char path[300];
     int file = open(directory, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
@@ -84,12 +83,12 @@ static int open_trial(const char *directory) {
     return file;
 }
 
-/* 0 or errno. Each block is flushed: for a second and one block, however slow the disk is, and for
- * a tenth of its room, as somebody may be writing a log there. */
+/* Returns 0 or errno. Flushes each block, for one second and one block however slow the disk is,
+ * and uses at most a tenth of the room, because another log may be written there. */
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;
-    /* nothing to compress */
+    /* incompressible data */
     for (uint32_t i = 0; i < BLOCK; i++) block[i] = (unsigned char)(i * 2654435761u >> 24);
     for (int i = 0; i < BLOCKS && before_s - begun_s < 1.0 && (i == 0 || (i + 1.0) * BLOCK < 0.1 * k->room_bytes); i++) {
         ssize_t size = write(file, block, sizeof block);
@@ -103,7 +102,7 @@ static int write_trial(int file, struct disk *k) {
     return 0;
 }
 
-/* False, and errno: nothing can be written there. */
+/* False with errno: the directory is not writable. */
 static bool find_disk(const struct doctor *d, struct disk *k) {
     struct statvfs s;
     log_directory(d, k->directory);
@@ -122,7 +121,7 @@ struct finding check_log_room(const struct doctor *d) {
 
 struct finding check_log_speed(const struct doctor *d) {
     struct disk k = {0};
-    if (!find_disk(d, &k)) return finding_none(); /* said by check_log_room */
+    if (!find_disk(d, &k)) return finding_none(); /* check_log_room reports it */
     int file = open_trial(k.directory), reason = file < 0 ? errno : write_trial(file, &k);
     if (file >= 0) close(file);
     if (reason)

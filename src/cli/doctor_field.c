@@ -26,8 +26,8 @@ struct finding check_can_load(const struct doctor *d) {
     return f;
 }
 
-/* Listens without a filter that lets anything through: says whether the interface is there, up,
- * CAN, and allowed. */
+/* Opens a socket with a filter that accepts nothing, and reports whether the interface exists,
+ * is up, is CAN and allowed. */
 static int try_interface(const char *interface, struct error *error) {
     struct can_socket s;
     int status = can_socket_open(&s, interface, NULL, 0, false, false, error);
@@ -69,10 +69,9 @@ static json_t *counter_json(const struct can_controller *c, unsigned count) {
 
 static uint32_t errors(const struct can_controller *s) { return s->warnings + s->passives + s->bus_offs + s->bus_errors; }
 
-/* ISO 11898-1: a node is error-passive from 128 on and off the bus from 256. A single frame that is
- * not acknowledged adds 8; eight times as many good ones take that away. So what stands in the
- * counters is of now. The counts are since the interface was made, and an error of last week is no
- * trouble: those of this second are. */
+/* ISO 11898-1: a node is error-passive from 128 on and bus-off from 256. An unacknowledged frame
+ * adds 8, a good one subtracts 1, so the counters show the present state. The totals count since
+ * the interface was created, so only their change in the last second matters. */
 struct finding judge_can_errors(const char *interface, const struct can_controller *before, const struct can_controller *s) {
     static const char wiring[] = "look at termination (120 ohm at both ends), wiring, bit rate and sample point of all nodes";
     char counters[40] = "counters not told";
@@ -103,7 +102,7 @@ struct finding check_can_errors(const struct doctor *d) {
     struct can_controller before, s;
     struct error error;
     if (!interface || try_interface(interface, &error) || can_controller_read(interface, &before, &error))
-        return finding_none(); /* said above */
+        return finding_none(); /* reported above */
     if (!before.known) return judge_can_errors(interface, &before, &before);
     nanosleep(&(struct timespec){.tv_sec = 1}, NULL);
     if (can_controller_read(interface, &s, &error)) return finding(LEVEL_UNKNOWN, "run `hexid doctor` again", "%s", error.text);
@@ -112,8 +111,8 @@ struct finding check_can_errors(const struct doctor *d) {
 
 /* ---- Modbus ---- */
 
-/* The baud rate of a serial line is the address's, not the configuration's: said
- * for the usual ones. */
+/* The baud rate of a serial line is in the address, not in the configuration, so usual rates are
+ * listed. */
 struct finding check_modbus_line(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
@@ -137,7 +136,7 @@ struct finding check_modbus_line(const struct doctor *d) {
                    "function 23: %d + %d bytes, %s; the cycle has %.1f ms", slow.request_bytes, slow.response_bytes, line, cycle_s * 1e3);
 }
 
-/* What is asked by a client that commands nothing; a device may serve its master sooner. */
+/* Judges times measured by a client that commands nothing; a device may serve its master faster. */
 struct finding judge_round_trips(const struct doctor *d, const struct round_trips *r) {
     double cycle_s = 0.9 * d->params->loop.period_s, timeout_s = d->params->limits.sensor_age_s;
     static const char remedy[] = "a network of its own for machine and computer, without switches in between; or a longer loop.period_s";
@@ -163,10 +162,10 @@ static int by_size(const void *a, const void *b) {
     return (one > other) - (one < other);
 }
 
-/* a hexid that is started meanwhile is refused: what was not asked by then counts as lost */
+/* a hexid started meanwhile is refused; what was not asked by then counts as lost */
 enum { LONGEST_TALK_S = 5 };
 
-/* Reads alone, of the registers that say who it is. */
+/* Only reads the registers of the identity. */
 static struct finding talk(const struct doctor *d, struct modbus_link *link, const struct modbus_address_parts *parts,
                            const char *address) {
     static const char who_remedy[] =
@@ -196,14 +195,14 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
     return judge_round_trips(d, &r);
 }
 
-/* SAFETY: who is at work is not disturbed: a serial line has one master, and some devices give a
- * new client the place of the one before. */
+/* SAFETY: does not disturb a running master: a serial line has only one, and some devices give a
+ * new client the place of the previous one. */
 struct finding check_modbus(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
     struct modbus_link *link;
     struct error error;
-    /* said by check_modbus_line */
+    /* check_modbus_line reports it */
     if (!address || modbus_parse(address, &parts, &error)) return finding_none();
     struct machine_lock lock;
     int status = machine_lock(&lock, d->url, &error);

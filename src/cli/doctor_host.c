@@ -7,7 +7,7 @@
 
 #define CPU "/sys/devices/system/cpu"
 
-static const double DAEMON_LOCKED_BYTES = 70e6; /* of six tests, docs/real-time.md */
+static const double DAEMON_LOCKED_BYTES = 70e6; /* for six tests, docs/real-time.md */
 enum { CAP_IPC_LOCK_BIT = 14 };                  /* linux/capability.h */
 
 struct finding check_kernel(const struct doctor *d) {
@@ -20,8 +20,8 @@ struct finding check_kernel(const struct doctor *d) {
                    preempt ? "with PREEMPT_RT" : "without PREEMPT_RT: other work of the kernel can hold the loop up for milliseconds");
 }
 
-/* Steal: what the hypervisor gave to others while this computer wanted to run; field 8 of the first
- * line of /proc/stat. */
+/* Steal: time that the hypervisor gave to others while this computer was ready to run; field 8
+ * of the first line of /proc/stat. */
 static bool stolen_share(const struct doctor *d, double *share) {
     char text[4096];
     double ticks[8], all = 0.0;
@@ -65,7 +65,7 @@ struct finding check_realtime(const struct doctor *d) {
     return finding(LEVEL_OK, "", "SCHED_FIFO %d, memory locked%s", d->params->loop.priority, d->params->loop.cpu >= 0 ? ", pinned" : "");
 }
 
-/* The daemon locks more than this program has: what it would be allowed. */
+/* Checks how much memory the daemon may lock; this program itself locks less. */
 struct finding check_locked_memory(const struct doctor *d) {
     char status[8192], limits[4096];
     if (!doctor_read(d, status, sizeof status, "/proc/self/status") || !doctor_read(d, limits, sizeof limits, "/proc/self/limits"))
@@ -101,8 +101,7 @@ struct finding check_governor(const struct doctor *d) {
                    "%s on %d of %d processors: they slow down between two cycles and wake the loop late", other, others, seen);
 }
 
-/* A state that is left in more than a twentieth of the period is a delay that the
- * loop would show. */
+/* An idle state whose exit takes over a twentieth of the period visibly delays the loop. */
 struct finding check_idle_states(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     double limit_us = d->params->loop.period_s * 1e6 / 20.0;
@@ -125,7 +124,7 @@ struct finding check_idle_states(const struct doctor *d) {
     return f;
 }
 
-/* One processor to the loop: the configured one, else the last; where there is a second. */
+/* Advises to give the loop a processor: the configured one, else the last, if there is a second. */
 static void isolation_remedy(const char *online, int cpu, char *text, size_t size) {
     int last = -1, other = -1;
     for (int i = 0; i < PROCESSORS_MAX; i++)
@@ -157,7 +156,7 @@ struct finding check_isolation(const struct doctor *d) {
 struct finding check_siblings(const struct doctor *d) {
     char siblings[256], isolated[256] = "";
     int cpu = d->params->loop.cpu;
-    if (cpu < 0) return finding_none(); /* said by check_isolation */
+    if (cpu < 0) return finding_none(); /* check_isolation reports it */
     if (!doctor_read(d, siblings, sizeof siblings, CPU "/cpu%d/topology/thread_siblings_list", cpu))
         return finding_unseen(CPU "/cpu*/topology", "which processors share a core");
     doctor_read(d, isolated, sizeof isolated, CPU "/isolated");
@@ -168,8 +167,8 @@ struct finding check_siblings(const struct doctor *d) {
     return finding(LEVEL_OK, "", "nobody else uses the core of processor %d", cpu);
 }
 
-/* By heat, which the processor counts since it was switched on; and of real-time threads, which the
- * kernel keeps to a share of the time. */
+/* Throttling by heat, counted by the processor since it was switched on; and of real-time
+ * threads, which the kernel limits to a share of the time. */
 struct finding check_throttling(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     int64_t runtime_us, period_us, times, hot = 0;
@@ -192,8 +191,8 @@ struct finding check_throttling(const struct doctor *d) {
     return finding(LEVEL_OK, "", "no processor was slowed down by heat since it was switched on");
 }
 
-/* Those that are read through a bus or an interrupt take microseconds, and the loop reads the clock
- * several times a cycle. */
+/* Clock sources read over a bus or by an interrupt take microseconds, and the loop reads the
+ * clock several times a cycle. */
 struct finding check_clock_source(const struct doctor *d) {
     static const char path[] = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
     static const char *const slow[] = {"hpet", "acpi_pm", "pit", "jiffies", "refined-jiffies"};

@@ -3,7 +3,7 @@
 #include "bus.h"
 #include "doctor.h"
 
-static const char channel[] = "HEXID_DOCTOR"; /* nobody listens to it but this */
+static const char channel[] = "HEXID_DOCTOR"; /* no other program listens to it */
 enum { TRIES = 3, PATIENCE_MS = 500 };
 
 struct finding check_lcm_socket(const struct doctor *d) {
@@ -20,11 +20,11 @@ struct finding check_lcm_socket(const struct doctor *d) {
     return finding(LEVEL_OK, "", "%s sends and listens", d->params->lcm.url);
 }
 
-/* Commands of this host do not come this way; who watches does. */
+/* This host's commands do not use LCM; watching programs do. */
 struct finding check_lcm_route(const struct doctor *d) {
     struct error error;
     struct bus *bus;
-    /* said by check_lcm_socket */
+    /* check_lcm_socket reports it */
     if (!d->params->lcm.url[0] || bus_open(&bus, d->params->lcm.url, &error)) return finding_none();
     struct bus_route r = bus_route(bus);
     bus_close(bus);
@@ -51,7 +51,7 @@ struct finding check_lcm_route(const struct doctor *d) {
     return f;
 }
 
-/* The way from one socket to the other, s; less than 0: it did not come. */
+/* Time from one socket to the other, s; negative: it did not arrive. */
 static double sent_and_received(struct bus *out, struct bus *in) {
     static const char text[] = "hexid doctor";
     struct bus_message m;
@@ -65,14 +65,14 @@ static double sent_and_received(struct bus *out, struct bus *in) {
     return -1.0;
 }
 
-/* Whatever ttl is configured: a question of this program's is nobody else's. */
+/* Uses ttl 0 whatever is configured, because the test concerns only this program. */
 struct finding check_lcm_datagram(const struct doctor *d) {
     char url[PARAMS_TEXT_SIZE];
     struct error error;
     struct bus *out, *in;
     double took_s = -1.0;
     snprintf(url, sizeof url, "%.*s", (int)strcspn(d->params->lcm.url, "?"), d->params->lcm.url);
-    /* said by check_lcm_socket */
+    /* check_lcm_socket reports it */
     if (!url[0] || bus_open(&out, url, &error)) return finding_none();
     int status = bus_open(&in, url, &error);
     if (!status && bus_listen(in, channel, BUS_THIS_HOST, &error)) bus_close(in), status = STATUS_IO;

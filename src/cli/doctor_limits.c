@@ -9,15 +9,17 @@
 #include "loop_check.h"
 #include "units.h"
 
-/* A limit protects where the machine can exceed it, and sooner than harm is done. */
-static const double FORCE_MOST = 1.0;      /* of what the supply can push with */
-static const double RATE_MOST = 2.0;       /* of a leg's speed at full opening */
-static const double FOLLOWING_MOST = 0.1;  /* of a stroke */
-static const double PRESSURE_MOST = 2.5;   /* of the supply: a chamber's peaks are below */
-static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge: no pressure is below vacuum, */
-static const double PRESSURE_SPAN = 0.5;   /* and a sensor lies that is this share of the
-                                            * supply below it */
-static const double STEPS_LEAST = 5.0;     /* of a transducer: a smaller limit trips on rounding */
+/* A limit protects only if the machine can exceed it, and if it trips before harm is done. */
+static const double FORCE_MOST = 1.0;      /* share of the supply's largest force */
+static const double RATE_MOST = 2.0;       /* relative to a leg's speed at full opening */
+static const double FOLLOWING_MOST = 0.1;  /* share of a stroke */
+static const double PRESSURE_MOST = 2.5;   /* relative to the supply; a chamber's peaks are lower */
+static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge pressure of a vacuum, the lowest
+                                                     * possible */
+static const double PRESSURE_SPAN = 0.5;   /* share of the supply; a reading this far below a
+                                            * vacuum means a faulty sensor */
+static const double STEPS_LEAST = 5.0;     /* steps of a transducer; a smaller limit trips on
+                                            * rounding */
 
 /* Findings about the limits, one line each, and their remedies. */
 struct saying {
@@ -67,8 +69,7 @@ static void leg_rate(struct saying *s, const struct params *p, const struct loop
         p->limits.leg_rate_mps, cycle_m, step_m);
 }
 
-/* Checks following_m and standstill_m, both lengths, against the stroke and the step of the
- * transducer. */
+/* Checks following_m and standstill_m, both lengths, against stroke and transducer step. */
 static void following(struct saying *s, const struct params *p) {
     const struct {
         const char *key;
@@ -105,7 +106,7 @@ static void pressures(struct saying *s, const struct params *p) {
         PRESSURE_LEAST_PA);
 }
 
-/* Checks the limits of time: they must ride out a late or bad sample, and a leg must not go far
+/* Checks the limits of time: a late or bad sample must pass, and a leg must not go far
  * meanwhile. */
 static void times(struct saying *s, const struct params *p, const struct loop_check *c) {
     double period_s = p->loop.period_s, patience_s = p->limits.bad_cycles * period_s;
@@ -120,7 +121,7 @@ static void times(struct saying *s, const struct params *p, const struct loop_ch
 }
 
 /* Checks that the range of each pressure channel on the bus reaches the supply's pressure: a
- * reading beyond its range counts as none. */
+ * reading beyond its range counts as missing. */
 static void channels(struct saying *s, const struct doctor *d) {
     const struct params *p = d->params;
     const struct {

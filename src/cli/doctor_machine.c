@@ -15,11 +15,16 @@
 #include "units.h"
 #include "workspace.h"
 
-static const double SINGULAR_NEAR = 0.25; /* of the way from neutral to the ends of the strokes */
-static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* of the upper joints' distance */
-static const double FEED_FORWARD_MOST = 1.35; /* of the value that suits: a leg runs ahead */
-static const double FOLLOWING_SHARE = 0.7; /* of limits.following_m: the rest is for all else */
-static const double USELESS = 0.2; /* of a stroke beyond its end: left over from another machine */
+static const double SINGULAR_NEAR = 0.25; /* share of the path from neutral to the ends of the
+                                           * strokes */
+static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* relative to the distance of
+                                                                 * the upper joints */
+static const double FEED_FORWARD_MOST = 1.35; /* relative to the matching value; above, a leg
+                                               * runs ahead */
+static const double FOLLOWING_SHARE = 0.7; /* share of limits.following_m; the rest is for other
+                                            * causes */
+static const double USELESS = 0.2; /* share of a stroke beyond its end; such a limit belongs to
+                                    * another machine */
 
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
 
@@ -46,7 +51,7 @@ struct finding check_kinematics(const struct doctor *d) {
     return f;
 }
 
-/* A singular pose within the strokes is no mistake: most such machines have some, far from where
+/* Singular poses within the strokes are no mistake: most such machines have some, far from where
  * they are driven. */
 struct finding check_workspace(const struct doctor *d) {
     struct error error;
@@ -70,7 +75,6 @@ struct finding check_workspace(const struct doctor *d) {
     return f;
 }
 
-/* The limits of length against the ends of the strokes. */
 struct finding check_strokes(const struct doctor *d) {
     struct error error;
     struct kinematics k;
@@ -90,7 +94,7 @@ struct finding check_strokes(const struct doctor *d) {
                    l->length_max_m[0]);
 }
 
-/* For the eye: with other areas every force of a pressure is another. */
+/* Shows the areas for a visual check, as every force computed from pressures needs them. */
 struct finding check_cylinders(const struct doctor *d) {
     char areas[AREAS_TEXT_SIZE], defaults[CONFIG_DEFAULTS_SIZE];
     const struct actuator_params *a = &d->params->actuator;
@@ -102,8 +106,7 @@ struct finding check_cylinders(const struct doctor *d) {
                    defaults[0] ? "; as in the default configuration: " : "", defaults);
 }
 
-/* Tonnes for kilogrammes, or a mass without its inertia: no body of that mass is so wide or so
- * small. */
+/* Detects tonnes for kilograms, or a mass without its inertia, by the radius of gyration. */
 struct finding check_payload(const struct doctor *d) {
     const struct payload_params *p = &d->params->payload;
     struct kinematics k;
@@ -118,7 +121,6 @@ struct finding check_payload(const struct doctor *d) {
         "%g kg, radii of gyration %.3g to %.3g m; the upper joints lie %.3g m from their middle", p->mass_kg, least_m, most_m, k.arm_m);
 }
 
-/* The simulated machine is made, and put down, as for a run. */
 static int make_machine(const struct doctor *d, struct error *error) {
     struct hal *hal;
     if (d->machine) return STATUS_OK;
@@ -149,8 +151,7 @@ struct finding check_blind_time(const struct doctor *d) {
     return f;
 }
 
-/* SAFETY: on a machine that can hurt somebody an input that is not wired is somebody's
- * decision, and is said. */
+/* SAFETY: reports inputs that are not wired, which must be somebody's decision. */
 struct finding check_interlocks(const struct doctor *d) {
     char wiring[200];
     if (!doctor_drives(d)) return finding_none();
@@ -162,8 +163,7 @@ struct finding check_interlocks(const struct doctor *d) {
                    "%s; one contact each: an input that is stuck closed is not seen", wiring);
 }
 
-/* SAFETY: a loop that is unstable shakes the platform from the first moment; `hexid run` refuses
- * it. */
+/* SAFETY: an unstable loop shakes the platform from the first moment; `hexid run` refuses it. */
 struct finding check_loop(const struct doctor *d) {
     char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
     if (!doctor_drives(d)) return finding_none();
@@ -193,8 +193,8 @@ static double fastest_mps(const struct params *p) {
     return fmax(move_mps, t->multisine ? sum_mps : most_mps);
 }
 
-/* With another feed-forward than the valve's a leg runs ahead of its reference, or behind it, in
- * proportion to its speed: kp has to make up for it. */
+/* With a feed-forward that does not match the valve, a leg runs ahead of its reference or lags,
+ * in proportion to its speed, and kp has to compensate. */
 struct finding check_feed_forward(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct params *p = d->params;
@@ -216,8 +216,7 @@ struct finding check_feed_forward(const struct doctor *d) {
     return f;
 }
 
-/* Says how long the moves take: motion.rate_mps and accel_mps2 may make them longer than was
- * asked for. */
+/* Shows how long the moves take: motion.rate_mps and accel_mps2 may lengthen them. */
 struct finding check_moves(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct motion_params *m = &d->params->motion;

@@ -8,8 +8,8 @@
 
 enum { BAR = 50, LINE_MAX_SIZE = 100 };
 
-/* A line a bin, from the first to the last that has something; bars grow with the logarithm, or the
- * few that matter could not be seen. */
+/* Draws a line for each bin, from the first to the last that is not empty; bars are logarithmic,
+ * so that the few important counts are visible. */
 static void draw(const struct wakeups *w, char *text, size_t size) {
     int first = 0, last = WAKEUP_EDGES;
     size_t used = strlen(text);
@@ -36,9 +36,9 @@ static json_t *numbers(const struct doctor *d, const struct wakeups *w, const do
                      (json_int_t)w->missed, "missed_in_row", (json_int_t)w->missed_in_row, "histogram", bins);
 }
 
-/* Behind hardware the loop faults when it misses loop.overrun_limit deadlines in a row; a command
- * half a period late makes a late sample, and more of those than checks.excluded_pct are a
- * verdict that fails. */
+/* On hardware the loop faults after loop.overrun_limit deadlines missed in a row; a command half
+ * a period late makes a late sample, and more of these than checks.excluded_pct fail the
+ * verdict. */
 struct finding judge_wakeups(const struct doctor *d, const struct wakeups *w) {
     const struct params *p = d->params;
     static const double quantile[] = {0.5, 0.99, 0.999, 1.0};

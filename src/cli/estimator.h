@@ -1,5 +1,5 @@
-/* Method C on a worker thread, which makes the equations of one recording at a time while its
- * caller goes on. The result does not depend on when. All calls from one thread. */
+/* Runs method C on a worker thread, which makes the equations of one recording at a time while
+ * the caller continues. The result does not depend on timing. All calls from one thread. */
 #ifndef HEXID_ESTIMATOR_H
 #define HEXID_ESTIMATOR_H
 
@@ -13,10 +13,10 @@ struct estimator {
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     bool started;
-    /* Under the mutex. */
+    /* Protected by the mutex. */
     enum { ESTIMATOR_IDLE, ESTIMATOR_BUSY, ESTIMATOR_DONE } state;
     bool ends;
-    struct recording recording;   /* the thread's while it is busy */
+    struct recording recording;   /* belongs to the worker while it is busy */
     struct equations equations;
     struct error error;
 };
@@ -24,18 +24,17 @@ struct estimator {
 /* -3: no thread. */
 int estimator_start(struct estimator *e, struct error *error);
 
-/* Waits for what is under way and drops it. Also for one that was never started (zeroed). */
+/* Waits for the current work and discards it. Accepts one that was never started (zeroed). */
 void estimator_stop(struct estimator *e);
 
-/* Takes the recording over with its samples, and leaves an empty one. The estimator must be
- * idle. */
+/* Takes over the recording with its samples and leaves an empty one. The estimator must be idle. */
 void estimator_give(struct estimator *e, struct recording *recording);
 
-/* Would estimator_take() have something at once? */
+/* True if estimator_take() would return a result at once. */
 bool estimator_ready(struct estimator *e);
 
-/* The result: the equations, or error->status and why there are none. False: nothing was given or,
- * without `wait`, it is not ready. */
+/* Returns the equations, or in error->status the reason why there are none. False: nothing was
+ * given or, without `wait`, it is not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
 /* The same in the calling thread: recording_check(), method_c_check(), method_c_equations(). */

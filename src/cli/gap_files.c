@@ -50,7 +50,7 @@ static int write_report(const struct options *o, const struct gap_result *r, con
     return status;
 }
 
-/* In the directory that is made for the others, and in none that would have to be made in it. */
+/* True for a path directly in the directory that will be created, not in a subdirectory. */
 static bool is_inside(const char *path, const char *directory) {
     size_t length = strlen(directory);
     while (length > 1 && directory[length - 1] == '/') length--;
@@ -68,7 +68,6 @@ int gap_files_check(const struct options *o, struct output *json, struct error *
     return o->json && (there || !is_inside(o->json, o->output)) ? output_prepare(json, o->json, OUTPUT_RESULT, error) : STATUS_OK;
 }
 
-/* The configuration, headed by what it is. */
 static char *model_text(const struct gap_result *r) {
     char *config = config_text(&r->model), *text = NULL;
     if (config && asprintf(&text, "# hexid gap, %s: %s\n%s", gap_verdict_names[r->verdict], r->reason, config) < 0) text = NULL;

@@ -1,5 +1,5 @@
-/* What hexid gap leaves behind: files in a directory, and a message. A file appears under its name
- * only when it is whole. */
+/* Writes the results of hexid gap: files in a directory, and a message. A file appears under its
+ * name only when it is complete. */
 #ifndef HEXID_GAP_FILES_H
 #define HEXID_GAP_FILES_H
 
@@ -8,18 +8,18 @@
 #include "recording.h"
 #include "waves.h"
 
-/* Can they be written there? Asked before time is spent on results that cannot be kept; nothing is
- * made yet. json: for o->json, prepared; not where it will be in the directory that is to be made.
- * -2, -3. */
+/* Checks that the results can be written, before time is spent on them; creates nothing. json:
+ * prepared for o->json unless that lies in the directory still to be created. -2, -3. */
 int gap_files_check(const struct options *o, struct output *json, struct error *error);
 
-/* model.yaml, gap.json, then report.html, in o->output; gap.json in o->json too. closed_loop: of a
- * result that is simulated. -3 when one was not written; those before it are there. Pictures that
- * could not be drawn are missing in the page and are an error, too. */
+/* Writes model.yaml, gap.json and report.html to o->output, and gap.json also to o->json.
+ * closed_loop: waveforms of a simulated result. -3 if a file was not written; earlier ones
+ * remain. Figures that could not be drawn are missing in the page, which is an error too. */
 int gap_files_write(const struct options *o, struct output *json, const struct gap_result *result, const struct recording *measured,
                     const struct waves *closed_loop, struct error *error);
 
-/* HEXID_GAP where lcm.url names a bus; without a bus a warning, for the stream is for watching. */
+/* Sends HEXID_GAP if lcm.url names a bus; a failure is only a warning, because the stream is
+ * only for watching. */
 void gap_files_publish(const struct params *params, const struct gap_result *result);
 
 #endif

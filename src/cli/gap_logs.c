@@ -12,16 +12,16 @@
 
 _Static_assert((int)LOGS_MAX <= (int)RECORDING_RUNS, "a run a log");
 
-/* What a recording has to say, of which log it says it. */
+/* Adds the log's name to a recording's error. */
 static int of_log(const char *path, int status, struct error *error) {
     if (!status) return STATUS_OK;
     struct error reason = *error;
     return error_set(error, status, "%.100s: %.280s", path, reason.text);
 }
 
-/* The log's own configuration: it tells a platform from an axis, and another log's tests, whose
- * frequency and amplitudes are not the model's. The first log may have none, or one that is no
- * longer understood. */
+/* Reads the log's own configuration, which tells a platform from an axis, and contains the
+ * frequencies and amplitudes of its tests. The first log may lack it, or have one in an outdated
+ * form. */
 static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
     static const char *const machine[] = {[MECHANISM_STEWART] = "six legs", [MECHANISM_AXIS] = "one axis"};
     struct params *own = calloc(1, sizeof *own);
@@ -36,20 +36,19 @@ static int begin(const char *path, const struct log_event *event, struct recordi
     return status;
 }
 
-/* The test under way. */
 struct test {
     struct cycle last; /* test -1: none */
-    int recorded;      /* tests of the recording before it */
+    int recorded;      /* tests in the recording before it */
 };
 
-/* Notes it where the recording has nothing of it. */
+/* Notes a test of which the recording has nothing. */
 static void end_test(const struct test *t, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
     size_t used = strlen(left_out);
     if (t->last.test < 0 || t->last.dof == DOF_NONE || r->tests > t->recorded) return;
     snprintf(left_out + used, GAP_LEFT_OUT_SIZE - used, "%s%s", used ? ", " : "", dof_names[t->last.dof]);
 }
 
-/* Before the recording takes the cycle. */
+/* To be called before the recording takes the cycle. */
 static void follow_test(struct test *t, const struct cycle *c, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
     bool same = c->test == t->last.test && c->dof == t->last.dof && c->test_time_s > t->last.test_time_s;
     if (!same) end_test(t, r, left_out), t->recorded = r->tests;
@@ -76,7 +75,7 @@ static int add(const char *path, int run, struct recording *r, char left_out[GAP
     return status;
 }
 
-/* Before anything is held against the motion: with other areas all of it is another machine's. */
+/* Checks the areas first, because with wrong ones every force would be another machine's. */
 static int check_areas(const char *path, const struct recording *r, struct error *error) {
     char areas[AREAS_TEXT_SIZE];
     if (!r->measured.pressures || areas_stated(r->params)) return STATUS_OK;

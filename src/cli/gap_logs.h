@@ -7,12 +7,12 @@
 
 enum { GAP_LEFT_OUT_SIZE = 200 };
 
-/* Tests of each log of which no sample is in the ramp-in or the evaluated part: "y, phi". */
+/* Tests of each log without any sample in the ramp-in or the evaluated part: "y, phi". */
 typedef char gap_left_out[LOGS_MAX][GAP_LEFT_OUT_SIZE];
 
-/* Adds all logs of one machine, each a run, to a recording that recording_init() has begun, and
- * checks it. run: of one log that holds several (log_runs.h), else 0. Negative with the log's name
- * and what is wrong with it. */
+/* Adds all logs of one machine, each a run, to a recording initialised by recording_init(), and
+ * checks it. run: number in a single log that holds several (log_runs.h), else 0. Negative with
+ * the log's name and the reason. */
 int gap_logs_load(int logs, const char *const *path, int run, struct recording *r, gap_left_out left_out, struct error *error);
 
 #endif

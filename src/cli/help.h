@@ -1,6 +1,6 @@
-/* The subcommands and what `--help` says of them. The manual pages (config/manual.awk) and the
- * completion of the shell (config/hexid.bash) are made of these texts: an option stands in a line
- * of its own, after two blanks. */
+/* The subcommands and their texts for `--help`. The manual pages (config/manual.awk) and the
+ * shell's completion (config/hexid.bash) are generated from these texts: each option starts a
+ * line, after two blanks. */
 #ifndef HEXID_HELP_H
 #define HEXID_HELP_H
 
@@ -13,10 +13,10 @@ struct subcommand {
     int (*run)(int argc, char **argv);
 };
 
-/* NULL: there is none of this name. */
+/* NULL: no such subcommand. */
 const struct subcommand *help_find(const char *name);
 
-/* The name that a misspelt one may stand for, NULL where none is near. */
+/* The subcommand nearest to a misspelt name; NULL if none is near. */
 const char *help_nearest(const char *name);
 
 void help_print(const struct subcommand *s);

@@ -8,7 +8,7 @@
 #include "messages.h"
 #include "printable.h"
 
-/* The configuration in the log's first event, changed by --set; or the file given by -c. */
+/* Reads the configuration from the log's first event, changed by --set; or from the file of -c. */
 static int read_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,
                        struct error *error) {
     if (o->config) return options_params(o, params, error);

@@ -1,5 +1,5 @@
-/* Reads a log from beginning to end for `hexid identify` and `hexid report`: its configuration, and
- * what is computed from its cycles. */
+/* Reads a whole log for `hexid identify` and `hexid report`: configuration and analysis of its
+ * cycles. */
 #ifndef HEXID_LOG_ANALYSIS_H
 #define HEXID_LOG_ANALYSIS_H
 
@@ -7,17 +7,17 @@
 #include "cli.h"
 
 struct log_analysis {
-    struct params params;        /* the log's own, changed by --set; or of -c */
+    struct params params;        /* the log's own, changed by --set; or from -c */
     struct analysis analysis;    /* with method C */
     struct verdict verdict;
-    int64_t began_us;            /* of the log's clock: since 1970, in virtual time since the run's
-                                  * start */
-    int64_t cut;                 /* byte up to which it could be read; -1: whole */
+    int64_t began_us;            /* start on the log's clock: since 1970, or in virtual time
+                                  * since the start of the run */
+    int64_t cut;                 /* byte up to which it was readable; -1: the whole log */
 };
 
-/* To be released by log_analysis_free(), also when this failed: -3 no log; -2 no
- * machine, or nothing in it to identify. A log that is cut off is warned about, and
- * evaluated as far as it goes. */
+/* To be released by log_analysis_free(), also after a failure. -3: no log; -2: not a possible
+ * machine, or nothing to identify. A truncated log causes a warning and is evaluated up to that
+ * point. */
 int log_analysis_read(struct log_analysis *l, const struct options *o, const char *path, struct error *error);
 void log_analysis_free(struct log_analysis *l);
 

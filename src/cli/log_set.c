@@ -8,7 +8,7 @@
 
 enum { BLOCK = 1 << 16 };
 
-/* Regular files: another kind is refused by those who open it. */
+/* Compares regular files; other kinds are refused when they are opened. */
 static bool same_bytes(const char *a, const char *b) {
     char *block = malloc(2 * BLOCK);
     FILE *file[2] = {fopen(a, "rb"), fopen(b, "rb")};

@@ -9,22 +9,23 @@
 #include "number_text.h"
 #include "units.h"
 
-/* Damping ratios of what is proposed: first that of the shipped machines. */
+/* Damping ratios wanted of a proposal; first those of the shipped machines. */
 static const struct wanted {
     double neutral, away;
-} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* the last: at neutral only */
+} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* the last one only at neutral */
 enum { WANTED = sizeof wanted / sizeof *wanted };
-static const double TRIED = 0.8;           /* of the way to the nearest end of a stroke */
-static const double SEARCH = 10.0;         /* m, rad: further than any stroke goes */
+static const double TRIED = 0.8;           /* share of the path to the nearest end of a stroke */
+static const double SEARCH = 10.0;         /* m, rad; longer than any stroke */
 enum { WAY = 8, PLACES = 1 + WAY + 2 * DOFS, HALVINGS = 30, STEPS_PER_DECADE = 20, DECADES = 4 };
 
-/* The machine wherever it may be held: first at neutral, then on its way down and at the ends. */
+/* The loop in all poses where the machine may be held: neutral, down to parking, and at the
+ * ends. */
 struct places {
     int count;
     struct loop_place place[PLACES];
 };
 
-/* Every leg within its share of the way from neutral to either end. */
+/* True if every leg is within its share of the path from neutral to either end. */
 static bool within(const struct kinematics *k, const struct params *p, const double pose[DOFS]) {
     double length_m[LEGS];
     ik_lengths(k, pose, length_m);
@@ -53,7 +54,7 @@ static void add(struct places *all, const struct params *p, int dof, double valu
     if (loop_place_find(&all->place[all->count], p, pose, delay_s)) all->count++;
 }
 
-/* False: the platform is not held up at neutral. */
+/* False if the supply cannot hold the platform up at neutral. */
 static bool find_places(struct places *all, const struct params *p, bool bus) {
     struct kinematics k;
     double delay_s = bus ? p->loop.period_s : 0.0;
@@ -71,7 +72,7 @@ static bool loop_grows(const struct loop_worst *w) { return !w->known || !(w->po
 
 static double damping_of(const struct loop_worst *w) { return w->known ? loop_pole_damping(&w->pole) : -1.0; }
 
-/* The least damping in all poses but neutral. */
+/* The least damping in all poses except neutral. */
 static struct loop_worst worst_away(const struct places *all, const struct params *p, const double **pose) {
     struct loop_worst worst = {0};
     for (int i = 1; i < all->count; i++) {
@@ -83,7 +84,7 @@ static struct loop_worst worst_away(const struct places *all, const struct param
     return worst;
 }
 
-/* Two digits, as one would set it. */
+/* Rounds to two digits, as a person would set it. */
 static double rounded(double x) {
     char text[16];
     snprintf(text, sizeof text, "%.1e", x);
@@ -109,9 +110,9 @@ static bool suits(const struct places *all, const struct params *p, const struct
     return all->count == 1 || damping_of(&away) >= w->away;
 }
 
-/* The change of one gain, nearest to its value, that suits. Returns by how many steps of its
- * logarithm, those upwards counted double: a gain is raised where lowering would take much more. 0:
- * none. */
+/* Finds the smallest suitable change of one gain. Returns its size in logarithmic steps;
+ * increases count double, so a gain is raised only if lowering would need a much larger change.
+ * 0: none. */
 static int find_change(const struct places *all, const struct params *p, int gain, const struct wanted *w, double *value, double *damping) {
     struct params tried = *p;
     double now = *gain_of(&tried.control, gain);
@@ -139,7 +140,7 @@ static void find_remedy(const struct places *all, const struct params *p, struct
     }
 }
 
-/* The valve's mean speed in both directions: a leg is moved as far out as in. */
+/* Uses the valve's mean speed of both directions, because a leg moves out as far as in. */
 static void find_feed_forward(const struct loop_place *neutral, struct loop_check *c) {
     for (int i = 0; i < LEGS; i++) c->out_mps += neutral->out_mps[i] / LEGS, c->in_mps += neutral->in_mps[i] / LEGS;
     c->kff_suits = 2.0 / (c->out_mps + c->in_mps);
@@ -167,7 +168,7 @@ struct loop_check loop_check(const struct params *params, bool bus) {
     return c;
 }
 
-/* "z at 12.3 Hz, damping -0.02"; a real pole that grows has no frequency. */
+/* "z at 12.3 Hz, damping -0.02"; a growing real pole has no frequency. */
 static int describe_mode(const struct loop_worst *w, char *text, size_t size) {
     if (!w->known) return snprintf(text, size, "its numbers are beyond computing");
     if (w->pole.radps > 0.0)
@@ -181,7 +182,6 @@ static void describe_pose(const double pose[DOFS], char text[40]) {
         if (pose[i] != 0.0) snprintf(text, 40, "%s %.3g %s", dof_names[i], pose[i], i < DOF_PHI ? "m" : "rad");
 }
 
-/* Text for the worst pose other than neutral. */
 static void describe_away(const struct loop_check *c, char *text, size_t size) {
     char pose[40] = "neutral", mode[80];
     describe_pose(c->away_pose, pose);

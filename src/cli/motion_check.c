@@ -10,29 +10,28 @@
 #include "reference.h"
 #include "trajectory_file.h"
 
-static const double stop_every = 0.1;   /* of the ramp-out: its steepest part is hit
-                                         * to within a hundredth */
-/* of at least so many, each period has cycles near all its phases */
+static const double stop_every = 0.1;   /* share of the ramp-out; its steepest part is hit to
+                                         * within a hundredth */
+/* with at least so many cycles in a period, each period has cycles near all phases */
 enum { PERIOD_TICKS = 64 };
-/* halvings of what is not known of the scale: a hundredth */
+/* halvings of the interval of the scale, down to a hundredth */
 enum { SCALES = 7 };
 
-/* Where the walk is. */
 struct instant {
-    enum dof dof;                       /* of the test */
-    double time_s;                      /* of the test, */
-    bool stopped;                       /* stopped in it at stop_s */
+    enum dof dof;                       /* test's axis */
+    double time_s;                      /* in the test */
+    bool stopped;                       /* stopped at stop_s */
     double stop_s;
 };
 
-/* What is beyond a limit. */
+/* A limit that is exceeded. */
 struct excess {
     const char *what, *unit;            /* "length", "m" */
-    double value, least, rest, most;    /* rest: the value at neutral, from which both limits
-                                         * count */
-    const char *below, *above;          /* the keys of either limit */
+    double value, least, rest, most;    /* rest: value at neutral, from which both limits are
+                                         * counted */
+    const char *below, *above;          /* keys of the limits */
     int leg;
-    double share;                       /* of the limit: above 1 */
+    double share;                       /* share of the limit; above 1 */
     struct instant at;
 };
 
@@ -42,15 +41,14 @@ struct walk {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
-    double scale;                       /* of the poses */
-    double length_m[3][LEGS];           /* of the last three cycles */
+    double scale;                       /* factor on the poses */
+    double length_m[3][LEGS];           /* in the last three cycles */
     struct instant at;
-    bool to_the_end;                    /* also where something is beyond its
-                                         * limit: which is farthest? */
+    bool to_the_end;                    /* continue after an excess, to find the largest */
     struct excess worst;
 };
 
-/* False ends the walk: the value is beyond, as what is not a number is. */
+/* Returns false, which ends the walk, if the value exceeds a limit or is NaN. */
 static bool within(struct walk *w, int leg, struct excess e) {
     if (e.value >= e.least && e.value <= e.most) return true;
     e.share = (e.value - e.rest) / ((e.value < e.rest ? e.least : e.most) - e.rest);
@@ -87,7 +85,7 @@ static bool check_rate(struct walk *w, int leg, double rate_mps) {
                                   .above = "limits.leg_rate_mps"});
 }
 
-/* Force and flow; positive forces push the leg out. */
+/* Checks force and flow; positive forces push the leg out. */
 static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
     static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s and supply_pa";
     const struct hydraulics_params *h = &w->params->hydraulics;
@@ -101,7 +99,7 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
                            .most = fmin(push_n, most_n),
                            .below = most_n < pull_n ? "limits.force_n" : "hydraulics.supply_pa",
                            .above = most_n < push_n ? "limits.force_n" : "hydraulics.supply_pa"};
-    /* it has no flow, then */
+    /* such a force leaves no flow */
     if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force);
     return within(w, leg,
                   (struct excess){.what = "rate",
@@ -113,7 +111,7 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
                                   .above = flow});
 }
 
-/* The cycle before the last one, by differences. */
+/* Checks the cycle before the last one, by differences. */
 static bool check_cycle(struct walk *w) {
     double dt_s = w->params->loop.period_s, force_n[LEGS];
     struct inverse_dynamics_input in = {0};
@@ -121,7 +119,7 @@ static bool check_cycle(struct walk *w) {
         double before_m = w->length_m[0][k], now_m = w->length_m[1][k], next_m = w->length_m[2][k];
         in.leg[k][0] = now_m, in.leg[k][1] = (next_m - before_m) / (2 * dt_s);
         in.leg[k][2] = (next_m - 2 * now_m + before_m) / (dt_s * dt_s);
-        /* seals slide: no deflection is larger */
+        /* largest possible deflection: the seals slide */
         in.deflection[k] = inverse_dynamics_direction(in.leg[k][1], in.leg[k][2], dt_s);
         if (!check_length(w, k) || !check_rate(w, k, in.leg[k][1])) return false;
     }
@@ -141,7 +139,6 @@ static bool take(struct walk *w, const struct reference_sample *s) {
     return check_cycle(w);
 }
 
-/* From where it is to its end. */
 static bool walk_on(struct walk *w, struct reference *r) {
     const struct params *p = w->params;
     for (bool done = false; !done;) {
@@ -162,14 +159,14 @@ static bool walk_stopped(struct walk *from, const struct reference *r) {
     return ok;
 }
 
-/* After which the motion repeats; infinite: it does not. */
+/* Period of the motion; infinite if it does not repeat. */
 static double period_s(const struct walk *w, enum dof dof) {
     if (dof != DOF_NONE) return 1.0 / w->params->tests.hz[dof];
     return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
 }
 
-/* What repeats is stopped in the ramp-in and one period; and before its end, where a trajectory's
- * ramp-out runs past its last pass. */
+/* True if a stop is tried here: a motion that repeats is stopped in its ramp-in and one period;
+ * a trajectory also near its end, where the ramp-out runs beyond the last pass. */
 static bool stops_here(const struct walk *w, const struct reference *r) {
     const struct test_params *t = &w->params->tests;
     double dt_s = w->params->loop.period_s, period = period_s(w, r->dof) / dt_s, ramp = t->ramp_s / dt_s, ramp_out = t->ramp_out_s / dt_s;
@@ -179,12 +176,12 @@ static bool stops_here(const struct walk *w, const struct reference *r) {
     return period < PERIOD_TICKS || since <= period || (w->trajectory && left <= ramp_out + period);
 }
 
-/* One test: to its end, and stopped again and again. It begins at rest at neutral. */
+/* Walks through one test to its end, and again with stops. It begins at rest at neutral. */
 static bool walk_test(struct walk *w, enum dof dof) {
     const struct params *p = w->params;
     struct reference r;
     reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
-    r.ticks = -2; /* it settled before */
+    r.ticks = -2; /* after settling at neutral */
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m[k];
     w->at = (struct instant){.dof = dof};
@@ -207,7 +204,7 @@ static bool walk_all(struct walk *w, double scale) {
     return true;
 }
 
-/* The largest hundredth of the motion that is within all limits; 0: none. */
+/* The largest scale in hundredths with which the motion is within all limits; 0: none. */
 static double find_scale(struct walk *w) {
     int low = 0, high = 100;
     for (int i = 0; i < SCALES && high - low > 1; i++) {
@@ -226,7 +223,7 @@ static int refuse(struct walk *w, struct error *error) {
     const struct test_params *t = &w->params->tests;
     bool single = tests_single(t);
     char stopped[48] = "", remedy[200];
-    /* a trajectory's own time */
+    /* start of the trajectory's own time */
     double scale = find_scale(w), from_s = w->trajectory ? t->ramp_s : 0.0;
     bool below = e.value < e.least;
     if (e.at.stopped) snprintf(stopped, sizeof stopped, " (stopped at %.3f s)", e.at.stop_s - from_s);

@@ -4,12 +4,12 @@
 
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *c) {
     if (c->test < 0 || c->dof != DOF_NONE) return;
-    if (c->test_time_s < m->test_time_s) *m = (struct motion_result){0}; /* another one begins */
+    if (c->test_time_s < m->test_time_s) *m = (struct motion_result){0}; /* a new motion begins */
     m->test_time_s = c->test_time_s;
     m->cycles++;
     if (c->phase != PHASE_EVALUATE) return;
     double end_s = params->tests.ramp_s + params->tests.duration_s;
-    /* its last cycle, but for rounding */
+    /* up to its last cycle, with a margin for rounding */
     m->complete = c->test_time_s > end_s - 2.5 * params->loop.period_s;
     if (c->in.flags) m->excluded++;
     else m->samples++;

@@ -1,6 +1,6 @@
-/* The result of a test of no axis, that is a trajectory or a multisine; of the last one where there
- * are several. How far the platform was from the reference is reported, not judged: no limit is
- * stated for it. */
+/* Result of a test that belongs to no axis: a trajectory or a multisine; the last one if there
+ * are several. The platform's deviation from the reference is reported but not judged, because
+ * no limit is stated for it. */
 #ifndef HEXID_MOTION_RESULT_H
 #define HEXID_MOTION_RESULT_H
 
@@ -8,17 +8,17 @@
 #include "verdict.h"
 
 struct motion_result {
-    int64_t cycles;              /* of such tests, in any phase */
-    int64_t samples, excluded;   /* of the evaluated part */
-    double off_m, off_rad;       /* farthest from the reference on an axis, in the samples */
+    int64_t cycles;              /* cycles of such tests, in any phase */
+    int64_t samples, excluded;   /* in the evaluated part */
+    double off_m, off_rad;       /* largest deviation from the reference on an axis */
     bool complete;
-    double test_time_s;          /* of the last cycle */
+    double test_time_s;          /* time of the last cycle */
 };
 
-/* The next cycle, of whatever kind. */
+/* Takes the next cycle, of any kind. */
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *cycle);
 
-/* Adds to the verdict what such a test can fail: not complete, or too many samples excluded. */
+/* Adds to the verdict the failures of such a test: not complete, or too many samples excluded. */
 void motion_judge(const struct motion_result *m, const struct params *params, struct verdict *verdict);
 
 #endif

@@ -6,7 +6,7 @@
 #include "units.h"
 
 static const int64_t answer_patience_ns = NS_PER_S / 2;
-static const int64_t said_every_ns = NS_PER_S / 5; /* refusals at the terminal */
+static const int64_t said_every_ns = NS_PER_S / 5; /* interval of messages about refusals */
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports) {
     *o = (struct operator){.params = params, .loop = loop, .ports = *ports};
@@ -19,9 +19,8 @@ static void answer(struct operator *o, uint64_t peer, uint32_t id, enum outcome 
     o->ports.answer(o->ports.context, peer, &a);
 }
 
-/* Refuses a request and answers it. Anybody on this host can be refused ten thousand times a
- * second, so the terminal and the bus hear of it only a few times a second, with the number of
- * refusals. */
+/* Refuses a request and answers it. Any program on this host can cause ten thousand refusals a
+ * second, so the terminal and the bus report them only a few times a second, with their number. */
 static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command command, const char *why, int64_t now_ns) {
     char text[COMMAND_TEXT_SIZE + 100], more[64] = "";
     answer(o, peer, id, OUTCOME_REFUSED, 0.0, why);
@@ -35,7 +34,7 @@ static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command 
     o->refused = true, o->refused_ns = now_ns, o->unsaid = 0;
 }
 
-/* Tells whether the loop has looked at this request or at a later one. */
+/* Tells whether the loop has processed this request or a later one. */
 static bool reached(const struct operator *o, uint32_t request_id) { return (int32_t)(loop_acted(o->loop).request_id - request_id) >= 0; }
 
 /* Tells whether a stop waits for the loop. The mailbox holds one request only, so a later one
@@ -44,8 +43,8 @@ static bool stop_under_way(const struct operator *o) { return o->stop_id && !rea
 
 /* ---- requests ---- */
 
-/* Remembers that a peer is owed an answer. A peer asks one thing at a time, so of two stops only
- * the later one is answered. */
+/* Remembers a pending answer. A peer has one request at a time, so of two stops only the later
+ * one is answered. */
 static void owe(struct operator *o, const struct operator_waiting *w) {
     int place = -1;
     if (!w->peer) return;
@@ -56,16 +55,15 @@ static void owe(struct operator *o, const struct operator_waiting *w) {
     if (place >= 0) o->stop[place] = *w;
 }
 
-/* SAFETY: a stop does not undo a park, and nothing that moves takes its place before the loop has
- * seen it. */
+/* SAFETY: a stop does not cancel a park, and no moving command replaces an unseen stop. */
 static void post_stop(struct operator *o, enum command command) {
     if (stop_under_way(o) && o->stop_command == COMMAND_PARK) command = COMMAND_PARK;
     o->stop_id = mailbox_post(&o->loop->requests, command);
     o->stop_command = command;
 }
 
-/* SAFETY: who may not move the machine does not; nor does anybody where the configuration forbids
- * it, past a stop, or beside another operator. */
+/* SAFETY: refuses a moving command from a peer without permission, if the configuration forbids
+ * it, while a stop is pending, or beside another operator. */
 static void move(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
     const char *why = NULL;
     int leases = 0;
@@ -101,7 +99,7 @@ static void renew(struct operator *o, uint64_t peer, const struct command_reques
 }
 
 void operator_take(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
-    /* SAFETY: first of all, and from anybody */
+    /* SAFETY: stops come first, from anybody */
     if (command_stops(r->command)) {
         post_stop(o, r->command);
         owe(o, &(struct operator_waiting){peer, r->id, o->stop_id, r->command, now_ns});
@@ -115,13 +113,13 @@ static void grant_lease(struct operator *o, const struct operator_waiting *w, in
     struct operator_lease *lease = lease_of(o, w->peer);
     for (int i = 0; !lease && i < OPERATOR_LEASES; i++)
         if (!o->lease[i].peer || o->lease[i].over) lease = &o->lease[i];
-    /* who engaged and then starts the tests still answers for the platform */
+    /* a peer that engaged and then starts the tests remains responsible for the platform */
     bool engaged = lease && lease->peer == w->peer && !lease->over && lease->command == COMMAND_ENGAGE;
     if (lease) *lease = (struct operator_lease){.peer = w->peer, .command = engaged ? COMMAND_ENGAGE : w->command, .heard_ns = now_ns};
 }
 
-/* SAFETY: a request that is refused or taken back is not acted upon later: this takes its place in
- * the mailbox, or undoes it. */
+/* SAFETY: replaces a refused or withdrawn request in the mailbox, or undoes it, so that it is
+ * not acted on later. */
 static void withdraw(struct operator *o) {
     post_stop(o, o->move.command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
     o->moves = false;
@@ -151,8 +149,8 @@ static void answer_move(struct operator *o, int64_t now_ns) {
     }
 }
 
-/* SAFETY: a stop waits for a loop that stalls, for however long. One that a later stop has replaced
- * is done with that. */
+/* SAFETY: a stop waits for a stalled loop for any time. A stop that a later one replaced counts
+ * as done when that is. */
 static void answer_stops(struct operator *o) {
     struct loop_acted acted = loop_acted(o->loop);
     for (int i = 0; i < OPERATOR_STOPS; i++) {
@@ -170,8 +168,8 @@ static void answer_stops(struct operator *o) {
 
 /* ---- leases ---- */
 
-/* SAFETY: an operator who went away does not leave a machine in motion. Asked again until it is
- * seen, whatever takes its place in the mailbox. */
+/* SAFETY: a machine must not stay in motion after its operator is gone. The park request is
+ * repeated until the loop has seen it, even if another one replaces it in the mailbox. */
 static void watch_lease(struct operator *o, struct operator_lease *lease, bool gone, int64_t now_ns) {
     enum state state = loop_acted(o->loop).state;
     lease->over |= !supervisor_powers(state) || (lease->command == COMMAND_START && state != STATE_TESTING);
@@ -187,7 +185,7 @@ static void watch_lease(struct operator *o, struct operator_lease *lease, bool g
 }
 
 void operator_gone(struct operator *o, uint64_t peer, int64_t now_ns) {
-    answer_move(o, now_ns); /* perhaps the loop has acted on it, and it has a lease by now */
+    answer_move(o, now_ns); /* the loop may have acted on it already, so that there is a lease */
     if (o->moves && o->move.peer == peer) {
         withdraw(o);
         o->ports.say(o->ports.context, "the operator's connection has ended before the command was acted upon: taken back");

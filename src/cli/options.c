@@ -16,7 +16,7 @@
 #include "messages.h"
 #include "printable.h"
 
-/* above a fifth of it method C calls an entry not determined */
+/* above a fifth of the value, method C calls an entry undetermined */
 static const double STD_LEAST_PCT = 0.01, STD_MOST_PCT = 10.0;
 
 static const struct option long_options[] = {
@@ -53,13 +53,13 @@ static const struct option long_options[] = {
     {"machine", required_argument, NULL, 'N'},
     {"run", required_argument, NULL, 'U'},
     {"once", no_argument, NULL, '1'},
-    {"json", no_argument, NULL, 'J'}, /* of what goes on and on: lines on standard output */
+    {"json", no_argument, NULL, 'J'}, /* continuous output: lines on standard output */
     {0},
 };
 
 enum { LONG_OPTIONS = sizeof long_options / sizeof *long_options };
 
-/* Of the two kinds of --json a subcommand has one. */
+/* Removes one of the two kinds of --json; a subcommand has only one. */
 static void leave_out(char kind, struct option own[LONG_OPTIONS]) {
     for (const struct option *o = long_options;; o++) {
         if (o->val != kind) *own++ = *o;
@@ -97,7 +97,7 @@ static int set_size(const char *option, const char *text, double *bytes, struct 
     return STATUS_OK;
 }
 
-/* Each part begins with the configuration. */
+/* Each part repeats the configuration, which limits the least size. */
 static int set_log_part(struct options *o, const char *text, struct error *error) {
     static const double least_bytes = 1e5;
     int status = set_size("--log-part", text, &o->log_part_bytes, error);
@@ -226,7 +226,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     }
 }
 
-/* A suggestion is made of a long name alone, and of those that the subcommand takes. */
+/* Suggests only long options that the subcommand takes. */
 static int unknown_option(const char *command, const char *name, const char *allowed, struct error *error) {
     const char *word = name + strspn(name, "-"), *nearest = NULL;
     int best = edit_distance_too_far(word);

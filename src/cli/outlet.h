@@ -1,7 +1,7 @@
-/* A way to a terminal, pipe or file that never holds the writer up: lines go into a pipe, and
- * a thread of its own copies them to where they belong. SAFETY: a terminal that stalls (a
- * hung ssh) or a reader that sleeps must not keep anybody from stopping the machine; what
- * does not fit is dropped. */
+/* Writes to a terminal, pipe or file without ever delaying the writer: lines go into a pipe, and
+ * a thread copies them to their destination. SAFETY: a stalled terminal (a hung ssh) or a
+ * sleeping reader must not keep anybody from stopping the machine; lines that do not fit are
+ * dropped. */
 #ifndef HEXID_OUTLET_H
 #define HEXID_OUTLET_H
 
@@ -11,20 +11,19 @@
 
 struct outlet {
     FILE *out;               /* write here, then outlet_flush(); any thread */
-    int from, to;            /* the pipe's other end; the file it is copied to */
+    int from, to;            /* read end of the pipe; destination */
     pthread_t thread;
-    _Atomic long copied;     /* how often something was written to `to` */
+    _Atomic long copied;     /* number of writes to `to` */
 };
 
-/* Ordinary threads. 0, or -1: no pipe or no thread. */
+/* Ordinary threads. 0, or -1 without a pipe or a thread. */
 int outlet_open(struct outlet *o, int to);
 
-/* Hands over what was written since the last flush, whole, or drops it. At most 4096
- * bytes stay whole. */
+/* Passes on the text since the last flush, or drops all of it. Up to 4096 bytes stay together. */
 void outlet_flush(struct outlet *o);
 
-/* Waits until all has been copied, for as long as copying goes on; gives up after a second without
- * progress: false, and the outlet stays in use by its thread until the process ends. */
+/* Waits until everything is copied, as long as copying makes progress; after a second without
+ * progress it returns false, and the thread keeps using the outlet until the process ends. */
 bool outlet_close(struct outlet *o);
 
 #endif

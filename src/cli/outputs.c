@@ -11,12 +11,12 @@
 enum { READ_MAX = OPERANDS_MAX + LOGS_MAX + 3, WRITTEN_MAX = 6 };
 
 struct file {
-    const char *what;        /* "--json"; of one that is read: what it is */
+    const char *what;        /* "--json", or a description of an input */
     const char *name;
-    char text[PATH_MAX];     /* of a name that was made here */
+    char text[PATH_MAX];     /* for a name made here */
     struct stat state;
     bool there, in_place;
-    char folder[PATH_MAX];   /* of its place, and the name in it */
+    char folder[PATH_MAX];   /* directory of the path, and the name in it */
     const char *last;
 };
 
@@ -46,18 +46,18 @@ static void writes(struct use *u, const char *option, const char *name) {
 
 static bool same_file(const struct stat *a, const struct stat *b) { return a->st_dev == b->st_dev && a->st_ino == b->st_ino; }
 
-/* Devices and terminals take several writers. */
+/* Devices and terminals can have several writers. */
 static bool holds_data(const struct file *f) { return S_ISREG(f->state.st_mode) || S_ISFIFO(f->state.st_mode); }
 
 static bool same(const struct file *a, const struct file *b) {
     struct stat here, there;
     if (a->there != b->there) return false;
     if (a->there) return holds_data(a) && same_file(&a->state, &b->state);
-    if (!*a->last) return false; /* there can be no such file */
+    if (!*a->last) return false; /* a path without a name cannot become a file */
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 
-/* Tells whether the file is one of those that are read of an input directory. */
+/* Tells whether the file is one of an input directory's files that are read. */
 static bool is_in(const struct file *written, const struct file *directory, char *name, size_t size) {
     struct dirent **files;
     struct stat s;
@@ -83,7 +83,7 @@ static int check_reads(const struct use *u, const struct file *written, struct e
     return STATUS_OK;
 }
 
-/* gap.json and --json have the same in them. */
+/* gap.json and --json have the same content. */
 static bool alike(const struct file *a, const struct file *b) {
     return a->what[1] == 'o' && !strcmp(b->what, "--json") && !strcmp(a->last, "gap.json");
 }
@@ -96,8 +96,8 @@ static int check_writes(const struct use *u, int written, struct error *error) {
     return STATUS_OK;
 }
 
-/* Checks standard output as well: it may be redirected to a file that is read or that an option
- * names. An option that writes in place, as /dev/stdout, means that very file and is allowed. */
+/* Checks standard output as well: it may be redirected to an input or to another option's file.
+ * An option that writes in place, as to /dev/stdout, means that very file and is allowed. */
 static int check_printed(const struct use *u, struct error *error) {
     struct file out;
     look(&out, "standard output", "/dev/stdout");
@@ -128,8 +128,8 @@ static void note_writes(struct use *u, const struct options *o, enum outputs_kin
     }
 }
 
-/* Refuses a directory that has recordings in it. A recording in the place of a result is refused
- * by its own name, any other by the directory's. */
+/* Refuses a directory that contains recordings; one in the place of a result is named itself,
+ * else the directory is. */
 static int check_directory(const struct options *o, enum outputs_kind kind, struct error *error) {
     char name[NAME_MAX + 1];
     const char *found = recognise_in(o->output, kind == OUTPUTS_MODEL, name, sizeof name);

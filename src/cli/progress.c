@@ -41,7 +41,7 @@ void progress_say(struct progress *p, const char *format, ...) {
     va_end(args);
     text[strcspn(text, "\n")] = '\0';
     text_printable(text, printable, sizeof printable);
-    /* not by p->out: who holds its lock may be kept waiting */
+    /* not p->out, because whoever holds its lock may be delayed */
     fprintf(p->words.out, "%s%s\n", p->terminal ? "\r\033[K" : "", printable);
     outlet_flush(&p->words);
 }
@@ -50,7 +50,7 @@ void progress_end(struct progress *p) { clear_line(p); }
 
 void progress_state(struct progress *p, const struct cycle *c) {
     p->state_cycles = 0;
-    /* results and the fault speak for themselves */
+    /* these states are reported elsewhere */
     if (c->state == STATE_TESTING || c->state == STATE_FAULT) return;
     clear_line(p);
     fprintf(p->out, "  %s\n", state_names[c->state]);
@@ -96,7 +96,6 @@ void progress_motion(struct progress *p, const struct motion_result *m) {
     outlet_flush(&p->steps);
 }
 
-/* Share of the state's or the test's time that has gone by. */
 static double done(const struct progress *p, const struct cycle *c) {
     const struct test_params *t = &p->params->tests;
     double state_s = (double)p->state_cycles * p->params->loop.period_s;

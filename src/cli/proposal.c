@@ -10,39 +10,38 @@
 #include "units.h"
 
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
-static const double SPREAD = 0.65;         /* the lowest frequency of a multisine over its
-                                            * highest */
-static const double MARGIN = 0.5;          /* of rates and of limits.following_m */
-static const double OF_PEAK = 0.75;        /* of the survey's fastest leg: at other speeds the loop
-                                            * follows a little differently */
-static const double UNWANTED = 0.7;        /* of checks.unwanted_pct */
-static const double LONGER = 4.0;          /* times the shortest duration: the law of the
-                                            * durations */
-static const double NEAR = 1.1;            /* the floor: a longer test is no use */
+static const double SPREAD = 0.65;     /* lowest frequency of a multisine relative to its highest */
+static const double MARGIN = 0.5;          /* share of rates and of limits.following_m */
+static const double OF_PEAK = 0.75;        /* share of the speed of the survey's fastest leg; at
+                                            * other speeds the loop follows a little differently */
+static const double UNWANTED = 0.7;        /* share of checks.unwanted_pct */
+static const double LONGER = 4.0;          /* multiple of the shortest duration; two durations
+                                            * determine how the variance depends on it */
+static const double NEAR = 1.1;     /* relative to the floor; nearer, a longer test does not help */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
-                                           /* of an axis's test 100 s are kept for
-                                            * method C (analysis.h); of any motion it
-                                            * takes 48 short pieces */
+                                           /* method C keeps 100 s of a test of an axis
+                                            * (analysis.h), and 48 short segments of other
+                                            * motions */
 static const double SEARCH_S = 8.0;
-static const double REACHED = 0.05; /* as well as so many draws predict */
+static const double REACHED = 0.05; /* relative; accuracy of a prediction from so many draws */
 static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
 enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };
 
 struct design {
     const struct loop_survey *survey;
     const struct params *params;
-    double leg_per_axis[DOFS];             /* largest |J| of a column: m per m, m per rad */
+    double leg_per_axis[DOFS];             /* largest |J| of a column, m per m or m per rad */
     double jacobian[LEGS][DOFS];
-    double share[DOFS];                    /* of the rates, multisine */
+    double share[DOFS];                    /* shares of the rates, multisine */
     struct params trial;
-    struct params exact;                   /* joints where they are configured: no excitation helps
-                                            * against their tolerance, which takes the time */
+    struct params exact;                /* with exact joint positions: excitation does not reduce
+                                         * the error of their tolerance, which is slow to compute */
 };
 
 static double round_to(double step, double x) { return step * round(x / step); }
 static double floor_to(double step, double x) { return step * floor(x / step + 1e-9); }
 
-/* Of sines long enough to be evaluated at the lowest frequency. */
+/* Shortest duration in which sines of the lowest frequency can be evaluated. */
 static double shortest_s(const struct test_params *t) {
     double lowest_hz = t->hz[0];
     for (int i = 1; i < DOFS; i++) lowest_hz = fmin(lowest_hz, t->hz[i]);
@@ -54,7 +53,7 @@ static double highest_hz(const struct loop_survey *s) {
     return isnan(loop_hz) ? OF_OIL * oil_hz : fmin(OF_OIL * oil_hz, OF_LOOP * loop_hz);
 }
 
-/* Where the loop follows an axis. */
+/* The highest frequency at which the loop follows this axis well enough. */
 static double sine_hz(const struct loop_survey *s, const struct params *params, enum dof dof, double highest) {
     double enough = MARGIN * params->checks.amplitude_pct / 100.0, best_hz = highest, least = HUGE_VAL;
     for (double hz = highest; hz >= LOWEST_HZ; hz -= 10.0 * HZ_STEP) {
@@ -65,7 +64,8 @@ static double sine_hz(const struct loop_survey *s, const struct params *params, 
     return floor_to(HZ_STEP, best_hz);
 }
 
-/* Amplitudes for legs that reach this rate: an axis alone, or by their shares all at once. */
+/* Sets amplitudes at which the legs reach this rate: for an axis alone, or all at once by their
+ * shares. */
 static void set_amplitudes(struct design *d, double rate_mps) {
     struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -78,11 +78,11 @@ static void set_amplitudes(struct design *d, double rate_mps) {
         t->amplitude[i] = (t->multisine ? d->share[i] / most : 1.0) * rate_mps / (2.0 * PI * t->hz[i] * d->leg_per_axis[i]);
 }
 
-/* What an axis moves besides, against that axis's own amplitude: within
- * checks.unwanted_pct, with margin. */
+/* Limits the unwanted motion of other axes, relative to their own amplitudes, to
+ * checks.unwanted_pct with a margin. */
 static void keep_apart(struct design *d) {
     double *amplitude = d->trial.tests.amplitude, most = UNWANTED * d->params->checks.unwanted_pct / 100.0;
-    /* one that is made smaller bears less from the others */
+    /* reducing one amplitude lowers what it tolerates from others, so this is repeated */
     for (int pass = 0; pass < DOFS; pass++)
         for (int driven = 0; driven < DOFS; driven++)
             for (int i = 0; i < DOFS; i++) {
@@ -91,7 +91,7 @@ static void keep_apart(struct design *d) {
             }
 }
 
-/* How far the loop falls behind, all peaks at once where the axes move at once. */
+/* Lag of the loop, with all peaks at once if the axes move at once. */
 static double following_m(const struct design *d) {
     const struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -110,7 +110,7 @@ static void scale_amplitudes(struct design *d, double by) {
     for (int i = 0; i < DOFS; i++) d->trial.tests.amplitude[i] = floor_to(AMPLITUDE_STEP, by * d->trial.tests.amplitude[i]);
 }
 
-/* SAFETY: within every limit, with margin: never proposed otherwise. */
+/* SAFETY: scales the test to within all limits, with a margin, before it is proposed. */
 static int limit(struct design *d, struct error *error) {
     struct error refused = {0};
     double behind_m = following_m(d), most_m = MARGIN * d->params->limits.following_m;
@@ -121,7 +121,7 @@ static int limit(struct design *d, struct error *error) {
     return status;
 }
 
-/* Amplitudes for this rate, in the search's duration. */
+/* Predicts with amplitudes for this rate and the search's duration. */
 static int try_rates(struct design *d, double rate_mps, struct excitation *e, struct error *error) {
     d->trial.tests.duration_s = SEARCH_S;
     set_amplitudes(d, rate_mps);
@@ -138,8 +138,8 @@ static void exchange_frequencies(struct test_params *t, enum dof dof) {
     t->hz[above] = t->hz[dof], t->hz[dof] = hz;
 }
 
-/* Four moves: shares that make the axes' deviations more alike, as they are where the largest is
- * least, by two strengths; or the next higher frequency for an axis of the worst entry. */
+/* Makes one of four moves: shares that make the axes' deviations more alike, with two strengths;
+ * or the next higher frequency for an axis of the worst entry. */
 static void move_on(struct design *d, const struct excitation *now, int move) {
     static const double strength[2] = {0.5, 0.2};
     if (move >= 2) exchange_frequencies(&d->trial.tests, move % 2 ? now->column : now->row);
@@ -151,7 +151,7 @@ static int search(struct design *d, double rate_mps, struct proposal *result, st
     int status = try_rates(d, rate_mps, &best, error), failed = 0;
     result->start_pct = best.worst_pct;
     for (int i = 0; i < TRIALS && failed < 4 && !status; i++) {
-        /* a trial that cannot be is no better, and no reason to give up */
+        /* an impossible trial is no better, but does not end the search */
         struct error refused = {0};
         struct design before = *d;
         move_on(d, &best, failed);
@@ -168,7 +168,7 @@ static int search(struct design *d, double rate_mps, struct proposal *result, st
 
 static double longest_s(const struct test_params *t) { return LONGEST_S[t->multisine ? PROPOSAL_MULTISINE : PROPOSAL_SINES]; }
 
-/* The variance of the worst entry, %^2. */
+/* Predicts the variance of the worst entry, %^2. */
 static double predict_for(struct design *d, double duration_s, struct excitation *e, int *status, struct error *error) {
     d->trial.tests.duration_s = round_to(SECONDS_STEP, duration_s);
     if (!*status) *status = excitation_predict(d->survey, d->params, &d->trial.tests, DRAWS, e, error);
@@ -177,9 +177,9 @@ static double predict_for(struct design *d, double duration_s, struct excitation
 
 static bool close_enough(double found, double wanted) { return fabs(sqrt(found / wanted) - 1.0) < REACHED; }
 
-/* Where the shortest test is better than wanted: smaller, by how the variance goes with the
- * amplitude from there on. At lower speeds more of dry friction is open, so that is more than its
- * square. What is too small is taken back. */
+/* Reduces the amplitude if the shortest test is better than wanted, by a local power law of the
+ * variance; its exponent is above 2 in magnitude, because dry friction matters more at lower
+ * speeds. Amplitudes that are too small are discarded. */
 static int find_amplitude(struct design *d, double wanted, double first, struct excitation *e, struct error *error) {
     struct test_params largest = d->trial.tests, best = largest;
     struct excitation of_best = *e;
@@ -196,14 +196,14 @@ static int find_amplitude(struct design *d, double wanted, double first, struct 
     return status;
 }
 
-/* Variance: noise, that falls with the duration, and what no duration helps against, from a short
- * and a longer test. Then tried, and corrected. */
+/* Finds the duration: a short and a longer test give the part of the variance that falls with
+ * the duration and the part that stays; then tries and corrects it. */
 static int find_duration(struct design *d, double wanted, double first, double longer, struct excitation *e, struct error *error) {
     struct test_params *t = &d->trial.tests;
     int status = STATUS_OK;
     double least_s = shortest_s(t), noise = fmax(first - longer, 0.0) * least_s / (1.0 - 1.0 / LONGER);
     double rest = fmax(longer - noise / (LONGER * least_s), 0.0);
-    /* then it is near the floor */
+    /* there it is near the floor */
     double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
     for (int i = 0; i < CORRECTIONS && !status; i++) {

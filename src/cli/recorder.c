@@ -16,7 +16,7 @@
 
 enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000, PART_PATIENCE_MS = 10000, CHECK_NS = 300000000 };
 
-/* SAFETY: a run that cannot be recorded is put down: neither abandoned nor run on blind. */
+/* SAFETY: a run that cannot be recorded is parked: neither aborted nor continued unrecorded. */
 static void log_failed(struct recorder *r, const struct error *error) {
     if (r->error.status) return;
     r->error = *error;
@@ -26,14 +26,14 @@ static void log_failed(struct recorder *r, const struct error *error) {
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
     const struct clock *clock = &r->loop->clock;
-    /* the log's clock is the wall's, cycles lost or not */
+    /* the log's clock follows the wall clock, even if cycles are lost */
     int64_t stretched_ns = clock->kind == CLOCK_PACED ? r->analysis.behind_ns : 0;
     int64_t utime_us = clock->system_us + (r->analysis.last.in.time_ns + stretched_ns) / NS_PER_US;
     struct error error;
     if (r->log && size >= 0 && log_write(r->log, utime_us, channel, data, size, &error)) log_failed(r, &error);
 }
 
-/* Checks that the log on disk is still what was written, and that nobody else writes it. */
+/* Checks that the log on disk is intact and that nobody else writes it. */
 static void look_after_log(struct recorder *r) {
     struct error error;
     int64_t now_ns = monotonic_ns();
@@ -60,8 +60,7 @@ static void statistics(struct recorder *r) {
     keep_and_send(r, CHANNEL_LOOP_STATS, buffer, loop_stats_encode(&s, r->analysis.last.in.time_ns, buffer, sizeof buffer));
 }
 
-/* Reports what the back-end knows of its connection to the machine, whenever that changes while a
- * fault stands. */
+/* Reports the back-end's connection to the machine whenever it changes during a fault. */
 static void device(struct recorder *r) {
     const struct hal *hal = r->loop->hal;
     char text[sizeof r->device] = "";
@@ -85,8 +84,8 @@ static void fault(struct recorder *r) {
     device(r);
 }
 
-/* What stands in the way of `engage`; where the inputs are not known, it is as it was. Pressure has
- * a second to go after the supply. */
+/* Reports why `engage` would be refused; unknown inputs leave the report unchanged. Pressure may
+ * take a second to disappear after the supply is off. */
 static void interlocks(struct recorder *r, const struct cycle *c) {
     r->settled_cycles = c->state == STATE_SETTLED ? r->settled_cycles + 1 : 0;
     if (!r->settled_cycles || c->in.flags & (SAMPLE_IO | SAMPLE_INVALID)) return;
@@ -98,7 +97,7 @@ static void interlocks(struct recorder *r, const struct cycle *c) {
     if (wrong) progress_interlock(r->progress, interlock_why(wrong));
 }
 
-/* What is new since the last cycle, in words. */
+/* Reports changes since the last cycle in words. */
 static void changes(struct recorder *r, const struct cycle *before, int64_t lost) {
     const struct cycle *c = &r->analysis.last;
     char text[160];
@@ -122,7 +121,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
     }
 }
 
-/* A test has its result; the last one brings the identification. */
+/* Reports a completed test; after the last one the identification. */
 static void result(struct recorder *r) {
     unsigned char buffer[MESSAGE_MAX];
     int64_t time_ns = r->analysis.last.in.time_ns;
@@ -136,7 +135,7 @@ static void result(struct recorder *r) {
         keep_and_send(r, CHANNEL_IDENTIFICATION, buffer, identification_encode(id, &verdict, time_ns, buffer, sizeof buffer));
 }
 
-/* What the estimator has made of the tests so far; nothing where that determines nothing. */
+/* Publishes the estimator's result for the tests so far, unless it is undetermined. */
 static void publish_estimate(struct recorder *r, bool wait) {
     struct {
         struct equations rest, sum;
@@ -159,8 +158,8 @@ static void publish_estimate(struct recorder *r, bool wait) {
     free(w);
 }
 
-/* After each test method C goes its own way, and the records theirs; of tests that end meanwhile
- * the last counts. In virtual time it is waited for, so that a log is the same every time. */
+/* Starts method C after each test while recording continues; of tests that end meanwhile only
+ * the last is used. In virtual time it waits, so that a log is the same every time. */
 static void estimate(struct recorder *r, bool wait) {
     struct recording copy;
     struct error none;
@@ -195,8 +194,8 @@ static void tell_manager(struct recorder *r, const struct cycle *before) {
     notify_send(n, line);
 }
 
-/* The effective configuration is the first event of each file: a log needs no other
- * to be understood. */
+/* Writes the effective configuration as the first event of each file, so that a log is
+ * self-contained. */
 static void keep_configuration(struct recorder *r) {
     unsigned char *buffer = malloc(CONFIG_MAX);
     if (buffer) keep(r, CHANNEL_EVENT, buffer, event_encode(0, 0, "config", r->config, buffer, CONFIG_MAX));
@@ -213,8 +212,8 @@ static void say_over_quota(struct recorder *r, bool over) {
     r->over_quota = over;
 }
 
-/* Reports that the keeper makes no more parts and deletes nothing. The log goes on in the part at
- * hand, and the run ends with an error. */
+/* Reports that the keeper makes no more parts and deletes nothing. The log continues in the
+ * current part, and the run ends with an error. */
 static void keeper_failed(struct recorder *r, const char *why) {
     static const char format[] = "%.200s: the log goes on in %.300s, and nothing keeps --log-quota; look at that directory's disk";
     if (r->keeper_error.status) return;
@@ -239,10 +238,10 @@ static int take_part(struct recorder *r, struct log_part *next, struct error *er
     return got;
 }
 
-/* A log that is in parts goes on in the next one, with this cycle, when the one under way is large
- * enough, no test is cut, and the file is there. Nobody waits for it but virtual time, for the same
- * log every time. A test that does not end, a trajectory of hours, is cut at twice the size. Where
- * no part can be made the log goes on in this one. */
+/* Continues the log in the next part, beginning with this cycle, if the current one is large
+ * enough, no test is split, and the file is ready. Only virtual time waits for it, for the same
+ * log every time. A test without an end, such as a trajectory of hours, is split at twice the
+ * size. If no part can be made, the log continues in the current one. */
 static void rotate(struct recorder *r, const struct cycle *c) {
     struct error error;
     struct log_part next;
@@ -307,8 +306,8 @@ static void *recorder_thread(void *argument) {
     }
     if (analysis_end(&r->analysis)) result(r), r->estimate_due = r->bus != NULL;
     atomic_store_explicit(&r->computes, true, memory_order_relaxed);
-    estimate(r, true); /* the one under way, */
-    estimate(r, true); /* and the one that is due after it */
+    estimate(r, true); /* the estimate in progress */
+    estimate(r, true); /* the one that is due after it */
     estimator_stop(&r->estimator);
     atomic_store_explicit(&r->computes, false, memory_order_relaxed);
     statistics(r);

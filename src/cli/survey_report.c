@@ -18,7 +18,7 @@ static double largest(const double *x) {
     return most;
 }
 
-/* Leg forces for an acceleration of 1 m/s^2 or rad/s^2 of an axis: J'^-1 Mt. The largest. */
+/* Largest leg force for an acceleration of 1 m/s^2 or rad/s^2 of an axis: J'^-1 Mt. */
 static double leg_force_per_acceleration(const struct loop_survey *s, double j[LEGS][DOFS], enum dof dof) {
     double wrench[DOFS], force[LEGS], most = 0.0;
     for (int i = 0; i < DOFS; i++) wrench[i] = s->inertia.matrix.mt[i][dof];
@@ -150,7 +150,7 @@ void survey_report_print(const struct survey_report *r, FILE *out) {
     fprintf(out, "\n");
 }
 
-/* A number that JSON cannot hold is null. */
+/* A number that JSON cannot hold becomes null. */
 static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
 
 static json_t *modes_json(const struct loop_survey *s) {

@@ -1,5 +1,5 @@
-/* What `hexid run --survey` reports: eigenfrequencies, the configured tests against them and
- * against the sensors' noise floor, and tests for a wanted standard deviation. Ordinary threads;
+/* Results of `hexid run --survey`: eigenfrequencies, the configured tests compared with them and
+ * with the sensors' noise floor, and tests for a wanted standard deviation. Ordinary threads;
  * heap. */
 #ifndef HEXID_SURVEY_REPORT_H
 #define HEXID_SURVEY_REPORT_H
@@ -11,14 +11,14 @@
 /* One axis of a test: frequency in Hz, amplitude in m or rad. */
 struct test_judgement {
     double hz, amplitude;
-    double of_oil, of_loop;    /* its frequency over the lowest eigenfrequency of the oil columns,
-                                * of the loop; NaN: none */
-    double follow;             /* amplitude reached over that of the reference, in the survey */
-    double leg_m, leg_n;       /* amplitude of the leg that moves most, and of the one that pushes
-                                * most */
-    double noise_m, noise_n;   /* rms noise of one sample of the worst leg; of the length at least
-                                * its rounding */
-    bool below;                /* below both eigenfrequencies, the loop's only if there is one;
+    double of_oil, of_loop;    /* frequency relative to the lowest eigenfrequency of the oil
+                                * columns, and of the loop; NaN: none */
+    double follow;             /* amplitude reached, relative to the reference's, in the survey */
+    double leg_m, leg_n;       /* length amplitude of the leg that moves most, and force
+                                * amplitude of the leg that pushes most */
+    double noise_m, noise_n;   /* rms noise of a sample of the worst leg; for lengths at least
+                                * the rounding */
+    bool below;                /* below both eigenfrequencies (the loop's only if it has one);
                                 * false without the oil columns' */
     bool above_floor;          /* both amplitudes are above the noise */
 };
@@ -27,22 +27,22 @@ struct survey_report {
     struct loop_survey survey;
     struct params asked;                      /* as configured, without the survey */
     struct test_judgement test[DOFS];         /* by axis */
-    struct excitation configured;             /* what the configured tests would give; status
-                                               * of no_prediction 0 */
+    struct excitation configured;             /* prediction for the configured tests, if
+                                               * no_prediction has status 0 */
     struct error no_prediction;
     double wanted_pct;
     struct proposal proposal[PROPOSALS];
 };
 
-/* `asked`: as configured, without the survey. -2 with the reason: the recording cannot tell; -3:
- * memory. */
+/* `asked`: as configured, without the survey. -2 with the reason: the recording is not
+ * sufficient; -3: no memory. */
 int survey_report_make(struct survey_report *r, const struct multisine *multisine, const struct recording *recording,
                        const struct method_c *inertia, const struct params *asked, double wanted_pct, struct error *error);
 
 void survey_report_print(const struct survey_report *r, FILE *out);
 
-/* identification_json's text with the member "survey", schema hexid.survey/1 (docs/survey.md);
- * takes the text. NULL without memory. */
+/* Takes identification_json's text and returns it with the member "survey", schema
+ * hexid.survey/1 (docs/survey.md). NULL without memory. */
 char *survey_report_json(const struct survey_report *r, char *identification);
 
 #endif

@@ -19,7 +19,11 @@ static void erase(struct terminal *t) {
     t->drawn = 0;
 }
 
-static double rounded(double x, double unit) { return round(x / unit) * unit + 0.0; } /* no -0.00 */
+static double rounded(double x, double unit) {
+    return round(x / unit) * unit + 0.0;
+} /* + 0.0
+                                                                                       * avoids
+                                                                                       * -0.00 */
 
 static void headline(const struct cycle *c) {
     char fault[FAULT_TEXT_SIZE];
@@ -32,14 +36,14 @@ static void headline(const struct cycle *c) {
 }
 
 static void pose(const struct params *p, const struct cycle *c) {
-    /* behind the last of its kind */
+    /* unit after the last value of its kind */
     static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"};
     if (p->mechanism == MECHANISM_AXIS) printf(" position %.2f mm", rounded(c->in.length_m[0] * 1e3, 0.01));
     else
         for (int i = 0; i < DOFS; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
 }
 
-/* From the middle, where 0 is, to the end that is 1 or -1. */
+/* Draws a bar from the middle (0) to one end (1 or -1). */
 static const char *bar(double share, char text[BAR + 1]) {
     int half = BAR / 2, marks = isfinite(share) ? (int)round(fmin(fabs(share), 1.0) * half) : 0;
     memset(text, ' ', BAR);
@@ -52,11 +56,11 @@ static const char *bar(double share, char text[BAR + 1]) {
 static void quantity(double value, const char *format) {
     char text[24];
     snprintf(text, sizeof text, format, value);
-    printf(" %s", isfinite(value) ? text : "       -"); /* the formats are of eight columns */
+    printf(" %s", isfinite(value) ? text : "       -"); /* all formats have eight columns */
 }
 
-/* The bars' end: 1, 2 or 5 times a power of ten, and only ever larger: bars that are
- * compared have one scale. */
+/* Enlarges the bars' full scale: 1, 2 or 5 times a power of ten that never shrinks, so that bars
+ * stay comparable. */
 static void enlarge(struct terminal *t, const struct cycle *c) {
     static const double least_n = 100.0;
     double most_n = least_n;

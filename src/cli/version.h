@@ -1,4 +1,4 @@
-/* What `hexid --version` says: the Makefile's VERSION and, of a checkout, its commit. */
+/* Version for `hexid --version`: the Makefile's VERSION and, in a checkout, its commit. */
 #ifndef HEXID_VERSION_H
 #define HEXID_VERSION_H
 
