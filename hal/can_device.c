@@ -20,12 +20,12 @@ struct can_device {
     struct can_socket socket;
     struct can_node node[CAN_NODES];
     struct can_queue out;
-    int64_t came_ns; /* the last frame */
-    int64_t look_ns; /* when the interface is looked at next */
+    int64_t came_ns; /* time of the last frame */
+    int64_t look_ns; /* time of the next check of the interface */
     enum can_link link;
 };
 
-/* SYNC and RPDOs can be given any identifier. */
+/* SYNC and RPDOs may have any identifier. */
 static const struct can_accept everything[] = {{0, 0}};
 enum { LOOK_NS = NS_PER_S / 4 };
 
@@ -33,8 +33,8 @@ static int open_socket(struct can_device *d, const char *interface, struct error
     return can_socket_open(&d->socket, interface, everything, sizeof everything / sizeof *everything, false, false, error);
 }
 
-/* An interface that is gone is opened again when it is back; the nodes are what they were, and
- * their watchdogs have centred the valves meanwhile. */
+/* Opens an interface again when it is back; the nodes keep their state, and their watchdogs have
+ * centred the valves meanwhile. */
 static void look_after_interface(struct can_device *d, const char *interface, int64_t now_ns) {
     char text[160];
     if (now_ns < d->look_ns || !d->socket.index) return;
@@ -55,7 +55,8 @@ static void look_after_interface(struct can_device *d, const char *interface, in
     fflush(stdout);
 }
 
-/* A full queue drops, as a node's controller does: what is late is of no use. */
+/* Sends the queue; a full transmit queue drops frames, as in a node's controller, because late
+ * frames are useless. */
 static void flush(struct can_device *d) {
     for (int i = 0; i < d->out.count; i++) i += can_socket_send(&d->socket, d->out.frame + i, d->out.count - i);
     d->out.count = 0;
@@ -72,12 +73,12 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
 static void valves(const struct can_device *d, double valve[LEGS]) {
     for (int i = 0; i < LEGS; i++) {
         double command = channel_si(&d->params->valve_channel, i, can_node_output(&d->node[i]));
-        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: no command */
+        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN means no command */
     }
 }
 
-/* Readings of this instant first and on their way; then the machine lives through the period that
- * begins, with the commands in force. */
+/* Sends the readings of this moment first; then simulates the next period with the commands in
+ * force. */
 static void synchronise(struct can_device *d, const struct can_frame *sync, int64_t now_ns) {
     struct hal_sample latched = {0};
     struct hal_command command = {.enable = true};
@@ -88,14 +89,14 @@ static void synchronise(struct can_device *d, const struct can_frame *sync, int6
     }
     flush(d);
     valves(d, command.valve);
-    /* SAFETY: 0 unless commanded and watched, like a valve. */
+    /* SAFETY: off unless commanded and watched, like a valve */
     command.supply = can_node_output(&d->node[CAN_IO - 1]) & OUTPUT_SUPPLY;
     device_live(d->device, &command, now_ns);
 }
 
-/* When a frame came, by the kernel's stamp: this process may have been held up. SAFETY: watchdogs
- * count from it, so that it is neither in the future nor before the last one's, whatever was done
- * to the clock of the stamps. */
+/* Receive time of a frame by the kernel's stamp, because this process may have been delayed.
+ * SAFETY: watchdogs count from it, so it is neither in the future nor before the previous one,
+ * even if the clock of the stamps was set. */
 static int64_t came(struct can_device *d, int64_t now_ns, int64_t age_ns) {
     int64_t came_ns = now_ns - age_ns;
     if (came_ns > now_ns) came_ns = now_ns;
@@ -125,13 +126,13 @@ static void receive(struct can_device *d) {
     }
 }
 
-/* Everything that came before now_ns has been received. */
+/* Advances time to now_ns, after all frames that came before it were handled. */
 static void tick(struct can_device *d, int64_t now_ns) {
     double valve[LEGS];
     for (int i = 0; i < CAN_NODES; i++) can_node_tick(&d->node[i], now_ns, &d->out);
     flush(d);
     valves(d, valve);
-    /* SAFETY: a node that centres its valve does not wait for a SYNC */
+    /* SAFETY: a node centres its valve without waiting for a SYNC */
     device_valves(d->device, valve);
     device_tick(d->device, now_ns);
 }

@@ -20,8 +20,8 @@ int64_t can_realtime_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* Asked with a socket of any family, so that a missing interface is named even where the
- * kernel has no CAN. */
+/* Queried with a socket of any family, so that a missing interface is named even if the kernel
+ * has no CAN. */
 struct interface {
     int index; /* 0: none */
     bool is_can, up;
@@ -43,7 +43,7 @@ static int ask(const char *name, struct interface *i) {
 
 enum can_link can_socket_link(const char *interface, int index) {
     struct interface i;
-    if (ask(interface, &i)) return CAN_LINK_UP; /* nobody can tell */
+    if (ask(interface, &i)) return CAN_LINK_UP; /* unknown */
     return i.index != index ? CAN_LINK_GONE : i.up ? CAN_LINK_UP : CAN_LINK_DOWN;
 }
 
@@ -115,7 +115,7 @@ void can_socket_close(struct can_socket *s) {
     s->fd = -1;
 }
 
-/* One call of the kernel for all frames of a cycle. */
+/* One system call for all frames of a cycle. */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count) {
     struct iovec data[CAN_BATCH];
     struct mmsghdr message[CAN_BATCH];

@@ -1,6 +1,6 @@
-/* `hexid command`: asks a running hexid over its sockets, and says what became of it. Who sets a
- * platform in motion stays and renews the lease (operator.h) until it is put down again, or tests
- * are over; ended by a signal, it parks the platform. */
+/* `hexid command`: sends a command to a running hexid over its sockets and reports the result.
+ * After engage or start it stays and renews the lease (operator.h) until the platform is parked
+ * again, or the tests are over; a signal ends it and parks the platform. */
 #include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -12,15 +12,15 @@
 #include "monotonic.h"
 #include "supervisor.h"
 
-enum { RENEWALS = 4 /* in the time of a lease */ };
+enum { RENEWALS = 4 /* number during a lease */ };
 
-static volatile sig_atomic_t interrupted; /* a signal handler can reach nothing else */
+static volatile sig_atomic_t interrupted; /* global, because a signal handler has no other access */
 static void on_signal(int number) { interrupted = number; }
 
 /* ---- one machine ---- */
 
-/* Sends a request and waits for its answer. Connects again if the daemon closed the connection to
- * make room, but not for a renewal: a lease belongs to its connection. */
+/* Sends a request and waits for its answer. Connects again if the daemon closed the connection
+ * to make room, but not for a renewal: a lease belongs to its connection. */
 static enum command_news ask(struct command_client *c, enum command command, bool renew) {
     int64_t end_ms = monotonic_ms() + ANSWER_MS;
     for (int64_t left_ms = ANSWER_MS; left_ms > 0; left_ms = end_ms - monotonic_ms()) {
@@ -41,9 +41,9 @@ static int interrupted_park(struct command_client *c, struct error *error) {
     return status ? status : -EXIT_CHECK_FAILED;
 }
 
-/* Until what the command began is over: put down again after engage, tests done after start.
- * SAFETY: tests that ended otherwise, stopped or parked by somebody, by a lease that ran out or by
- * a fault, are no success for what comes next in a script. */
+/* Renews the lease until the command has ended: parked again after engage, tests done after
+ * start. SAFETY: tests that ended otherwise (stopped or parked by somebody, by an expired lease
+ * or by a fault) are not a success, so that a script does not go on. */
 static int hold_lease(struct command_client *c, const struct asked *q, struct error *error) {
     double lease_s = c->answer.lease_s;
     bool started = q->command == COMMAND_START, left = false;
@@ -74,7 +74,7 @@ static int tell(struct command_client *c, const struct asked *q, struct error *e
     const struct command_answer *a = &c->answer;
     enum command_news news = ask(c, q->command, false);
     if (news != NEWS_ANSWER) {
-        /* who is not answered takes it back by going: nothing has begun */
+        /* closing the connection withdraws the unanswered request */
         int status = report_silent(c, news, false, " The request goes with this connection: nothing has begun.", error);
         return status ? status : -EXIT_CHECK_FAILED;
     }
@@ -86,7 +86,7 @@ static int tell(struct command_client *c, const struct asked *q, struct error *e
     return a->lease_s > 0.0 ? hold_lease(c, q, error) : STATUS_OK;
 }
 
-/* ---- what moves goes to one machine ---- */
+/* ---- commands that move go to one machine ---- */
 
 static int say_several(const struct asked *q, int count, struct error *error) {
     char names[NAMES_SIZE];
@@ -130,8 +130,8 @@ static int unknown(const struct options *o, struct error *error) {
                      nearest ? nearest : "", nearest ? "?" : "");
 }
 
-/* nohup(1) has asked that the end of the terminal is not the end of the lease. A shell, however,
- * ignores SIGINT on behalf of what it starts in the background, where kill(1) is to park, too. */
+/* nohup(1) asks that the lease survives the terminal. SIGINT is different: a shell ignores it
+ * for background programs, in which kill(1) must still park the platform. */
 static bool kept_ignored(int number) {
     struct sigaction inherited;
     return number == SIGHUP && !sigaction(number, NULL, &inherited) && inherited.sa_handler == SIG_IGN;
@@ -151,8 +151,8 @@ static void catch_signals(struct asked *q) {
     sigprocmask(SIG_BLOCK, &set, &q->during_waits);
 }
 
-/* Which machine: --machine, else machine.name. SAFETY: a configuration that cannot be read holds no
- * stop up: without one it goes to all. */
+/* Chooses the machine: --machine, else machine.name. SAFETY: an unreadable configuration does
+ * not prevent a stop: it then goes to all machines. */
 static int address(const struct options *o, struct params *params, struct asked *q, struct error *error) {
     int status = options_params(o, params, error);
     if (status && command_stops(q->command)) {
@@ -167,7 +167,7 @@ static int address(const struct options *o, struct params *params, struct asked 
     return error_set(error, STATUS_USAGE, "--machine %.60s: not 1 to %d of A-Z a-z 0-9 - _", o->machine, MACHINE_NAME_SIZE - 1);
 }
 
-/* SAFETY: on the heap, for a stop has to work on a small stack, too. */
+/* SAFETY: on the heap, because a stop must work even on a small stack. */
 struct memory {
     struct params params;
     struct machine found[MACHINES_MAX];

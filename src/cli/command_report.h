@@ -1,5 +1,6 @@
-/* What `hexid command` was asked for, and the messages that both of its ways share: what moves goes
- * to one machine (cmd_command.c), stop and park go to all (command_stop.h). Main thread. */
+/* The parsed command line of `hexid command`, and messages shared by its two ways: moving
+ * commands go to one machine (cmd_command.c), stop and park to all (command_stop.h). Main
+ * thread. */
 #ifndef HEXID_COMMAND_REPORT_H
 #define HEXID_COMMAND_REPORT_H
 
@@ -10,26 +11,25 @@
 enum { ANSWER_MS = 1000, NAMES_SIZE = 500 };
 #define ALARM " THE PLATFORM MAY STILL MOVE: press the emergency stop"
 
-/* The command line, read: which command, for which machine, by which ways. */
+/* The parsed command line: command, machine, and ways to send. */
 struct asked {
     enum command command;
-    const char *word;      /* its name */
-    const char *name;      /* of the machine, "": none was named */
-    const char *url;       /* of LCM, "": none */
-    sigset_t during_waits; /* the mask with which it waits for signals, too */
+    const char *word;      /* the command's name */
+    const char *name;      /* the machine's; "": not given */
+    const char *url;       /* for LCM; "": none */
+    sigset_t during_waits; /* signal mask while it waits, which admits signals */
     struct machine *found; /* room for MACHINES_MAX */
 };
 
-/* Reports that no answer came: the daemon has ended, in good order or not, or it hangs.
- * `may_move` is true if the supply was on when it was last heard of, or if that is not known.
- * `also` is a sentence behind it. STATUS_OK if it has ended with the supply off. */
+/* Reports that no answer came: the daemon has ended, regularly or not, or it hangs. `may_move`:
+ * the supply was on according to the last answer, or that is not known. `also`: a sentence to
+ * append. STATUS_OK if the daemon has ended with the supply off. */
 int report_silent(const struct command_client *c, enum command_news news, bool may_move, const char *also, struct error *error);
 
-/* Reports that no such machine is found, and where it was looked for. STATUS_IO. */
+/* Reports that no such machine was found, and where it was looked for. STATUS_IO. */
 int report_nobody(const struct asked *q, const struct error *doubt, const char *also, struct error *error);
 
-/* "hexid (/run/hexid), hexid-2 (/run/hexid)": the first machines of q->found, as many as there is
- * room for. */
+/* Lists the first machines of q->found that fit: "hexid (/run/hexid), hexid-2 (/run/hexid)". */
 void report_names(const struct asked *q, int count, char names[NAMES_SIZE]);
 
 #endif

@@ -10,8 +10,7 @@
 
 enum { LCM_TRIES = 3, ALSO_SIZE = 200 };
 
-/* Sends the stop over LCM, too, which brings no answer. Returns a sentence for the message that
- * says what was done. */
+/* Sends the stop over LCM too, which brings no answer. Returns a sentence that reports this. */
 static const char *by_lcm(const struct asked *q) {
     struct error error;
     struct bus *bus;
@@ -42,8 +41,8 @@ static int report_one(const struct command_told *t, const struct asked *q, bool 
     return error.status;
 }
 
-/* SAFETY: one that was meant and could not be found may still move: nobody should believe from the
- * exit status that all are stopped. */
+/* SAFETY: a machine that was meant but not found may still move, so the exit status must not
+ * suggest that all are stopped. */
 static int report_missed(const struct asked *q, const struct error *doubt, const char *also, struct error *error) {
     return error_set(error, STATUS_IO, "another machine may be there, which was not told to %s: %.400s.%s" ALARM " there", q->word,
                      doubt->text, also);
@@ -60,16 +59,16 @@ static int stop_found(const struct asked *q, int count, const struct error *doub
     const char *also = silent ? by_lcm(q) : "";
     for (int i = 0; i < count; i++) {
         int status = report_one(&told[i], q, count > 1, also);
-        /* not answered is worse than refused */
+        /* no answer is worse than a refusal */
         if (status && (!worst || status > worst)) worst = status;
     }
     free(told);
     return all_meant && doubt->status ? report_missed(q, doubt, also, error) : worst;
 }
 
-/* SAFETY: a name that nobody has stops nothing, neither the machines that have other names nor,
- * over LCM, those that share its bus: a script that ends one machine of several may come late, and
- * the others hold people up. The message says which machines there are, and how all are stopped. */
+/* SAFETY: a name that no machine has stops nothing: neither machines with other names nor, over
+ * LCM, those on the same bus, because a script that ends one of several machines may come late
+ * while the others hold people up. The message lists the machines and tells how to stop all. */
 static int stop_nobody(const struct asked *q, const struct error *doubt, struct error *error) {
     struct error other_doubt;
     char names[NAMES_SIZE], also[ALSO_SIZE];

@@ -9,16 +9,16 @@
 #include "units.h"
 
 enum {
-    MESSAGES_AT_ONCE = 64, /* a flood takes turns with all else */
+    MESSAGES_AT_ONCE = 64, /* limit, so that a flood of messages does not stop other work */
     EVENT_MAX = COMMAND_TEXT_SIZE + 200,
     IDLE_MS = 20,
     SOON_MS = 2,
-    FLOOD = 32,       /* packets, connections and messages of one wake, */
-    REST_NS = 500000, /* behind which others get the processor */
+    FLOOD = 32,       /* packets, connections and messages of one wake-up */
+    REST_NS = 500000, /* after which other threads get the processor */
 };
-static const int64_t look_every_ns = NS_PER_S; /* for the sockets' files */
+static const int64_t look_every_ns = NS_PER_S; /* interval of checks of the sockets' files */
 
-/* ---- between the sockets and the operator's side ---- */
+/* ---- between the sockets and operator.h ---- */
 
 static void take(void *context, uint64_t peer, const struct command_request *request, bool may_move) {
     struct commands *c = context;
@@ -48,7 +48,6 @@ static void say(void *context, const char *text) {
     c->say(c->context, text);
 }
 
-/* ---- */
 
 void commands_init(struct commands *c) {
     *c = (struct commands){.missing = COMMAND_SOCKETS, .handler = {.context = c, .take = take, .gone = gone, .needs = needs}};
@@ -95,7 +94,7 @@ void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS
 
 int commands_patience_ms(const struct commands *c) { return operator_waits(&c->operator) ? SOON_MS : IDLE_MS; }
 
-/* Returns how many came, from anybody. */
+/* Returns the number of messages, from any sender. */
 static int take_messages(struct commands *c) {
     struct bus_message m;
     enum command command;
@@ -106,8 +105,9 @@ static int take_messages(struct commands *c) {
     return came;
 }
 
-/* SAFETY: without the file nobody can connect, and nobody would know before a stop fails. It is
- * said and not mended: the filter of the confined daemon lets it bind no socket, on purpose. */
+/* SAFETY: without the file nobody can connect, which would only be noticed when a stop fails.
+ * This is reported but not repaired, because the confined daemon's filter lets it bind no
+ * socket. */
 static void watch_files(struct commands *c) {
     enum command_socket missing = command_server_missing(&c->server);
     struct sockaddr_un address;

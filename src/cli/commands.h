@@ -1,6 +1,6 @@
-/* The ways by which commands reach the daemon, and the operator's side that decides (operator.h):
- * this machine's sockets, and stop and park over LCM. Main thread; opened before the daemon
- * confines itself, and nothing blocks afterwards. */
+/* Receives commands for the daemon by this machine's sockets, and stop and park over LCM, and
+ * passes them to operator.h, which decides. Main thread; opened before the daemon confines
+ * itself, and nothing blocks afterwards. */
 #ifndef HEXID_COMMANDS_H
 #define HEXID_COMMANDS_H
 
@@ -15,24 +15,24 @@ struct commands {
     struct command_handler handler;
     struct operator operator;
     struct bus *bus; /* NULL: no LCM */
-    bool listens;    /* to the bus */
-    int64_t now_ns;  /* of this turn */
-    int64_t look_ns; /* when to look for the sockets' files again, */
-    enum command_socket missing; /* and what was missing then; COMMAND_SOCKETS: nothing */
-    /* Called with what an operator at the terminal should know. */
+    bool listens;    /* receives from the bus */
+    int64_t now_ns;  /* time of this turn */
+    int64_t look_ns; /* time of the next check of the sockets' files */
+    enum command_socket missing; /* result of the last check; COMMAND_SOCKETS: none missing */
+    /* Called with messages for an operator at the terminal. */
     void (*say)(void *context, const char *text);
     void *context;
 };
 
-/* Marks everything as not open, so that commands_close() may be called at any time. */
+/* Marks everything as closed, so that commands_close() may be called at any time. */
 void commands_init(struct commands *c);
 
 /* Opens the sockets of the machine params->machine.name and listens on the bus, if there is one.
- * *doubt: what does not work though hexid may run (status STATUS_OK: nothing). STATUS_UNSAFE: the
- * name is another's; STATUS_USAGE: lcm.remote_stop. */
+ * *doubt: a problem that does not keep hexid from running (status STATUS_OK: none).
+ * STATUS_UNSAFE: the name is in use; STATUS_USAGE: lcm.remote_stop. */
 int commands_open(struct commands *c, const struct params *params, struct bus *bus, struct error *doubt, struct error *error);
 
-/* Connects the operator's side to the loop, which is about to run. */
+/* Connects operator.h to the loop, which is about to run. */
 void commands_begin(struct commands *c, const struct params *params, struct loop *loop, void (*say)(void *, const char *), void *context);
 
 void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS]);
@@ -40,11 +40,11 @@ void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS
 /* Returns how long poll() may wait, ms. */
 int commands_patience_ms(const struct commands *c);
 
-/* After poll(), at this time (CLOCK_MONOTONIC). SAFETY: between what came and the loop's mailbox
- * stands nothing that can block. */
+/* To be called after poll(), with the time of CLOCK_MONOTONIC. SAFETY: nothing between a
+ * received command and the loop's mailbox can block. */
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns);
 
-/* Tells every client in which state the loop has ended, and closes the sockets. */
+/* Tells every client the loop's final state and closes the sockets. */
 void commands_close(struct commands *c);
 
 #endif

@@ -15,7 +15,7 @@ static int unknown(const char *name) {
     return -STATUS_USAGE;
 }
 
-/* SAFETY: limits that are too low for the other subcommands hold no stop up. */
+/* SAFETY: limits that are too low for other subcommands do not prevent a stop. */
 static int run(const struct subcommand *s, int argc, char **argv) {
     struct error error;
     if (s->run != cmd_command && process_limits(&error)) return cli_fail(&error);

@@ -5,9 +5,9 @@
 
 #include "monotonic.h"
 
-enum { AT_ONCE = 64 /* answers that wake it; the others are looked at in turns */, TURN_MS = 2 };
+enum { AT_ONCE = 64 /* answers that wake it; others are checked in turns */, TURN_MS = 2 };
 
-/* Reasons that may be over in a moment: the machine's queue is full, or this process has no
+/* Errors that may be temporary: the machine's queue is full, or this process has no free
  * descriptor until another machine has answered. */
 static bool passes(int why) { return why == EAGAIN || why == EMFILE || why == ENFILE || why == ENOBUFS || why == ENOMEM; }
 
@@ -18,7 +18,8 @@ static void reach(struct command_told *t, enum command command) {
     else if (!t->unreached) t->news = NEWS_LOST;
 }
 
-/* A connection that was closed to make room for another is made again in the next turn. */
+/* Takes one turn with a machine: connects if necessary, and looks for its answer. A connection
+ * that was closed to make room is made again in the next turn. */
 static void turn(struct command_told *t, enum command command) {
     if (t->client.fd < 0) reach(t, command);
     if (t->client.fd < 0) return;
@@ -28,7 +29,7 @@ static void turn(struct command_told *t, enum command command) {
     if (t->news == NEWS_LOST) t->news = NEWS_NONE;
 }
 
-/* Waits for one of the answers that are due; not for long, for others may have to be reached. */
+/* Waits for a pending answer, but only briefly, because other machines may have to be reached. */
 static void rest(const struct command_told *told, int count) {
     struct pollfd p[AT_ONCE];
     nfds_t due = 0;

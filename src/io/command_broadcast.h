@@ -1,20 +1,20 @@
-/* A stop or park to several machines at once. SAFETY: one that hangs, or is too busy to be reached
- * at that moment, holds up no other: each is tried again, as long as the patience lasts, while
- * the answers of the others come in. Main thread; opens descriptors, and gives each back as soon as
- * its machine has answered. */
+/* A stop or park to several machines at once. SAFETY: a machine that hangs, or is too busy to be
+ * reached at once, does not delay the others: each is tried again while the patience lasts and
+ * the others' answers come in. Main thread; opens descriptors and closes each as soon as its
+ * machine has answered. */
 #ifndef HEXID_COMMAND_BROADCAST_H
 #define HEXID_COMMAND_BROADCAST_H
 
 #include "command_client.h"
 
-/* One machine that is told. */
+/* A machine to be told. */
 struct command_told {
-    struct command_client client; /* begins with the machine, fd -1 and zeros */
-    enum command_news news;       /* NEWS_NONE in the end: it has not answered */
-    int unreached;                /* errno of why it could not be told, 0: it could */
+    struct command_client client; /* initialised with the machine, fd -1 and zeros */
+    enum command_news news;       /* finally NEWS_NONE: no answer */
+    int unreached;                /* errno of the failure to reach it; 0: reached */
 };
 
-/* Returns when all have answered or ended, or after so long. Connections are closed then. */
+/* Returns when all have answered or ended, or after patience_ms; closes all connections. */
 void command_broadcast(enum command command, struct command_told *told, int count, int patience_ms);
 
 #endif

@@ -21,28 +21,28 @@ enum {
 };
 
 struct command_request {
-    uint32_t id;          /* the client's, returned in the answer */
+    uint32_t id;          /* chosen by the client, returned in the answer */
     enum command command; /* COMMAND_NONE with renew */
-    bool renew;           /* prolongs the sender's lease */
+    bool renew;           /* renews the sender's lease */
 };
 
 /* OUTCOME_STOPPED: the lease is renewed, but somebody's stop ended the tests begun last.
- * OUTCOME_ENDED: not an answer (id 0) but the daemon's last packet: it drives nothing any more, and
- * ends in this state. */
+ * OUTCOME_ENDED: the daemon's last packet, not an answer (id 0): nothing is driven any more, and
+ * the daemon ends in this state. */
 enum outcome { OUTCOME_DONE, OUTCOME_STOPPED, OUTCOME_REFUSED, OUTCOME_ENDED, OUTCOMES };
 
 struct command_answer {
     uint32_t id;
-    double lease_s; /* without a renewal for so long the machine is parked; 0: no lease is needed */
+    double lease_s; /* time without renewal after which the machine is parked; 0: no lease */
     enum outcome outcome;
     enum state state;
-    char text[COMMAND_TEXT_SIZE]; /* why, and what to do first */
+    char text[COMMAND_TEXT_SIZE]; /* reason, and what to do first */
 };
 
 void command_request_encode(const struct command_request *request, unsigned char packet[COMMAND_REQUEST_SIZE]);
 
-/* SAFETY: a stop or park is taken from a client of any version; its first 12 bytes stay as they
- * are. */
+/* SAFETY: accepts a stop or park from a client of any version; the first 12 bytes of a request
+ * never change. */
 bool command_request_decode(const unsigned char *packet, size_t size, struct command_request *request);
 
 void command_answer_encode(const struct command_answer *answer, unsigned char packet[COMMAND_ANSWER_SIZE]);

@@ -20,9 +20,9 @@ void command_server_init(struct command_server *s) {
 
 /* ---- opening ---- */
 
-/* SAFETY: who may set the machine in motion is decided by the kernel, from the file's group. Where
- * the daemon may not give it to group hexid, it is its own user's. A service has that group and is
- * not asked to change anything. */
+/* SAFETY: the kernel decides by the file's group who may set the machine in motion. If the
+ * daemon may not give the file to group hexid, only its own user may. A service already has that
+ * group and changes nothing. */
 static bool give_to_group(const char *path) {
     struct group *group = getgrnam(GROUP);
     struct stat s;
@@ -31,7 +31,7 @@ static bool give_to_group(const char *path) {
     return !is || !chmod(path, 0660);
 }
 
-/* Binds, sets the mode, then listens: nobody can connect before the mode is right. */
+/* Binds, sets the mode, then listens, so that nobody can connect before the mode is right. */
 static int listen_at(struct command_server *s, enum command_socket kind, struct error *error) {
     struct sockaddr_un address;
     struct stat file;
@@ -62,8 +62,8 @@ int command_server_open(struct command_server *s, const char *name, const struct
     return status;
 }
 
-/* Errors other than that nothing is there say nothing: the confined daemon has no rights left to
- * look into some directories. */
+/* True only if the file is certainly gone: other errors prove nothing, because the confined
+ * daemon may not look into some directories. */
 static bool missing(const struct command_server *s, enum command_socket kind) {
     struct sockaddr_un address;
     struct stat file;
@@ -91,13 +91,14 @@ static bool hung_up(int fd) {
     return poll(&p, 1, 0) != 0;
 }
 
-/* One packet, if one is there. False: the connection is at its end. SAFETY: a stop is taken from
- * somebody who has gone since; what moves is not, for nobody waits for it any more. */
+/* Takes a waiting packet, if any. False: the connection has ended. SAFETY: a stop counts even if
+ * its sender has gone meanwhile; a moving command does not, because nobody waits for it. */
 static bool take_packet(struct command_server *s, struct command_place *c, enum command_socket kind) {
     unsigned char packet[PACKET_ROOM];
     struct command_request r;
     ssize_t size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
-    /* said first where the client has not read an answer; what it sent stands behind it */
+    /* reported first if the client has not read an answer; its packets can still be read after
+     * that */
     if (size < 0 && errno == ECONNRESET) size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
     if (size <= 0 || !command_request_decode(packet, (size_t)size, &r)) return false;
@@ -132,17 +133,17 @@ static struct command_place *free_place(struct command_server *s, enum command_s
         if (s->place[kind][i].fd < 0) return &s->place[kind][i];
     struct command_place *c = least_needed(s, kind);
     if (!c) return NULL;
-    take_packet(s, c, kind); /* SAFETY: it could be a stop */
+    take_packet(s, c, kind); /* SAFETY: the packet could be a stop */
     release(s, c);
     return c;
 }
 
-/* A client sends as soon as it is connected: its packet is mostly there. */
+/* Accepts a connection and takes its first packet, which has usually arrived with it. */
 static bool take_connection(struct command_server *s, enum command_socket kind) {
     struct ucred peer = {.uid = (uid_t)-1};
     socklen_t length = sizeof peer;
     int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    /* without a descriptor for it, one of those that are not needed is given up */
+    /* out of descriptors: closes a connection that is not needed */
     bool none = fd < 0 && (errno == EMFILE || errno == ENFILE), short_of = none || (fd < 0 && (errno == ENOBUFS || errno == ENOMEM));
     struct command_place *c = fd >= 0 ? free_place(s, kind) : none ? least_needed(s, kind) : NULL;
     bool sheds = none && c && c->fd >= 0;

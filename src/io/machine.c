@@ -34,7 +34,7 @@ bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *add
 struct places {
     char path[MACHINE_PLACES][MACHINE_DIRECTORY_SIZE];
     int count;
-    bool more; /* there are others, which are not looked into */
+    bool more; /* further directories are not searched */
 };
 
 static void add_place(struct places *p, const char *folder, const char *below) {
@@ -105,10 +105,10 @@ static int check_place(const char *path, uid_t *owner, struct error *error) {
                      "%s: %s: commands through it could be another program's; remove it, or name another with " VARIABLE, path, wrong);
 }
 
-/* ---- the daemon's ---- */
+/* ---- daemon ---- */
 
-/* Made where it is missing, below a directory that is there. SAFETY: everybody's stop comes
- * through it, whatever the umask. */
+/* Creates the directory if it is missing and its parent exists. SAFETY: it is accessible to
+ * everybody for stops, whatever the umask. */
 static int take_place(const char *path, char directory[MACHINE_DIRECTORY_SIZE], struct error *error) {
     uid_t owner;
     bool made = !mkdir(path, 0755);
@@ -148,7 +148,7 @@ static int lock_name(const struct machine *m) {
     if (file < 0) return -1;
     bool ours = !fstat(file, &s) && S_ISREG(s.st_mode) && (s.st_uid == geteuid() || s.st_uid == 0 || geteuid() == 0);
     if (!ours) errno = EACCES;
-    else fchmod(file, 0600); /* of an older version: readable */
+    else fchmod(file, 0600); /* a file of an older version is readable */
     if (!ours || flock(file, LOCK_EX | LOCK_NB)) {
         int why = errno;
         close(file);
@@ -199,7 +199,7 @@ int machine_claim(const char *name, struct machine *m, int *lock, struct error *
     return status;
 }
 
-/* ---- the client's ---- */
+/* ---- client ---- */
 
 int machine_connect(const struct machine *m, bool stop) {
     struct sockaddr_un address;
@@ -221,8 +221,8 @@ int machine_connect(const struct machine *m, bool stop) {
     return -1;
 }
 
-/* Everybody may connect to the socket for stops. SAFETY: whatever else than the end of its daemon
- * stands in the way is doubt: the machine may run and not be found. */
+/* True if the machine runs: everybody may connect to the socket for stops. SAFETY: any failure
+ * but the end of the daemon is reported as doubt, because the machine may run all the same. */
 static bool runs(const struct machine *m, struct error *doubt) {
     int fd = machine_connect(m, true), why = errno;
     if (fd >= 0) close(fd);
@@ -232,7 +232,7 @@ static bool runs(const struct machine *m, struct error *doubt) {
     return false;
 }
 
-/* Name of the machine whose socket for stops this is. */
+/* Name of the machine to which this socket for stops belongs. */
 static bool name_of(const char *file, char name[MACHINE_NAME_SIZE]) {
     size_t length = strlen(file), end = sizeof stop_suffix - 1;
     if (length <= end || length - end >= MACHINE_NAME_SIZE || strcmp(file + length - end, stop_suffix) != 0) return false;
