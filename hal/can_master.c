@@ -203,8 +203,7 @@ static bool emergency(struct can_peer *p, const struct can_frame *f) {
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
     /* SAFETY: a possible sensor error must not hide another one */
     if (code == EMCY_SENSOR && p->emcy) return true;
-    if (code || !error_register)
-        p->emcy = code; /* another error is active: the code stays */
+    if (code || !error_register) p->emcy = code; /* another error is active: the code stays */
     return true;
 }
 

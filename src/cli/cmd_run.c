@@ -32,9 +32,7 @@
 #include "units.h"
 
 enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, for a stalled disk */
-enum {
-    STOP_PATH_BELOW_LOOP = 2
-}; /* SCHED_FIFO: below loop and field bus, above all else */
+enum { STOP_PATH_BELOW_LOOP = 2 }; /* SCHED_FIFO: below loop and field bus, above all else */
 static const double STD_PCT = 0.5; /* wanted standard deviation of a survey's proposals */
 /* after 2 s the recorder counts as hanging; the rest of the ring suffices for parking */
 enum { RECORDER_BEHIND = RING_CAPACITY / 8 };

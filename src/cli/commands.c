@@ -48,7 +48,6 @@ static void say(void *context, const char *text) {
     c->say(c->context, text);
 }
 
-
 void commands_init(struct commands *c) {
     *c = (struct commands){.missing = COMMAND_SOCKETS, .handler = {.context = c, .take = take, .gone = gone, .needs = needs}};
     command_server_init(&c->server);

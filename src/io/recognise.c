@@ -63,8 +63,7 @@ const char *recognise(const char *path) {
     char head[HEAD_SIZE + 1];
     const char *unsaid;
     struct stat s;
-    if (stat(path, &s) || !S_ISREG(s.st_mode))
-        return NULL; /* opening a device may do something */
+    if (stat(path, &s) || !S_ISREG(s.st_mode)) return NULL; /* opening a device may do something */
     int file = input_open(path, &unsaid);
     if (file < 0) return NULL;
     ssize_t size = read(file, head, HEAD_SIZE);

@@ -16,8 +16,7 @@ static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;
         int got = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-        if (got < 0)
-            got = open("/", O_PATH); /* without /dev; not readable or writable either */
+        if (got < 0) got = open("/", O_PATH); /* without /dev; not readable or writable either */
         if (got != file)
             return error_set(error, STATUS_IO, "descriptor %d is closed, and /dev/null cannot take its place: %s", file, strerror(errno));
     }
