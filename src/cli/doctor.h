@@ -67,7 +67,7 @@ __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d,
 bool doctor_listed(const char *list, int cpu);
 
 /* The online processors on which the loop may run (loop.cpu), in order. Returns their number; 0:
- * unknown, or loop.cpu is none of them. */
+ * unknown, or loop.cpu is not among them. */
 enum { PROCESSORS_MAX = 512 };
 int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
 

@@ -162,10 +162,10 @@ static int by_size(const void *a, const void *b) {
     return (one > other) - (one < other);
 }
 
-/* a hexid started meanwhile is refused; what was not asked by then counts as lost */
+/* the test holds the lock, which refuses a hexid; later requests are not sent and count as lost */
 enum { LONGEST_TALK_S = 5 };
 
-/* Only reads the registers of the identity. */
+/* Only reads registers, those of identity and status. */
 static struct finding talk(const struct doctor *d, struct modbus_link *link, const struct modbus_address_parts *parts,
                            const char *address) {
     static const char who_remedy[] =

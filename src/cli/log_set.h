@@ -5,7 +5,7 @@
 #include "params.h"
 #include "status.h"
 
-/* Checks that the log at `path[log]` is none of those before it, because the same data would
+/* Checks that the log at `path[log]` differs from all before it, because the same data would
  * count twice. -2: the same file, or a copy of it. */
 int log_set_new(int log, const char *const *path, struct error *error);
 

@@ -12,7 +12,7 @@
 
 static const double stop_every = 0.1;   /* share of the ramp-out; its steepest part is hit to
                                          * within a hundredth */
-/* with at least so many cycles in a period, each period has cycles near all phases */
+/* cycles in a period from which on every period has cycles near all phases */
 enum { PERIOD_TICKS = 64 };
 /* halvings of the interval of the scale, down to a hundredth */
 enum { SCALES = 7 };

@@ -1,6 +1,6 @@
-/* Memory of a diagnosis. If there is none, the process ends with "out of memory" as after a
- * device error, so that a failed allocation never becomes a failed trial and thus a verdict.
- * Only for a process that moves nothing. Any thread. */
+/* Memory of a diagnosis. If an allocation fails, the process ends with "out of memory" as after
+ * a device error, so that a lack of memory never becomes a failed trial and thus a verdict. Only
+ * for a process that moves nothing. Any thread. */
 #ifndef HEXID_MEMORY_H
 #define HEXID_MEMORY_H
 

@@ -67,7 +67,7 @@ static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
     }
 }
 
-/* True if the effect is among the first so many by explained residuals. */
+/* True if the effect is among the first `many` by gain. */
 static bool promising(const struct batch *batch, int effect, int many) {
     double gain = -INFINITY;
     int better = 0;

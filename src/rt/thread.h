@@ -20,8 +20,8 @@ enum {
 /* Any thread. STATUS_IO with its name ("loop"), the reason and the remedy. */
 int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *(*run)(void *), void *argument, struct error *error);
 
-/* Waits for the end of a thread for at most so many seconds; false: it has not ended, and can be
- * waited for again. */
+/* Waits up to `seconds` for the end of a thread; false: it still runs, and can be waited for
+ * again. */
 bool thread_join_within(pthread_t thread, int seconds);
 
 /* Sets the stack size of threads that libraries start. Main thread, at the start. */
