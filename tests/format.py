@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """The form of the C and C++: `make format-check` names the files that are not in it, with the difference; `make format` brings them there.
 
-What clang-format does not do is checked here: a comment ends at column 100, and a line, whose string no tool breaks, at column 140; and calls that one file is for
-(threads, limits, waits) stand in no other.
+It also checks what clang-format does not: a comment ends at column 100, and a line, whose string no tool breaks, at column 140; calls
+reserved for one file (threads, limits, waits) stand in no other; and at most 1 % of the comments begin with "Of", "What", "Where" or "That",
+since nearly all of those lack a subject.
 """
 
 import difflib
@@ -16,6 +17,7 @@ CLANG_FORMAT = "clang-format-22"
 FOLDERS = "src", "include", "hal", "sim", "tests"
 SUFFIXES = ".c", ".h", ".cpp", ".hpp"
 COMMENT_END, LINE_END = 100, 140
+FRAGMENT, FRAGMENTS_MOST = re.compile(r"(of|what|where|that)\b", re.I), 0.01
 
 TOKEN = re.compile(
     r"""R"\((?:.|\n)*?\)"|"(?:\\(?:.|\n)|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|(?P<comment>/\*(?:.|\n)*?\*/|//[^\n]*)"""
@@ -34,7 +36,7 @@ def too_wide(text):
             yield i + 1, f"the line passes column {LINE_END}"
 
 
-# What few files alone may have: the pattern, the files, and why.
+# Calls that only these files may contain: the pattern, the files, and why.
 RESERVED = (
     (re.compile(r"\bpthread_create *\("), ("src/rt/thread.c",), "thread_start() states the size of the stack"),
     (re.compile(r"\b(setrlimit|umask) *\("), ("src/rt/process.c",), "the start of the process has one place"),
@@ -62,6 +64,21 @@ def reserved(file, text):
             yield code.count("\n", 0, match.start()) + 1, f"{match[0].strip('( ')}: {why}"
 
 
+def fragments(texts):
+    """Returns the comments that begin as fragments do, worst files first, or none while they are few enough; and their share of all."""
+    found = {file: [] for file in texts}
+    total = 0
+    for file, text in texts.items():
+        for match in TOKEN.finditer(text):
+            words = " ".join(re.sub(r"\n\s*\*", " ", match["comment"] or "").strip("/*").split())
+            total += bool(words)
+            if FRAGMENT.match(words):
+                found[file].append((text.count("\n", 0, match.start()) + 1, words))
+    share = sum(map(len, found.values())) / total
+    worst = sorted(found, key=lambda file: -len(found[file])) if share > FRAGMENTS_MOST else []
+    return [f"{file}:{line}: a fragment? {words[:60]}" for file in worst for line, words in found[file]], share
+
+
 def formatted_otherwise(files):
     """Files that clang-format would change; it names each with its first line that is to be another."""
     run = subprocess.run([CLANG_FORMAT, "--dry-run", "--ferror-limit=1", *files], capture_output=True, text=True, check=False)
@@ -82,18 +99,21 @@ def main():
     files = sorted(str(p) for folder in FOLDERS for p in pathlib.Path(folder).rglob("*") if p.suffix in SUFFIXES)
     if sys.argv[1:] == ["apply"]:
         subprocess.run([CLANG_FORMAT, "-i", *files], check=True)
-    wide = [f"{file}:{line}: {what}" for file in files for line, what in too_wide(pathlib.Path(file).read_text())]
-    taken = [f"{file}:{line}: {what}" for file in files for line, what in reserved(file, pathlib.Path(file).read_text())]
+    texts = {file: pathlib.Path(file).read_text() for file in files}
+    wide = [f"{file}:{line}: {what}" for file in files for line, what in too_wide(texts[file])]
+    taken = [f"{file}:{line}: {what}" for file in files for line, what in reserved(file, texts[file])]
+    unclear, share = fragments(texts)
     other = formatted_otherwise(files)
     for file in other:
         print(difference(file), end="")
-    for line in [f"{file}: `make format` writes it otherwise" for file in other] + wide + taken:
+    for line in [f"{file}: `make format` writes it otherwise" for file in other] + wide + taken + unclear:
         print(line)
     print(f"{'not ' if other else ''}ok - {len(files)} files are as {CLANG_FORMAT} writes them")
     print(f"{'not ' if wide else ''}ok - comments end at column {COMMENT_END}, lines at column {LINE_END}")
     print(f"{'not ' if taken else ''}ok - threads, limits and waits are those of their own files")
-    failed = bool(other) + bool(wide) + bool(taken)
-    print(f"{3 - failed} passed, {failed} failed")
+    print(f"{'not ' if unclear else ''}ok - {100 * share:.2f} % of the comments begin as fragments do, at most {100 * FRAGMENTS_MOST:g} % may")
+    failed = sum(map(bool, (other, wide, taken, unclear)))
+    print(f"{4 - failed} passed, {failed} failed")
     sys.exit(failed > 0)
 
 
