@@ -97,8 +97,8 @@ static inline double distance(const double *a, const double *b, int count) {
         skip();                                  \
     } while (0)
 
-/* First line of a case that takes more than a third of a second of processor time: `make check` leaves
- * it to `make test`. */
+/* Starts a case that takes more than a third of a second of processor time; `make check`
+ * skips it. */
 #define slow_case()                                                        \
     do {                                                                   \
         if (getenv("CHECK")) skip_because("slow cases, left to make test"); \

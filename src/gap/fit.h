@@ -19,7 +19,7 @@ struct variable {
     int effect, key;         /* switches this effect on; -1: none */
     bool base;               /* belongs to the base model: never a finding */
     double min, max;         /* the box */
-    double neutral;          /* of an effect: the value without the effect */
+    double neutral;          /* value of an effect's parameter without the effect */
     double prior_inverse_std; /* 1 / standard deviation of its prior about the neutral value,
                                * which decides if the data do not; 0: none */
     double step;             /* step of the difference quotient */
