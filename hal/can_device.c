@@ -94,16 +94,6 @@ static void synchronise(struct can_device *d, const struct can_frame *sync, int6
     device_live(d->device, &command, now_ns);
 }
 
-/* Receive time of a frame by the kernel's stamp, because this process may have been delayed.
- * SAFETY: watchdogs count from it, so it is neither in the future nor before the previous one,
- * even if the clock of the stamps was set. */
-static int64_t came(struct can_device *d, int64_t now_ns, int64_t age_ns) {
-    int64_t came_ns = now_ns - age_ns;
-    if (came_ns > now_ns) came_ns = now_ns;
-    if (came_ns > d->came_ns) d->came_ns = came_ns;
-    return d->came_ns;
-}
-
 static bool synced_by(const struct can_device *d, const struct can_frame *f) {
     for (int i = 0; i < CAN_NODES; i++)
         if (can_node_synced_by(&d->node[i], f)) return true;
@@ -122,7 +112,10 @@ static void receive(struct can_device *d) {
     for (int got = CAN_BATCH; got == CAN_BATCH;) {
         got = can_socket_receive(&d->socket, come);
         int64_t now_ns = monotonic_ns(), realtime_ns = can_realtime_ns();
-        for (int i = 0; i < got; i++) take(d, &come[i].frame, came(d, now_ns, realtime_ns - come[i].realtime_ns));
+        for (int i = 0; i < got; i++) {
+            d->came_ns = can_came_ns(now_ns, realtime_ns - come[i].realtime_ns, d->came_ns);
+            take(d, &come[i].frame, d->came_ns);
+        }
     }
 }
 

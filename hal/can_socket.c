@@ -20,6 +20,14 @@ int64_t can_realtime_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
+/* SAFETY: watchdogs count from it, so that it is neither in the future nor before the last one's,
+ * whatever was done to the clock of the stamps. */
+int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns) {
+    int64_t came_ns = now_ns - age_ns;
+    if (came_ns > now_ns) came_ns = now_ns;
+    return came_ns > before_ns ? came_ns : before_ns;
+}
+
 /* Queried with a socket of any family, so that a missing interface is named even if the kernel
  * has no CAN. */
 struct interface {

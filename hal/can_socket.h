@@ -62,4 +62,8 @@ int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CA
 
 int64_t can_realtime_ns(void);
 
+/* Returns when a frame came that is so old by the kernel's stamp: this process may have been held
+ * up. before_ns: when the one before it came. All but the age are CLOCK_MONOTONIC. */
+int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns);
+
 #endif

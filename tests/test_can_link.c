@@ -18,6 +18,7 @@
 #include "backends.h"
 #include "can_frames.h"
 #include "can_socket.h"
+#include "device.h"
 #include "monotonic.h"
 #include "units.h"
 
@@ -364,6 +365,45 @@ static void a_clock_that_is_set_back_makes_no_twin(void **state) {
     for (int i = 0; i < 10; i++) assert_int_equal(cycle(w, 0.0).flags & SAMPLE_TWIN, 0);
 }
 
+static void a_frame_came_neither_in_the_future_nor_before_the_last_one(void **state) {
+    (void)state;
+    assert_int_equal(can_came_ns(1000, 10, 0), 990);
+    assert_int_equal(can_came_ns(1000, -10, 0), 1000);
+    assert_int_equal(can_came_ns(1000, 10, 995), 995);
+}
+
+/* Waits for a heartbeat of that state from the plant's node, behind which its tick has ended. */
+static void await_state(struct world *w, int node, enum can_state awaited) {
+    const struct can_frame beat = can_frame_heartbeat(node, awaited);
+    for (struct can_frame f = {0}; f.can_id != beat.can_id || f.data[0] != beat.data[0];)
+        if (!take(w->plant[OURS], &f)) sched_yield();
+}
+
+static double length_m(struct world *w, int64_t now_ns) {
+    struct hal_sample s = {0};
+    device_latch(w->device, now_ns, &s);
+    return s.length_m[0];
+}
+
+/* Nobody sends a SYNC any more; the device's own watchdog would let it move for a second. */
+static void nodes_out_of_operational_centre_their_valves_without_a_sync(void **state) {
+    struct world *w = *state;
+    const struct can_frame out = can_frame_nmt(NMT_PREOPERATIONAL, 0);
+    pump(w, true);
+    for (int i = 0; i < 20; i++) cycle(w, 0.5);
+    halt_bus(w);
+    give(w->plant[OURS], &out);
+    await_state(w, 1, CAN_PREOPERATIONAL);
+    atomic_store(&w->device_stop, true);
+    pthread_join(w->device_thread, NULL);
+    int64_t now_ns = monotonic_ns();
+    double closed_m = length_m(w, now_ns += NS_PER_S / 50); /* the valve closes */
+    double moved_m = length_m(w, now_ns + NS_PER_S / 20) - closed_m;
+    atomic_store(&w->device_stop, false);
+    assert_int_equal(pthread_create(&w->device_thread, NULL, device_run, w), 0);
+    assert_below(fabs(moved_m), 1e-3);
+}
+
 static void its_end_takes_the_nodes_out_of_operational(void **state) {
     enum { SIZE = 64 };
     struct world *w = *state;
@@ -425,6 +465,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again, start, end),
         cmocka_unit_test_setup_teardown(error_passive_is_told_and_commands_go_on, start, end),
         cmocka_unit_test_setup_teardown(a_clock_that_is_set_back_makes_no_twin, start, end),
+        cmocka_unit_test(a_frame_came_neither_in_the_future_nor_before_the_last_one),
+        cmocka_unit_test_setup_teardown(nodes_out_of_operational_centre_their_valves_without_a_sync, start, end),
         cmocka_unit_test_setup_teardown(its_end_takes_the_nodes_out_of_operational, start, end),
         cmocka_unit_test(another_master_on_the_bus_is_not_disturbed_by_a_start),
         cmocka_unit_test(a_watchdog_longer_than_a_node_takes_is_refused),

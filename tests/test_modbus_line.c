@@ -6,9 +6,11 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <pthread.h>
 #include <sched.h>
 #include <semaphore.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -490,6 +492,75 @@ static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void *
     assert_non_null(strstr(text, "two devices"));
 }
 
+/* Half a second without an answer is a server gone without a word: the connection is made again. */
+static void a_device_that_is_silent_for_long_is_connected_to_again(void **unused) {
+    (void)unused;
+    struct session s = {.sensor_age_s = 0.05};
+    struct hal_sample sample;
+    session_begin(&s);
+    session_hold(&s);
+    while (!s.hal->ops->read(s.hal, 1, &sample)) s.hal->ops->safe(s.hal), sched_yield();
+    session_release(&s);
+    while (s.hal->ops->read(s.hal, 1, &sample)) sched_yield();
+    int claims = s.device.greeted;
+    session_end(&s);
+    assert_true(claims >= 2);
+}
+
+/* Two latches far apart: the command between them was held for too long, however fresh the second
+ * one is. */
+static void a_sample_latched_off_the_grid_is_late(void **unused) {
+    (void)unused;
+    static const struct timespec ten_periods = {.tv_nsec = 20000000};
+    struct session s = {0};
+    struct hal_sample sample = {.flags = SAMPLE_STALE};
+    session_begin(&s);
+    cycle_flags(&s);
+    nanosleep(&ten_periods, NULL);
+    for (s.hal->ops->safe(s.hal); sample.flags & SAMPLE_STALE; sched_yield()) s.hal->ops->read(s.hal, 1, &sample);
+    session_end(&s);
+    assert_true(sample.flags & SAMPLE_LATE);
+}
+
+static void the_last_word_is_the_centre(void **unused) {
+    (void)unused;
+    struct session s = {0};
+    session_begin(&s);
+    command_motion(&s);
+    while (s.device.valve != 32767) sched_yield();
+    session_end(&s);
+    assert_int_equal(s.device.valve, 0);
+}
+
+/* Threads of this process, as /proc has them, that block what may be sent to end it. */
+static int threads_without_signals(void) {
+    static const int ends[] = {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGALRM};
+    DIR *tasks = opendir("/proc/self/task");
+    int count = 0;
+    for (struct dirent *e; (e = readdir(tasks));) {
+        char path[300], line[200];
+        uint64_t blocked = 0, all = 0;
+        snprintf(path, sizeof path, "/proc/self/task/%s/status", e->d_name);
+        FILE *status = fopen(path, "r");
+        while (status && fgets(line, sizeof line, status)) sscanf(line, "SigBlk: %" SCNx64, &blocked);
+        if (status) fclose(status);
+        for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) all |= 1ull << (ends[i] - 1);
+        count += (blocked & all) == all;
+    }
+    closedir(tasks);
+    return count;
+}
+
+static void no_signal_interrupts_the_thread_that_talks(void **unused) {
+    (void)unused;
+    struct session s = {0};
+    int before = threads_without_signals();
+    session_begin(&s);
+    int during = threads_without_signals();
+    session_end(&s);
+    assert_int_equal(during, before + 1);
+}
+
 /* A slow device first answers an earlier request and then the present one. */
 static void a_device_that_is_late_is_no_second_one(void **unused) {
     (void)unused;
@@ -694,6 +765,10 @@ int main(void) {
         cmocka_unit_test(the_thread_is_real_time_only_when_the_loop_is),
         cmocka_unit_test(an_answer_that_trickles_is_given_up),
         cmocka_unit_test(a_second_answer_to_every_request_flags_the_sample_and_is_told),
+        cmocka_unit_test(a_device_that_is_silent_for_long_is_connected_to_again),
+        cmocka_unit_test(a_sample_latched_off_the_grid_is_late),
+        cmocka_unit_test(the_last_word_is_the_centre),
+        cmocka_unit_test(no_signal_interrupts_the_thread_that_talks),
         cmocka_unit_test(a_device_that_is_late_is_no_second_one),
         cmocka_unit_test(an_exception_to_the_first_question_is_no_missing_answer),
         cmocka_unit_test(a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one),

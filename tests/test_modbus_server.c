@@ -274,6 +274,26 @@ static void a_new_master_finds_the_valves_centred_and_the_devices_own_watchdog(v
     rig_free(&r);
 }
 
+/* The one before was silent for the time that it set last, which is shorter than the one its last
+ * command holds for: that command ends with it. */
+static void a_hand_over_ends_a_command_that_still_holds(void **unused) {
+    (void)unused;
+    struct rig r;
+    uint16_t token[] = {1, 2};
+    rig_init(&r);
+    claim(&r, &first, TOKEN, OWN_WATCHDOG_MS);
+    for (uint16_t n = 1; n < 100; n++, pass(&r, 2)) command(&r, &first, TOKEN, n, 1.0);
+    assert_int_equal(write_single(&r, &first, MODBUS_WATCHDOG_MS, 3), 0);
+    pass(&r, 4);
+    assert_int_equal(write_values(&r, &second, MODBUS_TOKEN, 2, token), 0);
+    pass(&r, 6); /* the valve closes */
+    double closed_m = length_m(&r);
+    pass(&r, 6);
+    double moved_m = length_m(&r) - closed_m;
+    rig_free(&r);
+    assert_below(moved_m, 1e-3);
+}
+
 static void a_token_of_nought_is_none_and_half_a_one_neither(void **unused) {
     (void)unused;
     struct rig r;
@@ -431,6 +451,7 @@ int main(void) {
         cmocka_unit_test(the_same_token_takes_the_machine_over_to_a_new_connection),
         cmocka_unit_test(on_a_serial_line_the_token_is_the_proof),
         cmocka_unit_test(a_new_master_finds_the_valves_centred_and_the_devices_own_watchdog),
+        cmocka_unit_test(a_hand_over_ends_a_command_that_still_holds),
         cmocka_unit_test(a_token_of_nought_is_none_and_half_a_one_neither),
         cmocka_unit_test(nobody_can_read_the_token),
         cmocka_unit_test(a_watchdog_outside_its_bounds_is_refused),

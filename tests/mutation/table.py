@@ -4,7 +4,7 @@ FILES = "src/core/*.c", "src/rt/*.c", "src/cli/operator.c", "src/cli/cmd_run.c",
 
 CORE = "test_supervisor", "test_pid", "test_platform", "test_safety", "test_interlock", "test_platform_limits", "test_loop", "test_commands"
 CAN = "test_can_master", "test_can_node", "test_can_link", "test_device", "test_hal"
-MODBUS = "test_modbus", "test_modbus_server", "test_modbus_line", "test_modbus_rtu", "test_device", "test_hal"
+MODBUS = "test_modbus", "test_modbus_server", "test_modbus_line", "test_modbus_rtu", "test_modbus_tcp", "test_device", "test_hal"
 TESTS = (
     ("src/core/*", CORE),
     ("src/rt/confine.c", ("test_confine", "confine.sh")),
@@ -60,7 +60,7 @@ OTHERWISE = (
     (PLATFORM, "toggles the supply output", "if (supervisor_powers(p->supervisor.state))", "if (true)"),
     (PLATFORM, "toggles the supply output", "p->command.supply = !p->command.supply;", "p->command.supply = true;"),
     (PLATFORM, "faults are judged last", "react(p, reaction);", ""),
-    (PLATFORM, "nothing is started on", "!(suspect && asked == TRIGGER_ENGAGE) && apply", "apply"),
+    (PLATFORM, "nothing is started on", "!(suspect && begins(asked)) && apply", "apply"),
     ("src/core/reference.c", "a test that is", "r->dof == DOF_NONE && !r->trajectory && t->multisine;", "r->dof == DOF_NONE && !r->trajectory;"),
     ("src/rt/loop.c", "without the supply", "bool powered = supervisor_powers(c.state);", "bool powered = true;"),
     ("src/rt/loop.c", "without the supply", "if (!powered || l->unwritten)", "if (!powered)"),
@@ -90,8 +90,8 @@ OTHERWISE = (
     ("hal/can.c", "one master", "status = listen_first(c, interface, error);", "status = STATUS_OK;"),
     ("hal/can.c", "the thread blocks all", "pthread_sigmask(SIG_SETMASK, &all, &before);", "pthread_sigmask(SIG_BLOCK, NULL, &before);"),
     ("hal/can.c", "nodes that leave operational", "leave(c);", ""),
-    ("hal/can_device.c", "watchdogs count from it", "if (came_ns > now_ns) came_ns = now_ns;", ""),
-    ("hal/can_device.c", "watchdogs count from it", "if (came_ns > d->came_ns) d->came_ns = came_ns;", "d->came_ns = came_ns;"),
+    ("hal/can_socket.c", "watchdogs count from it", "if (came_ns > now_ns) came_ns = now_ns;", ""),
+    ("hal/can_socket.c", "watchdogs count from it", "return came_ns > before_ns ? came_ns : before_ns;", "return came_ns;"),
     (MASTER, "read back, because a", "{EVERY, SDO_UPLOAD, 0x1016, 1, 4, consumer, false},", ""),
     (MASTER, "read back, because a", "{EVERY, SDO_UPLOAD, 0x1400, 5, 2, watchdog_ms, false},", ""),
     (MASTER, "on a communication error", "{IO, SDO_UPLOAD, 0x6206, 1, 1, 0xff, false},", ""),

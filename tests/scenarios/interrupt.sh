@@ -40,6 +40,30 @@ sys.exit(state.state != 1 or state.enable)' "$work/run.lcm"
 }
 parks() { interrupt_at "$@" && not_evaluated && log_is_whole && put_down; }
 
+# A second signal, a person's, while it is put down for ten minutes of the run's time; within 0.3 s of the first it would be the same one.
+twice() {
+    local run status
+    rm -f "$work/lines"
+    mkfifo "$work/lines"
+    "${quick[@]}" --set motion.hold_s=60 --set motion.park_s=600 --log "$work/run.lcm" >"$work/lines" 2>"$work/error" &
+    run=$!
+    while read -r line; do
+        [[ $line =~ ready ]] && kill -INT $run
+        [[ $line =~ parking ]] && sleep 0.4 && kill -INT $run
+    done <"$work/lines"
+    wait $run
+    status=$?
+    cat "$work/error"
+    echo "exit status $status"
+    [ $status -eq 1 ] && grep -q 'interrupted again: valves centred' "$work/error" && ! put_down
+}
+
+ends_tests() {
+    interrupt_at INT 'test 1/6' tests.duration_s=60 >"$work/run.out" || { cat "$work/run.out"; return 1; }
+    cat "$work/run.out"
+    ! grep -q 'test [3-6]/6' "$work/run.out"
+}
+
 goes_on() {
     "${quick[@]}" --log "$work/run.lcm" | head -n 1
     local status=${PIPESTATUS[0]}
@@ -55,4 +79,6 @@ claim "SIGINT in a test: parked, log closed, not evaluated" parks INT 'test 1/6'
 claim "SIGINT while parking: parked, log closed, not evaluated" parks INT parking motion.park_s=300
 claim "SIGTERM in a test: the same" parks TERM 'test 1/6' tests.duration_s=60
 claim "SIGHUP in a test, the terminal is gone: the same" parks HUP 'test 1/6' tests.duration_s=60
+claim "SIGINT twice: the valves are centred where the platform is" twice
+claim "SIGINT in the first test: no other begins" ends_tests
 claim "the reader of its output goes away: the run goes on to its end, and parks" goes_on
