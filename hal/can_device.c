@@ -64,7 +64,7 @@ static void flush(struct can_device *d) {
 
 static struct can_tpdo reading(const struct params *p, const struct hal_sample *s, int node) {
     int leg = node - 1;
-    if (node == CAN_IO) return (struct can_tpdo){.inputs = (uint8_t)interlock_bits(s->inputs)};
+    if (node == CAN_IO) return (struct can_tpdo){.inputs = (uint8_t)interlock_bits(&p->interlocks, s->inputs)};
     return (struct can_tpdo){.position = channel_raw(&p->length_channel, leg, s->length_m[leg], INT32_MAX),
                              .p1 = (int16_t)channel_raw(&p->p1_channel, leg, s->p1_pa[leg], INT16_MAX),
                              .p2 = (int16_t)channel_raw(&p->p2_channel, leg, s->p2_pa[leg], INT16_MAX)};

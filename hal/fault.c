@@ -6,7 +6,9 @@
  *
  * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay with fresh time stamps);
  *           loss=%; repeat and reorder (every other sample, with fresh time stamps); hang (always
- *           the same sample, with fresh time stamps); drop (cannot be read)
+ *           the same sample, with fresh time stamps); drop (cannot be read);
+ *           twin (two devices answer as one: a second TPDO of a node in one SYNC, a second Modbus
+ *           answer; with a leg: for that leg)
  * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the
  *           samples (a bit of the 1 um count); swap
  * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze;
@@ -88,6 +90,13 @@ static void passed_off(struct hal_sample *s, const struct hal_sample *older) {
 
 static void stale(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, instead(s, &f->before, SAMPLE_STALE); }
 static void hang(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, passed_off(s, &f->before); }
+
+/* Two devices answer as one; the back-end has seen it. */
+static void twin(struct wrapper *w, struct fault *f, struct hal_sample *s) {
+    (void)w;
+    s->flags |= SAMPLE_TWIN;
+    if (f->leg != ALL_LEGS) s->twins |= 1u << f->leg;
+}
 
 static void late(struct wrapper *w, struct fault *f, struct hal_sample *s) {
     (void)w;
@@ -225,6 +234,7 @@ static const struct kind {
     {.name = "repeat", .spoil = repeat},
     {.name = "reorder", .spoil = reorder},
     {.name = "hang", .spoil = hang},
+    {.name = "twin", .takes_leg = true, .spoil = twin},
     {.name = "drop", .read_fails = true},
     {.name = "freeze", .takes_leg = true, .spoil = freeze},
     {.name = "length", .takes_leg = true, .wants_value = true, .spoil = length_jump},
@@ -286,7 +296,7 @@ static bool fault_parse(const char **text, struct fault *f) {
 }
 
 static int refuse(const char *start, struct error *error) {
-    char names[300] = "";
+    char names[400] = "";
     for (int i = 0; i < KINDS; i++) {
         size_t used = strlen(names);
         snprintf(names + used, sizeof names - used, "%s%s%s", i ? ", " : "", kinds[i].name, kinds[i].wants_value ? "=" : "");
@@ -327,7 +337,7 @@ static int fault_open(struct hal **hal, const char *address, const struct params
 
 /* Passes the inputs through the device's byte with its stuck bits, and reads them back. */
 static void rewire(const struct wrapper *w, const struct fault *f, struct hal_sample *s) {
-    uint32_t bits = f->kind->wire(interlock_bits(s->inputs), (uint32_t)fmax(0.0, fmin(f->value, 255.0)));
+    uint32_t bits = f->kind->wire(interlock_bits(&w->params->interlocks, s->inputs), (uint32_t)fmax(0.0, fmin(f->value, 255.0)));
     struct interlock_reading read = interlock_read(&w->params->interlocks, bits);
     s->inputs = read.closed, s->contradicted |= read.contradicted;
 }

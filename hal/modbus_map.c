@@ -80,7 +80,7 @@ void modbus_put_reading(const struct params *p, const struct modbus_reading *r, 
     read[1] = r->sample;
     read[2] = r->status;
     read[MODBUS_FOREIGN - MODBUS_READ_FROM] = r->foreign;
-    read[MODBUS_INPUTS - MODBUS_READ_FROM] = (uint16_t)interlock_bits(r->inputs);
+    read[MODBUS_INPUTS - MODBUS_READ_FROM] = (uint16_t)interlock_bits(&p->interlocks, r->inputs);
     for (int i = 0; i < LEGS; i++) {
         uint32_t raw = (uint32_t)channel_raw(&p->length_channel, i, r->length_m[i], INT32_MAX);
         length[2 * i] = (uint16_t)(raw >> 16);

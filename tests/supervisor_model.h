@@ -259,7 +259,8 @@ static inline bool edge(enum state from, enum state to, const struct cause *c) {
     case STATE_PRESSURISING: return (to == STATE_ENGAGING && c->pressure) || (to == STATE_SETTLED && (c->stop || c->park));
     case STATE_ENGAGING: return (to == STATE_READY && c->neutral) || (to == STATE_PARKING && (c->stop || c->park || c->parks));
     case STATE_READY:
-        return (to == STATE_TESTING && (c->start || c->automatic)) || (to == STATE_PARKING && (c->park || c->automatic || c->parks));
+        return (to == STATE_TESTING && c->good && (c->start || c->automatic)) ||
+               (to == STATE_PARKING && (c->park || c->automatic || c->parks));
     case STATE_TESTING: return (to == STATE_READY && c->neutral && c->ended) || (to == STATE_PARKING && (c->park || c->parks));
     case STATE_PARKING: return to == STATE_SETTLED && c->parked && !c->faults;
     case STATE_FAULT: return to == STATE_INIT && c->reset;

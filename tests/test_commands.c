@@ -53,7 +53,7 @@ static struct bench {
     struct loop loop;
     struct commands commands;
     uint32_t open, closed;     /* INPUT_... forced to read open or closed */
-    bool doubtful;
+    bool doubtful, contradicts;
     enum state state;          /* state after the last cycle */
     int64_t now_ns;            /* the operator's clock: nothing expires unless told to */
     void (*meanwhile)(void);   /* called instead of a cycle when a command waits for the loop */
@@ -64,6 +64,7 @@ static int spoiled_read(struct hal *hal, int64_t now_ns, struct hal_sample *samp
     int status = b.machine->ops->read(b.machine, now_ns, sample);
     sample->inputs = (sample->inputs & ~b.open) | b.closed;
     if (b.doubtful) sample->flags |= SAMPLE_INVALID;
+    if (b.contradicts) sample->contradicted = INPUT_DOOR;
     return status;
 }
 static int spoiled_write(struct hal *hal, const struct hal_command *command) {
@@ -264,6 +265,10 @@ static void enable_open(void) { b.open = INPUT_ENABLE, cycle(); }
 static void door_open(void) { b.open = INPUT_DOOR, cycle(); }
 static void pressure_lingers(void) { b.closed = INPUT_SUPPLY, cycle(); }
 static void sample_doubtful(void) { b.doubtful = true; }
+static void cause_stands(void) {
+    b.contradicts = true;
+    for (double s = 0.0; s < 2.0 * b.params.interlocks.discrepancy_s; s += b.params.loop.period_s) cycle();
+}
 static void commands_off(void) { b.params.lcm.commands = false; }
 
 static void somebody_asks(enum command command) {
@@ -390,6 +395,8 @@ static void collect(void) {
     add(ask(STATE_SETTLED, COMMAND_ENGAGE, door_open), "settled, a door open");
     add(ask(STATE_SETTLED, COMMAND_ENGAGE, pressure_lingers), "settled, pressure without the supply");
     add(ask(STATE_SETTLED, COMMAND_ENGAGE, sample_doubtful), "settled, in that cycle a bad sample");
+    add(ask(STATE_READY, COMMAND_START, sample_doubtful), "ready, in that cycle a bad sample");
+    add(ask(STATE_FAULT, COMMAND_RESET, cause_stands), "fault, its cause still there");
     add(ask(STATE_SETTLED, COMMAND_ENGAGE, commands_off), "any, without `lcm.commands: true`");
     add(ask(STATE_READY, COMMAND_START, stop_came_before), "any, another operator's stop not yet acted upon");
     add(ask(STATE_READY, COMMAND_START, stop_comes_with_it), "any, another operator's stop at the same time");

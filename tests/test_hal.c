@@ -268,6 +268,24 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
     pair_close(&p);
 }
 
+static void a_twin_is_flagged_with_its_leg_and_changes_no_reading(void **unused) {
+    (void)unused;
+    static const char *const fault[] = {"twin@0.2+0.1", "twin@0.2+0.1/3"};
+    for (int k = 0; k < 2; k++) {
+        struct pair p;
+        pair_open(&p, fault[k]);
+        for (int n = 0; n < 200; n++) {
+            bool active = n >= 100 && n < 150;
+            pair_read(&p, n);
+            assert_int_equal(p.got.flags, p.healthy.flags | (active ? SAMPLE_TWIN : 0));
+            assert_int_equal(p.got.twins, active && k ? 1u << 2 : 0);
+            assert_memory_equal(p.got.length_m, p.healthy.length_m, sizeof p.got.length_m);
+            pair_write(&p);
+        }
+        pair_close(&p);
+    }
+}
+
 /* Each cycle delivers either a healthy sample of some cycles ago or one spoilt at random. */
 static void faults_of_order_and_chance_keep_their_promise(void **unused) {
     (void)unused;
@@ -484,6 +502,7 @@ int main(void) {
         cmocka_unit_test(a_fault_needs_a_back_end_behind_it_and_says_what_that_says),
         cmocka_unit_test(each_fault_does_what_it_says_in_its_window_and_to_its_leg_only),
         cmocka_unit_test(a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe),
+        cmocka_unit_test(a_twin_is_flagged_with_its_leg_and_changes_no_reading),
         cmocka_unit_test(faults_of_order_and_chance_keep_their_promise),
         cmocka_unit_test(a_valve_at_fault_does_what_it_likes_also_when_centred),
         cmocka_unit_test(faults_add_up_and_each_remembers_its_own_beginning),

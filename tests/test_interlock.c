@@ -3,6 +3,7 @@
  * control can tolerate park the platform slowly. */
 #include "platform_rig.h"
 
+#include "failure.h"
 #include "interlock.h"
 #include "power_unit.h"
 
@@ -99,19 +100,42 @@ static void an_input_opens_also_while_nothing_can_be_written(void **unused) {
 }
 
 /* The last sample does not replace one that was not read. */
-static void nothing_engages_on_a_doubtful_sample(void **unused) {
+static void nothing_begins_on_a_doubtful_sample(void **unused) {
     (void)unused;
     static spoiler *const spoil[] = {flagged_io, flagged_invalid, length_not_a_number};
     struct params params = by_hand();
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 6; k++) {
         struct rig rig;
+        enum state from = k < 3 ? STATE_SETTLED : STATE_READY;
         rig_init(&rig, &params);
-        rig_bring(&rig, STATE_SETTLED, 20);
-        rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_ENGAGE}, spoil[k], 0);
-        assert_int_equal(rig.now.state, STATE_SETTLED);
+        rig_bring(&rig, from, 20);
+        rig_request(&rig, (struct request){.id = ++rig.id, .command = k < 3 ? COMMAND_ENGAGE : COMMAND_START}, spoil[k % 3], 0);
+        assert_int_equal(rig.now.state, from);
         assert_false(rig.platform.request_taken);
         plant_destroy(rig.plant);
     }
+}
+
+static uint32_t contradicting; /* INPUT_... that contradict() sets */
+static void contradict(struct hal_sample *s, int which) { (void)which, s->inputs &= ~contradicting, s->contradicted = contradicting; }
+
+static void a_reset_whose_cause_stands_is_not_taken(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    struct rig rig;
+    rig_init(&rig, &params);
+    rig_bring(&rig, STATE_SETTLED, 20);
+    contradicting = INPUT_DOOR;
+    while (rig.now.state != STATE_FAULT) rig_spoilt(&rig, contradict, 0);
+    rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_RESET}, contradict, 0);
+    assert_int_equal(rig.now.state, STATE_FAULT);
+    assert_int_equal(rig.now.first_fault, FAULT_ANTIVALENCE);
+    assert_false(rig.platform.request_taken);
+    rig_run(&rig, 1);
+    rig_cycle(&rig, COMMAND_RESET);
+    assert_int_equal(rig.now.state, STATE_INIT);
+    assert_true(rig.platform.request_taken);
+    plant_destroy(rig.plant);
 }
 
 static void what_is_not_wired_is_not_watched_and_named(void **unused) {
@@ -148,19 +172,16 @@ static void the_emergency_stop_is_the_headline(void **unused) {
 
 /* ---- two contacts ---- */
 
-static uint32_t contradicting; /* INPUT_... that contradict() sets */
-static void contradict(struct hal_sample *s, int which) { (void)which, s->inputs &= ~contradicting, s->contradicted = contradicting; }
-
 static void what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contradicts(void **unused) {
     (void)unused;
     struct params params = by_hand();
     assert_true(params.interlocks.antivalent);
     for (uint32_t closed = 0; closed <= INPUTS_ALL; closed++) {
-        struct interlock_reading r = interlock_read(&params.interlocks, interlock_bits(closed));
+        struct interlock_reading r = interlock_read(&params.interlocks, interlock_bits(&params.interlocks, closed));
         assert_int_equal(r.closed, closed);
         assert_int_equal(r.contradicted, 0);
         for (int bit = 0; bit < 2 * INPUTS; bit++) {
-            r = interlock_read(&params.interlocks, interlock_bits(closed) ^ 1u << bit);
+            r = interlock_read(&params.interlocks, interlock_bits(&params.interlocks, closed) ^ 1u << bit);
             assert_int_equal(r.contradicted, 1u << bit % INPUTS);
             assert_int_equal(r.closed, closed & ~(1u << bit % INPUTS));
         }
@@ -169,6 +190,13 @@ static void what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contrad
     assert_int_equal(interlock_read(&params.interlocks, 0xff).closed, 0);
     params.interlocks.antivalent = false;
     assert_int_equal(interlock_read(&params.interlocks, 0xff).closed, INPUTS_ALL);
+}
+
+static void assert_line(const struct cycle *c, const char *input) {
+    char line[FAULT_LINE_SIZE], expected[FAULT_LINE_SIZE];
+    fault_line(c->first_fault, c->faults, &c->measure, line);
+    snprintf(expected, sizeof expected, "input_contradiction: %s", input);
+    assert_string_equal(line, expected);
 }
 
 /* The fault comes in every state, whether motion is held up or not, and does not come when one
@@ -196,6 +224,7 @@ static void contacts_that_contradict_each_other_are_a_fault_after_the_discrepanc
             assert_true(rig.now.faults & FAULT_ANTIVALENCE);
             assert_int_equal(rig.now.state, STATE_FAULT);
             if (!driven) assert_int_equal(rig.now.first_fault, FAULT_ANTIVALENCE);
+            if (!driven) assert_line(&rig.now, interlock_table[k].name);
             plant_destroy(rig.plant);
         }
 }
@@ -446,7 +475,8 @@ int main(void) {
         cmocka_unit_test(an_open_input_refuses_engage_and_says_which),
         cmocka_unit_test(an_automatic_run_that_meets_an_open_input_is_over),
         cmocka_unit_test(an_input_opens_also_while_nothing_can_be_written),
-        cmocka_unit_test(nothing_engages_on_a_doubtful_sample),
+        cmocka_unit_test(nothing_begins_on_a_doubtful_sample),
+        cmocka_unit_test(a_reset_whose_cause_stands_is_not_taken),
         cmocka_unit_test(what_is_not_wired_is_not_watched_and_named),
         cmocka_unit_test(the_emergency_stop_is_the_headline),
         cmocka_unit_test(what_is_sent_is_read_as_it_was_and_one_wrong_bit_is_open_and_contradicts),

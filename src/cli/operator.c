@@ -1,8 +1,11 @@
 #include "operator.h"
 
 #include <inttypes.h>
+#include <stdio.h>
 #include <string.h>
 
+#include "failure.h"
+#include "supervisor.h"
 #include "units.h"
 
 static const int64_t answer_patience_ns = NS_PER_S / 2;
@@ -125,7 +128,18 @@ static void withdraw(struct operator *o) {
     o->moves = false;
 }
 
+enum { WHY_SIZE = 200 };
+
+/* A reset that was not taken has found the cause of the fault again. */
+static const char *why_not_taken(const struct loop_acted *acted, enum command command, char text[WHY_SIZE]) {
+    bool stands = command == COMMAND_RESET && acted->state == STATE_FAULT && acted->first_fault;
+    if (!stands) return supervisor_advice(acted->state, acted->wrong, command);
+    snprintf(text, WHY_SIZE, "the fault %s stands: %s", fault_name(acted->first_fault), failure_of(acted->first_fault)->remedy);
+    return text;
+}
+
 static void answer_move(struct operator *o, int64_t now_ns) {
+    char text[WHY_SIZE];
     struct loop_acted acted = loop_acted(o->loop);
     const struct operator_waiting w = o->move;
     if (!o->moves) return;
@@ -141,7 +155,7 @@ static void answer_move(struct operator *o, int64_t now_ns) {
     }
     o->moves = false;
     if (acted.request_id != w.request_id) refuse(o, w.peer, w.id, w.command, "another command came in between: ask again", now_ns);
-    else if (!acted.taken) refuse(o, w.peer, w.id, w.command, supervisor_advice(acted.state, acted.wrong, w.command), now_ns);
+    else if (!acted.taken) refuse(o, w.peer, w.id, w.command, why_not_taken(&acted, w.command, text), now_ns);
     else {
         bool leased = w.command != COMMAND_RESET && o->params->lcm.lease_s > 0.0;
         if (leased) grant_lease(o, &w, now_ns);

@@ -4,6 +4,8 @@
 #include <inttypes.h>
 #include <math.h>
 
+#include "interlock.h"
+
 #define OFF "supply off, valves centred, latched"
 #define STOPS REACTION_STOP, OFF
 #define PARKS REACTION_PARK, "put down slowly, then supply off, latched"
@@ -129,6 +131,10 @@ const char *fault_measured(uint32_t first_fault, const struct fault_measure *mea
     const struct failure *f = failure_of(first_fault);
     char value[16], limit[16];
     *text = '\0';
+    if (measure->inputs) {
+        interlock_names(measure->inputs, text, FAULT_MEASURE_SIZE);
+        return text;
+    }
     if (!f || !f->unit || (isnan(measure->value) && measure->leg < 0)) return text;
     if (!isfinite(measure->value)) {
         snprintf(text, FAULT_MEASURE_SIZE, isnan(measure->value) ? "not a number" : "infinite");

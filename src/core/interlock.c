@@ -11,7 +11,10 @@ const struct interlock interlock_table[INPUTS] = {
     {INPUT_SUPPLY, FAULT_SUPPLY, "supply pressure", "the supply has no pressure: look at the power unit"},
 };
 
-uint32_t interlock_bits(uint32_t closed) { return (closed & INPUTS_ALL) | (~closed & INPUTS_ALL) << INPUT_INVERSE; }
+uint32_t interlock_bits(const struct interlock_params *p, uint32_t closed) {
+    uint32_t inverse = p->antivalent ? ~closed & INPUTS_ALL : 0;
+    return (closed & INPUTS_ALL) | inverse << INPUT_INVERSE;
+}
 
 struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits) {
     uint32_t plain = bits & INPUTS_ALL, inverse = bits >> INPUT_INVERSE & INPUTS_ALL;
@@ -67,6 +70,8 @@ static int list(uint32_t inputs, bool supply, char *text, size_t size) {
     if (supply) snprintf(text + used, size - used, "%ssupply output", count++ ? ", " : "");
     return count;
 }
+
+void interlock_names(uint32_t inputs, char *text, size_t size) { list(inputs, false, text, size); }
 
 bool interlock_describe(const struct interlock_params *p, char *text, size_t size) {
     uint32_t wired = interlock_wired(p);

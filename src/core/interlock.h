@@ -26,7 +26,7 @@ struct interlock_reading {
 };
 
 /* Returns the byte that a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse. */
-uint32_t interlock_bits(uint32_t closed);
+uint32_t interlock_bits(const struct interlock_params *p, uint32_t closed);
 
 /* Reads the inputs from bits 0..7; without p->antivalent bits 4..7 are ignored. */
 struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits);
@@ -57,6 +57,9 @@ uint32_t interlock_faults(uint32_t open);
 
 /* The first wrong input in words; NULL for 0. */
 const char *interlock_why(uint32_t wrong);
+
+/* Lists inputs by name: "emergency stop, door". */
+void interlock_names(uint32_t inputs, char *text, size_t size);
 
 /* Lists wired and missing inputs: "emergency stop, door; NOT WIRED, so not watched: enable
  * switch". True if all are wired. */

@@ -120,6 +120,7 @@ static double misfit_m(const struct platform *p, const struct hal_sample *in) {
 static struct fault_measure measure_of(const struct platform *p, const struct hal_sample *in, uint32_t fault) {
     struct fault_measure m = judge_sample(p, in, fault).measure;
     if (fault == FAULT_KINEMATICS) m.value = misfit_m(p, in);
+    if (fault == FAULT_ANTIVALENCE) m.inputs = p->contradicted;
     return m;
 }
 
@@ -372,6 +373,8 @@ static uint32_t await_pressure(struct platform *p, bool good) {
     return over && !there ? FAULT_SUPPLY : 0;
 }
 
+static bool begins(enum trigger trigger) { return trigger == TRIGGER_ENGAGE || trigger == TRIGGER_START; }
+
 void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out) {
     struct supervisor *s = &p->supervisor;
     struct reference_sample ref = {0};
@@ -379,7 +382,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     uint32_t stale = count_says(p, in), suspect = observe(p, in);
     enum trigger asked = commanded(p, request);
     /* SAFETY: nothing is started on a doubtful sample, whose inputs are doubtful too. */
-    if (asked != TRIGGER_NONE) p->request_taken = !(suspect && asked == TRIGGER_ENGAGE) && apply(p, asked);
+    if (asked != TRIGGER_NONE) p->request_taken = !(suspect && begins(asked)) && apply(p, asked);
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
     /* SAFETY: faults are judged last, so that no request of the same cycle can undo a fault
@@ -389,6 +392,8 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (s->first_fault != headline) p->measure = measure_of(p, in, s->first_fault);
     react(p, reaction);
     if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
+    /* a cause that stands latches the fault again */
+    if (asked == TRIGGER_RESET && s->state == STATE_FAULT) p->request_taken = false;
     p->ticks++;
 
     int test = s->state == STATE_TESTING || s->state == STATE_PARKING ? p->test : -1;

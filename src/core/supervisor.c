@@ -51,11 +51,12 @@ const char *supervisor_advice(enum state state, uint32_t wrong, enum command com
         [STATE_PARKING] = "the platform is being put down: wait until it stands",
         [STATE_FAULT] = "a fault is latched: mend its cause, then `hexid command reset`",
     };
+    static const char doubtful[] = "the last sample was doubtful: ask again";
     if (command == COMMAND_RESET && state != STATE_FAULT && state != STATE_PARKING) return "there is no fault to reset";
     if (command_stops(command) && !supervisor_drives(state)) return "nothing moves: the valves are centred";
     if (command == COMMAND_ENGAGE && state == STATE_READY) return "the platform is engaged already: `start` or `park`";
-    if (command == COMMAND_ENGAGE && state == STATE_SETTLED)
-        return wrong ? interlock_why(wrong) : "the last sample was doubtful: ask again";
+    if (command == COMMAND_ENGAGE && state == STATE_SETTLED) return wrong ? interlock_why(wrong) : doubtful;
+    if (command == COMMAND_START && state == STATE_READY) return doubtful;
     return first[state];
 }
 

@@ -1,6 +1,7 @@
 #include "loop.h"
 
 #include <string.h>
+#include <strings.h>
 
 #include "confine.h"
 #include "crash.h"
@@ -49,7 +50,8 @@ static void hand_over(struct loop *l, const struct cycle *c) {
 }
 
 uint64_t loop_acted_word(const struct loop_acted *a) {
-    return (uint64_t)a->request_id << 32 | (uint64_t)a->wrong << 16 | (uint64_t)a->state << 2 | (uint64_t)a->stopped << 1 | a->taken;
+    return (uint64_t)a->request_id << 32 | (uint64_t)a->wrong << 16 | (uint64_t)ffs((int)a->first_fault) << 10 | (uint64_t)a->state << 2 |
+           (uint64_t)a->stopped << 1 | a->taken;
 }
 
 static void tell_acted(struct loop *l) {
@@ -58,16 +60,18 @@ static void tell_acted(struct loop *l) {
                                .taken = p->request_taken,
                                .stopped = p->stopping,
                                .state = p->supervisor.state,
-                               .wrong = platform_wrong(p)};
+                               .wrong = platform_wrong(p),
+                               .first_fault = p->supervisor.first_fault};
     atomic_store_explicit(&l->acted, loop_acted_word(&acted), memory_order_release);
 }
 
 struct loop_acted loop_acted(const struct loop *l) {
-    uint64_t word = atomic_load_explicit(&l->acted, memory_order_acquire);
+    uint64_t word = atomic_load_explicit(&l->acted, memory_order_acquire), fault = word >> 10 & 0x3f;
     return (struct loop_acted){.request_id = (uint32_t)(word >> 32),
                                .taken = word & 1,
                                .stopped = word >> 1 & 1,
                                .state = (enum state)(word >> 2 & 0xff),
+                               .first_fault = fault ? 1u << (fault - 1) : 0,
                                .wrong = (uint32_t)(word >> 16) & (INPUTS_ALL | INPUT_LINGERS)};
 }
 

@@ -62,6 +62,7 @@ struct loop_acted {
     bool stopped;                    /* the latest tests were ended by a stop, or are ending */
     enum state state;                /* current state */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
+    uint32_t first_fault;            /* FAULT_..., one bit; 0: none is latched */
 };
 struct loop_acted loop_acted(const struct loop *l);
 
