@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "cli.h"
+#include "command_client.h"
 #include "commands.h"
 #include "units.h"
 
@@ -512,6 +513,51 @@ static void the_end_of_a_lease_has_its_own_status(void **unused) {
     }
 }
 
+/* In a request's own state, what the record of the cycle shows that acts upon it. */
+static const struct {
+    enum command command;
+    enum state from, to;
+    enum phase phase; /* of the motion, in that cycle */
+} acts[] = {
+    {COMMAND_ENGAGE, STATE_SETTLED, STATE_PRESSURISING, PHASE_NONE}, {COMMAND_START, STATE_READY, STATE_TESTING, PHASE_SETTLE},
+    {COMMAND_STOP, STATE_PRESSURISING, STATE_SETTLED, PHASE_NONE},   {COMMAND_STOP, STATE_ENGAGING, STATE_PARKING, PHASE_NONE},
+    {COMMAND_STOP, STATE_TESTING, STATE_TESTING, PHASE_RAMP_OUT},    {COMMAND_PARK, STATE_READY, STATE_PARKING, PHASE_NONE},
+    {COMMAND_PARK, STATE_TESTING, STATE_PARKING, PHASE_RAMP_OUT},    {COMMAND_RESET, STATE_FAULT, STATE_INIT, PHASE_NONE},
+};
+enum { ACTS = sizeof acts / sizeof *acts, TWO_CYCLES = 2 };
+
+/* A packet on the socket before this turn; then turns of the main thread and cycles, one each. */
+static int cycles_until_acted(int i) {
+    struct command_client c;
+    int cycles = 0;
+    assert_int_equal(command_client_open(&c, &b.commands.server.machine, command_stops(acts[i].command), 0), 0);
+    assert_int_equal(command_client_send(&c, acts[i].command, false), 0);
+    for (bool acted = false; !acted && cycles <= TWO_CYCLES; cycles++) {
+        struct cycle last = {0};
+        attend();
+        loop_cycle(&b.loop);
+        while (ring_pop(&b.ring, &last)) b.state = last.state;
+        acted = last.state == acts[i].to && last.phase == acts[i].phase;
+    }
+    attend();
+    assert_int_equal(command_client_wait(&c, 0, NULL), NEWS_ANSWER);
+    assert_int_equal(c.answer.outcome, OUTCOME_DONE);
+    command_client_close(&c);
+    return cycles;
+}
+
+static void each_command_is_acted_upon_within_two_cycles(void **unused) {
+    (void)unused;
+    for (int i = 0; i < ACTS; i++) {
+        begin();
+        bring_to(acts[i].from);
+        int cycles = cycles_until_acted(i);
+        end();
+        print_message("%s in %s: acted upon in cycle %d\n", command_names[acts[i].command], state_names[acts[i].from], cycles);
+        assert_true(cycles <= TWO_CYCLES);
+    }
+}
+
 static void what_a_stalled_loop_did_not_do_it_does_not_do_later(void **unused) {
     (void)unused;
     static const struct {
@@ -625,6 +671,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(what_moves_is_taken_in_its_own_state_alone),
         cmocka_unit_test(the_exit_status_says_what_the_words_say),
         cmocka_unit_test(the_end_of_a_lease_has_its_own_status),
+        cmocka_unit_test(each_command_is_acted_upon_within_two_cycles),
         cmocka_unit_test(what_a_stalled_loop_did_not_do_it_does_not_do_later),
         cmocka_unit_test(a_stop_for_all_says_where_it_could_not_go),
         cmocka_unit_test(a_flood_on_the_bus_leaves_the_processor_to_others),

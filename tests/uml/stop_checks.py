@@ -12,7 +12,8 @@ PACKET_MS = 4 if os.environ.get("CLOCK") == "virtual" else 20  # from a command 
 QUICK = [word for key in """sim.engine=closed_form motion.park_z_m=0.35 motion.rate_mps=0.55
 motion.engage_s=1.6 motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.2 tests.ramp_s=0.3
     tests.duration_s=30 tests.ramp_out_s=0.2 sensors.enabled=false""".split() for word in ("--set", key)]
-SETTLED, TESTING, PARKING, FAULT = 1, 4, 5, 6
+SETTLED, PRESSURISING, READY, TESTING, PARKING, FAULT = 1, 7, 3, 4, 5, 6
+RAMP_OUT = 4  # phase of a test
 
 
 def stalled_ms(since_us):
@@ -406,6 +407,38 @@ def _():
         took.append(run.parked_after_ms(since))
         demand(-2 <= took[-1] <= PACKET_MS, "parked after", took[-1], "ms")
     return f"{max(took):.0f} ms"
+
+
+@claim("engage, start, stop and park: each is in the log within two cycles")
+def _():
+    run = Run("--set", "lcm.commands=true", "--set", "motion.automatic=false", wait=False)
+    took = {}
+
+    def asked(name, command, state, phase):
+        since = now_us()
+        out.send(packet(command, len(took) + 1))
+        answer = out.recv(600)
+        demand(answer[:4] == b"HEXA" and answer[6] == 0, name, "answered", answer[:16])
+        answered_ms = (now_us() - since) / 1e3
+        time.sleep(0.5)  # until it is in the log
+        later = [at for at, was, m in run.states() if at >= since - 2000 and was == state and m.phase == phase]
+        demand(later, name, "never")
+        took[name] = (later[0] - since) / 1e3, answered_ms
+        demand(-2 <= took[name][0] <= PACKET_MS, name, "acted upon after", took[name], "ms")
+
+    run.until(SETTLED)
+    with connection("hexid") as out:
+        asked("engage", ENGAGE, PRESSURISING, 0)
+        run.until(READY)
+        asked("start", START, TESTING, 1)
+        time.sleep(1)
+        asked("stop", STOP, TESTING, RAMP_OUT)
+        run.until(READY)
+        asked("park", PARK, PARKING, 0)
+        run.until(SETTLED)
+    run.process.send_signal(signal.SIGINT)
+    run.ended()
+    return ", ".join(f"{name} {acted:.0f} ms, answered after {answered:.0f} ms" for name, (acted, answered) in took.items())
 
 
 @claim("what moves is refused over the socket for stops, and taken back when its client goes away at once")
