@@ -40,7 +40,7 @@
 #include "thread.h"
 #include "units.h"
 
-enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3, NS_PER_MS = 1000000 };
+enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3 };
 _Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
 static const double jam_s = 0.1; /* after this time the frames count as lost (interface reset),
@@ -122,7 +122,7 @@ static int refuse_second(const struct can_frame *heard, const char *interface, s
 
 /* SAFETY: listens for three heartbeats before it sends; a running hexid sends SYNC every cycle. */
 static int listen_first(struct can *c, const char *interface, struct error *error) {
-    int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = (int64_t)LISTEN_MAX_MS * NS_PER_MS;
+    int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = LISTEN_MAX_MS * NS_PER_MS;
     int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns);
     do {
         struct can_arrival come[CAN_BATCH];
@@ -163,7 +163,7 @@ static int judge(const struct can *c, bool sent, const char *interface, struct e
 static int bring_up(struct can *c, const char *interface, struct error *error) {
     struct can_frame reset = can_frame_nmt(NMT_RESET_COMMUNICATION, 0);
     const struct can_master *m = &c->master;
-    int64_t deadline_ns = monotonic_ns() + (int64_t)BRING_UP_MS * NS_PER_MS;
+    int64_t deadline_ns = monotonic_ns() + BRING_UP_MS * NS_PER_MS;
     bool sent = can_socket_send(&c->socket, &reset, 1) == 1;
     while (sent && !can_master_ready(m) && !can_master_misfit(m) && !m->foreign && !can_master_twin(m) && monotonic_ns() < deadline_ns) {
         wait_for_frames(c);

@@ -9,7 +9,7 @@
 #include "interlock.h"
 #include "units.h"
 
-enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3, NS_PER_MS = 1000000 };
+enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3 };
 /* requests in a cycle; with heartbeat, three RPDOs and SYNC ten frames, the size of a
  * controller's queue */
 enum { REQUESTS = 5 };
@@ -211,7 +211,7 @@ static void refuse(struct can_peer *p, enum can_refusal_kind kind, const struct 
     p->phase = CAN_REFUSED;
     forget(p);
     p->refusal = (struct can_refusal){kind, reply->index, reply->sub, reply->value};
-    p->deadline_ns = time_ns + (int64_t)ASK_MS * NS_PER_MS;
+    p->deadline_ns = time_ns + ASK_MS * NS_PER_MS;
 }
 
 static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply) {
@@ -363,12 +363,12 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     }
     if (setup_step(m, node, p->step, &step)) {
         request(p, &step, node, out);
-        p->deadline_ns = now_ns + (int64_t)REPLY_MS * NS_PER_MS;
+        p->deadline_ns = now_ns + REPLY_MS * NS_PER_MS;
         return;
     }
     can_queue_push(out, can_frame_nmt(NMT_START, node));
     p->phase = CAN_STARTING;
-    p->deadline_ns = now_ns + (int64_t)START_MS * NS_PER_MS;
+    p->deadline_ns = now_ns + START_MS * NS_PER_MS;
 }
 
 /* Asks a lost node for any reply: after an unnoticed boot it sends nothing, because its
@@ -377,7 +377,7 @@ static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS || !setup_step(m, node, 0, &step)) return;
     request(p, &step, node, out);
-    p->deadline_ns = now_ns + (int64_t)ASK_MS * NS_PER_MS;
+    p->deadline_ns = now_ns + ASK_MS * NS_PER_MS;
 }
 
 static void supervise(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {

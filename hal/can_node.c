@@ -5,7 +5,7 @@
 #include "can_server.h"
 #include "units.h"
 
-enum { NS_PER_MS = 1000000, BEHAVIOUR_STOPPED = 2, TYPE_SYNC_MAX = 240, ALL_ERRORS = (1 << CAN_ERRORS) - 1 };
+enum { BEHAVIOUR_STOPPED = 2, TYPE_SYNC_MAX = 240, ALL_ERRORS = (1 << CAN_ERRORS) - 1 };
 
 static const struct {
     uint16_t code;
@@ -245,7 +245,7 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
     if (can_node_get(n, 0x1400, 2) <= TYPE_SYNC_MAX) put_into_force(n);
 }
 
-static bool expired(int64_t heard_ns, int64_t now_ns, uint32_t limit_ms) { return now_ns - heard_ns > (int64_t)limit_ms * NS_PER_MS; }
+static bool expired(int64_t heard_ns, int64_t now_ns, uint32_t limit_ms) { return now_ns - heard_ns > limit_ms * NS_PER_MS; }
 
 /* SAFETY: an owner whose heartbeat is late, or never came, has lost the node, so that motion it
  * started does not continue without an owner. */
@@ -270,7 +270,7 @@ void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     uint32_t period_ms = can_node_get(n, 0x1017, 0);
     if (period_ms && now_ns >= n->heartbeat_due_ns) {
         can_queue_push(out, can_frame_heartbeat(n->id, n->state));
-        n->heartbeat_due_ns = now_ns + (int64_t)period_ms * NS_PER_MS;
+        n->heartbeat_due_ns = now_ns + period_ms * NS_PER_MS;
     }
     watch(n, now_ns, out);
     watch_owner(n, now_ns, out);

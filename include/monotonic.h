@@ -13,6 +13,6 @@ static inline int64_t monotonic_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-static inline int64_t monotonic_ms(void) { return monotonic_ns() / 1000000; }
+static inline int64_t monotonic_ms(void) { return monotonic_ns() / NS_PER_MS; }
 
 #endif

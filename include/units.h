@@ -6,7 +6,9 @@
 #include <stdint.h>
 
 #define NS_PER_S 1000000000LL
+#define NS_PER_MS 1000000LL
 #define NS_PER_US 1000LL
+#define MS_PER_S 1000
 #define PI 3.14159265358979323846
 
 static inline double seconds_from_ns(int64_t ns) { return (double)ns * 1e-9; }

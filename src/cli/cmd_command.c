@@ -47,10 +47,11 @@ static int interrupted_park(struct command_client *c, struct error *error) {
 static int hold_lease(struct command_client *c, const struct asked *q, struct error *error) {
     double lease_s = c->answer.lease_s;
     bool started = q->command == COMMAND_START, left = false;
+    int renewed_each_ms = (int)(lease_s * MS_PER_S / RENEWALS) + 1;
     printf("hexid: renewing the lease of %g s until the platform is %s; Ctrl-C parks it\n", lease_s, started ? "ready again" : "put down");
     fflush(stdout);
     for (;;) {
-        enum command_news news = interrupted ? NEWS_NONE : command_client_wait(c, (int)(lease_s * 1000.0 / RENEWALS) + 1, &q->during_waits);
+        enum command_news news = interrupted ? NEWS_NONE : command_client_wait(c, renewed_each_ms, &q->during_waits);
         if (interrupted && news == NEWS_NONE) return interrupted_park(c, error);
         if (news == NEWS_NONE) news = ask(c, COMMAND_NONE, true);
         left = news == NEWS_LEFT;

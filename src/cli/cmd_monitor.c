@@ -56,7 +56,7 @@ static int show_once(struct bus *bus, const struct params *params, bool json, st
     return error_set(error, STATUS_IO,
                      "monitor: no hexid was heard on %s within %d s: is one running, with this lcm.url? "
                      "`hexid doctor` looks at LCM",
-                     params->lcm.url, ONCE_MS / 1000);
+                     params->lcm.url, ONCE_MS / MS_PER_S);
 }
 
 /* ---- continuously ---- */

@@ -8,7 +8,7 @@
 
 #include "monotonic.h"
 
-enum { AGAIN_MS = 2, MS_PER_S = 1000, NS_PER_MS = 1000000 };
+enum { AGAIN_MS = 2 };
 
 int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms) {
     int64_t end_ms = monotonic_ms() + patience_ms;
