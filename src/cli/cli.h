@@ -55,6 +55,14 @@ int options_params(const struct options *o, struct params *params, struct error 
 struct log_event;
 int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
+/* True if --set gives this key. */
+bool options_sets(const struct options *o, const char *key);
+
+/* Takes into hz the frequency that an imported file states for its own rows (csv_stated.h); other
+ * messages change nothing. overruled: --set gives tests.frequency_hz, which then stays; what the
+ * file states instead is said on stderr. */
+void cli_take_stated(const char *path, const struct log_event *event, bool overruled, double hz[DOFS]);
+
 /* Calls options_params() and opens the configured bus. */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);

@@ -83,6 +83,7 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
         close(file);
         return status;
     }
+    csv_input_say_overruled(source->path, &in->csv);
     join(c->report.zero, sizeof c->report.zero, in->csv.zero);
     join(c->report.missing, sizeof c->report.missing, in->csv.missing);
     join(c->report.ignored, sizeof c->report.ignored, in->csv.ignored);
@@ -177,6 +178,8 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     bool identifies = !status && !analysis_init(analysis, &c->params, &c->report.identify);
     if (!status && in == c->input) c->first = c->params;
     do {
+        /* where --set wins, ask_gap() says so */
+        if (!options_sets(&c->o, "tests.frequency_hz")) cli_take_stated(in->name, &event, false, c->params.tests.hz);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);
         if (identifies) analysis_take(analysis, &cycle);
@@ -226,7 +229,9 @@ static void ask_gap(struct check *c) {
     }
     recording_init(recording, &c->first);
     for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
-    if (gap_logs_load(c->inputs, paths, c->o.run, recording, left_out, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
+    if (gap_logs_load(c->inputs, paths, c->o.run, options_sets(&c->o, "tests.frequency_hz"), recording, left_out, &c->report.gap) ==
+        STATUS_OK)
+        c->report.gap = (struct error){0};
     for (int i = 0; i < c->inputs; i++) note_left_out(c, &c->input[i], left_out[i]);
     for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);
     recording_free(recording);

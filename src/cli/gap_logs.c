@@ -55,7 +55,7 @@ static void follow_test(struct test *t, const struct cycle *c, const struct reco
     t->last = *c;
 }
 
-static int add(const char *path, int run, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE], struct error *error) {
+static int add(const char *path, int run, bool overruled, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE], struct error *error) {
     struct test test = {.last.test = -1};
     struct log_reader *log;
     struct log_event event;
@@ -65,6 +65,7 @@ static int add(const char *path, int run, struct recording *r, char left_out[GAP
     if (status) return status;
     for (bool first = true; !status && log_next(log, &event); first = false) {
         if (first) status = begin(path, &event, r, error);
+        if (!status) cli_take_stated(path, &event, overruled, r->run[r->runs - 1].hz);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         follow_test(&test, &cycle, r, left_out);
         status = of_log(path, recording_add(r, &cycle, error), error);
@@ -85,11 +86,12 @@ static int check_areas(const char *path, const struct recording *r, struct error
                      areas);
 }
 
-int gap_logs_load(int logs, const char *const *path, int run, struct recording *r, gap_left_out left_out, struct error *error) {
+int gap_logs_load(int logs, const char *const *path, int run, bool overruled, struct recording *r, gap_left_out left_out,
+                  struct error *error) {
     memset(left_out, 0, sizeof(gap_left_out));
     for (int i = 0; i < logs; i++) {
         int tests = r->tests, status = log_set_new(i, path, error);
-        if (!status) status = add(path[i], run, r, left_out[i], error);
+        if (!status) status = add(path[i], run, overruled, r, left_out[i], error);
         if (!status && r->tests == tests)
             status = error_set(error, STATUS_USAGE, "%.200s: %s%.100s", path[i],
                                left_out[i][0] ? "no sample in the evaluated part of any test: " : "no sinusoidal test in the log",

@@ -31,8 +31,11 @@ static int read_events(struct log_analysis *l, const struct options *o, const ch
     int status = read_params(o, path, &event, &l->params, error);
     if (!status) status = analysis_init(&l->analysis, &l->params, error);
     if (status) return status;
-    do feed(&l->analysis, &event);
-    while (log_next(log, &event));
+    bool overruled = options_sets(o, "tests.frequency_hz");
+    do {
+        cli_take_stated(path, &event, overruled, l->params.tests.hz);
+        feed(&l->analysis, &event);
+    } while (log_next(log, &event));
     analysis_end(&l->analysis);
     if (log_cut(log, &l->cut)) cli_warn_cut(path, l->cut);
     else l->cut = -1;

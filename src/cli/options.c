@@ -10,6 +10,7 @@
 #include "bus.h"
 #include "cli.h"
 #include "config.h"
+#include "csv_stated.h"
 #include "edit_distance.h"
 #include "log.h"
 #include "log_runs.h"
@@ -307,6 +308,23 @@ int cli_log_params(const char *path, const struct log_event *event, const char *
     return config_parse(params, text, size, path, error);
 }
 
+bool options_sets(const struct options *o, const char *key) {
+    size_t length = strlen(key);
+    for (int i = 0; i < o->setting_count; i++)
+        if (!strncmp(o->settings[i], key, length) && o->settings[i][length] == '=') return true;
+    return false;
+}
+
+void cli_take_stated(const char *path, const struct log_event *event, bool overruled, double hz[DOFS]) {
+    enum dof dof;
+    double stated_hz;
+    if (strcmp(event->channel, CHANNEL_EVENT) || !csv_stated_decode(event->data, event->size, &dof, &stated_hz)) return;
+    if (!overruled) hz[dof] = stated_hz;
+    else if (hz[dof] != stated_hz)
+        cli_say(stderr, "hexid: %.250s: %s: %g Hz of --set is taken, not the file's frequency_hz, %g", path, dof_names[dof], hz[dof],
+                stated_hz);
+}
+
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error) {
     int status = options_params(o, params, error);
     if (status) return status;
@@ -315,10 +333,7 @@ int options_bus(const struct options *o, struct params *params, struct bus **bus
 }
 
 void options_automatic(const struct options *o, bool simulated, struct params *params) {
-    static const char key[] = "motion.automatic=";
-    bool said = false;
-    for (int i = 0; i < o->setting_count; i++) said = said || !strncmp(o->settings[i], key, sizeof key - 1);
-    if (!simulated && !said) params->motion.automatic = false;
+    if (!simulated && !options_sets(o, "motion.automatic")) params->motion.automatic = false;
 }
 
 void cli_say(FILE *out, const char *format, ...) {

@@ -77,6 +77,7 @@ struct csv_report {
                                           * pressures */
     char zero[600];        /* import: times taken as t = 0 in files whose t_s does not begin near
                             * zero: "2_y.csv: 6.500; ..." */
+    char overruled[600];   /* import: frequencies in heads that csv_source.overruled left out */
     bool no_lengths;       /* import: a file of a platform lacks leg lengths */
     char doubtful[600];    /* import: columns with values implausible for their names, and the
                             * units that they might have */
@@ -94,6 +95,7 @@ struct csv_source {
     const char *path;      /* the directory, or a single file, whose configuration is the base */
     const char *base;      /* configuration, YAML text; NULL: the built-in one */
     struct csv_map *map;   /* columns under the user's own names (csv_map.h); NULL: none */
+    bool overruled;        /* the base's tests.frequency_hz wins over the files' */
     int only;              /* reads only this file, from 1, which need not have all names of the
                             * map; 0: all files */
 };
@@ -102,7 +104,7 @@ struct csv_source {
  * there is one, else the base. Frequency, amplitude, times and rate in the files' heads, and the
  * rate of their times, replace its values; the list of tests is made from the files unless the
  * configuration lists all their axes. Every file is checked to its last row before the log is
- * begun. -2 with file, line and column for bad content, -3 for files that cannot be read or
+ * begun. The frequency that a file states is kept beside its rows (csv_stated.h). -2 with file, line and column for bad content, -3 for files that cannot be read or
  * written. */
 int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error);
 

@@ -7,6 +7,7 @@
 #include "config.h"
 #include "csv.h"
 #include "csv_format.h"
+#include "csv_stated.h"
 #include "log.h"
 #include "log_runs.h"
 #include "messages.h"
@@ -133,12 +134,23 @@ static int take_config(struct export *e, const char *text, size_t length) {
     return written ? STATUS_OK : unwritable(e);
 }
 
+/* What a file stated of its own frequency goes into its head again. */
+static int take_stated(struct export *e, const struct log_event *event) {
+    enum dof dof;
+    double hz;
+    if (!csv_stated_decode(event->data, event->size, &dof, &hz)) return STATUS_OK;
+    int status = end_test(e);
+    e->params.tests.hz[dof] = hz;
+    return status;
+}
+
 static int take_event(struct export *e, const struct log_event *event) {
     struct cycle cycle;
     const char *text;
     size_t length;
     if (strcmp(event->channel, CHANNEL_EVENT) == 0 && event_decode_config(event->data, event->size, &text, &length))
         return take_config(e, text, length);
+    if (strcmp(event->channel, CHANNEL_EVENT) == 0) return take_stated(e, event);
     if (strcmp(event->channel, CHANNEL_STATE) != 0) return STATUS_OK;
     if (state_decode(event->data, event->size, &cycle)) return take(e, &cycle);
     e->report->unreadable++;

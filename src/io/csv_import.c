@@ -10,9 +10,11 @@
 #include "csv_begin.h"
 #include "csv_doubts.h"
 #include "csv_format.h"
+#include "csv_stated.h"
 #include "csv_times.h"
 #include "log.h"
 #include "messages.h"
+#include "number_text.h"
 #include "output.h"
 #include "units.h"
 
@@ -112,12 +114,27 @@ static void take_rate(struct import *im) {
     im->report->rate_hz = 1.0 / t->step_s;
 }
 
+/* Appends "1_x.csv: words; " to a list, or nothing if there are no words. */
+static void note(char *list, size_t size, const struct csv_head *h, const char *words) {
+    size_t used = strlen(list);
+    if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
+}
+
+/* Leaves the file's frequency out: the command line has another one. */
+static void overrule(struct import *im, struct csv_head *h) {
+    char words[NUMBER_SIZE];
+    if (!gives(h, CSV_FREQUENCY)) return;
+    note(im->report->overruled, sizeof im->report->overruled, h, number_shortest(h->value[CSV_FREQUENCY], words));
+    h->value[CSV_FREQUENCY] = (double)NAN;
+}
+
 static int merge_heads(struct import *im) {
     for (int file = 0; file < im->files; file++) {
         int status = merge_mechanism(im, file);
         if (status) return status;
         for (int key = 0; key < CSV_KEYS; key++) {
-            const struct csv_head *h = &im->head[file];
+            struct csv_head *h = &im->head[file];
+            if (key == CSV_FREQUENCY && im->source->overruled) overrule(im, h);
             status = gives(h, (enum csv_key)key) ? merge(im, file, (enum csv_key)key) : STATUS_OK;
             if (status) return status;
             if (key == CSV_RATE && gives(h, CSV_RATE)) set_rate(&im->params, h->value[key]);
@@ -211,12 +228,6 @@ static int evaluate(struct import *im, int file) {
     return STATUS_OK;
 }
 
-/* Appends "1_x.csv: words; " to a list, or nothing if there are no words. */
-static void note(char *list, size_t size, const struct csv_head *h, const char *words) {
-    size_t used = strlen(list);
-    if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
-}
-
 static void note_doubts(struct import *im, const struct csv_head *h, const struct csv_range *range) {
     char words[CSV_LIST_SIZE];
     csv_doubts(h, range, &im->params, words);
@@ -259,12 +270,30 @@ static int find_zero(struct import *im, int file) {
     return status;
 }
 
+static int write_event(struct import *im, const char *kind, const char *text) {
+    unsigned char *buffer = malloc(EVENT_SIZE);
+    int size = buffer ? event_encode(im->start_ns, im->seq, kind, text, buffer, EVENT_SIZE) : -1;
+    int status = size < 0 ? error_set(im->error, STATUS_IO, "out of memory")
+                          : log_write(im->log, im->start_ns / NS_PER_US, CHANNEL_EVENT, buffer, size, im->error);
+    free(buffer);
+    return status;
+}
+
+/* Keeps the file's own frequency beside its rows. */
+static int write_stated(struct import *im, const struct csv_head *h) {
+    char text[CSV_STATED_SIZE];
+    if (!gives(h, CSV_FREQUENCY)) return STATUS_OK;
+    csv_stated_text(h->dof, h->value[CSV_FREQUENCY], text);
+    return write_event(im, csv_stated_kind, text);
+}
+
 static int write_file(struct import *im, int file) {
     struct csv_reader *reader;
     const struct csv_times *t = &im->times[file];
     struct cycle c;
     int status = csv_open(&reader, im->head[file].path, im->source->map, im->error);
     if (status) return status;
+    status = write_stated(im, &im->head[file]);
     for (int64_t row = 0; row < t->rows && !status; row++) {
         int got = csv_read_row(reader, &c, im->error);
         status = got > 0 ? write_row(im, file, row, &c)
@@ -354,15 +383,6 @@ static int base_params(struct import *im) {
     if (base) return config_parse(&im->params, base, strlen(base), "base configuration", im->error);
     config_default(&im->params);
     return STATUS_OK;
-}
-
-static int write_event(struct import *im, const char *kind, const char *text) {
-    unsigned char *buffer = malloc(EVENT_SIZE);
-    int size = buffer ? event_encode(im->start_ns, im->seq, kind, text, buffer, EVENT_SIZE) : -1;
-    int status = size < 0 ? error_set(im->error, STATUS_IO, "out of memory")
-                          : log_write(im->log, im->start_ns / NS_PER_US, CHANNEL_EVENT, buffer, size, im->error);
-    free(buffer);
-    return status;
 }
 
 static int write_log(struct import *im, const char *log_path, const char *config) {

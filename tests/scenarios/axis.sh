@@ -16,6 +16,15 @@ named() {
     gap friction | tee "$work/said" && says "$work/friction.gap/gap.json" cylinder_coulomb_friction && ! grep -q '^  p1' "$work/said"
 }
 claim "dry friction is named from position and force; pressures are not evaluated" named
+# The file says 2 Hz; configuration or command line 4.
+own_frequency() {
+    sed 's/frequency_hz: 2$/frequency_hz: 4/' config/axis.yaml >"$work/four.yaml" && grep -q 'frequency_hz: 4$' "$work/four.yaml" &&
+        gap friction "$work/four.yaml" | tee "$work/said" && ! grep -q 'was stated' "$work/said" || return 1
+    "$hexid" gap "$work/friction.lcm" -c config/axis.yaml --set tests.frequency_hz=4 -o "$work/four" 2>&1 | tee "$work/said"
+    grep -q "friction.lcm: x: 4 Hz of --set is taken, not the file's frequency_hz, 2$" "$work/said" &&
+        "$python" -c 'import json, sys; sys.exit("where 4 was stated" not in json.load(open(sys.argv[1]))["reason"])' "$work/four/gap.json"
+}
+claim "gap takes the file's own frequency before the configuration's, and that of --set before both" own_frequency
 claim "its page has a cylinder's words, and is no wider than a telephone" \
     "$python" tests/scenarios/narrow.py "$work/friction.gap/report.html" "$work" leg legs platform nan
 accepted() {

@@ -42,9 +42,45 @@ without_lengths() {
         refuses 2 "no sample has the lengths of all legs" "$hexid" gap --measured "$work/blind.lcm" -c "$work/configured/config.yaml" -o "$work/gap"
 }
 
+# stated_hz JSON: what check says of the files' frequencies.
+stated_hz() { "$python" -c 'import json, sys
+print(*(t["stated_hz"] for t in json.load(open(sys.argv[1]))["tests"]))' "$1"; }
+# One file of 5 Hz against a configuration of 4 Hz, the default's; then two of one axis, each with its own.
+own_frequency() {
+    mkdir "$work/own" "$work/two"
+    sed 's/^# frequency_hz: .*/# frequency_hz: 5/' "$work/csv/3_z.csv" >"$work/own/1.csv"
+    sed 's/^# frequency_hz: .*/# frequency_hz: 3/' "$work/csv/3_z.csv" >"$work/two/1.csv"
+    cp "$work/own/1.csv" "$work/two/2.csv"
+    cp "$work/csv/config.yaml" "$work/four.yaml"
+    for of in own two; do "$hexid" import "$work/$of" -c "$work/four.yaml" -o "$work/$of.lcm" || return 1; done
+    "$hexid" export "$work/two.lcm" -o "$work/two_again"
+    [ "$(sed -n 's/^# frequency_hz: //p' "$work"/two_again/*.csv | xargs)" = "3 5" ] || return 1
+    local of expected
+    for of in own=5.0 "two=3.0 5.0"; do
+        expected=${of#*=} of=${of%%=*}
+        for from in "$work/$of" "$work/$of.lcm"; do
+            [ "$from" = "$work/two.lcm" ] && continue # check sees one test in it: the axis does not change
+            "$hexid" check "$from" -c "$work/four.yaml" --json "$work/own.json" >"$work/own.out" 2>&1
+            echo "$from: $(stated_hz "$work/own.json"), expected $expected"
+            [ "$(stated_hz "$work/own.json")" = "$expected" ] || return 1
+        done
+    done
+}
+# The command line wins, and says so in one line.
+set_wins() {
+    for from in "$work/own" "$work/own.lcm"; do
+        "$hexid" check "$from" -c "$work/four.yaml" --set tests.frequency_hz=6 --json "$work/own.json" >"$work/own.out" 2>&1
+        cat "$work/own.out"
+        [ "$(stated_hz "$work/own.json")" = 6.0 ] && [ "$(grep -c 'of --set is taken, not the file.*frequency_hz.* 5$' "$work/own.out")" = 1 ] ||
+            return 1
+    done
+}
+
 claim "a run goes to CSV and back" there_and_back
 claim "to the same CSV, byte for byte" diff -r "$work/csv" "$work/again"
 claim "and to the same identification" identified_alike
+claim "a file's own frequency_hz wins over the configuration, in import and in check" own_frequency
+claim "tests.frequency_hz of --set wins over both, and says so" set_wins
 claim "without pressures it is read, what is missing is named, and nothing is passed" without_pressures
 claim "without lengths import warns, and gap says so" without_lengths
 claim "a rate that is not that of the rows is refused" wrong_rate

@@ -1,0 +1,19 @@
+/* The frequency that a CSV file states for its own test. Import writes it into the log before the
+ * file's rows, as an event of kind "stated": it is nearer to the data than any configuration, and
+ * several files of one axis may each have their own. Pure; any thread. */
+#ifndef HEXID_CSV_STATED_H
+#define HEXID_CSV_STATED_H
+
+#include "messages.h"
+#include "types.h"
+
+enum { CSV_STATED_SIZE = 64 };
+extern const char csv_stated_kind[];
+
+void csv_stated_text(enum dof dof, double hz, char text[CSV_STATED_SIZE]);
+
+/* Returns false for any other message, and for a frequency outside the range of
+ * tests.frequency_hz. */
+bool csv_stated_decode(const void *data, int size, enum dof *dof, double *hz);
+
+#endif
