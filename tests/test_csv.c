@@ -280,11 +280,11 @@ static void units_that_cannot_be_are_named(void **unused) {
     } cases[] = {
         {"l3_m", "", 1.83, 0.004},
         {"l3_m", "l3_m is up to 1834, in mm?", 1830.0, 4.0},
-        {"l1_mm", "l1_m is up to 0.001834, another unit", 1.83, 0.004},
+        {"l1_mm", "l1_m is up to 0.001834 (possible: 0.", 1.83, 0.004},
         {"p2_5_pa", "", 4e6, 1e6},
         {"p2_5_pa", "p2_5_pa is up to 50, in bar?", 40.0, 10.0},
         {"p2_5_pa", "p2_5_pa is up to 5, in MPa?", 4.0, 1.0},
-        {"p2_5_bar", "p2_5_pa is up to 5e+11, another unit", 4e6, 1e6},
+        {"p2_5_bar", "p2_5_pa is up to 5e+11 (possible: 2e+04 to 4.8e+07 Pa), and no unit fits", 4e6, 1e6},
         {"ref_phi_rad", "", 0.0, 0.006},
         {"ref_phi_rad", "ref_phi_rad swings by 0.34", 0.0, 0.344},
         {"u2", "", 0.0, 0.5},
@@ -310,6 +310,43 @@ static void units_that_cannot_be_are_named(void **unused) {
     put("1_x.csv", text);
     assert_int_equal(import(), STATUS_USAGE);
     assert_says("1_x.csv:2|milliseconds|t_ms");
+}
+
+/* Rows of all lengths, pressures and references, scaled into the file's units. */
+static void put_platform(const char *name, double length, double pressure) {
+    static char text[BUFFER];
+    int used = sprintf(text, "# dof: x\nt_s,ref_x_m,l1_m,l2_m,p1_1_pa,p2_1_pa,p1_2_pa\n");
+    for (int i = 0; i < 1000; i++) {
+        double s = sin(0.05 * i);
+        used += sprintf(text + used, "%.4f,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g\n", 0.002 * i, 0.004 * s * length, (1.83 + 0.002 * s) * length,
+                        (1.82 + 0.002 * s) * length, (3e6 + 1.5e6 * s) * pressure, (2e6 + 1e6 * s) * pressure,
+                        (3e6 + 0.5e6 * s) * pressure);
+    }
+    put(name, text);
+}
+
+static void one_unit_is_named_for_all_channels_of_a_kind(void **unused) {
+    (void)unused;
+    /* of a supply of 10 MPa; 45 in MPa were within three times the sensors' full scale, too */
+    static const struct {
+        double length, pressure;
+        const char *says;
+    } cases[] = {
+        {1.0, 1.0, ""},
+        {1.0, 1e-5, "1_x.csv and 1 more: p1_1_pa is up to 45, in bar?"},
+        {1.0, 1e-6, "1_x.csv and 1 more: p1_1_pa is up to 4.5, in MPa?"},
+        {1.0, 1e-3, "1_x.csv and 1 more: p1_1_pa is up to 4500, in kPa?"},
+        {1.0, 1.0 / 6894.76, "1_x.csv and 1 more: p1_1_pa is up to 652.7, in psi?"},
+        {1e3, 1e-5,
+         "1_x.csv and 1 more: l1_m is up to 1832, ref_x_m swings by 4, in mm?; 1_x.csv and 1 more: p1_1_pa is up to 45, in bar?"},
+    };
+    for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+        empty(NULL);
+        put_platform("1_x.csv", cases[n].length, cases[n].pressure);
+        put_platform("2_x.csv", cases[n].length, cases[n].pressure);
+        assert_imports();
+        assert_string_equal(report.doubtful, cases[n].says);
+    }
 }
 
 static void one_axis_goes_to_csv_and_back(void **unused) {
@@ -367,6 +404,7 @@ int main(void) {
         cmocka_unit_test(other_programs_files_are_read),
         cmocka_unit_test(every_dialect_gives_the_same_log),
         cmocka_unit_test(units_that_cannot_be_are_named),
+        cmocka_unit_test(one_unit_is_named_for_all_channels_of_a_kind),
         cmocka_unit_test(one_axis_goes_to_csv_and_back),
         cmocka_unit_test(a_recording_without_a_sinusoid_is_kept),
     };

@@ -45,6 +45,7 @@
 #include "types.h"
 
 enum { CSV_FILES_MAX = 100 }; /* per directory */
+enum { CSV_DOUBTS_SIZE = 600 };
 
 struct csv_file {
     char name[256];
@@ -79,8 +80,8 @@ struct csv_report {
                             * zero: "2_y.csv: 6.500; ..." */
     char overruled[600];   /* import: frequencies in heads that csv_source.overruled left out */
     bool no_lengths;       /* import: a file of a platform lacks leg lengths */
-    char doubtful[600];    /* import: columns with values implausible for their names, and the
-                            * units that they might have */
+    char doubtful[CSV_DOUBTS_SIZE]; /* import: columns with values implausible for their names, and
+                                     * the units that they might have (csv_doubts.h) */
 };
 
 /* Writes the tests of a log as DIRECTORY/1_x.csv ..., and its configuration. Creates the
@@ -104,8 +105,8 @@ struct csv_source {
  * there is one, else the base. Frequency, amplitude, times and rate in the files' heads, and the
  * rate of their times, replace its values; the list of tests is made from the files unless the
  * configuration lists all their axes. Every file is checked to its last row before the log is
- * begun. The frequency that a file states is kept beside its rows (csv_stated.h). -2 with file, line and column for bad content, -3 for files that cannot be read or
- * written. */
+ * begun. The frequency that a file states is kept beside its rows (csv_stated.h). -2 with file,
+ * line and column for bad content, -3 for files that cannot be read or written. */
 int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error);
 
 #endif

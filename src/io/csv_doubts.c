@@ -1,6 +1,7 @@
 #include "csv_doubts.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -50,42 +51,36 @@ static const struct guess pressures[] = {{"MPa", 1e6}, {"bar", 1e5}, {"psi", 689
 static const struct guess forces[] = {{"kN", 1e3}, {NULL, 0.0}};
 static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 
-/* Plausible range of a column's greatest value, or of its swing. */
+/* Greatest value, or swing, of some columns that the configured machine lets expect. */
 struct expectation {
     bool swing;
-    double least, most;
-    const struct guess *guess;
+    double least, most; /* plausible range, SI */
+    double usual;       /* the unit is chosen by nearness to it, in the ratio */
+    const char *si;
 };
 
-static const double TURN_MAX_RAD = 0.6; /* limit of any platform's motion, 35 degrees */
+/* Columns side by side of which the largest is judged, because a single one may be dead. */
+struct group {
+    int first, last;
+    struct expectation expected;
+};
 
-static const struct expectation valve = {.least = 0.0, .most = 1.001, .guess = valves};
+/* Kinds of channels: a recording has each in one unit. */
+enum kind { LENGTH, ANGLE, PRESSURE, FORCE, VALVE, KINDS };
+enum { GROUPS = 2 };
 
-static struct expectation pressure_of(const struct params *p) {
-    return (struct expectation){
-        .least = 2e-3 * p->hydraulics.supply_pa, .most = 3.0 * p->sensors.pressure_full_scale_pa, .guess = pressures};
-}
+static const struct guess *const guesses[KINDS] = {
+    [LENGTH] = lengths, [ANGLE] = angles, [PRESSURE] = pressures, [FORCE] = forces, [VALVE] = valves};
+
+static const double TURN_MAX_RAD = 0.6;     /* limit of any platform's motion, 35 degrees */
+static const double OF_SUPPLY = 0.6;        /* usual largest pressure over the supply's: from a
+                                             * light load's half to all of it */
+static const double SUPPLY_MOST = 2.0;      /* most that a load or the area ratio raises it to */
+static const double OF_STROKE = 0.1;        /* usual swing over the stroke where no amplitude is
+                                             * known */
 
 static double size_of(const struct csv_range *r, int column, bool swing) {
     return swing ? 0.5 * (r->high[column] - r->low[column]) : fmax(fabs(r->low[column]), fabs(r->high[column]));
-}
-
-static void doubt(const char *name, double size, const struct expectation *e, char words[CSV_LIST_SIZE]) {
-    size_t used = strlen(words);
-    const struct guess *g = e->guess;
-    while (g->unit && !(size * g->si >= e->least && size * g->si <= e->most)) g++;
-    snprintf(words + used, CSV_LIST_SIZE - used, "%s%s %s %.4g, %s%s?", used ? ", " : "", name, e->swing ? "swings by" : "is up to", size,
-             g->unit ? "in " : "another unit or machine", g->unit ? g->unit : "");
-}
-
-/* Checks the largest of columns first..last, because a single one may be dead. */
-static void check(const struct csv_head *h, const struct csv_range *r, int first, int last, const struct expectation *e,
-                  char words[CSV_LIST_SIZE]) {
-    double size = 0.0;
-    int at = -1;
-    for (int i = first; i <= last; i++)
-        if (h->has[i] && size_of(r, i, e->swing) > size) size = size_of(r, i, e->swing), at = i;
-    if (at >= 0 && !(size >= e->least && size <= e->most)) doubt(csv_columns[at].name, size, e, words);
 }
 
 static double greatest(const double value[LEGS]) {
@@ -100,55 +95,173 @@ static double least(const double value[LEGS]) {
     return low;
 }
 
-static void check_legs(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
-    enum { REF = 1, LENGTH = 7, P1 = 13, U = 25 };
+static struct expectation pressure_of(const struct params *p) {
+    double supply_pa = p->hydraulics.supply_pa;
+    return (struct expectation){
+        .least = 2e-3 * supply_pa, .most = 3.0 * p->sensors.pressure_full_scale_pa, .usual = OF_SUPPLY * supply_pa, .si = "Pa"};
+}
+
+static struct expectation valve(void) { return (struct expectation){.most = 1.001, .usual = 0.5, .si = "of full opening"}; }
+
+/* Fills the groups of one kind; returns their number. */
+static int platform_groups(enum kind kind, const struct csv_head *h, const struct params *p, struct group g[GROUPS]) {
+    enum { REF = 1, LEG = 7, P1 = 13, U = 25 };
     const double *a = p->tests.amplitude;
-    double move_max = fmax(4.0 * fmax(a[DOF_X], fmax(a[DOF_Y], a[DOF_Z])), 0.5 * greatest(p->actuator.stroke_m));
+    double stroke_m = greatest(p->actuator.stroke_m), far_m = greatest(p->limits.length_max_m), near_m = least(p->limits.length_min_m);
+    double move_max = fmax(4.0 * fmax(a[DOF_X], fmax(a[DOF_Y], a[DOF_Z])), 0.5 * stroke_m);
     double turn_max = h->dof == DOF_NONE ? TURN_MAX_RAD : 4.0 * fmax(a[DOF_PHI], fmax(a[DOF_THETA], a[DOF_PSI]));
-    const struct expectation length = {
-        .least = least(p->limits.length_min_m) / 2.0, .most = greatest(p->limits.length_max_m) * 2.0, .guess = lengths};
-    const struct expectation move = {.swing = true, .least = 0.0, .most = move_max, .guess = lengths};
-    const struct expectation turn = {.swing = true, .least = 0.0, .most = turn_max, .guess = angles};
-    const struct expectation pressure = pressure_of(p);
-    check(h, r, LENGTH, LENGTH + 5, &length, words);
-    check(h, r, REF, REF + 2, &move, words);
-    check(h, r, REF + 3, REF + 5, &turn, words);
-    check(h, r, P1, P1 + 11, &pressure, words);
-    check(h, r, U, U + 5, &valve, words);
+    bool moves = h->dof != DOF_NONE && h->dof < DOF_PHI, turns = h->dof != DOF_NONE && !moves;
+    double move = moves ? a[h->dof] : OF_STROKE * stroke_m, turn = turns ? a[h->dof] : turn_max / 4.0;
+    switch (kind) {
+    case LENGTH:
+        g[0] = (struct group){LEG, LEG + 5, {.least = near_m / 2.0, .most = far_m * 2.0, .usual = sqrt(near_m * far_m), .si = "m"}};
+        g[1] = (struct group){REF, REF + 2, {.swing = true, .most = move_max, .usual = move, .si = "m"}};
+        return 2;
+    case ANGLE: g[0] = (struct group){REF + 3, REF + 5, {.swing = true, .most = turn_max, .usual = turn, .si = "rad"}}; return 1;
+    case PRESSURE: g[0] = (struct group){P1, P1 + 11, pressure_of(p)}; return 1;
+    case VALVE: g[0] = (struct group){U, U + 5, valve()}; return 1;
+    default: return 0;
+    }
+}
+
+static int axis_groups(enum kind kind, const struct csv_head *h, const struct csv_range *r, const struct params *p,
+                       struct group g[GROUPS]) {
+    enum { POSITION = CSV_POSITION_COLUMN, REF, AT_FORCE, P1, P2, U };
+    double w = 2.0 * PI * p->tests.hz[DOF_X], inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
+    double force_min_n = 0.1 * fmin(inertia_n, 1e3), stroke_m = p->actuator.stroke_m[0];
+    double move_m = h->dof == DOF_NONE ? OF_STROKE * stroke_m : p->tests.amplitude[DOF_X];
+    switch (kind) {
+    case LENGTH: g[0] = (struct group){POSITION, REF, {.swing = true, .most = 0.5 * stroke_m, .usual = move_m, .si = "m"}}; return 1;
+    case FORCE:
+        g[0] = (struct group){
+            AT_FORCE, AT_FORCE, {.swing = true, .least = force_min_n, .most = (double)INFINITY, .usual = 10.0 * force_min_n, .si = "N"}};
+        return 1;
+    case PRESSURE: g[0] = (struct group){P1, P2, pressure_of(p)}; return 1;
+    case VALVE: g[0] = (struct group){U, U, valve()}; return 1;
+    default: return 0;
+    }
+}
+
+/* The implausible groups of one kind over all files, each by its largest value. */
+struct doubted {
+    int files;                /* that have any */
+    int file;                 /* one of them: the first */
+    struct {
+        int column;           /* -1: plausible */
+        double size;
+        struct expectation expected;
+    } group[GROUPS];
+};
+
+static void judge(struct doubted *d, int at, const struct group *g, const struct csv_head *h, const struct csv_range *r, bool *any) {
+    const struct expectation *e = &g->expected;
+    double size = 0.0;
+    int column = -1;
+    for (int i = g->first; i <= g->last; i++)
+        if (h->has[i] && size_of(r, i, e->swing) > size) size = size_of(r, i, e->swing), column = i;
+    if (column < 0 || (size >= e->least && size <= e->most)) return;
+    *any = true;
+    if (d->group[at].column >= 0 && !(size > d->group[at].size)) return;
+    d->group[at].column = column, d->group[at].size = size, d->group[at].expected = *e;
+}
+
+static struct doubted doubt(enum kind kind, int files, const struct csv_head *h, const struct csv_range *r, const struct params *p) {
+    struct doubted d = {.group = {{.column = -1}, {.column = -1}}};
+    for (int file = 0; file < files; file++) {
+        struct group g[GROUPS];
+        bool any = false;
+        int groups = h[file].mechanism == MECHANISM_AXIS ? axis_groups(kind, &h[file], &r[file], p, g)
+                                                         : platform_groups(kind, &h[file], p, g);
+        for (int at = 0; at < groups; at++) judge(&d, at, &g[at], &h[file], &r[file], &any);
+        if (any && !d.files++) d.file = file;
+    }
+    return d;
+}
+
+/* How far a unit's reading of all doubted groups is from the usual, as logarithms of ratios;
+ * infinite where one of them is outside what is possible. */
+static double misfit(const struct doubted *d, double si, double most_factor) {
+    double sum = 0.0;
+    for (int i = 0; i < GROUPS; i++) {
+        const struct expectation *e = &d->group[i].expected;
+        double read = d->group[i].size * si;
+        if (d->group[i].column < 0) continue;
+        if (!(read >= e->least && read <= fmin(e->most, most_factor * e->usual))) return HUGE_VAL;
+        sum += fabs(log(read / e->usual));
+    }
+    return sum;
+}
+
+/* The unit under which all doubted groups of a kind fit the machine best; NULL if none fits. */
+static const char *unit_of(enum kind kind, const struct doubted *d) {
+    double most_factor = kind == PRESSURE ? SUPPLY_MOST / OF_SUPPLY : HUGE_VAL, best = HUGE_VAL;
+    const char *unit = NULL;
+    for (const struct guess *g = guesses[kind]; g->unit; g++) {
+        double off = misfit(d, g->si, most_factor);
+        if (off < best) best = off, unit = g->unit;
+    }
+    return unit;
+}
+
+__attribute__((format(printf, 2, 3))) static void append(char list[CSV_DOUBTS_SIZE], const char *format, ...) {
+    size_t used = strlen(list);
+    va_list args;
+    va_start(args, format);
+    vsnprintf(list + used, CSV_DOUBTS_SIZE - used, format, args);
+    va_end(args);
+}
+
+static void append_file(char list[CSV_DOUBTS_SIZE], const struct csv_head *h, int others) {
+    append(list, "%s%s", *list ? "; " : "", strrchr(h->path, '/') + 1);
+    if (others) append(list, " and %d more", others);
+    append(list, ": ");
+}
+
+/* Says a kind's doubted groups with the unit that fits them together; where none does, each by
+ * itself. */
+static void say(char list[CSV_DOUBTS_SIZE], enum kind kind, const struct doubted *d, const struct csv_head *h) {
+    const char *unit = unit_of(kind, d), *comma = "";
+    if (!unit && d->group[0].column >= 0 && d->group[1].column >= 0) {
+        for (int i = 0; i < GROUPS; i++) {
+            struct doubted one = *d;
+            one.group[!i].column = -1;
+            say(list, kind, &one, h);
+        }
+        return;
+    }
+    append_file(list, &h[d->file], d->files - 1);
+    for (int i = 0; i < GROUPS; i++) {
+        const struct expectation *e = &d->group[i].expected;
+        if (d->group[i].column < 0) continue;
+        append(list, "%s%s %s %.4g", comma, csv_columns[d->group[i].column].name, e->swing ? "swings by" : "is up to", d->group[i].size);
+        if (!unit) append(list, " (possible: %.3g to %.3g %s)", e->least, e->most, e->si);
+        comma = ", ";
+    }
+    if (unit) append(list, ", in %s?", unit);
+    else append(list, ", and no unit fits: another machine, or another signal?");
 }
 
 /* Compares a force with that of the pressures, A1 P1 - A2 P2. */
-static void check_force(const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
+static void check_force(const struct csv_head *h, const struct csv_range *r, const struct params *p, char list[CSV_DOUBTS_SIZE]) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const double of[3] = {1.0, -areas.a1_m2[0], areas.a2_m2[0]};
     double apart = 0.0, all = r->product[0][0] - r->sum[0] * r->sum[0] / r->beside;
-    size_t used = strlen(words);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) apart += of[i] * of[j] * (r->product[i][j] - r->sum[i] * r->sum[j] / r->beside);
     if (!areas_stated(p) || !(apart > FORCE_APART * FORCE_APART * all)) return;
-    snprintf(words + used, CSV_LIST_SIZE - used,
-             "%sforce_n differs from A1 P1 - A2 P2 by %.2g of its variation, other diameters, units or signs?", used ? ", " : "",
-             sqrt(apart / all));
+    append_file(list, h, 0);
+    append(list, "force_n differs from A1 P1 - A2 P2 by %.2g of its variation, other diameters, units or signs?", sqrt(apart / all));
 }
 
-static void check_axis(const struct csv_head *h, const struct csv_range *r, const struct params *p, char words[CSV_LIST_SIZE]) {
-    enum { POSITION = CSV_POSITION_COLUMN, REF, FORCE, P1, P2, U };
-    double w = 2.0 * PI * p->tests.hz[DOF_X], inertia_n = p->axis.mass_kg * w * w * size_of(r, POSITION, true);
-    double force_min_n = 0.1 * fmin(inertia_n, 1e3);
-    const struct expectation move = {.swing = true, .least = 0.0, .most = 0.5 * p->actuator.stroke_m[0], .guess = lengths};
-    const struct expectation force = {.swing = true, .least = force_min_n, .most = (double)INFINITY, .guess = forces};
-    const struct expectation pressure = pressure_of(p);
-    check(h, r, POSITION, REF, &move, words);
-    check(h, r, FORCE, FORCE, &force, words);
-    check(h, r, P1, P2, &pressure, words);
-    check(h, r, U, U, &valve, words);
-    check_force(r, p, words);
-}
-
-void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]) {
-    words[0] = '\0';
-    if (head->mechanism == MECHANISM_AXIS) check_axis(head, range, params, words);
-    else check_legs(head, range, params, words);
+void csv_doubts(int files, const struct csv_head *head, const struct csv_range *range, const struct params *params,
+                char list[CSV_DOUBTS_SIZE]) {
+    list[0] = '\0';
+    for (int kind = 0; kind < KINDS; kind++) {
+        struct doubted d = doubt((enum kind)kind, files, head, range, params);
+        if (d.files) say(list, (enum kind)kind, &d, head);
+    }
+    for (int i = 0; i < files; i++)
+        if (head[i].mechanism == MECHANISM_AXIS) check_force(&head[i], &range[i], params, list);
 }
 
 const char *csv_time_unit(double step_s, double stated_s) {

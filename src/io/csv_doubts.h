@@ -4,6 +4,7 @@
 #ifndef HEXID_CSV_DOUBTS_H
 #define HEXID_CSV_DOUBTS_H
 
+#include "csv.h"
 #include "csv_reader.h"
 
 /* Least and greatest value of each column, and moments of a single axis's force and pressures;
@@ -17,9 +18,12 @@ struct csv_range {
 
 void csv_range_take(struct csv_range *range, const struct cycle *cycle);
 
-/* "l1_m is up to 1840: mm?", one for each kind of column, and a force that contradicts the
- * pressures; "" if all is plausible. */
-void csv_doubts(const struct csv_head *head, const struct csv_range *range, const struct params *params, char words[CSV_LIST_SIZE]);
+/* "1_x.csv and 5 more: p1_3_pa is up to 82, in bar?", once for each kind of channel over all files
+ * of a recording: the unit under which all that is implausible fits the configured machine best
+ * (supply, lengths, amplitudes). Where none fits it says what is possible instead. Then forces that
+ * contradict their pressures. "" if all is plausible. */
+void csv_doubts(int files, const struct csv_head *head, const struct csv_range *range, const struct params *params,
+                char list[CSV_DOUBTS_SIZE]);
 
 /* "t_s looks like milliseconds" and the remedy, if the steps differ from the stated one by a
  * factor of 1000 or a million. stated_s NaN: none is stated, so the steps are compared with

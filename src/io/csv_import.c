@@ -32,6 +32,7 @@ struct import {
     struct csv_head head[CSV_FILES_MAX];
     int test[CSV_FILES_MAX];   /* index in the list of tests */
     struct csv_times times[CSV_FILES_MAX];
+    struct csv_range range[CSV_FILES_MAX];
     int last_line[CSV_FILES_MAX];
     double zero_s[CSV_FILES_MAX]; /* t_s of the start of the ramp-in: 0, or found from the motion */
     double evaluated_s;    /* the shortest evaluated part of the files that do not state it */
@@ -228,22 +229,16 @@ static int evaluate(struct import *im, int file) {
     return STATUS_OK;
 }
 
-static void note_doubts(struct import *im, const struct csv_head *h, const struct csv_range *range) {
-    char words[CSV_LIST_SIZE];
-    csv_doubts(h, range, &im->params, words);
-    note(im->report->doubtful, sizeof im->report->doubtful, h, words);
-}
-
+/* Reads a file to its last row. */
 static int read_file(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     struct csv_reader *reader;
-    struct csv_range range = {0};
     struct cycle c;
     int got = 0, status = csv_open(&reader, h->path, im->source->map, im->error);
     if (status) return status;
     while (!status && (got = csv_read_row(reader, &c, im->error)) > 0) {
         status = add_time(im, reader, &im->times[file], c.test_time_s);
-        csv_range_take(&range, &c);
+        csv_range_take(&im->range[file], &c);
     }
     if (got < 0) status = got;
     im->report->empty += reader->empty;
@@ -252,7 +247,6 @@ static int read_file(struct import *im, int file) {
     if (!status && !im->times[file].rows)
         status = error_set(im->error, STATUS_USAGE, "%.250s:%d: no rows follow the column names", h->path, h->columns_line);
     if (!status) status = csv_times_measure(&im->times[file], 1.0 / h->value[CSV_RATE], im->error);
-    if (!status) note_doubts(im, h, &range);
     return status;
 }
 
@@ -312,6 +306,7 @@ static int check_files(struct import *im) {
     int status = STATUS_OK;
     for (int i = 0; i < im->files && !status; i++) status = read_file(im, i);
     if (status) return status;
+    csv_doubts(im->files, im->head, im->range, &im->params, im->report->doubtful);
     take_rate(im);
     for (int i = 0; i < im->files && !status; i++) {
         status = check_rate(im, i);
