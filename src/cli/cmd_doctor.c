@@ -134,6 +134,9 @@ int cmd_doctor(int argc, char **argv) {
         return cli_fail(&error);
     }
     d.machine = !ops->simulated;
+    struct loop_check loop = {0};
+    if (doctor_drives(&d)) loop = loop_check(&params, d.machine);
+    d.loop = &loop;
     struct output json;
     int status = outputs_open(&o, &params, OUTPUTS_NONE, &json, NULL, &error);
     if (!status) status = ask_all(&d, &json, &error);

@@ -17,6 +17,7 @@
 #include "crash.h"
 #include "doctor.h"
 #include "interlock.h"
+#include "kinematics.h"
 #include "log.h"
 #include "log_directory.h"
 #include "loop_check.h"
@@ -49,6 +50,7 @@ struct session {
     struct loop loop;
     struct recorder recorder;
     struct progress progress;
+    struct loop_check poles;      /* of the closed loop */
     struct log_writer *log;
     struct log_keeper keeper;
     struct bus *bus;
@@ -355,13 +357,24 @@ static void warn_of_machine(const struct session *s, bool opened) {
                   {"feed-forward", check_feed_forward, true},
                   {"limits", check_limits, true},
                   {"moves", check_moves, true}};
-    const struct doctor d = {.params = &s->params, .machine = on_bus(s)};
+    const struct doctor d = {.params = &s->params, .machine = on_bus(s), .loop = &s->poles};
     for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
         if (checks[i].opened != opened) continue;
         struct finding f = checks[i].ask(&d);
         if (f.level == LEVEL_WARN) fprintf(stderr, "hexid: warning: %s: %s: %s\n", checks[i].name, f.found, f.remedy);
         json_decref(f.data);
     }
+}
+
+/* SAFETY: an unstable loop endangers people on the platform; no key overrides this. Legs that hold
+ * no platform have no loop: check_motion() says what is wrong with them. */
+static int check_poles(struct session *s, struct error *error) {
+    struct kinematics k;
+    struct error unheard;
+    if (s->params.mechanism != MECHANISM_STEWART || kinematics_init(&k, &s->params, &unheard)) return STATUS_OK;
+    warn_of_machine(s, false);
+    s->poles = loop_check(&s->params, on_bus(s));
+    return loop_check_run(&s->poles, on_bus(s), error);
 }
 
 /* Warns of two axes of a multisine with one frequency, which cannot be told apart. */
@@ -451,17 +464,15 @@ int cmd_run(int argc, char **argv) {
     int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVd", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = outputs_open(&s->options, &s->params, OUTPUTS_LOG, &s->json, NULL, &error);
+    if (!status && !s->options.print_config) status = check_poles(s, &error);
     if (!status && !s->options.print_config) status = check_motion(s, &error);
     if (!status && s->options.print_config) {
         char *text = config_text(&s->params);
         status = output_text("-", text, &error);
         free(text);
     } else if (!status) {
-        warn_of_machine(s, false);
         warn_of_axes_alike(&s->params.tests);
-        /* SAFETY: an unstable loop endangers people on the platform; no key overrides this. */
-        status = loop_check_run(&s->params, on_bus(s), &error);
-        if (!status) status = open_all(s, &error);
+        status = open_all(s, &error);
         if (!status) warn_of_machine(s, true);
         if (!status) status = run(s, &error);
     }

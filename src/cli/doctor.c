@@ -32,6 +32,8 @@ struct finding finding_unseen(const char *path, const char *what) {
 
 bool doctor_drives(const struct doctor *d) { return d->params->mechanism == MECHANISM_STEWART; }
 
+struct loop_check doctor_loop(const struct doctor *d) { return d->loop ? *d->loop : loop_check(d->params, d->machine); }
+
 enum level level_of_machine(const struct doctor *d) { return d->machine ? LEVEL_FAIL : LEVEL_WARN; }
 
 const char *doctor_address(const struct doctor *d, const char *scheme) {

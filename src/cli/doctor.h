@@ -15,6 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "loop_check.h"
 #include "params.h"
 #include "status.h"
 
@@ -35,6 +36,7 @@ struct doctor {
     const char *root;       /* prefix of /proc and /sys; "" is this computer */
     double latency_s;       /* duration of the measurement of wake-ups; 0: none */
     bool machine;           /* the URL is not a simulation: real time is required */
+    const struct loop_check *loop; /* for these parameters; NULL: each check computes it */
 };
 
 typedef struct finding doctor_check(const struct doctor *d);
@@ -53,6 +55,9 @@ enum level level_of_machine(const struct doctor *d);
 
 /* False for a single axis: hexid reads its recordings and drives nothing. */
 bool doctor_drives(const struct doctor *d);
+
+/* The check of the closed loop: d->loop, or computed. */
+struct loop_check doctor_loop(const struct doctor *d);
 
 /* The part of the machine's URL after "can:", for scheme "can"; NULL if it has another scheme. */
 const char *doctor_address(const struct doctor *d, const char *scheme);

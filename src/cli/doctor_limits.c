@@ -6,7 +6,6 @@
 #include "doctor.h"
 #include "force.h"
 #include "kinematics.h"
-#include "loop_check.h"
 #include "units.h"
 
 /* A limit protects only if the machine can exceed it, and if it trips before harm is done. */
@@ -140,7 +139,7 @@ struct finding check_limits(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     struct saying s = {.f = {.level = LEVEL_OK}};
     const struct params *p = d->params;
-    struct loop_check c = loop_check(p, d->machine);
+    struct loop_check c = doctor_loop(d);
     force(&s, p);
     leg_rate(&s, p, &c);
     following(&s, p);

@@ -8,7 +8,6 @@
 #include "hal.h"
 #include "interlock.h"
 #include "kinematics.h"
-#include "loop_check.h"
 #include "motion_check.h"
 #include "trajectory_file.h"
 #include "reference.h"
@@ -167,9 +166,9 @@ struct finding check_interlocks(const struct doctor *d) {
 struct finding check_loop(const struct doctor *d) {
     char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
     if (!doctor_drives(d)) return finding_none();
-    struct loop_check c = loop_check(d->params, d->machine);
+    struct loop_check c = doctor_loop(d);
     loop_check_describe(&c, found, remedy);
-    bool refused = c.state == LOOP_UNSTABLE || (c.state == LOOP_NOISY && !d->machine);
+    bool refused = loop_check_refuses(&c, d->machine);
     enum level level = c.state == LOOP_DAMPED || c.state == LOOP_UNKNOWN ? LEVEL_OK : refused ? LEVEL_FAIL : LEVEL_WARN;
     struct finding f = finding(level, remedy, "%s", found);
     if (c.neutral.known)
@@ -198,7 +197,7 @@ static double fastest_mps(const struct params *p) {
 struct finding check_feed_forward(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct params *p = d->params;
-    struct loop_check c = loop_check(p, d->machine);
+    struct loop_check c = doctor_loop(d);
     if (c.state == LOOP_UNKNOWN) return finding_none();
     double kff = p->control.kff, off_m = p->control.kp > 0.0 ? fabs(c.kff_suits - kff) * fastest_mps(p) / p->control.kp : 0.0;
     bool ahead = kff > FEED_FORWARD_MOST * c.kff_suits, faults = off_m > FOLLOWING_SHARE * p->limits.following_m;
