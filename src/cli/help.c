@@ -122,8 +122,8 @@ static const struct subcommand subcommands[] = {
      "  -c FILE          configuration of the running hexid: its machine.name, and its lcm.url, by which stop and park go, too\n" SET
      "\nengage and start stay until the platform is put down, or held again after the tests\n"
      "HEXID_RUNTIME_DIR in the environment replaces /run/hexid and the user's runtime directory, for both ends\n"
-     "exit status 0 done; 1 ended by a park, a fault or Ctrl-C; 2 several run and none was named; 3 nobody answered;\n"
-     "4 refused, or the lease is lost\n",
+     "exit status 0 done; 1 ended by a park, a fault or Ctrl-C; 2 several run and none was named;\n"
+     "3 nobody answered, or one of several did not; 4 refused, or the lease is lost\n",
      "hexid command park", cmd_command},
     {"monitor", "[--once] [--json] | --http [ADDRESS:]PORT  [-c FILE] [--set KEY=VALUE ...]",
      "watch a running hexid over LCM: in the terminal, as JSON, or as a live page for browsers",
