@@ -104,6 +104,12 @@ static inline double distance(const double *a, const double *b, int count) {
         if (getenv("CHECK")) skip_because("slow cases, left to make test"); \
     } while (0)
 
+/* First line of a case that takes half a minute: `make test` leaves it to `make test-long`. */
+#define long_case()                                                             \
+    do {                                                                        \
+        if (!getenv("MORE_CASES")) skip_because("half a minute: make test-long"); \
+    } while (0)
+
 /* Sanitizers bring their own allocator, locks and system calls and are ten times slower. Searches
  * that take minutes are therefore run under them once, not for every claim. */
 #define MINUTES_UNDER_SANITIZERS "minutes under a sanitizer, which sees the same code in shorter tests"

@@ -161,6 +161,7 @@ static void legs_below_their_capacity_do_not_creep(void **state) {
 static void joints_below_their_capacity_do_not_creep(void **state) {
     (void)state;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params p;
     config_default(&p);
     set_effect(&p, "passive_joint_friction", 0, 20.0);

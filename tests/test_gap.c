@@ -271,6 +271,7 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
 static void noise_of_the_forces_is_no_play(void **state) {
     (void)state;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static const double first_m = 2e-6, factor = 1.6;
     enum { SIZES = 17, PIECES_OF_A_TEST = 8, ONE_LEG = 2, SHAPES = 2 };
     double square[SHAPES][SIZES] = {{0}};
@@ -388,8 +389,8 @@ static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
     slow_case();
-    /* tests/test_axis.c searches with the same threads */
-    if (SANITIZED_THREADS) skip_because(MINUTES_UNDER_SANITIZERS);
+    /* tests/test_axis.c and tests/scenarios/gap.sh search with the same code */
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
     int effect = effect_find("cylinder_coulomb_friction");
@@ -433,7 +434,7 @@ static void one_leg_with_friction_is_named_as_one_leg(void **state) {
  * have. */
 static void friction_and_a_tilt_are_two_effects(void **state) {
     (void)state;
-    slow_case();
+    long_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
@@ -465,7 +466,8 @@ static void another_controller_is_no_effect(void **state) {
     assert_false(result.simulated);
 }
 
-int main(void) {
+/* With an argument the cases whose names it matches. */
+int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_by_what_they_are),
         cmocka_unit_test(residuals_of_the_right_model_vanish),
@@ -483,5 +485,6 @@ int main(void) {
         cmocka_unit_test(friction_and_a_tilt_are_two_effects),
         cmocka_unit_test(another_controller_is_no_effect),
     };
+    if (argc > 1) cmocka_set_test_filter(argv[1]);
     return cmocka_run_group_tests(tests, setup, NULL);
 }

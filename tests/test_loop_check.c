@@ -113,6 +113,7 @@ static bool set_gain(struct params *p, int i, double decades) {
 static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
     (void)unused;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     int table[2][2] = {{0}};
     double step = all ? 0.2 : 1.0;
     for (int m = 0; m < MACHINES; m++)

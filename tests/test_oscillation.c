@@ -273,6 +273,7 @@ static bool full_grid(void) { return getenv("OSCILLATION_GRID") && !strcmp(geten
 static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
     (void)unused;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     int runs = 0, refused = 0, stopped = 0, steps = full_grid() ? 8 : 2;
     for (int m = 0; m < MACHINES; m++)
         for (int g = 0; g < GAINS; g++)

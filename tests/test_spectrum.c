@@ -187,6 +187,7 @@ static double rounding_over_predicted(double hz, double amplitude_m, double shak
 static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     (void)state;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static const double amplitude_m[] = {0.3e-3, 3.4e-3}, shaken_m[] = {0.0, 4e-6, 9e-6};
     for (int i = 0; i < 2; i++)
         for (int j = 0; j < 3; j++) assert_close(rounding_over_predicted(4.0, amplitude_m[i], shaken_m[j]), 1.0, 0.35);

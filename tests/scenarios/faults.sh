@@ -98,7 +98,11 @@ END
 drawn() { campaign < <("$python" tests/scenarios/faults.py draw "$1"); }
 
 quick --json "$work/clean.json" >"$work/out" || { cat "$work/out"; exit 1; }
+if [ -n "${MORE_CASES:-}" ]; then # make test-long
+    claim "60 faults drawn from all kinds, sizes and times: detected in time or harmless, and never identified wrongly in silence" drawn 60
+    exit
+fi
 claim "every listed fault is detected in time or harmless, and never identified wrongly in silence" listed
 grep '^|' "$work/claim.out" | sed 's/^/# /' # the table
 skip_under 'asan|tsan' "faults of any kind, size and time" "the same code, ten times slower"
-claim "60 faults drawn from all kinds, sizes and times: the same" drawn 60
+claim "15 faults drawn from all kinds, sizes and times: the same" drawn 15

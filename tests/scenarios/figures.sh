@@ -1,6 +1,6 @@
 #!/bin/bash
 # The identification's accuracy on the simulated platform, through the program: against an independent simulation of the same machine (its
-# own code, RK4 at 0.2 ms), and the spread over 30 seeds with the paper's sensors.
+# own code, RK4 at 0.2 ms). The spread over 30 seeds with the paper's sensors: tests/long/spread.sh.
 . tests/scenarios/lib
 
 brief=(--set motion.park_z_m=0.35 --set motion.rate_mps=0.55 --set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1) # the tests are as shipped
@@ -35,15 +35,3 @@ for substeps in 8 16; do exact ode$substeps --set sim.engine=ode --set sim.subst
 claim "ODE, 0.25 ms: within 1.3 % of the nominal on every entry" judge nominal 1.3 "$work/ode8.json"
 claim "ODE, 0.125 ms: within 0.1 points of the independent simulation" judge independent 0.1 "$work/ode16.json"
 judge print "$work"/ode8.json "$work"/ode16.json
-
-seeds() {
-    seq 30 | xargs -P "$(nproc)" -I{} "$hexid" run --fast --set lcm.url= "${brief[@]}" --set sim.engine=closed_form --seed {} \
-        --json "$work/$1{}.json" "${@:2}" >/dev/null
-}
-sensors() { seeds seed && judge spread "$work"/seed*.json; }
-skip_under 'asan|tsan' "with sensors, rms over 30 seeds" "the same numbers, ten times slower"
-claim "with sensors, rms over 30 seeds: masses 0.7 %, inertias 1.2 %, coupling 4 %" sensors
-claim "method C beside it: at most 1.2 times method A's rms on all ten entries, 90 to 99 % of its 95 % intervals hold" \
-    judge spread_c "$work"/seed*.json
-dry_sensors() { seeds dry $dry && judge spread_dry "$work"/dry[0-9]*.json; }
-claim "method C with 100 N of dry friction and sensors: masses 1 %, inertias 1.5 %, coupling 5.5 %, and its intervals hold" dry_sensors

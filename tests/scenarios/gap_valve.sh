@@ -23,7 +23,10 @@ hidden() {
 }
 
 hysteresis() { hidden --tests z,phi -- effects.valve_hysteresis.width=0.008 && found valve_hysteresis width 0.0076 0.0084; }
-claim "hysteresis of the valves, 0.008, is found within 5 %" hysteresis
+if [ -z "${MORE_CASES:-}" ]; then
+    claim "hysteresis of the valves, 0.008, is found within 5 %" hysteresis
+    exit # the others: make test-long
+fi
 # The commands' noise is 0.00104; the stated deviation is 0.00012, of which two are allowed.
 small() { hidden --tests z,phi -- effects.valve_hysteresis.width=0.0007 && found valve_hysteresis width 0.00046 0.00094; }
 claim "one smaller than the noise of the commands is found" small
