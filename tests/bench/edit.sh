@@ -9,7 +9,7 @@ for module in $modules; do
     make check T="$module" >/dev/null || exit # what an earlier change left to build
 done
 for module in "" $modules; do
-    [ -z "$module" ] || touch {src/*,hal,sim}/"$module".c 2>/dev/null
+    [ -z "$module" ] || touch -c {src/*,hal,sim}/"$module".c 2>/dev/null
     used=$({ time make check T="${module:-platform}" >"${BUILD:-build}/edit.log" 2>&1; } 2>&1)
     awk -v m="${module:-none}" -v used="$used" '/ passed, .* failed$/ { verdict = $0 }
         END { split(used, s, " "); printf "%-12s %5.1f s  %s\n", m, s[1] + s[2], verdict }' "${BUILD:-build}/edit.log"
