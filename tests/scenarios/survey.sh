@@ -10,6 +10,32 @@ refused() { refuses 2 "$1" quick --log "$work/moved.lcm" "${@:2}" && moved; }
 value() { "$python" -c 'import json, sys; print(eval(sys.argv[2], {"r": json.load(open(sys.argv[1])), "abs": abs}))' "$@"; }
 holds() { [ "$(value "$@")" = True ] || { echo "$2: not so"; cat "$work/out"; return 1; }; }
 
+# A machine whose segments are short: a last row beyond their harmonics would contain the survey's fastest tone. In one of a hundred surveys
+# one of 21 entries is off by 3.5 deviations.
+cat >"$work/slow.yaml" <<'END'
+geometry:
+  height_m: 1.05
+  upper_joints_m: [[0.4399, -0.1345, 0], [0.4374, 0.1254, 0.002], [-0.1113, 0.4463, 0], [-0.3401, 0.3171, 0], [-0.3418, -0.3078, -0.001], [-0.1191, -0.4443, 0]]
+  lower_joints_m: [[0.5642, -0.6491, 0], [0.5528, 0.6588, 0], [0.2767, 0.8037, 0.001], [-0.8412, 0.1788, 0], [-0.854, -0.166, 0], [0.2658, -0.8179, 0]]
+payload: {mass_kg: 415, inertia_xx_kg_m2: 38, inertia_yy_kg_m2: 44, inertia_zz_kg_m2: 61, inertia_xy_kg_m2: -1.5, inertia_xz_kg_m2: 2,
+          inertia_yz_kg_m2: 0.8, center_x_m: 0.03, center_y_m: -0.02, center_height_m: 0.22}
+actuator: {piston_diameter_m: 0.050, rod_diameter_m: 0.032, stroke_m: 0.5, upper_mass_kg: 14, lower_mass_kg: 31, upper_inertia_kg_m2: 0.9,
+           lower_inertia_kg_m2: 1.6, upper_center_m: 0.42, lower_center_m: 0.40}
+limits: {length_min_m: 0.9, length_max_m: 1.46}
+motion: {park_z_m: 0.25}
+END
+off='max(abs(r["method_c"]["Mt"][i][j] - r["nominal"]["Mt"][i][j]) / r["method_c"]["std"][i][j] for i in range(6) for j in range(6))'
+covered() {
+    ends 0 quick -c "$work/slow.yaml" --set motion.park_z_m=0.25 --seed "$1" --survey --json "$work/slow.json" >"$work/out" || return 1
+    echo "the entry that is off by most, by $(value "$work/slow.json" "$off") deviations"
+    holds "$work/slow.json" "$off < 3.5"
+}
+if [ -n "${MORE_CASES:-}" ]; then # make test-long
+    claim "on a survey's motion every entry is within its stated deviation, with another seed" covered 5
+    exit
+fi
+claim "on a survey's motion every entry is within its stated deviation" covered 1
+
 claim "a deviation without a survey: refused" refused "--std --survey" --std 1
 claim "a deviation that is no number: refused" refused "--std some per cent" --survey --std some
 claim "a deviation of nothing: refused" refused "--std 0 per cent" --survey --std 0
@@ -27,30 +53,6 @@ surveyed() {
 }
 claim "a survey: oil columns and loop within 5 % of the linearised plant's, and the paper's tests are below them and above the floor" surveyed
 claim "its log is one of any motion: identify takes it" eval '"$hexid" identify "$work/s.lcm" >"$work/out" && says "method C"'
-
-# A machine whose segments are short: a last row beyond their harmonics would contain the survey's fastest tone. In one of a hundred surveys
-# one of 21 entries is off by 3.5 deviations.
-cat >"$work/slow.yaml" <<'END'
-geometry:
-  height_m: 1.05
-  upper_joints_m: [[0.4399, -0.1345, 0], [0.4374, 0.1254, 0.002], [-0.1113, 0.4463, 0], [-0.3401, 0.3171, 0], [-0.3418, -0.3078, -0.001], [-0.1191, -0.4443, 0]]
-  lower_joints_m: [[0.5642, -0.6491, 0], [0.5528, 0.6588, 0], [0.2767, 0.8037, 0.001], [-0.8412, 0.1788, 0], [-0.854, -0.166, 0], [0.2658, -0.8179, 0]]
-payload: {mass_kg: 415, inertia_xx_kg_m2: 38, inertia_yy_kg_m2: 44, inertia_zz_kg_m2: 61, inertia_xy_kg_m2: -1.5, inertia_xz_kg_m2: 2,
-          inertia_yz_kg_m2: 0.8, center_x_m: 0.03, center_y_m: -0.02, center_height_m: 0.22}
-actuator: {piston_diameter_m: 0.050, rod_diameter_m: 0.032, stroke_m: 0.5, upper_mass_kg: 14, lower_mass_kg: 31, upper_inertia_kg_m2: 0.9,
-           lower_inertia_kg_m2: 1.6, upper_center_m: 0.42, lower_center_m: 0.40}
-limits: {length_min_m: 0.9, length_max_m: 1.46}
-motion: {park_z_m: 0.25}
-END
-off='max(abs(r["method_c"]["Mt"][i][j] - r["nominal"]["Mt"][i][j]) / r["method_c"]["std"][i][j] for i in range(6) for j in range(6))'
-covered() {
-    for seed in 1 5; do
-        ends 0 quick -c "$work/slow.yaml" --set motion.park_z_m=0.25 --seed $seed --survey --json "$work/slow.json" >"$work/out" || return 1
-        echo "seed $seed: the entry that is off by most, by $(value "$work/slow.json" "$off") deviations"
-        holds "$work/slow.json" "$off < 3.5" || return 1
-    done
-}
-claim "on a survey's motion every entry is within its stated deviation" covered
 
 # Its largest entry's deviation, in per cent of sqrt(Mii Mjj), is the wanted one within a fifth.
 worst='max(100 * r["method_c"]["std"][i][j] / (r["method_c"]["Mt"][i][i] * r["method_c"]["Mt"][j][j]) ** 0.5 for i in range(6) for j in range(6))'
