@@ -83,9 +83,20 @@ def fits(browser):
         assert not seen["blank"] and not seen["clipped"]
 
 
+# Least distance between two legs of the drawing, over its size.
+APART = """(async () => {
+    const machine = await new Promise(done => { const source = new EventSource('events');
+        source.addEventListener('machine', event => { source.close(); done(JSON.parse(event.data)); }); });
+    const { Drawing, apart } = await import('./drawing.js'), drawing = new Drawing(document.createElement('canvas'), machine);
+    return apart(drawing.upper, drawing.lower, drawing.turn) / drawing.size; })()"""
+
+
 def draws():
     with Monitor() as monitor, page(monitor) as browser:
         browser.wait("document.getElementById('link').textContent == 'no hexid heard yet'")
+        apart = browser.evaluate(APART)
+        print(f"legs apart by {apart:.3f} of the drawing")
+        assert apart > 0.06, "a leg hides another; a cylinder is 0.05 wide"
         with Run("--set", "tests.duration_s=2"):  # method C's requirement
             browser.wait(state("testing"))
             browser.wait("document.querySelectorAll('#tests tr')[1].textContent.includes(' mm')")  # the first result
@@ -137,8 +148,10 @@ def restarts():
         with Run():
             browser.wait(state("testing"))
         browser.wait("document.getElementById('link').textContent.startsWith('nothing heard for')")
+        assert "until 2 s ago" in browser.evaluate(TEXT) and browser.evaluate("document.querySelectorAll('#loop .old').length") == 1
         with Run():
             browser.wait("document.getElementById('link').textContent == 'live'")
+            assert browser.evaluate("document.querySelectorAll('#loop .old').length") == 0 and " ago\n" in browser.evaluate(TEXT)
             browser.wait("document.getElementById('when').textContent.startsWith('run 2')")
             browser.wait(state("testing"))
             monitor.process.terminate()  # its server as well

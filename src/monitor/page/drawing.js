@@ -1,7 +1,9 @@
 // The machine in motion: a platform as a wire drawing, a single cylinder from its side. Frames as in hexid: x forward, y right, z down.
 import { fixed } from "./words.js";
 
-const TURN = 28 * Math.PI / 180, TILT = 24 * Math.PI / 180; // of the eye: behind, to the left, above
+const TILT = 20 * Math.PI / 180; // of the eye, which looks from behind, the left and above
+const TURNS = Array.from({ length: 11 }, (_, i) => (20 + 5 * i) * Math.PI / 180); // to the left, of which the clearest is taken
+const NUMBER = 0.28, BODY = 0.55; // shares of a leg, from its foot: where its number stands, where its cylinder ends
 const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]; // by which small motion is enlarged, to
 const ROOM = 0.12; // of the drawing's size at most
 const AXIS = 0.25; // length of a drawn axis, of that size
@@ -19,16 +21,33 @@ function moved(p, [x, y, z, phi, theta, psi]) {
 }
 
 // Right and down in the picture, metres.
-function seen([x, y, z]) {
-  const across = x * Math.sin(TURN) + y * Math.cos(TURN), away = x * Math.cos(TURN) - y * Math.sin(TURN);
+function seen([x, y, z], turn) {
+  const across = x * Math.sin(turn) + y * Math.cos(turn), away = x * Math.cos(turn) - y * Math.sin(turn);
   return [across, z * Math.cos(TILT) - away * Math.sin(TILT)];
 }
 
 // From left to right and from top to bottom.
-function boxOf(list) {
-  const flat = list.map(seen);
+function boxOf(list, turn) {
+  const flat = list.map((p) => seen(p, turn));
   return [0, 1].map((i) => [Math.min(...flat.map((p) => p[i])), Math.max(...flat.map((p) => p[i]))]);
 }
+
+// Distance of a point from a line that ends at a and b, in the picture.
+function distance(p, a, b) {
+  const [dx, dy] = [b[0] - a[0], b[1] - a[1]], along = ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / (dx * dx + dy * dy);
+  const [x, y] = between(a, b, Math.min(1, Math.max(0, along)));
+  return Math.hypot(p[0] - x, p[1] - y);
+}
+
+// Least distance, seen from there, of a leg's number from another leg, and of a cylinder's end from another cylinder.
+export function apart(upper, lower, turn) {
+  const legs = lower.map((foot, i) => [0, NUMBER, BODY, 1].map((share) => seen(between(foot, upper[i], share), turn)));
+  return Math.min(...legs.flatMap(([, number, end], i) => legs.filter((_, j) => j !== i)
+    .map(([foot, , body, joint]) => Math.min(distance(number, foot, joint), distance(end, foot, body)))));
+}
+
+// The turn from which all legs can be told apart best.
+const clearest = (upper, lower) => TURNS.reduce((best, turn) => (apart(upper, lower, turn) > apart(upper, lower, best) ? turn : best));
 
 export class Drawing {
   constructor(canvas, machine) {
@@ -39,10 +58,11 @@ export class Drawing {
     if (machine.mechanism === "axis") return;
     this.upper = points(machine.upper_m);
     this.lower = points(machine.lower_m);
+    this.turn = clearest(this.upper, this.lower);
     const joints = [...this.upper, ...this.lower];
-    this.size = Math.max(...boxOf(joints).map(([low, high]) => high - low));
+    this.size = Math.max(...boxOf(joints, this.turn).map(([low, high]) => high - low));
     this.axis = AXIS * this.size;
-    this.box = boxOf([...joints, [1.2 * this.axis, 0, 0], [0, 1.2 * this.axis, 0]]);
+    this.box = boxOf([...joints, [1.2 * this.axis, 0, 0], [0, 1.2 * this.axis, 0]], this.turn);
     this.arm = Math.max(...this.upper.map((p) => Math.hypot(...p)));
     this.peak = 0;
     this.factor = 1;
@@ -105,7 +125,7 @@ export class Drawing {
   place(p) {
     const [[left, right], [top, bottom]] = this.box, margin = 1.2;
     const scale = Math.min(this.canvas.clientWidth / (right - left), this.canvas.clientHeight / (bottom - top)) / margin;
-    const [x, y] = seen(p);
+    const [x, y] = seen(p, this.turn);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     return [width / 2 + scale * (x - (left + right) / 2), height / 2 + scale * (y - (top + bottom) / 2)];
   }
@@ -142,8 +162,8 @@ export class Drawing {
   drawLeg(leg, joint) {
     const foot = this.lower[leg], faulty = (this.faultyLegs >> leg) & 1;
     this.line(this.place(foot), this.place(joint), faulty ? this.colour("alarm") : this.colour("rod"), 3.5);
-    this.line(this.place(foot), this.place(between(foot, joint, 0.55)), faulty ? this.colour("alarm") : this.colour("body"), 13);
-    this.word(String(leg + 1), this.place(between(foot, joint, 0.28)), this.colour("paper"));
+    this.line(this.place(foot), this.place(between(foot, joint, BODY)), faulty ? this.colour("alarm") : this.colour("body"), 13);
+    this.word(String(leg + 1), this.place(between(foot, joint, NUMBER)), this.colour("paper"));
   }
 
   drawAxes(pose) {

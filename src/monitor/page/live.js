@@ -5,7 +5,7 @@ import { Strips } from "./strips.js";
 import { showMatrix } from "./matrix.js";
 import { at, fillTable, fixed, sentence } from "./words.js";
 
-const SILENT_S = 1, MISFIT_M = 1e-3, EVENTS_SHOWN = 14, EVENTS_KEPT = 64;
+const OLD_S = 2, MISFIT_M = 1e-3, EVENTS_SHOWN = 14, EVENTS_KEPT = 64;
 const PHASES = ["", "settling", "ramp in", "evaluated part", "ramp out"];
 const FLAGS = ["stale", "late", "samples dropped", "invalid", "overrun", "I/O error", "another master", "interlock open",
   "command not written"];
@@ -118,10 +118,13 @@ function showFault(told) {
 function showHealth(health) {
   if (run !== null && health.run !== run) forget();
   run = health.run;
-  const never = health.silence_s === null, silent = never || health.silence_s > SILENT_S;
+  const never = health.silence_s === null, silent = never || health.silence_s > OLD_S;
   at("live").classList.toggle("silent", silent);
   at("link").classList.toggle("broken", silent);
   at("link").textContent = never ? "no hexid heard yet" : silent ? `nothing heard for ${Math.floor(health.silence_s)} s` : "live";
+  const age_s = silent && !never ? Math.floor(health.silence_s) : 0;
+  if (strips.age_s !== age_s) [strips.age_s, drawn] = [age_s, null];
+  at("last_seconds").textContent = age_s ? `The last 10 seconds heard, until ${age_s} s ago` : "The last 10 seconds";
   at("misfit").hidden = !(health.misfit_m > MISFIT_M);
   at("misfit").textContent = `Pose and leg lengths do not fit this configuration, by ${fixed(1e3 * health.misfit_m, 0)} mm: give hexid ` +
     "monitor the configuration (-c) of the hexid that it shows, or drawing and nominal matrix are another machine's.";
@@ -143,12 +146,18 @@ function showLoop(stats) {
   if (lastHealth) fillTable(at("loop"), loopRows(lastHealth), false);
 }
 
+// A simulation paced by this host's clock misses no deadline: where the host is late, its time is stretched.
+function missed(s) {
+  const stretched = s.stalls > 0 && s.overruns === 0;
+  return stretched ? `0: simulated time was stretched at ${s.stalls} late wake-up${s.stalls > 1 ? "s" : ""}` : String(s.overruns);
+}
+
 function loopRows(health) {
   lastHealth = health;
   const s = loopStats, rows = [];
   const us = (name, of) => rows.push([name, ["p50", "p99", "max"].map((q) => fixed(s[`${of}_${q}_us`], 0)).join(", ") + " µs"]);
   if (s) {
-    rows.push(["cycles", `${s.cycles} of ${fixed(1e3 * s.period_s, 1)} ms`], ["deadlines missed", String(s.overruns)]);
+    rows.push(["cycles", `${s.cycles} of ${fixed(1e3 * s.period_s, 1)} ms`], ["deadlines missed", missed(s)]);
     if (s.timed) {
       us("wake-up latency: median, 99 %, maximum", "wake");
       us("execution: median, 99 %, maximum", "exec");
@@ -157,6 +166,8 @@ function loopRows(health) {
     }
     rows.push(["records lost by the recorder", String(s.lost_records)]);
   }
+  if (health.silence_s !== null) rows.push(Object.assign(["last message of its state", `${fixed(health.silence_s, 1)} s ago`],
+    { kind: health.silence_s > OLD_S ? "old" : "" }));
   rows.push(["messages of its state", String(health.messages)], ["lost on the way", String(health.lost)],
     ["not understood", String(health.dropped)]);
   return rows;

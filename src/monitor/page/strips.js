@@ -43,6 +43,7 @@ export class Strips {
 
   forget() {
     this.count = 0;
+    this.age_s = 0; // of the newest message, if it is old
     this.step_s = Infinity; // the shortest between two cycles that came
   }
 
@@ -88,7 +89,7 @@ export class Strips {
     const end = this.time[(this.count - 1) % POINTS];
     const x = (t) => LEFT + (width - LEFT - RIGHT) * (1 + (t - end) / WINDOW_S);
     const y = (v) => TOP + (height - TOP - BOTTOM) * (range.high - v) / (range.high - range.low);
-    drawField(pen, style, range, width, height, y);
+    drawField(pen, style, range, width, height, y, this.age_s);
     for (const s of series) this.drawSeries(pen, s, places, x, y);
   }
 
@@ -143,7 +144,7 @@ function rangeOf(series, places, least) {
   return { low: low - room, high: high + room };
 }
 
-function drawField(pen, style, { low, high }, width, height, y) {
+function drawField(pen, style, { low, high }, width, height, y, age_s) {
   const step = stepOf(high - low), digits = Math.max(0, -Math.floor(Math.log10(step)));
   pen.strokeStyle = style.getPropertyValue("--grid");
   pen.lineWidth = 1;
@@ -160,6 +161,6 @@ function drawField(pen, style, { low, high }, width, height, y) {
   for (let s = 0; s <= WINDOW_S; s += WINDOW_S / 5) {
     const x = LEFT + (width - LEFT - RIGHT) * (1 - s / WINDOW_S);
     pen.textAlign = s ? "center" : "right";
-    pen.fillText(s ? `−${s} s` : "now", x + (s ? 0 : RIGHT), height - 4);
+    pen.fillText(s + age_s ? `−${s + age_s} s` : "now", x + (s ? 0 : RIGHT), height - 4);
   }
 }
