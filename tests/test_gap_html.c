@@ -215,6 +215,7 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
                       "(each leg its own)</h1>");
     assert_says(page, "53.0 ± 3.0 N");      /* leg 4 of force_extend_n: 1.5 and 5 % of its law */
     assert_says(page, "55.0 ± 8.4");        /* leg 6 of coulomb_nm */
+    assert_int_equal(count(page, "± is one standard deviation on this page"), 1);
     assert_says(page, "97 %");              /* share of the gap that is explained */
     assert_says(page, "<code>hydraulics.supply_pa</code>");
     assert_says(page, "<th>mx</th><td>kg</td><td class=\"n\">1.000</td><td class=\"n\">9.000</td><td class=\"n\">+800.00 %</td>");
@@ -277,6 +278,31 @@ static void every_verdict_has_its_first_screen(void **unused) {
     assert_no_bad_number(page);
     assert_says(page, "What is left between model and measurement is noise");
     assert_int_equal(count(page, "Next experiment"), 0);
+    free(page);
+}
+
+static void what_ranks_above_the_named_one_says_why(void **unused) {
+    (void)unused;
+    static const char *const first[] = {"cylinder_stribeck_friction", "command_delay", "base_tilt", "cylinder_coulomb_friction"};
+    struct gap_result r = named;
+    r.effects = 1, r.candidates = 4;
+    for (int i = 0; i < r.candidates; i++)
+        r.candidate[i] = (struct gap_candidate){.effect = effect_find(first[i]), .shape = SHAPE_ALL, .gain = 400.0 - i, .unseen = i == 1};
+    assert_true(hypothesis_contains(r.candidate[0].effect, r.effect[0].effect));
+    char *page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
+    assert_well_formed(page);
+    assert_int_equal(count(page, "the simpler one is named</td>"), 1);
+    assert_int_equal(count(page, "these data do not show it</td>"), 1);
+    assert_int_equal(count(page, "<td>not named: beside the named one it explains nothing worth naming</td>"), 1);
+    assert_int_equal(count(page, "<tr class=\"found\"><td class=\"n\">4</td>"), 1);
+    free(page);
+
+    /* the named one is the best alone, too */
+    r.candidate[0].effect = effect_find("cylinder_coulomb_friction");
+    r.candidate[3].effect = effect_find("cylinder_stribeck_friction");
+    page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
+    assert_int_equal(count(page, "<td>not named"), 0);
+    assert_int_equal(count(page, "<td>contains the named one as a limiting case</td>"), 1);
     free(page);
 }
 
@@ -414,6 +440,7 @@ int main(void) {
         cmocka_unit_test(the_page_names_effects_numbers_and_pictures),
         cmocka_unit_test(names_of_files_are_text),
         cmocka_unit_test(every_verdict_has_its_first_screen),
+        cmocka_unit_test(what_ranks_above_the_named_one_says_why),
         cmocka_unit_test(what_was_not_evaluated_is_said),
         cmocka_unit_test(without_gnuplot_the_page_is_whole_but_for_pictures),
         cmocka_unit_test(gnuplot_draws_or_says_why_not),

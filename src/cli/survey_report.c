@@ -143,6 +143,7 @@ void survey_report_print(const struct survey_report *r, FILE *out) {
     const struct multisine *m = &r->survey.multisine;
     fprintf(out, "survey    %d lines from %g to %g Hz, legs at most %.3f m/s\n", m->lines, m->line[0].hz, m->line[m->lines - 1].hz,
             m->peak_mps);
+    fprintf(out, "          std: one standard deviation; a 95 %% interval is 1.96 of them to either side\n");
     print_modes(&r->survey, out);
     print_tests(r, out);
     fprintf(out, "\nfor a std of %g %% of sqrt(Mii Mjj) in the worst entry of Mt\n", r->wanted_pct);

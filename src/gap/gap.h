@@ -47,6 +47,8 @@ struct gap_candidate {
     double gain;     /* gain in white squares on fitted cycles, less a penalty for its parameters */
     double z;        /* as in gap_effect; if small after the first steps, it stays as it was then */
     double share_explained;
+    bool unseen;     /* never named, because these data do not show it: its values are at a bound,
+                      * or it is a friction only where a leg may stick */
 };
 
 struct gap_place {

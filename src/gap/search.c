@@ -35,26 +35,6 @@ static double excess(double square, int values) { return fmax(square - values, 0
 /* Square root of the likelihood's gain on all cycles, less the penalty of the priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
-/* Lists every effect once, with its best choice of legs; trials are sorted. */
-static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double least = d->held_out.evaluated; /* noise alone is not explained */
-    for (int i = 0; i < trials; i++)
-        if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
-    double before = d->held_square - least;
-    bool gap = before > TRIAL_LEAST;
-    for (int i = 0; i < trials; i++) {
-        bool seen = !trial[i].ok;
-        for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
-        if (seen || r->candidates == EFFECTS_MAX) continue;
-        double share = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0;
-        r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect,
-                                                               .shape = trial[i].hypothesis->shape,
-                                                               .gain = trial[i].gain,
-                                                               .z = likelihood(d, &trial[i]),
-                                                               .share_explained = share};
-    }
-}
-
 /* Possible error of a trial's law, in white squares over all cycles. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
@@ -104,6 +84,27 @@ static bool held_only(const struct diagnosis *d, const struct trial *t) {
 }
 
 static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || held_only(d, t); }
+
+/* Lists every effect once, with its best choice of legs; trials are sorted. */
+static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
+    double least = d->held_out.evaluated; /* noise alone is not explained */
+    for (int i = 0; i < trials; i++)
+        if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
+    double before = d->held_square - least;
+    bool gap = before > TRIAL_LEAST;
+    for (int i = 0; i < trials; i++) {
+        bool seen = !trial[i].ok;
+        for (int j = 0; j < r->candidates && !seen; j++) seen = r->candidate[j].effect == trial[i].hypothesis->effect;
+        if (seen || r->candidates == EFFECTS_MAX) continue;
+        double share = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0;
+        r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect,
+                                                               .shape = trial[i].hypothesis->shape,
+                                                               .gain = trial[i].gain,
+                                                               .z = likelihood(d, &trial[i]),
+                                                               .share_explained = share,
+                                                               .unseen = unseen(d, &trial[i])};
+    }
+}
 
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;

@@ -7,6 +7,10 @@
 #include "html.h"
 #include "page.h"
 
+/* Styles of a sentence: only what asks for action has the colour of a warning, as in the terminal
+ * only that has a '!'. */
+static const char fact[] = "", to_do[] = " class=\"notice\"";
+
 static void head_cells(FILE *out, const char *const *names) {
     fputs("<tr>", out);
     for (; *names; names++) fprintf(out, "<th%s>%s</th>", **names == '*' ? "" : " class=\"n\"", *names + (**names == '*'));
@@ -36,15 +40,15 @@ static void section_tests(FILE *out, const struct check_report *r) {
         cell(out, s->flagged, 9, ""), cell(out, s->not_a_number, 9, "");
         fputs("</tr>\n", out);
     }
-    fputs("</table></div>\n", out);
+    fputs("</table></div>\n<p class=\"small\">Noise, below: one standard deviation of a sample of the worst channel.</p>\n", out);
 }
 
-/* Writes leg numbers: "1, 2, 5". */
-static void legs(FILE *out, unsigned bits) {
-    const char *before = "";
+/* Writes the numbers of faulty legs: "1, 2, 5". */
+static void legs_cell(FILE *out, unsigned bits) {
+    const char *before = "<td class=\"n\"><span class=\"notice\">";
     for (int i = 0; i < LEGS; i++)
         if (bits >> i & 1u) fprintf(out, "%s%d", before, i + 1), before = ", ";
-    if (!bits) fputs("–", out);
+    fputs(bits ? "</span></td>" : "<td class=\"n\">–</td>", out);
 }
 
 static void section_channels(FILE *out, const struct survey *s) {
@@ -61,15 +65,15 @@ static void section_channels(FILE *out, const struct survey *s) {
                 c->of);
         cell(out, scale * c->low, 6, unit), cell(out, scale * c->high, 6, unit), cell(out, scale * c->noise, 3, unit);
         cell(out, c->step > 0.0 ? scale * c->step : (double)NAN, 3, unit);
-        fputs("<td class=\"n\">", out), legs(out, c->dead), fputs("</td><td class=\"n\">", out), legs(out, c->clipped);
-        fputs("</td></tr>\n", out);
+        legs_cell(out, c->dead), legs_cell(out, c->clipped);
+        fputs("</tr>\n", out);
     }
     fputs("</table></div>\n", out);
 }
 
-static void words(FILE *out, const char *label, const char *text) {
+static void words(FILE *out, const char *style, const char *label, const char *text) {
     if (!*text) return;
-    fputs("<p class=\"notice\">", out);
+    fprintf(out, "<p%s>", style);
     html_text(out, "%s: %s", label, text);
     fputs("</p>\n", out);
 }
@@ -89,7 +93,7 @@ static void section_test(FILE *out, const struct survey *s, struct error *pictur
     html_text(out, "%s", s->name);
     fputs("</h2>\n", out);
     check_ramp(s, ramp);
-    words(out, "ramp", ramp);
+    words(out, to_do, "ramp", ramp);
     page_figure(out, script, size, caption, picture);
     section_channels(out, s);
     fputs("</section>\n", out);
@@ -111,15 +115,15 @@ static void write_all(FILE *out, const struct check_report *r, struct error *pic
     fputs("</h1>\n<p class=\"lead\">", out);
     answer(out, "hexid identify", &r->identify);
     fputs("</p>\n", out);
-    words(out, "t = 0, found by the motion, at t_s =", r->zero);
-    words(out, "hexid gap leaves out, without a sample in the evaluated part", r->left_out);
-    words(out, "areas of the pressures", r->areas);
-    words(out, "as in the default configuration", r->defaults);
-    words(out, "another unit?", r->doubtful), words(out, "missing columns", r->missing);
-    words(out, "not understood and left out", r->ignored);
+    words(out, fact, "t = 0, found by the motion, at t_s =", r->zero);
+    words(out, to_do, "hexid gap leaves out, without a sample in the evaluated part", r->left_out);
+    words(out, fact, "areas of the pressures", r->areas);
+    words(out, fact, "as in the default configuration", r->defaults);
+    words(out, to_do, "another unit?", r->doubtful), words(out, fact, "missing columns", r->missing);
+    words(out, fact, "not understood and left out", r->ignored);
     section_tests(out, r);
     for (int i = 0; i < r->surveys; i++) section_test(out, &r->survey[i], picture);
-    if (picture->status) words(out, "pictures", picture->text);
+    if (picture->status) words(out, to_do, "pictures", picture->text);
     fputs("</body>\n</html>\n", out);
 }
 

@@ -191,7 +191,7 @@ void section_waveforms(struct page *p) {
     fputs("<section id=\"waveforms\"><h2>Where they disagree most</h2>\n<p>Measured, and the model driven ", p->out);
     fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands",
           p->out);
-    fputs(". Below each: measured less model; the grey band is the noise of a single sample, ±1 standard deviation.</p>\n<div "
+    fputs(". Below each: measured less model; the grey band is one standard deviation of the noise of a single sample.</p>\n<div "
           "class=\"two\">\n",
           p->out);
     for (int i = 0; i < n; i++) {

@@ -85,20 +85,40 @@ void table_legs(FILE *out, const struct gap_result *r) {
 
 /* --- hypotheses */
 
-/* Outcome of a candidate. */
-static const char *fate(const struct gap_result *r, int effect) {
+static bool is_named(const struct gap_result *r, int effect) {
     for (int i = 0; i < r->effects; i++)
-        if (r->effect[i].effect == effect) return "named";
+        if (r->effect[i].effect == effect) return true;
+    return false;
+}
+
+/* Place of the best candidate that is named; 0 if none is. */
+static int first_named(const struct gap_result *r) {
+    for (int i = 0; i < r->candidates; i++)
+        if (is_named(r, r->candidate[i].effect)) return i;
+    return 0;
+}
+
+/* Outcome of a candidate; of one that is better alone than the named ones, why it is not named. */
+static const char *fate(const struct gap_result *r, int place) {
+    int effect = r->candidate[place].effect;
+    if (is_named(r, effect)) return "named";
     for (int i = 0; i < r->ambiguous; i++)
         if (r->ambiguous_with[i] == effect) return "cannot be told apart";
+    bool ahead = place < first_named(r);
     for (int i = 0; i < r->effects; i++)
-        if (hypothesis_contains(effect, r->effect[i].effect)) return "contains the named one as a limiting case";
-    return "";
+        if (hypothesis_contains(effect, r->effect[i].effect))
+            return ahead ? "contains the named one as a limiting case and explains no more: the simpler one is named"
+                         : "contains the named one as a limiting case";
+    if (!ahead) return "";
+    if (r->candidate[place].unseen)
+        return "not named: its values are at a bound, or it acts only where a leg may stick, so that these data do not show it";
+    return r->effects > 1 ? "not named: beside the named ones together it explains nothing worth naming"
+                          : "not named: beside the named one it explains nothing worth naming";
 }
 
 static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     const struct gap_candidate *c = &r->candidate[place];
-    const char *end = fate(r, c->effect);
+    const char *end = fate(r, place);
     double share = fmin(fmax(c->share_explained, 0.0), 1.0);
     fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", strcmp(end, "named") ? "" : " class=\"found\"", place + 1);
     section_effect_words(out, c->effect, c->shape, params_legs(&r->model));
@@ -130,11 +150,11 @@ static bool any_gain(const struct gap_result *r) {
 
 void table_hypotheses(FILE *out, const struct gap_result *r) {
     fprintf(out,
-            "<section id=\"hypotheses\"><h2>Hypotheses, best first</h2>\n"
-            "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters. The share is that of the squared "
-            "gap on cycles that were not fitted to; z, the square root of twice the gain in log-likelihood on all cycles, is the strength "
-            "of evidence, comparable to a number of standard deviations. Below z = 6 nothing is named. Ordered by the gain less a "
-            "penalty for each parameter.</p>\n",
+            "<section id=\"hypotheses\"><h2>Hypotheses, each alone, best first</h2>\n"
+            "<p>Each of %d effects of the catalogue, alone, beside the model's own parameters; where one is better alone than those named, "
+            "the reason stands beside it. The share is that of the squared gap on cycles that were not fitted to; z, the square root of "
+            "twice the gain in log-likelihood on all cycles, is the strength of evidence, comparable to a number of standard deviations. "
+            "Below z = 6 nothing is named. Ordered by the gain less a penalty for each parameter.</p>\n",
             r->candidates);
     if (any_gain(r)) {
         fputs("<div class=\"wide\"><table class=\"ranking\"><tr><th class=\"n\">#</th><th>effect</th>"

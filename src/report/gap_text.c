@@ -56,6 +56,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         else fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", name, percent, gap_short(r, &r->candidate[i]));
         shown++;
     }
+    if (r->effects) fprintf(out, "  +- is one standard deviation; a 95 %% interval is 1.96 of them to either side\n");
     if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
     if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
 }

@@ -132,8 +132,9 @@ static bool any_entries(const struct identification_report *r, bool *a) {
 }
 
 static void entry_words(FILE *out, const struct identification_report *r, bool a) {
-    fputs("<p class=\"small\">With 95 % intervals, 1.96 standard deviations; below them the difference from nominal, of a coupling "
-          "(Mt15 ...) in % of √(Mii Mjj); <span class=\"off\">blue</span> where the interval does not hold the nominal value. ",
+    fputs("<p class=\"small\">Every ± on this page, and every bar in the picture, is a 95 % interval: 1.96 standard deviations to either "
+          "side. Below a value its difference from nominal, of a coupling (Mt15 ...) in % of √(Mii Mjj); "
+          "<span class=\"off\">orange</span> where the interval does not hold the nominal value. ",
           out);
     if (a) fputs("Of method A (Tian 2015) the interval is the sensors' noise alone: what dry friction does to it is not in there. ", out);
     fputs("Method C takes viscous and dry friction of each leg into the estimate; its matrix is symmetric (Mt42 is Mt24, Mt51 is Mt15). "
@@ -148,8 +149,8 @@ static void entry_words(FILE *out, const struct identification_report *r, bool a
 
 static void entries(struct report_page *p) {
     bool a, any = any_entries(p->report, &a), one = p->report->logs == 1;
-    static const char caption[] = "Difference from nominal, in % of √(Mii Mjj), the two diagonal entries of its row and column, with "
-                                  "95 % intervals. Open: method A; filled: method C";
+    static const char caption[] = "Difference from nominal, in % of √(Mii Mjj), the two diagonal entries of its row and column. "
+                                  "Open: method A; filled: method C";
     fputs(one ? "<section id=\"entries\"><div class=\"beside\"><div>\n" : "<section id=\"entries\">\n", p->out);
     table_entries(p->out, p->report);
     if (any) entry_words(p->out, p->report, a);
@@ -177,7 +178,7 @@ static void payload(struct report_page *p) {
 }
 
 static void friction(struct report_page *p) {
-    fputs("<div id=\"friction\"><h2>Friction</h2>\n<p>Of each leg by method C, with 95 % intervals. – : not determined.</p>\n", p->out);
+    fputs("<div id=\"friction\"><h2>Friction</h2>\n<p>Of each leg by method C. – : not determined.</p>\n", p->out);
     if (!table_friction(p->out, p->report)) fputs("<p class=\"notice\">Not evaluated.</p>\n", p->out);
     fputs("</div>\n", p->out);
 }
@@ -188,7 +189,7 @@ static void springs(struct report_page *p) {
     for (int i = 0; i < p->report->logs; i++) asked = asked || p->report->log[i].id->method_c.springs;
     if (!asked) return;
     fputs("<div id=\"springs\"><h2>Springs</h2>\n"
-          "<p>Hoses and cables that may be there by <code>model.tolerance</code>, by method C, with 95 % intervals. – : not determined; at "
+          "<p>Hoses and cables that may be there by <code>model.tolerance</code>, by method C. – : not determined; at "
           "one frequency a spring is an inertia of −K/ω².</p>\n",
           p->out);
     if (!table_springs(p->out, p->report)) fputs("<p class=\"notice\">Not determined: record a second frequency.</p>\n", p->out);

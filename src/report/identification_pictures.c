@@ -124,7 +124,7 @@ static void plot_poses(FILE *script, const struct picture_test *p, enum dof firs
         fprintf(script, "%s $data using 1:%d with lines lw 1.8 lc rgb '%s' title '%s%s'", before, POSE_COLUMN + i, colour, dof_names[i],
                 one ? " measured" : "");
         if (!reference) continue;
-        fprintf(script, ", $data using 1:%d with lines lw 1.4 dt (6,4) lc rgb '%s' %s", REF_COLUMN + i, one ? PICTURE_ACCENT : colour,
+        fprintf(script, ", $data using 1:%d with lines lw 1.4 dt (6,4) lc rgb '%s' %s", REF_COLUMN + i, one ? "#8a8a8a" : colour,
                 one ? "title 'reference'" : "notitle");
     }
     fputc('\n', script);

@@ -29,7 +29,7 @@ void section_matrices(struct report_page *p, int log) {
     bool unknown = false;
     title(p, log, "All entries of the matrix");
     fputs("<p>Mt at the neutral pose, about the payload's mass centre; rows and columns x y z φ θ ψ; masses in kg, couplings in kg m, "
-          "inertias in kg m². Below each entry its standard deviation",
+          "inertias in kg m². Below each entry its interval",
           p->out);
     if (l->id->method_a.evaluated) fputs(": of A, modified A and B the sensors' noise alone; of C also where the joints are", p->out);
     fputs(".</p>\n", p->out);

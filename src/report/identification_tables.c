@@ -233,7 +233,7 @@ static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], con
         for (int j = 0; j < DOFS; j++) {
             if (isfinite(mt[i][j])) fprintf(out, "<td class=\"n\">%.*f", decimals, fabs(mt[i][j]) < least ? 0.0 : mt[i][j]);
             else fputs("<td class=\"n\">–", out);
-            if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.*f</small>", decimals, std[i][j]);
+            if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.*f</small>", decimals, REPORT_SURE * std[i][j]);
             fputs("</td>", out);
         }
         fputs("</tr>\n", out);

@@ -14,7 +14,7 @@ bool table_payload(FILE *out, const struct identification_report *report);
 bool table_friction(FILE *out, const struct identification_report *report);
 bool table_springs(FILE *out, const struct identification_report *report);
 
-/* All 36 entries of each method with their standard deviations. */
+/* All 36 entries of each method with their 95 % intervals. */
 void table_matrices(FILE *out, const struct identification *id);
 
 /* Writes "272.36 ± 0.74": two digits of the deviation; a dash if the value is not known. */

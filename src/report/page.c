@@ -7,9 +7,9 @@
 
 static const char style[] =
     ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;--shade:#0006;"
-    "--accent:" PICTURE_ACCENT "}\n"
+    "--accent:" PICTURE_ACCENT ";--off:#b34a00}\n"
     "@media(prefers-color-scheme:dark){"
-    ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--shade:#fff6;--accent:#6db9ee}\n"
+    ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--shade:#fff6;--accent:#6db9ee;--off:#f59a5c}\n"
     "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* white turns dark, hues stay */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
@@ -60,7 +60,7 @@ static const char more_style[] = /* C limits the length of a string constant */
     ".beside{display:grid;grid-template-columns:minmax(0,1fr) minmax(0,1fr);gap:8px 40px;align-items:start}\n"
     ".third{display:grid;grid-template-columns:repeat(auto-fill,minmax(300px,1fr));gap:8px 24px}\n"
     ".n small{display:block;color:var(--soft)}\n"
-    ".off{font-weight:600;color:var(--accent)}\n"
+    ".off{font-weight:600;color:var(--off)}\n"
     ".group{border-left:1px solid var(--line);padding-left:12px}\n"
     "th.group:not(.n){text-align:center}\n"
     ".off small{font-weight:400}\n"

@@ -39,7 +39,8 @@ claim "and leaves nothing behind" nothing_left
 
 page() {
     ends 0 check "$work/run.lcm" -o "$work/page.html" && ! grep -qE '<script|(src|href)="[^d]' "$work/page.html" &&
-        [ "$(grep -o '<img alt=' "$work/page.html" | wc -l)" -eq 6 ] &&
+        [ "$(grep -o '<img alt=' "$work/page.html" | wc -l)" -eq 6 ] && grep -q '<p>areas of the pressures' "$work/page.html" &&
+        ! grep -q 'class="notice"' "$work/page.html" &&
         chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --user-data-dir="$work/chromium" --window-size=1240,1300 \
             --screenshot="$work/page.png" "file://$work/page.html" >/dev/null 2>&1 && [ "$(stat -c %s "$work/page.png")" -gt 100000 ]
 }
@@ -160,8 +161,8 @@ claim "files that import refuses together are shown one by one" apart
 dead() {
     mkdir -p "$work/dead"
     awk -F, -v OFS=, '/^#/ || /^t_s/ { print; next } { $16 = 3e6; if ($20 > 7e6) $20 = 7e6; n++ } n % 50 { print }' "$work/csv/1_x.csv" >"$work/dead/1_x.csv"
-    check "$work/dead" --json "$work/e.json"
-    says 'p1 of leg 3 never changes' && fact "$work/e.json" 't["channels"]["p1"]["dead"] == [3]' && fact "$work/e.json" 't["lost"] > 20'
+    check "$work/dead" --json "$work/e.json" -o "$work/dead.html"
+    says 'p1 of leg 3 never changes' && grep -q '<td>p1</td>.*<span class="notice">3</span>' "$work/dead.html" && fact "$work/e.json" 't["channels"]["p1"]["dead"] == [3]' && fact "$work/e.json" 't["lost"] > 20'
 }
 claim "a dead channel and lost rows are found" dead
 

@@ -92,6 +92,12 @@ for table, (name, found) in zip(matrices, expected, strict=True):
     for i in range(6):
         for j in range(6):
             shown(table[1 + i][1 + j], found["Mt"][i][j], (name, i, j))
+intervals = [re.findall(r"<small>± (.*?)</small>", table) for table in re.findall(r'<table class="matrix">(.*?)</table>', page, re.S)]
+for texts, (name, found) in zip(intervals, expected, strict=True):
+    stds = [std for row in found["std"] for std in row if std is not None] if "std" in found else []
+    for text, std in zip(texts, stds, strict=True):
+        shown(text, SURE * std, (name, "interval"))
+assert page.count("Every ± on this page") == 1 and page.count("95 % interval") == 1, "the interval is explained once"
 
 tests, friction_pictures = sum(len(log["tests"]) or 1 for log in logs), 6 * len(logs)
 assert page.count("<img ") == 1 + tests + friction_pictures, page.count("<img ")
