@@ -280,11 +280,18 @@ static int write_result(struct session *s, const struct verdict *verdict, struct
     return status;
 }
 
+static void survey_step(void *context, const char *what, double share) {
+    struct session *s = context;
+    progress_compute(&s->progress, what, share);
+}
+
 static int report_survey(struct session *s, struct verdict *verdict, struct error *error) {
     const struct analysis *a = &s->recorder.analysis;
     struct error none = {0};
     int status = survey_report_make(s->survey, &s->multisine, &a->recording, &a->ident.result.method_c, &s->asked,
-                                    s->options.std_pct > 0.0 ? s->options.std_pct : STD_PCT, &none);
+                                    s->options.std_pct > 0.0 ? s->options.std_pct : STD_PCT,
+                                    &(struct survey_watch){.step = survey_step, .context = s}, &none);
+    progress_end(&s->progress);
     if (status) verdict_add(verdict, VERDICT_NOT_EVALUATED, "%.110s", none.text);
     else if (!s->survey->survey.determined) verdict_add(verdict, VERDICT_NOT_EVALUATED, "survey: no eigenfrequency is determined");
     if (status) free(s->survey), s->survey = NULL;

@@ -5,9 +5,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "monotonic.h"
 #include "printable.h"
 #include "reference.h"
 #include "supervisor.h"
+#include "units.h"
 
 enum { BAR = 32, SAID_MAX = 1200 };
 
@@ -96,6 +98,29 @@ void progress_motion(struct progress *p, const struct motion_result *m) {
     outlet_flush(&p->steps);
 }
 
+static void draw_bar(FILE *out, double share, const char *after) {
+    static const char full[] = "################################", empty[] = "................................";
+    int marks = (int)(BAR * fmin(fmax(share, 0.0), 1.0));
+    fprintf(out, "[%.*s%.*s] %s", marks, full, BAR - marks, empty, after);
+}
+
+void progress_compute(struct progress *p, const char *what, double share) {
+    static const double share_known = 0.05; /* below, an expected time says nothing */
+    char seconds[64];
+    if (!p->computing) p->computing_ns = monotonic_ns();
+    double spent_s = seconds_from_ns(monotonic_ns() - p->computing_ns);
+    int used = snprintf(seconds, sizeof seconds, "%.0f", spent_s);
+    if (share > share_known) used += snprintf(seconds + used, sizeof seconds - (size_t)used, " of about %.0f", spent_s / share);
+    snprintf(seconds + used, sizeof seconds - (size_t)used, " s");
+    if (p->terminal) {
+        clear_line(p);
+        fprintf(p->out, "  %-36s", what);
+        draw_bar(p->out, share, seconds);
+    } else if (what != p->computing) fprintf(p->out, "  %s\n", what);
+    p->computing = what;
+    outlet_flush(&p->steps);
+}
+
 static double done(const struct progress *p, const struct cycle *c) {
     const struct test_params *t = &p->params->tests;
     double state_s = (double)p->state_cycles * p->params->loop.period_s;
@@ -110,13 +135,11 @@ static double done(const struct progress *p, const struct cycle *c) {
 
 void progress_tick(struct progress *p, const struct cycle *c) {
     static const char *const phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
-    static const char full[] = "################################", empty[] = "................................";
     if (p->state_cycles++ % p->redraw_cycles || !p->terminal) return;
-    int marks = (int)(BAR * fmin(fmax(done(p, c), 0.0), 1.0));
     clear_line(p);
     if (c->test >= 0)
         fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, tests_count(&p->params->tests), tests_name(&p->params->tests, c->dof));
     else fprintf(p->out, "  %-18s", state_names[c->state]);
-    fprintf(p->out, "[%.*s%.*s] %s", marks, full, BAR - marks, empty, phases[c->phase]);
+    draw_bar(p->out, done(p, c), phases[c->phase]);
     outlet_flush(&p->steps);
 }

@@ -18,6 +18,8 @@ struct progress {
     bool terminal;
     int64_t redraw_cycles;  /* cycles between updates of the live line */
     int64_t state_cycles;   /* cycles in the current state */
+    const char *computing;  /* the last `what` of progress_compute(); NULL: none yet */
+    int64_t computing_ns;   /* when the first began */
 };
 
 /* to: standard output, or standard error if standard output carries the results. -1: no pipe or
@@ -35,6 +37,10 @@ void progress_motion(struct progress *p, const struct motion_result *m);
 /* Prints a line on standard error, without disturbing the live line; the text may come from
  * anywhere and is made printable. Main or recorder thread; waits for neither. */
 __attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
+/* Shows what is computed when the run is over: on a terminal the live line with seconds spent and
+ * expected, elsewhere a line for each `what`, which must be a literal. Main thread, when no other
+ * thread uses p any more. */
+void progress_compute(struct progress *p, const char *what, double share);
 /* Erases the live line, before output that is not progress. */
 void progress_end(struct progress *p);
 void progress_tick(struct progress *p, const struct cycle *c);

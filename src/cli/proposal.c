@@ -28,6 +28,7 @@ static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
 enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };
 
 struct design {
+    struct proposal_watch *watch;
     const struct loop_survey *survey;
     const struct params *params;
     double leg_per_axis[DOFS];             /* largest |J| of a column, m per m or m per rad */
@@ -40,6 +41,8 @@ struct design {
 
 static double round_to(double step, double x) { return step * round(x / step); }
 static double floor_to(double step, double x) { return step * floor(x / step + 1e-9); }
+
+static void tell(struct proposal_watch *w) { w->share(w->context, (double)w->done++ / w->most); }
 
 /* Shortest duration in which sines of the lowest frequency can be evaluated. */
 static double shortest_s(const struct test_params *t) {
@@ -126,6 +129,7 @@ static int try_rates(struct design *d, double rate_mps, struct excitation *e, st
     d->trial.tests.duration_s = SEARCH_S;
     set_amplitudes(d, rate_mps);
     scale_amplitudes(d, 1.0);
+    tell(d->watch);
     return excitation_predict(d->survey, &d->exact, &d->trial.tests, 1, e, error);
 }
 
@@ -171,6 +175,7 @@ static double longest_s(const struct test_params *t) { return LONGEST_S[t->multi
 /* Predicts the variance of the worst entry, %^2. */
 static double predict_for(struct design *d, double duration_s, struct excitation *e, int *status, struct error *error) {
     d->trial.tests.duration_s = round_to(SECONDS_STEP, duration_s);
+    if (!*status) tell(d->watch);
     if (!*status) *status = excitation_predict(d->survey, d->params, &d->trial.tests, DRAWS, e, error);
     return e->worst_pct * e->worst_pct;
 }
@@ -251,11 +256,13 @@ static int begin(struct design *d, enum proposal_kind kind, const struct loop_su
 }
 
 int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct,
-            struct proposal *result, struct error *error) {
+            struct proposal_watch *watch, struct proposal *result, struct error *error) {
     struct design *d = malloc(sizeof *d);
     *result = (struct proposal){0};
     if (!d) return error_set(error, STATUS_IO, "out of memory");
     int status = begin(d, kind, survey, params, &result->none);
+    d->watch = watch;
+    watch->done = 0, watch->most = 2 + CORRECTIONS + (kind == PROPOSAL_MULTISINE ? 1 + TRIALS : 0);
     if (!status && kind == PROPOSAL_MULTISINE) status = search(d, MARGIN * multisine_rate_limit_mps(params), result, &result->none);
     else if (!status) set_amplitudes(d, OF_PEAK * survey->multisine.peak_mps), keep_apart(d);
     if (!status) status = limit(d, &result->none);

@@ -35,10 +35,18 @@ struct proposal {
 
 enum proposal_kind { PROPOSAL_SINES, PROPOSAL_MULTISINE, PROPOSALS };
 
+/* Who is told how far a long computation has come: before each prediction, the share from 0 to 1
+ * of the most predictions that there may be. */
+struct proposal_watch {
+    void (*share)(void *context, double share);
+    void *context;
+    int done, most;        /* predictions */
+};
+
 /* params: as configured for the tests, not the survey's; wanted_pct: as excitation.worst_pct.
  * Returns 0 also without a proposal (result->none); -3: no memory. */
 int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct,
-            struct proposal *result, struct error *error);
+            struct proposal_watch *watch, struct proposal *result, struct error *error);
 
 /* Writes the options that run it: "--set tests.... --set ...". */
 void proposal_options(const struct proposal *proposal, char *text, int size);

@@ -34,10 +34,17 @@ struct survey_report {
     struct proposal proposal[PROPOSALS];
 };
 
+/* Called before each step with what is computed, and the share of all that is done, 0..1. */
+struct survey_watch {
+    void (*step)(void *context, const char *what, double share);
+    void *context;
+};
+
 /* `asked`: as configured, without the survey. -2 with the reason: the recording is not
  * sufficient; -3: no memory. */
 int survey_report_make(struct survey_report *r, const struct multisine *multisine, const struct recording *recording,
-                       const struct method_c *inertia, const struct params *asked, double wanted_pct, struct error *error);
+                       const struct method_c *inertia, const struct params *asked, double wanted_pct, const struct survey_watch *watch,
+                       struct error *error);
 
 void survey_report_print(const struct survey_report *r, FILE *out);
 

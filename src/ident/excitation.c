@@ -107,15 +107,32 @@ static int add_test(struct imagined *m, int place, struct recording *recording, 
     return STATUS_OK;
 }
 
-struct excitation excitation_of(const struct method_result *matrix) {
-    struct excitation e = {.worst_pct = 0.0};
+/* An entry's deviation in per cent of sqrt(M_ii M_jj); infinite if it is not determined. */
+static double entry_pct(const struct method_result *m, int i, int j) {
+    double pct = 100.0 * m->mt_std[i][j] / sqrt(m->mt[i][i] * m->mt[j][j]);
+    return m->evaluated && isfinite(pct) ? pct : (double)INFINITY;
+}
+
+struct excitation excitation_of(int draws, const struct method_result *matrix) {
+    struct excitation e = {0};
+    double sum_pct[DOFS][DOFS] = {{0}}, largest_pct = 0.0;
+    for (int draw = 0; draw < draws; draw++) {
+        double worst_pct = 0.0, axis_pct[DOFS] = {0};
+        for (int i = 0; i < DOFS; i++)
+            for (int j = i; j < DOFS; j++) {
+                double pct = entry_pct(&matrix[draw], i, j);
+                sum_pct[i][j] += pct;
+                axis_pct[i] = fmax(axis_pct[i], pct), axis_pct[j] = fmax(axis_pct[j], pct);
+                worst_pct = fmax(worst_pct, pct);
+            }
+        e.worst_pct += worst_pct;
+        for (int i = 0; i < DOFS; i++) e.axis_pct[i] += axis_pct[i];
+    }
+    e.worst_pct /= draws;
+    for (int i = 0; i < DOFS; i++) e.axis_pct[i] /= draws;
     for (int i = 0; i < DOFS; i++)
-        for (int j = i; j < DOFS; j++) {
-            double pct = 100.0 * matrix->mt_std[i][j] / sqrt(matrix->mt[i][i] * matrix->mt[j][j]);
-            if (!matrix->evaluated || !isfinite(pct)) pct = (double)INFINITY;
-            e.axis_pct[i] = fmax(e.axis_pct[i], pct), e.axis_pct[j] = fmax(e.axis_pct[j], pct);
-            if (pct > e.worst_pct) e.worst_pct = pct, e.row = (enum dof)i, e.column = (enum dof)j;
-        }
+        for (int j = i; j < DOFS; j++)
+            if (sum_pct[i][j] > largest_pct) largest_pct = sum_pct[i][j], e.row = (enum dof)i, e.column = (enum dof)j;
     return e;
 }
 
@@ -146,9 +163,10 @@ int excitation_predict(const struct loop_survey *survey, const struct params *pa
     struct imagined *m = malloc(sizeof *m);
     struct recording *recording = malloc(sizeof *recording);
     struct method_c *c = malloc(2 * sizeof *c);
-    double sum = 0.0, joints[DOFS][DOFS] = {{0}};
+    struct method_result *found = calloc((size_t)draws, sizeof *found);
+    double joints[DOFS][DOFS] = {{0}};
     *result = (struct excitation){0};
-    int status = m && recording && c ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
+    int status = m && recording && c && found ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int draw = 0; draw < draws && !status; draw++) {
         status = init(m, survey, params, tests, (uint64_t)draw + 1, error);
         m->params.model.tolerance.joints_m = 0.0;
@@ -159,10 +177,10 @@ int excitation_predict(const struct loop_survey *survey, const struct params *pa
         }
         for (int i = 0; i < DOFS && !status; i++)
             for (int j = 0; j < DOFS; j++) c->matrix.mt_std[i][j] = sqrt(pow(c->matrix.mt_std[i][j], 2.0) + joints[i][j]);
-        if (!status) *result = excitation_of(&c->matrix);
-        sum += result->worst_pct;
+        if (!status) found[draw] = c->matrix;
     }
-    if (!status) result->worst_pct = sum / draws;
+    if (!status) *result = excitation_of(draws, found);
+    free(found);
     free(m);
     free(recording);
     free(c);

@@ -8,21 +8,22 @@
 
 #include "loop_survey.h"
 
+/* Means over the draws of the noise: a single draw is no better than 10 %, because noise and the
+ * dry friction found vary. */
 struct excitation {
     /* Largest standard deviation of an entry, in per cent of sqrt(M_ii M_jj); infinite if some
      * entry is not determined. */
     double worst_pct;
-    enum dof row, column;  /* the entry that has it, row <= column */
+    enum dof row, column;  /* the entry whose mean is largest, row <= column */
     double axis_pct[DOFS]; /* largest of each row */
 };
 
 /* Simulates the tests, six sinusoids one after another or a multisine, with `draws` draws of the
- * noise. worst_pct is the mean over the draws: a single one is no better than 10 %, because noise
- * and the dry friction found vary. Returns -2 if method C refuses, -3 without memory. */
+ * noise, at least one. Returns -2 if method C refuses, -3 without memory. */
 int excitation_predict(const struct loop_survey *survey, const struct params *params, const struct test_params *tests, int draws,
                        struct excitation *result, struct error *error);
 
-/* The same figures for an identified matrix. */
-struct excitation excitation_of(const struct method_result *matrix);
+/* The same figures for matrices that were identified from `draws` recordings of one test. */
+struct excitation excitation_of(int draws, const struct method_result *matrix);
 
 #endif

@@ -1,0 +1,85 @@
+/* Words of a survey's result for people, and the figures of its predictions. */
+#include "support.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "survey_report.h"
+
+/* What is printed of a survey that found these damping ratios and predicted these deviations. */
+static char *printed(double damping, double predicted_pct, bool reached) {
+    char *text;
+    size_t size;
+    struct survey_report *r = calloc(1, sizeof *r);
+    FILE *out = open_memstream(&text, &size);
+    assert_true(r && out);
+    config_default(&r->asked);
+    r->wanted_pct = 0.5;
+    r->survey.determined = true;
+    r->survey.multisine.lines = 1;
+    for (int i = 0; i < DOFS; i++)
+        r->survey.mode[i].dof = (enum dof)i, r->survey.loop[i] = (struct loop_mode){.hz = 10.0 + i, .damping = 0.3};
+    r->survey.loop[2].damping = damping;
+    for (int i = 0; i < PROPOSALS; i++) {
+        r->proposal[i].tests = r->asked.tests;
+        r->proposal[i].predicted.worst_pct = predicted_pct, r->proposal[i].reached = reached;
+    }
+    survey_report_print(r, out);
+    fclose(out);
+    free(r);
+    return text;
+}
+
+static void assert_printed(char *text, const char *words, bool expected) {
+    if ((strstr(text, words) != NULL) != expected) fail_msg("\"%s\" is %s in\n%s", words, expected ? "not" : "", text);
+    free(text);
+}
+
+static void a_deviation_above_the_wanted_one_is_not_the_wanted_one(void **unused) {
+    (void)unused;
+    assert_printed(printed(0.3, 0.524, true), "NOT the 0.5 % wanted, but within 5 % of it", true);
+    assert_printed(printed(0.3, 0.6, false), "NOT the 0.5 % wanted: no longer test comes nearer", true);
+    assert_printed(printed(0.3, 0.5, true), "NOT the", false);
+    assert_printed(printed(0.3, 0.48, true), "NOT the", false);
+}
+
+static void a_mode_that_rings_is_remarked_with_what_to_look_at(void **unused) {
+    (void)unused;
+    assert_printed(printed(0.02, 0.5, true), "HARDLY DAMPED: mode 3 of the closed loop, mostly z, at 12 Hz: damping ratio 0.02, below 0.05",
+                   true);
+    assert_printed(printed(0.02, 0.5, true), "control.kpf", true);
+    assert_printed(printed(0.06, 0.5, true), "HARDLY DAMPED", false);
+    assert_printed(printed((double)NAN, 0.5, true), "HARDLY DAMPED", false);
+}
+
+/* A matrix whose entries all have a deviation of 1 %, but for one. */
+static struct method_result matrix(int row, int column, double pct) {
+    struct method_result m = {.evaluated = true};
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++) m.mt[i][j] = i == j ? 4.0 : 0.0, m.mt_std[i][j] = 0.04;
+    m.mt_std[row][column] = m.mt_std[column][row] = 0.04 * pct;
+    return m;
+}
+
+static void predicted_figures_are_of_all_draws(void **unused) {
+    (void)unused;
+    const struct method_result found[] = {matrix(0, 4, 9.0), matrix(0, 4, 5.0), matrix(2, 2, 7.0)};
+    struct excitation e = excitation_of(3, found);
+    assert_float_equal(e.worst_pct, 7.0, 1e-12);
+    assert_true(e.row == DOF_X && e.column == DOF_THETA); /* the last draw's is z */
+    assert_float_equal(e.axis_pct[DOF_X], 5.0, 1e-12);
+    assert_float_equal(e.axis_pct[DOF_THETA], 5.0, 1e-12);
+    assert_float_equal(e.axis_pct[DOF_Z], 3.0, 1e-12);
+    assert_float_equal(e.axis_pct[DOF_PSI], 1.0, 1e-12);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_deviation_above_the_wanted_one_is_not_the_wanted_one),
+        cmocka_unit_test(a_mode_that_rings_is_remarked_with_what_to_look_at),
+        cmocka_unit_test(predicted_figures_are_of_all_draws),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
