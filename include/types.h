@@ -122,6 +122,7 @@ static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg)
 struct fault_measure {
     int leg;             /* leg furthest beyond its limit, 0..5; -1: no leg */
     double value, limit;
+    double explained;    /* part of the limit that the reference explains; the rest is the key's */
     uint32_t inputs;     /* INPUT_... whose contacts contradict each other; 0: not about inputs */
 };
 

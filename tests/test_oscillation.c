@@ -231,6 +231,7 @@ static void witness_step(struct witness *w, struct rig *rig, bool began) {
 struct trial {
     struct witness witness;
     uint32_t fault, legs;
+    struct fault_measure measure;
     double fault_s;
 };
 
@@ -252,6 +253,7 @@ static void run_trial(struct trial *t, const struct params *params, bool from_ne
         if (supervisor_drives(rig.now.state)) witness_step(&t->witness, &rig, !drove);
         t->fault_s = time_s;
     }
+    t->measure = rig.now.measure;
     t->fault = rig.now.first_fault, t->legs = rig.now.faults & FAULT_LEGS;
     plant_destroy(rig.plant);
 }
@@ -325,6 +327,19 @@ static void a_command_delay_of_8_ms_is_stopped(void **unused) {
     run_trial(&t, &params, false, 12.0);
     assert_int_equal(t.fault, FAULT_OSCILLATION);
     assert_below(t.witness.longest_s, 0.5);
+    assert_close(t.measure.limit - t.measure.explained, params.limits.oscillation_mps2, 1e-12);
+}
+
+static void the_fault_says_the_configured_limit_and_what_was_asked(void **unused) {
+    (void)unused;
+    char text[FAULT_MEASURE_SIZE];
+    struct fault_measure m = {.leg = -1, .value = 3.58, .limit = 2.76, .explained = 1.76};
+    fault_measured(FAULT_OSCILLATION, &m, text);
+    assert_string_equal(text, "3.58 m/s^2, limit 2.76 m/s^2 (limits.oscillation_mps2 1, and 1.76 for what is asked)");
+    m = (struct fault_measure){.leg = -1, .value = 1.2, .limit = 1.0};
+    fault_measured(FAULT_OSCILLATION, &m, text);
+    assert_string_equal(text, "1.2 m/s^2, limit 1 m/s^2 (limits.oscillation_mps2)");
+    assert_non_null(strstr(failure_of(FAULT_OSCILLATION)->remedy, "hexid doctor"));
 }
 
 static void no_shipped_machine_shakes(void **unused) {
@@ -365,6 +380,7 @@ int main(void) {
         cmocka_unit_test(no_gain_shakes_a_machine_for_half_a_second),
         cmocka_unit_test(no_effect_of_typical_size_is_stopped_but_what_shakes),
         cmocka_unit_test(a_command_delay_of_8_ms_is_stopped),
+        cmocka_unit_test(the_fault_says_the_configured_limit_and_what_was_asked),
         cmocka_unit_test(no_shipped_machine_shakes),
         cmocka_unit_test(one_leg_that_is_unstable_alone_is_stopped),
     };

@@ -59,7 +59,8 @@ const struct failure failure_table[] = {
     {FAULT_OSCILLATION, "oscillation", "the platform shakes by what nobody asked for",
      "twice the acceleration that is asked for, and `limits.oscillation_mps2`; of pose and valve commands", "0.3 s above it", STOPS,
      "a loop that is unstable: control.kp, ki, kd or kpf too high for this machine, more delay than before, much air in the oil",
-     "lower the gains; a length transducer that is coarse or noisy shakes the platform, too: mend it", NULL, "limits.oscillation_mps2",
+     "`hexid doctor` looks at the loop: set the gain that it names, or lower the gains; a coarse or noisy length transducer shakes the "
+     "platform, too: mend it", NULL, "limits.oscillation_mps2",
      "m/s^2", 1.0},
     {FAULT_KINEMATICS, "kinematics", "lengths that fit no pose", "forward kinematics", "5 cycles", STOPS,
      "a length transducer that lies, or a geometry that is another machine's", "compare lengths and configuration with the machine", NULL,
@@ -144,7 +145,13 @@ const char *fault_measured(uint32_t first_fault, const struct fault_measure *mea
     say_number(measure->value * f->per_si, value);
     say_number(measure->limit * f->per_si, limit);
     int used = snprintf(text, FAULT_MEASURE_SIZE, "%s %s", value, f->unit);
-    if (key && isfinite(measure->limit))
+    char explained[16], configured[16];
+    say_number(measure->explained * f->per_si, explained);
+    say_number((measure->limit - measure->explained) * f->per_si, configured);
+    if (key && isfinite(measure->limit) && measure->explained > 0.0)
+        snprintf(text + used, (size_t)(FAULT_MEASURE_SIZE - used), ", limit %s %s (%s %s, and %s for what is asked)", limit, f->unit, key,
+                 configured, explained);
+    else if (key && isfinite(measure->limit))
         snprintf(text + used, (size_t)(FAULT_MEASURE_SIZE - used), ", limit %s %s (%s)", limit, f->unit, key);
     return text;
 }

@@ -47,7 +47,7 @@ void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_
 
 /* Writes the measured value and its limit, as "12.4 mm, limit 10 mm (limits.following_m)", or ""
  * if nothing was measured. Returns text. */
-enum { FAULT_MEASURE_SIZE = 104 };
+enum { FAULT_MEASURE_SIZE = 144 };
 const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]);
 
 /* Writes the fault and its measure: "following_error, leg 3: 12.4 mm, limit 10 mm

@@ -120,6 +120,7 @@ static double misfit_m(const struct platform *p, const struct hal_sample *in) {
 static struct fault_measure measure_of(const struct platform *p, const struct hal_sample *in, uint32_t fault) {
     struct fault_measure m = judge_sample(p, in, fault).measure;
     if (fault == FAULT_KINEMATICS) m.value = misfit_m(p, in);
+    if (fault == FAULT_OSCILLATION) m.explained = p->oscillation.allowed_mps2 - p->oscillation.limit_mps2;
     if (fault == FAULT_ANTIVALENCE) m.inputs = p->contradicted;
     return m;
 }
