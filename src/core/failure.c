@@ -60,8 +60,8 @@ const struct failure failure_table[] = {
      "twice the acceleration that is asked for, and `limits.oscillation_mps2`; of pose and valve commands", "0.3 s above it", STOPS,
      "a loop that is unstable: control.kp, ki, kd or kpf too high for this machine, more delay than before, much air in the oil",
      "`hexid doctor` looks at the loop: set the gain that it names, or lower the gains; a coarse or noisy length transducer shakes the "
-     "platform, too: mend it", NULL, "limits.oscillation_mps2",
-     "m/s^2", 1.0},
+     "platform, too: mend it",
+     NULL, "limits.oscillation_mps2", "m/s^2", 1.0},
     {FAULT_KINEMATICS, "kinematics", "lengths that fit no pose", "forward kinematics", "5 cycles", STOPS,
      "a length transducer that lies, or a geometry that is another machine's", "compare lengths and configuration with the machine", NULL,
      NULL, "mm", 1e3},
