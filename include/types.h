@@ -57,6 +57,7 @@ struct hal_sample {
     uint32_t flags;         /* SAMPLE_... */
     uint32_t inputs;        /* INPUT_... */
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other: open */
+    int64_t missed;         /* deadlines that the loop missed before this cycle */
     uint32_t twins;         /* beside SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0 if
                              * for the inputs or an unknown leg */
     double length_m[LEGS];  /* joint to joint */

@@ -40,8 +40,7 @@ struct model {
     int64_t anew;                /* last cycle whose sample the device's counter marked as new */
     uint64_t device_seq;
     bool repeated;               /* the device's counter did not rise */
-    int64_t missed_least, missed_most; /* bounds of the deadlines missed in a row, from the times of
-                                        * the reads, which are uncertain by a period per cycle */
+    int64_t missed;              /* deadlines missed in a row */
     int64_t time_ns;             /* time of the previous readings */
     double length_m[LEGS];       /* previous readings */
     bool good_before;            /* nothing about them was doubtful */
@@ -185,10 +184,8 @@ static inline struct doubt model_doubt(struct model *m, const struct seen *s) {
     struct doubt d = {0};
     int64_t period_ns = ns_from_seconds(m->params->loop.period_s), limit_ns = ns_from_seconds(m->params->limits.sensor_age_s);
     int64_t late = s->real ? s->late_ns / period_ns : 0;
-    m->missed_least = late ? m->missed_least + (late > 2 ? late - 1 : 1) : 0;
-    m->missed_most = late ? m->missed_most + late + 1 : 0;
-    must(&d, FAULT_OVERRUN, m->missed_least >= m->params->loop.overrun_limit);
-    may(&d, FAULT_OVERRUN, m->missed_most >= m->params->loop.overrun_limit);
+    m->missed = late ? m->missed + late : 0;
+    must(&d, FAULT_OVERRUN, m->missed >= m->params->loop.overrun_limit);
     must(&d, FAULT_MASTER, s->in.flags & SAMPLE_FOREIGN);
     if (!s->read_failed) m->inputs = s->in.inputs;
     doubt_inputs(m, s, &d);

@@ -202,6 +202,25 @@ static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
     bench_end(&b);
 }
 
+/* Ten deadlines in five cycles. The reads stand closer together than the deadlines where the cycle
+ * before was later on its own period. */
+static void deadlines_are_counted_on_the_grid_not_between_reads(void **unused) {
+    (void)unused;
+    static const int64_t late[] = {3 * PERIOD_NS - 1, 2 * PERIOD_NS, 3 * PERIOD_NS - 1, 2 * PERIOD_NS, 3 * PERIOD_NS - 1};
+    struct params params = by_hand();
+    struct bench b;
+    assert_int_equal(params.loop.overrun_limit, 10);
+    bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
+    bench_until(&b, STATE_READY);
+    for (int n = 0; n < 5; n++) {
+        assert_int_equal(b.last.faults, 0);
+        late_ns = late[n];
+        bench_cycle(&b);
+    }
+    assert_int_equal(b.last.first_fault, FAULT_OVERRUN);
+    bench_end(&b);
+}
+
 /* After a second's absence the first cycle is a fault, even if it has nothing to read or the
  * previous command could not be written; a failed read alone is no missed deadline. */
 static void a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads(void **unused) {
@@ -573,6 +592,7 @@ int main(void) {
         cmocka_unit_test(cycles_stand_on_the_grid_of_the_period),
         cmocka_unit_test(missed_deadlines_are_skipped_and_flagged_not_caught_up),
         cmocka_unit_test(overrun_limit_late_cycles_in_a_row_are_a_fault),
+        cmocka_unit_test(deadlines_are_counted_on_the_grid_not_between_reads),
         cmocka_unit_test(a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads),
         cmocka_unit_test(virtual_time_has_no_wall_clock_in_it),
         cmocka_unit_test(paced_time_is_virtual_time_whatever_the_host_does),

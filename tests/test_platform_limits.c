@@ -243,7 +243,7 @@ static void a_second_master_is_a_fault_at_its_first_frame(void **unused) {
         }
 }
 
-static void overran(struct hal_sample *s, int cycle) { (void)cycle, s->flags |= SAMPLE_OVERRUN; }
+static void overran(struct hal_sample *s, int cycle) { (void)cycle, s->flags |= SAMPLE_OVERRUN, s->missed = 1; }
 
 static void overrun_limit_in_a_row_trips_and_one_less_does_not(void **unused) {
     (void)unused;

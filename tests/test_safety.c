@@ -303,7 +303,7 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_READY, 0);
         struct hal_sample sample = rig.now.in;
-        sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.time_ns += (away + 1) * (int64_t)PERIOD_NS;
+        sample.flags = SAMPLE_OVERRUN, sample.missed = away, sample.device_seq += 1, sample.time_ns += (away + 1) * (int64_t)PERIOD_NS;
         rig_given(&rig, &sample);
         assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
         plant_destroy(rig.plant);
@@ -311,7 +311,7 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_READY, 0);
         sample = rig.now.in;
-        sample.flags = SAMPLE_OVERRUN, sample.device_seq += 1, sample.age_ns = (away + 1) * (int64_t)PERIOD_NS;
+        sample.flags = SAMPLE_OVERRUN, sample.missed = away, sample.device_seq += 1, sample.age_ns = (away + 1) * (int64_t)PERIOD_NS;
         rig_given(&rig, &sample);
         assert_int_equal(rig.now.faults != 0 && !rig.now.out.enable, away >= rig.params.loop.overrun_limit);
         plant_destroy(rig.plant);

@@ -166,11 +166,8 @@ static void watch_standstill(struct platform *p, const struct hal_sample *in) {
  * long: by then a device's watchdog may have centred the valves without the loop's knowledge, so
  * the previous command must not be continued. */
 static void count_overruns(struct platform *p, const struct hal_sample *in) {
-    int64_t read_ns = in->time_ns + in->age_ns; /* the time now; the sample itself may be older */
-    int64_t missed = (read_ns - p->last_ns) / ns_from_seconds(p->params->loop.period_s) - 1;
-    int64_t count = p->overruns + (missed > 1 ? missed : 1), limit = p->params->loop.overrun_limit;
-    p->overruns = in->flags & SAMPLE_OVERRUN ? (int)(count < limit ? count : limit) : 0;
-    p->last_ns = read_ns;
+    int64_t count = p->overruns + in->missed, limit = p->params->loop.overrun_limit;
+    p->overruns = in->missed > 0 ? (int)(count < limit ? count : limit) : 0;
 }
 
 /* A leg with doubtful pressures keeps its last force: the high-pass filter in the controller

@@ -33,7 +33,6 @@ struct platform {
     int64_t good_seq, good_ns;   /* its cycle (-1: none yet) and its time */
     uint64_t device_seq;         /* count of the previous sample, */
     int64_t anew_seq;            /* and the cycle in which it last increased */
-    int64_t last_ns;             /* when the previous sample was read */
     struct fault_measure measure; /* measure of supervisor.first_fault */
     int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
     /* last reference and command */

@@ -16,15 +16,15 @@ static bool finished(const struct loop *l) {
 }
 
 /* Handles missed deadlines; true if the machine missed their commands. */
-static bool overrun(struct loop *l, int64_t late_ns) {
+static int64_t overrun(struct loop *l, int64_t late_ns) {
     int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = late_ns / period_ns;
     if (l->clock.kind == CLOCK_PACED) {
         clock_stretch(&l->clock, missed * period_ns);
-        return false;
+        return 0;
     }
     l->deadline_ns += missed * period_ns;
     l->overruns += missed;
-    return missed > 0;
+    return missed;
 }
 
 /* SAFETY: once told to end, the loop ignores other requests and parks the platform. */
@@ -80,10 +80,11 @@ bool loop_cycle(struct loop *l) {
     struct cycle c;
 
     int64_t late_ns, now_ns = clock_wait(&l->clock, l->deadline_ns, &late_ns);
-    bool overran = overrun(l, late_ns);
+    int64_t missed = overrun(l, late_ns);
     if (l->hal->ops->read(l->hal, now_ns, &sample)) sample.flags |= SAMPLE_IO, sample.time_ns = now_ns, sample.age_ns = 0;
     else if (l->unwritten) sample.flags |= SAMPLE_IO | SAMPLE_UNWRITTEN;
-    if (overran) sample.flags |= SAMPLE_OVERRUN;
+    if (missed) sample.flags |= SAMPLE_OVERRUN;
+    sample.missed = missed;
 
     platform_step(&l->platform, &sample, asked(l), &c);
 
