@@ -5,13 +5,15 @@
 
 #include "units.h"
 
-/* Half-width of a line's window as a share of the series' shortest period, and its least number of
- * samples; distance of lines as a share of the half-width; least variance of the samples' times, in
- * squares of the half-width: it is 0.13 with samples on both sides, 0.04 at a record's end. A line
- * at an end is off by microns, and 5 um are 26 kPa in a shut chamber. */
-static const double OF_PERIOD = 1.0 / 12.0, SAMPLES = 3.0, APART = 0.25, SPREAD = 0.06;
+static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a line's window over the shortest period
+                                            * of the series */
+    SAMPLES = 3.0,                          /* least half-width, in samples */
+    APART = 0.25,                           /* distance of lines over the half-width */
+    SPREAD = 0.06; /* least variance of the samples' times, in squares of the half-width. It is 0.13
+                    * with samples on both sides, and 0.04 at a record's end. A line there is off by
+                    * microns, and 5 um are 26 kPa in a shut chamber. */
 
-/* Lengths of a sample less the series. */
+/* Lengths of a sample less those of the Fourier series at its time. */
 static void rest_of(const struct recording_sample *sample, const struct spectrum *series, double rest[LEGS]) {
     double basis[SPECTRUM_SIZE], value[3];
     spectrum_basis(series->omega * sample->test_time_s, series->harmonics, basis);
@@ -21,7 +23,8 @@ static void rest_of(const struct recording_sample *sample, const struct spectrum
     }
 }
 
-/* Fits value and slope at a time. False if good samples are too few or all on one side. */
+/* Fits a straight line, value and slope at t_s, under a Hann window of half-width reach_s. False:
+ * too few good samples, or all on one side. */
 static bool fit_line(const struct recording_sample *sample, int samples, const double (*rest)[LEGS], double t_s, double reach_s,
                      struct rods_motion *line) {
     double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0[LEGS] = {0}, y1[LEGS] = {0};
@@ -49,8 +52,9 @@ static inline void between(const struct rods_motion *from, const struct rods_mot
     value[1] = (b + x * (2.0 * c + x * 3.0 * d)) / step_s;
 }
 
-/* Puts lines without samples on the cubic between their known neighbours. Before the first known
- * line (known is -1) and behind the last, they keep its value. */
+/* Fills the lines known+1 .. next-1, which had no samples, from the cubic between lines `known` and
+ * `next`. Before the first line with samples (known is -1) and behind the last, the value stays
+ * constant. */
 static void bridge(struct fast_motion *f, int known, int next) {
     bool both = known >= 0 && next < f->lines;
     const struct rods_motion *from = &f->line[known >= 0 ? known : next], *until = &f->line[next < f->lines ? next : known];

@@ -7,11 +7,14 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
-static const double SURE = 3.0;       /* standard deviations of a leg's speed */
-static const double OVERSHOOT = 1.18; /* Gibbs overshoot of a jump in the evaluated harmonics */
-static const double STILL = 0.03;     /* share of the rms speed below which a rod rests: a series
-                                       * rings there */
-static const double FORGOTTEN = 0.05; /* share of the first deflection that no longer counts */
+static const double SURE = 3.0;       /* standard deviations of a leg's speed: a slower leg may be
+                                       * held */
+static const double OVERSHOOT = 1.18; /* height of a jump of friction in the evaluated harmonics
+                                       * over its true height (Gibbs) */
+static const double STILL = 0.03;     /* speed over rms speed, below which a rod rests: the Fourier
+                                       * series rings at rest */
+static const double FORGOTTEN = 0.05; /* share of the seals' first deflection that is left, below
+                                       * which it no longer counts */
 enum { POSE_ITERATIONS = 12, PASSES = 3 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
@@ -22,7 +25,8 @@ void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *para
     rigid_rest(&d->state, (const double[DOFS]){0});
 }
 
-/* Solves A x = b or A' x = b in place, by elimination with pivots. False: singular. */
+/* Solves A x = b or A' x = b in place by Gaussian elimination with pivots; x holds b on entry.
+ * False: A is singular. */
 static bool solve6(double a[6][6], bool transposed, double x[6]) {
     double m[6][7];
     for (int i = 0; i < 6; i++) {
@@ -51,7 +55,7 @@ static bool solve6(double a[6][6], bool transposed, double x[6]) {
     return true;
 }
 
-/* Moves position and attitude by a small displacement: translation of the origin and rotation
+/* Moves position and attitude by a small displacement d: translation of the origin and rotation
  * vector, both in {B}. */
 static void displace(struct rigid_state *s, const double d[6]) {
     double q[4], half[3] = {0.5 * d[3], 0.5 * d[4], 0.5 * d[5]}, *p = s->attitude, norm = 0.0;
@@ -67,7 +71,7 @@ static void jacobian(const struct rigid_legs *legs, double j[LEGS][DOFS]) {
     for (int k = 0; k < LEGS; k++) rigid_row(legs, k, j[k]);
 }
 
-/* Newton's method on the lengths. */
+/* Finds the pose with these leg lengths by Newton's method. */
 static bool find_pose(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS]) {
     memset(d->state.twist, 0, sizeof d->state.twist);
     for (int iteration = 0; iteration < POSE_ITERATIONS; iteration++) {
@@ -88,24 +92,25 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* Speed below which a leg may be held: so near to a reversal that the harmonics do not resolve
- * time, or the noise does not resolve speed. */
+/* Speed below which a leg may be held: it is so near a reversal that the harmonics do not resolve
+ * the time, or the noise hides the speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
 
-/* Dry friction has its full size only where the leg surely slides, from twice the slow speed on. */
+/* Share of sliding friction in a leg's dry friction: 0 below the slow speed, 1 from twice that
+ * speed on, where the leg surely slides. */
 static double sliding_share(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in) {
     double speed = fabs(in->leg[leg][1] + in->ahead[leg][1]), acceleration = in->leg[leg][2] + in->ahead[leg][2];
     return fmin(fmax(speed / slow_mps(d, leg, acceleration) - 1.0, 0.0), 1.0);
 }
 
-/* Dry friction of a leg that may be held: the balance of forces up to the friction's limit F, since
- * a leg that sticks holds against any load. Noise of the balance is no friction: a held leg's
+/* Dry friction of a leg that may be held. A leg that sticks holds against any load, so its friction
+ * is the balance of forces, up to the limit F. Noise of the balance is not friction: a held leg's
  * friction lies anywhere within +-F, with variance F^2 / 3, so the linear estimate of least
- * variance takes the share F^2 / 3 / (F^2 / 3 + noise^2) of the balance beyond sliding. The limit
- * includes the overshoot, because otherwise the balance would be cut on one side only and friction
- * come out too large. */
+ * variance adds the share F^2 / 3 / (F^2 / 3 + noise^2) of the balance less sliding friction. The
+ * limit includes the harmonics' Gibbs overshoot; a limit of F would cut the balance's ringing on
+ * one side only and make the friction too large. */
 static double held_friction(double balance_n, double noise_n, double extend_n, double retract_n, double sliding_n) {
     double reach_n = 0.5 * (extend_n + retract_n), variance = reach_n * reach_n / 3.0;
     double gain = variance > 0.0 ? variance / (variance + noise_n * noise_n) : 0.0;
@@ -126,7 +131,7 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
     return other + share * sliding + (1.0 - share) * held;
 }
 
-/* Adds the moments of joint friction, as a wrench on the platform. */
+/* Adds the moments of joint friction to the load on the platform, as a wrench. */
 static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS],
                         double load[DOFS]) {
     struct joint_axes axes;
@@ -139,7 +144,7 @@ static void push_joints(const struct inverse_dynamics *d, const struct rigid_leg
     }
 }
 
-/* One axis: mass, weight and springs along it. */
+/* Force that mass, weight and springs of a single axis need. */
 static void axis_bodies(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
     const struct machine *m = &d->cylinder.machine;
     memset(force_n, 0, LEGS * sizeof *force_n);
@@ -190,19 +195,22 @@ bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dyna
     return true;
 }
 
-/* Deflection of a leg's seals at an instant: at + left * the deflection at first. */
+/* Deflection of a leg's seals at an instant, as a linear function of the first deflection: at +
+ * left * first. */
 struct seals {
     double at, left;
 };
 
-/* Slides the seals over a path; adds their mean on it times its share of the time. */
+/* Slides the seals by way_m: updates `now`, and adds the mean deflection on the way, times the
+ * share of the time that it takes, to `sum`. */
 static void slide(double way_m, double distance_m, double share, struct seals *now, struct seals *sum) {
     double ratio = fabs(way_m) / distance_m, to = copysign(1.0, way_m), mean = ratio > 0.0 ? -expm1(-ratio) / ratio : 1.0;
     sum->at += share * (to + (now->at - to) * mean), sum->left += share * now->left * mean;
     now->at = to + (now->at - to) * exp(-ratio), now->left *= exp(-ratio);
 }
 
-/* Slides the seals for a time in which the rod may turn; returns their mean. */
+/* Slides the seals for time_s, during which the rod may turn, and updates `now`. Returns the mean
+ * deflection. */
 static struct seals slide_on(double speed, double acceleration, double time_s, double distance_m, struct seals *now) {
     double first = speed - 0.5 * acceleration * time_s, last = speed + 0.5 * acceleration * time_s;
     double before = first * last < 0.0 ? first / (first - last) : 0.0;
@@ -212,10 +220,11 @@ static struct seals slide_on(double speed, double acceleration, double time_s, d
     return mean;
 }
 
-/* Speed of the rod in its cylinder. */
+/* Speed of a leg's rod in its cylinder. */
 static double rod_speed(const struct inverse_dynamics_input *in, int leg) { return in->leg[leg][1] + in->ahead[leg][1]; }
 
-/* Follows a leg's seals along its motion; returns their state at the end. */
+/* Follows a leg's seals along its motion. course: mean deflection about each instant. Returns the
+ * deflection at the end. */
 static struct seals run_seals(const struct inverse_dynamics *d, int leg, int instants, const struct inverse_dynamics_input in[],
                               struct seals course[PHASES]) {
     double square = 0.0;
@@ -229,7 +238,8 @@ static struct seals run_seals(const struct inverse_dynamics *d, int leg, int ins
     return now;
 }
 
-/* Force that the balance leaves for a leg's seals. sure: no other dry friction may hold the leg. */
+/* Force that the balance of forces leaves for a leg's seals. sure: set if no other dry friction may
+ * hold the leg. */
 static double left_for_seals(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double force_n,
                              bool *sure) {
     struct inverse_dynamics_input without = *in;
@@ -240,9 +250,9 @@ static double left_for_seals(const struct inverse_dynamics *d, int leg, const st
     return in->push_n[leg] - force_n - inverse_dynamics_friction(d, leg, &without, 0.0);
 }
 
-/* First deflection, by least squares over the force left for the seals, with a prior of variance
- * 1/3 (uniform from -1 to 1). The passes find its sign, since a seal's force may differ by
- * direction. */
+/* Finds a leg's first deflection by least squares over the forces left for its seals, with a prior
+ * of variance 1/3 (uniform from -1 to 1). The seal's force may differ by direction, so the passes
+ * repeat the fit with the sign of the deflection that the pass before found. */
 static double first_deflection(const struct inverse_dynamics *d, int leg, int instants, const struct seals course[PHASES],
                                const double left_n[PHASES], const bool sure[PHASES]) {
     struct cylinder_state in = {.deflection = -1.0}, out = {.deflection = 1.0};
@@ -287,7 +297,7 @@ bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle
     for (int k = 0; k < params_legs(d->params); k++) {
         if (!(d->cylinder.leg[k].seal_distance_m > 0.0)) continue;
         struct seals end = run_seals(d, k, instants, in, course[k]);
-        /* the cycle's end equals its start */
+        /* the deflection at the cycle's end equals that at its start */
         if (cycle && end.left < 1.0) first[k] = fmin(fmax(end.at / (1.0 - end.left), -1.0), 1.0);
         any = true;
     }

@@ -1,26 +1,28 @@
-/* Leg forces that a measured motion of the legs needs, from sim's rigid bodies, weight, joint and
- * leg friction. The pose is found from the lengths with the model's own joint positions. Pure. */
+/* Leg forces that a measured motion of the legs needs, from sim's rigid bodies, weight, joint
+ * friction and leg friction. The pose is found from the lengths with the model's own joint
+ * positions. Pure. */
 #ifndef HEXID_INVERSE_DYNAMICS_H
 #define HEXID_INVERSE_DYNAMICS_H
 
 #include "cylinder.h"
 #include "rigid.h"
 
-enum { PHASES = 128 }; /* instants per cycle */
+enum { PHASES = 128 }; /* instants per cycle at which forces are evaluated */
 
-/* m/s. A leg that sticks still yields at this speed, as its chambers do. Below it the leg may be
- * held; from twice this speed on it surely slides. */
+/* Speed below which a leg may be held, m/s; from twice this speed on it surely slides. A leg that
+ * sticks still yields at this speed, as its chambers do. */
 #define INVERSE_DYNAMICS_SLOW_MPS 2e-3
 
 struct inverse_dynamics {
     const struct params *params;
     struct rigid_model rigid;
     struct cylinder_model cylinder;
-    struct rigid_state state;   /* start of the search for the next pose */
+    struct rigid_state state;   /* last pose, from which the search for the next one starts */
     double window_s;            /* dry friction is averaged over this time about each instant,
                                  * because a reversal falls between two instants */
-    double speed_std_mps[LEGS]; /* standard deviation of the measured speed */
-    double force_std_n[LEGS];   /* standard deviation of the friction's balance; 0 after init */
+    double speed_std_mps[LEGS]; /* standard deviations of the legs' measured speeds */
+    double force_std_n[LEGS];   /* standard deviation of the friction that the balance of forces
+                                 * leaves each leg; 0 after init */
     double resolution_s;        /* half the time from a crest to a trough of the motion's highest
                                  * harmonic */
     bool joints;
@@ -28,50 +30,53 @@ struct inverse_dynamics {
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s);
 
-/* Mean sign of a value with this rate of change, over a window about an instant: the share of the
- * window in which it is positive minus the share in which it is negative, -1..1. */
+/* Mean sign, -1..1, of a value with this rate of change, over a window about an instant: the share
+ * of the window in which the value is positive less the share in which it is negative. */
 double inverse_dynamics_direction(double value, double rate, double window_s);
 
-/* Finds pose, twist and acceleration of the platform from its legs; leg holds length, rate and
- * acceleration of each. Pose and twist are left in d->state; acceleration is that of the origin of
- * {M} and the angular one, in {B}; row i of j gives leg i's rate for a twist. False: no pose has
- * these lengths. */
+/* Finds pose, twist and acceleration of the platform. leg: length, rate and acceleration of each
+ * leg. Pose and twist are left in d->state. acceleration: of the origin of {M}, then angular, both
+ * in {B}. Row k of j times a twist is leg k's rate. False: no pose has these lengths. */
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
-/* Turns a wrench on the platform into forces along the legs, in place: J'^-1 F. False: J
+/* Turns a wrench F on the platform into forces along the legs, in place: J'^-1 F. False: J is
  * singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
 /* Measured values at an instant. */
 struct inverse_dynamics_input {
-    double leg[LEGS][3];                   /* length, rate, acceleration, joint to joint */
-    double ahead[LEGS][3];                 /* lead of the rods over their joints, by backlash */
+    double leg[LEGS][3];                   /* length, rate and acceleration of each leg, joint to
+                                            * joint */
+    double ahead[LEGS][3];                 /* how far, how fast and with what acceleration backlash
+                                            * puts each rod ahead of its joint */
     double p1_pa[LEGS], p2_pa[LEGS];
-    double deflection[LEGS];               /* deflection of the seals, -1..1 */
-    double push_n[LEGS];                   /* measured force, for legs that stick */
+    double deflection[LEGS];               /* deflection of each leg's seals, -1..1 */
+    double push_n[LEGS];                   /* measured force of each leg; it tells the friction of a
+                                            * leg that sticks */
 };
 
-/* Force of each leg that the bodies need, friction left out. legs: the legs' geometry, not set for
- * a single axis. False: no pose has these lengths. */
+/* Force that the bodies need from each leg, friction of the legs left out. legs: set to the legs'
+ * geometry, except for a single axis. False: no pose has these lengths. */
 bool inverse_dynamics_bodies(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs,
                              double force_n[LEGS]);
 
 /* Friction of a leg's rod in its cylinder. balance_n: the friction that the balance of forces
- * leaves if the leg is held. */
+ * leaves, which is taken for a leg that is held. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);
 
-/* force_n: hydraulic force of each leg for bodies and friction. False: no pose fits the lengths. */
+/* Finds the hydraulic force of each leg for bodies and friction. False: no pose has these
+ * lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
-/* Finds the deflection of the seals that the motion causes (cylinder.h), as its mean over window_s
- * about each of at most PHASES instants, which are window_s apart. cycle: the last instant is
- * followed by the first. Otherwise the first deflection of a leg that rests or has just turned is
- * fitted to the balance of forces. False: no pose has these lengths. */
+/* Finds the deflection of each leg's seals that the motion causes (cylinder.h), as its mean over
+ * window_s about each of at most PHASES instants, which are window_s apart. cycle: the last instant
+ * is followed by the first. If the motion is no cycle, the first deflection of a leg that rests or
+ * has just turned is fitted to the balance of forces. False: no pose has these lengths. */
 bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle, struct inverse_dynamics_input in[]);
 
-/* Inertia of all bodies along the legs in a platform's last pose, [k][l]: force of leg k for an
- * acceleration of leg l while the other legs keep their lengths. */
+/* Inertia of all bodies along the legs in a platform's last pose. inertia[k][l]: force of leg k for
+ * an acceleration of leg l while the other legs keep their lengths. */
 void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]);
 
 #endif

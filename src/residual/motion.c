@@ -9,33 +9,43 @@
 #include "sort.h"
 #include "units.h"
 
-static const double STEADY = 0.995;       /* share of the mean square (0.986 for a triangle) */
+static const double STEADY = 0.995;       /* least share of a sinusoid in the legs' mean square
+                                           * motion; a triangle has 0.986 */
 static const double STATED = 0.5;         /* share that suffices at the stated frequency: friction,
                                            * a weak loop or a shut valve distort a test */
-static const double CYCLE = 0.5;          /* least share of the mean amplitude in each cycle */
-static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: a clock or
-                                           * typing error, not another test */
-/* bands of pieces of 3 s and of 0.2 s; pieces are longer only to cover all of a long record */
+static const double CYCLE = 0.5;          /* least amplitude of each cycle over the cycles' mean
+                                           * amplitude */
+static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
+                                           * errors of clock or typing, not another test */
+/* Least band: that of pieces of 3 s. Pieces are longer only so that they cover all of a long
+ * record. */
 static const double BAND_LEAST_HZ = 2.75;
-static const double BAND_OF_RATE = 1.0 / 8.0; /* share of the sampling rate: a piece has twice as
-                                               * many samples as coefficients, some to spare
+static const double BAND_OF_RATE = 1.0 / 8.0; /* highest band over sampling rate: a piece then has
+                                               * more than twice as many samples as coefficients
                                                * (spectrum_cut) */
-static const double BAND_OF_MOTION = 8.0; /* times a mean frequency: the harmonics of a sinusoid */
-static const double STANDS_OUT = 10.0;    /* times the floor; the strongest of 500 bins of noise in
-                                           * twelve segments has 3 */
-static const double REST = 1e-3;          /* share of all pieces' mean square speed; below it a
-                                           * piece is at rest */
-static const double STEPS = 3.0;          /* resolution steps of motion in the shortest time of the
-                                           * band: slower rounding is no noise */
+static const double BAND_OF_MOTION = 8.0; /* band over the motion's mean frequency: it holds the
+                                           * harmonics of a sinusoid */
+static const double STANDS_OUT = 10.0;    /* power of a bin over the noise floor, above which it is
+                                           * motion; of noise alone, the strongest of 500 bins in
+                                           * twelve segments reaches 3 */
+static const double REST = 1e-3;          /* mean square speed of a piece over that of all pieces,
+                                           * below which it is at rest */
+static const double STEPS = 3.0;          /* least motion of a piece, in resolution steps in the
+                                           * time 1 / band: slower motion has rounding errors that
+                                           * are not noise */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
-static const double GAP_STEPS = 2.5;      /* steps without a sample: a gap, beyond jitter */
-static const double BESIDE = 3.0, BESIDE_S = 0.01; /* steps, time to fit a speed beside a gap */
-static const double TURN = 4.0;           /* least change of speed of a turn, over that of a motion
-                                           * of the mean frequency */
-static const double TURN_LEAST = 0.5;     /* least change of speed of a turn over rms speed */
-static const double GAPS = 2.0;           /* a segment that lasts this times its samples is half
-                                           * gaps; no motion goes on across them */
+static const double GAP_STEPS = 2.5;      /* steps between two good samples, above which they
+                                           * enclose a gap: jitter is less */
+static const double BESIDE = 3.0, /* least time over which a speed beside a gap is fitted, in steps */
+    BESIDE_S = 0.01;              /* least time over which a speed beside a gap is fitted */
+static const double TURN = 4.0;           /* change of speed across a gap that is a turn, over the
+                                           * change that a motion of the mean frequency makes in
+                                           * that time */
+static const double TURN_LEAST = 0.5;     /* least change of speed that is a turn, over rms speed */
+static const double GAPS = 2.0;           /* duration of a periodogram segment over that of its
+                                           * samples, above which it is left out: half of it is
+                                           * gaps, and no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
@@ -55,7 +65,7 @@ static double variance(const struct recording_test *t, int leg) {
     return (square - sum * sum / n) / n;
 }
 
-/* Leg that moves most. */
+/* Leg that moves most, from 0. */
 static int mover(const struct recording_test *t, int legs) {
     double most = -1.0;
     int leg = 0;
@@ -66,8 +76,9 @@ static int mover(const struct recording_test *t, int legs) {
     return leg;
 }
 
-/* Adds the squares of a leg's motion and of its remainder after a sinusoid. Both are of means over
- * a part of the cycle, so that faster noise does not count. */
+/* Adds the sum of squares of a leg's motion to `square`, and that of the motion less a fitted
+ * sinusoid to `rest`. Samples are first averaged over a sixteenth of the cycle, so that faster
+ * noise does not count. */
 static void add_remainder(const struct recording_test *t, int leg, double hz, double *square, double *rest) {
     double h[9], g[3], s1 = 0.0, s2 = 0.0, zero = first_good(t, leg);
     int n = 0;
@@ -95,7 +106,7 @@ static void add_remainder(const struct recording_test *t, int leg, double hz, do
     if (n) *square += s2 - s1 * s1 / n;
 }
 
-/* True if every cycle moves about as far as the others. */
+/* True if every cycle of the leg's motion has at least half the mean amplitude. */
 static bool repeats(const struct recording_test *t, int leg, double hz) {
     double zero = first_good(t, leg), least = HUGE_VAL, sum = 0.0, until_s = t->sample[t->first].test_time_s + 1.0 / hz, s = 0.0, c = 0.0;
     int cycles = 0, n = 0;
@@ -122,7 +133,7 @@ bool motion_steady(const struct recording_test *t, int legs, double frequency_hz
     return rest < (1.0 - STEADY) * square;
 }
 
-/* Adds |sum rest[i] exp(-2 pi j b i / n)|^2 to power[b], b below n / 2. */
+/* Adds |sum rest[i] exp(-2 pi j b i / n)|^2 to power[b] for 0 < b < n / 2. */
 static void add_power(int n, const double *rest, double *power) {
     for (int b = 1; b < n / 2; b++) {
         double radians = 2.0 * PI * b / n, c = cos(radians), s = sin(radians), re = 1.0, im = 0.0, sum_re = 0.0, sum_im = 0.0;
@@ -135,8 +146,8 @@ static void add_power(int n, const double *rest, double *power) {
     }
 }
 
-/* Adds the power of Hann-windowed segments of n points all over the record. False: all have
- * gaps. */
+/* Adds the power of Hann-windowed segments of n points, spread evenly over the record. False: none
+ * is added, since each is half gaps. */
 static bool add_segments(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
     double rest[SEGMENT];
     bool added = false;
@@ -152,8 +163,9 @@ static bool add_segments(const struct recording_test *t, const double *x, int al
     return added;
 }
 
-/* Mean periodogram of a leg's length at a reduced sampling rate. If the record comes in bursts, the
- * segments are halved until they fit. Returns the number of bins, -3 without memory. */
+/* Mean periodogram of a leg's length at a reduced sampling rate. If the record comes in bursts,
+ * segments are halved until they fit between its gaps. Returns the number of bins, or -3 without
+ * memory. */
 static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
     int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
     double *x = malloc((size_t)all * sizeof *x), held = first_good(t, leg);
@@ -172,9 +184,9 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
     return n / 2;
 }
 
-/* Finds the band to evaluate: harmonics of the speed's mean frequency, but no more than let pieces
- * cover the whole record, unless the motion's own mean needs them. -2: too short, no motion; -3:
- * memory. */
+/* Finds the frequency band to evaluate: harmonics of the speed's mean frequency. A long record gets
+ * a lower band, so that the pieces cover all of it, but not below the harmonics of the length's
+ * mean frequency. -2: too short, or no motion; -3: no memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
@@ -197,18 +209,23 @@ static int find_band(const struct recording_test *t, int legs, double step_s, do
 }
 
 struct piece {
-    double start_s, speed; /* mean square of the legs' speed, m^2/s^2 */
-    int first, end;        /* samples, margins included */
-    bool complete, chosen; /* few samples are missing; it is to be evaluated */
+    /* speed: mean square of the legs' speeds, m^2/s^2 */
+    double start_s, speed;
+    int first, end; /* samples of the piece and of its margins: first <= i < end */
+    /* complete: few samples are missing. chosen: the piece is to be evaluated if it moves. */
+    bool complete, chosen;
 };
 
 /* A record cut into consecutive pieces. */
 struct cut {
     const struct recording_test *test;
     int legs;
-    double step_s, piece_s, before_s, behind_s; /* margins before and behind a piece */
-    int all, kept, turns;                       /* turns: pieces with a turn in a gap */
-    struct piece *piece;                        /* all pieces, then the kept ones at the front */
+    /* before_s, behind_s: samples that a piece needs before and behind it */
+    double step_s, piece_s, before_s, behind_s;
+    /* turns: pieces with a gap in which a leg may turn */
+    int all, kept, turns;
+    struct piece *piece;                        /* all pieces; keep_pieces() moves the kept ones to
+                                                 * the front */
 };
 
 static struct piece take_piece(const struct cut *c, int i) {
@@ -232,7 +249,8 @@ static struct piece take_piece(const struct cut *c, int i) {
     return p;
 }
 
-/* Speed of a leg from the good samples of a time span; NaN if fewer than two. */
+/* Speed of a leg, from a line through the good samples of a time span; NaN if there are fewer than
+ * two. */
 static double speed_of(const struct recording_test *t, int leg, double from_s, double until_s) {
     double n = 0.0, x1 = 0.0, x2 = 0.0, y1 = 0.0, xy = 0.0;
     for (int i = recording_at(t, from_s); i < t->end && t->sample[i].test_time_s <= until_s; i++) {
@@ -244,8 +262,8 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* A series bridges a gap if the motion goes on as before. A leg that turns within the gap, more
- * sharply than a motion of its frequency does, makes the gap's content unknown. */
+/* True if a leg may turn within one of the piece's gaps, more sharply than a motion of its
+ * frequency does. The series bridges a gap only if the motion goes on as before. */
 static bool hides_turn(const struct cut *c, const struct piece *p, double omega, double speed) {
     const struct recording_test *t = c->test;
     double last_s = p->start_s - c->before_s;
@@ -256,7 +274,7 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
         if (!t->sample[i].good) continue;
         for (int k = 0; k < c->legs && gap_s > GAP_STEPS * c->step_s; k++) {
             double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
-            /* NaN counts as a turn, too */
+            /* NaN, an unknown speed, counts as a turn */
             hides = hides || !(fabs(after - before) <= turn * speed);
         }
         last_s = at_s;
@@ -264,7 +282,7 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
     return hides;
 }
 
-/* Chooses complete pieces evenly over the record, at most `most`; returns how many. */
+/* Chooses at most `most` complete pieces, spread evenly over the record. Returns how many. */
 static int choose_pieces(struct cut *c, int most) {
     int complete = 0, chosen = 0;
     for (int i = 0; i < c->all; i++) complete += c->piece[i].complete;
@@ -276,7 +294,7 @@ static int choose_pieces(struct cut *c, int most) {
     return chosen;
 }
 
-/* Keeps the chosen pieces that move and have no turn in a gap. */
+/* Keeps the chosen pieces in which something moves and no gap hides a turn. */
 static void keep_pieces(struct cut *c, int most, double resolution_m) {
     double mean = 0.0, moves = 0.0;
     int chosen = choose_pieces(c, most);
@@ -291,7 +309,7 @@ static void keep_pieces(struct cut *c, int most, double resolution_m) {
     }
 }
 
-/* Replaces a test of the recording by its kept pieces. */
+/* Replaces a test of the recording by those of its pieces that are kept. */
 static void put_pieces(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
     memmove(r->test + test + c->kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
@@ -307,7 +325,8 @@ static void put_pieces(struct recording *r, int test, const struct cut *c) {
 }
 
 static int cut_pieces(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
-    int most = (RECORDING_TESTS - test) / (r->tests - test); /* leaves room for the tests behind */
+    int most = (RECORDING_TESTS - test) / (r->tests - test); /* the tests not yet cut share the room
+                                                              * that is left */
     if (most < PIECES_NEEDED)
         return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
                          RECORDING_TESTS);

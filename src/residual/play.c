@@ -5,21 +5,26 @@
 
 #include "dense.h"
 
-static const double SURE = 3.0;    /* standard deviations of a contact force */
-static const double SEEN = 1.2;    /* ratio at which a path rises from its noise: see seen() */
-static const double RIPPLE = 0.06; /* share of the largest contact force: beside a knock the series
-                                    * rings by 5 % of it (Gibbs) */
+static const double SURE = 3.0;    /* standard deviations of a contact force, below which its sign
+                                    * is unsure */
+static const double SEEN = 1.2;    /* rms place of a rod in its backlash over the path's noise,
+                                    * above which the path is used: see seen() */
+static const double RIPPLE = 0.06; /* contact force over the largest one, below which its sign is
+                                    * unsure: beside a knock the series rings by 5 % of it
+                                    * (Gibbs) */
 
 struct instant {
-    int flank[LEGS];                 /* 1: the rod pushes; -1: it pulls; 0: it may be loose */
+    int flank[LEGS];                 /* 1: the rod pushes; -1: the rod pulls; 0: its joint may be
+                                      * loose */
     double contact_n[LEGS];          /* force of the rod on the platform */
     double imbalance_n[LEGS];
     double inertia[LEGS][LEGS];      /* inertia of the platform along the legs, without the rods */
     double ahead_mps2[LEGS];
-    double response[LEGS][LEGS];     /* change of ahead_mps2 by each leg's imbalance */
+    double response[LEGS][LEGS];     /* change of ahead_mps2 by the imbalance of each leg */
 };
 
-/* A held leg's friction balances the rod alone, since the joint may be loose. */
+/* Finds contact force, imbalance and inertia at an instant. A held leg's friction is taken to
+ * balance the rod alone, since the joint may be loose. False: no pose has these lengths. */
 static bool look(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct instant *now) {
     struct rigid_legs legs;
     double bodies_n[LEGS];
@@ -44,7 +49,7 @@ static void tell_flanks(const struct play_motion *m, int leg, double std_n, stru
     }
 }
 
-/* Marks a flank as unsure if it changes within the resolution before or after. */
+/* Marks a leg's flank as unsure at instants within the resolution of a change of flank. */
 static void leave_unsure(const struct play_motion *m, int leg, struct instant at[PHASES]) {
     int flank[PHASES], reach = (int)lround(m->resolution_s / m->step_s);
     for (int i = 0; i < m->phases; i++) {
@@ -57,7 +62,8 @@ static void leave_unsure(const struct play_motion *m, int leg, struct instant at
     for (int i = 0; i < m->phases; i++) at[i].flank[leg] = flank[i];
 }
 
-/* Accelerates the legs that may be loose; the others do not move in their joints. */
+/* Finds the accelerations in the joints of the legs that may be loose; legs at a flank do not move
+ * in their joints. */
 static void accelerate(const struct machine *machine, struct instant *now) {
     double a[LEGS * LEGS], x[LEGS];
     int leg[LEGS], n = 0;
@@ -80,7 +86,7 @@ static void accelerate(const struct machine *machine, struct instant *now) {
 }
 
 /* Mean square that noise gives a leg's path between two flanks. Length noise of other legs is left
- * out: M_uu^-1 M_uu leaves each leg of those that may be loose together only its own. */
+ * out: that of legs loose at the same time cancels, since M_uu^-1 M_uu = 1. */
 static double way_noise_m2(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps) {
     double sum = m->noise->length_m2[steps][leg];
     for (int k = 0; k < LEGS; k++)
@@ -89,19 +95,21 @@ static double way_noise_m2(const struct play_motion *m, const struct instant at[
     return sum;
 }
 
-/* Share s of the integrated path that is used. The path follows noise out of the residuals: under
- * white forces by 2 s - 5/3 s^2 of its samples' sum of squares, so that a joint without backlash
- * would seem to have some. A rod that crosses pays for this: its straight path alone costs 0.27 r^2
- * of that sum, where r^2 is the mean square of a place in the backlash, half^2 / 3, over the
- * noise's. With s rising from 0 at r = 1.2 to 1 at r = 2.4, crossing costs more than noise gains. A
- * rod that returns to its flank pays nothing, so its path must reach that far from the flank. */
+/* Share s of the integrated path that is used, by far_m, the distance that the rod goes. The path
+ * follows the noise of the residuals: under white forces that lowers their sum of squares by the
+ * share 2 s - 5/3 s^2, so that a joint without backlash would seem to have some. A rod that crosses
+ * to the other flank pays for this: its straight path alone raises that sum by the share 0.27 r^2,
+ * where r^2 is the mean square of a place in the backlash, half^2 / 3, over that of the noise. With
+ * s rising from 0 at r = 1.2 to 1 at r = 2.4, crossing costs more than the noise gains. A rod that
+ * returns to its flank pays nothing, so its path itself must reach that far from the flank. */
 static double seen(double noise_m2, double far_m) {
     double least_m = SEEN * sqrt(3.0 * noise_m2);
     return least_m > 0.0 ? fmin(fmax(far_m / least_m - 1.0, 0.0), 1.0) : 1.0;
 }
 
-/* Integrates the acceleration twice between two instants at a flank, `steps` apart, and tilts the
- * path to begin and end at the flanks. A path that noise would hide becomes straight. */
+/* Integrates the acceleration of a rod in its joint twice between two instants at a flank, `steps`
+ * apart, and tilts the path so that it begins and ends at the flanks. A path that noise would hide
+ * becomes straight. */
 static void integrate(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps, double half_m,
                       double ahead_m[PHASES][LEGS]) {
     double way_m[PHASES + 1] = {0}, speed = 0.0, last_m, away_m = 0.0;
@@ -119,8 +127,8 @@ static void integrate(const struct play_motion *m, const struct instant at[PHASE
     }
 }
 
-/* Follows a rod from flank to flank. Before the first and after the last flank of a motion that
- * does not repeat the rod stays at the nearest; if no flank is sure it pushes. */
+/* Follows a rod from flank to flank. In a motion that does not repeat, the rod stays at its first
+ * known flank before that, and at its last one after it. If no flank is sure, the rod pushes. */
 static void follow(const struct play_motion *m, const struct instant at[PHASES], int leg, double half_m, double ahead_m[PHASES][LEGS]) {
     int first = 0, last;
     while (first < m->phases && at[first].flank[leg] == 0) first++;

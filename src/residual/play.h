@@ -17,25 +17,27 @@
 
 #include "inverse_dynamics.h"
 
-/* Mean squares that noise gives a path of so many steps with both ends held: from each leg's push,
- * integrated twice, and from its length. */
+/* Mean squares that noise gives a path over so many steps whose ends are held: from each leg's
+ * force, integrated twice, and from its length. */
 struct play_noise {
     double push_n2s4[PHASES + 1][LEGS], length_m2[PHASES + 1][LEGS];
 };
 
-/* Instants of a motion, step_s apart. cycle: the last is followed by the first. at: the legs as if
- * no joint had backlash. */
+/* A motion at instants step_s apart. cycle: the last instant is followed by the first. at: the legs
+ * as they would be without backlash. */
 struct play_motion {
     const struct inverse_dynamics_input *at;
     int phases;             /* at most PHASES */
     bool cycle;
     double step_s;
-    double resolution_s;    /* a change of the forces is smeared over this time before and after */
+    double resolution_s;    /* series smear a change of the forces over this time before and after
+                             * it */
     const struct play_noise *noise;
 };
 
-/* d: a platform, with the standard deviations of the balance of forces. ahead_m: distance of each
- * rod ahead of its place in a joint without backlash. False: no pose has these lengths. */
+/* Finds where backlash puts the rods. d: of a platform, with force_std_n set. ahead_m: distance
+ * that each rod is ahead of its place in a joint without backlash. False: no pose has these
+ * lengths. */
 bool play_find(struct inverse_dynamics *d, const struct play_motion *motion, double ahead_m[PHASES][LEGS]);
 
 #endif

@@ -16,13 +16,19 @@
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06; /* share of chambers' force; no sensor is off by so much */
-static const double SUPPLY_MOST = 1.04;  /* share of the supply; exceeded only for moments */
-static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05; /* tolerances of the mean power, over rms
-                                                           * force times rms speed */
-static const double ABSURD = 1e12;       /* in any unit; no sensor reads so much */
-static const double FREQUENCY_SAME = 5e-5;  /* relative; two crystals differ by less */
-static const double NOISE_MOST = 0.5;       /* rms share of noise in most tests or pieces */
+static const double SENSOR_SCALE = 0.06; /* force less weight, over the sum of the chambers' forces,
+                                          * that wrong scales of pressure sensors can explain; none
+                                          * is wrong by more */
+static const double SUPPLY_MOST = 1.04;  /* pressure over the supply's that is no error; more is
+                                          * exceeded only for moments */
+/* Least mean power over rms force times rms speed: -WITHOUT_LOSS where force and acceleration
+ * agree, WITH_LOSS where a spring makes them disagree. */
+static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05;
+static const double ABSURD = 1e12;       /* magnitude in any unit that no sensor reads */
+static const double FREQUENCY_SAME = 5e-5;  /* relative difference of frequencies, below which they
+                                             * are the same: two crystals differ by less */
+static const double NOISE_MOST = 0.5;       /* rms noise over rms variation, above which nothing can
+                                             * be said of a test or piece */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 
@@ -31,7 +37,7 @@ static const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m
 static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
 /* First test of the last run. Earlier runs are checked already, and must not outvote a plug in the
- * wrong socket in this one. */
+ * wrong socket in the last one. */
 static int first_of_run(const struct recording *r) {
     int first = 0;
     while (first < r->tests - 1 && r->test[first].run < r->runs - 1) first++;
@@ -58,7 +64,7 @@ static int check_alive(const struct recording_test *t, const double *first, cons
     return REFUSE("test %s: %s of leg %d does not change: a dead sensor, or a column of zeros", test_name(t), name, leg + 1);
 }
 
-/* Refuses a channel of one leg that is absurd, constant or clipped for a good part of the time. */
+/* Refuses a channel of one leg that is absurd, constant, or clipped for much of the time. */
 static int check_channel(const struct recording_test *t, const double *first, const char *name, int leg, struct recording_scale scale,
                          struct error *error) {
     int n = t->end - t->first;
@@ -75,7 +81,8 @@ static int check_channel(const struct recording_test *t, const double *first, co
     return STATUS_OK;
 }
 
-/* Commands are shares of the full opening, so they may stay at 1 without being clipped. */
+/* Refuses a command that is constant or beyond 1. Commands are shares of the full opening, so one
+ * that stays at 1 is not clipped. */
 static int check_command(const struct recording_test *t, int leg, struct error *error) {
     double most = 0.0;
     for (int i = t->first; i < t->end; i++)
@@ -101,8 +108,8 @@ static int check_channels(const struct recording *r, const struct recording_test
     return STATUS_OK;
 }
 
-/* Takes a steady sinusoid at the frequency at which the legs move; any other motion sets `any`. The
- * stated frequency is a hint. */
+/* Sets a steady sinusoid's frequency to that at which the legs move. `any`: set for any other
+ * motion. The stated frequency is a hint. */
 static int check_frequency(struct recording_test *t, int legs, bool reference, bool *any, struct error *error) {
     double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, reference, t->frequency_hz),
            off = fabs(fitted_hz / t->stated_hz - 1.0);
@@ -115,13 +122,14 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     return STATUS_OK;
 }
 
-/* Moments of measured and asked lengths about their means: they show signs, order and machine. */
+/* Second moments of measured and asked lengths about their means. They show wrong signs, exchanged
+ * legs and another machine. */
 struct leg_moments {
     double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums over all tests */
 };
 
-/* Guesses a missing reference: the tested axis alone, with amplitude and phase fitted to all
- * legs. */
+/* Guesses a missing reference as a sinusoid of the tested axis alone, with amplitude and phase
+ * fitted to all legs. */
 static void guess_reference(const struct recording_test *t, const struct kinematics *k, const double mean[LEGS], double wave[2]) {
     static const double small = 1e-4;
     double pose[DOFS] = {0}, moved[LEGS], w = 2.0 * PI * t->frequency_hz, square = 0.0;
@@ -153,12 +161,14 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
             for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
         }
     }
-    /* The reference is taken about its mean, as the lengths are: a piece may be anywhere. */
+    /* The reference is taken about its mean, as the lengths are, because a piece may lie
+     * anywhere. */
     for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
 }
 
-/* One leg with a wrong sign is one of six; if all go the wrong way, the reference has it. The
- * pieces of a record are judged together, since a weak loop goes any way in some of them. */
+/* Refuses a reference that all legs move against; a leg with a wrong sign would be one of six. The
+ * pieces of a record are judged together, because in single pieces a weak loop may move the legs
+ * against it. */
 static int check_reference(const struct recording *r, int first, int end, const struct kinematics *k, struct error *error) {
     const struct recording_test *t = &r->test[first];
     struct leg_moments m = {0};
@@ -184,7 +194,7 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
     for (int a = 0; a < LEGS; a++) {
         double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
         int like = a;
-        if (!isfinite(own)) return STATUS_OK; /* the leg is at rest */
+        if (!isfinite(own)) return STATUS_OK; /* the leg or its reference is at rest */
         for (int b = 0; b < LEGS; b++) {
             double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b]);
             if (other > best + 0.2) best = other, like = b;
@@ -192,7 +202,8 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
         if (own < -0.5) return REFUSE("the length of leg %d moves against its reference: its sign is wrong", a + 1);
         if (like != a && best > 0.8) return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
         double scale = sqrt(m.measured[a] / m.asked[a]);
-        if (!(scale > 0.2 && scale < 2.0)) /* a loop that cannot follow moves less */
+        if (!(scale > 0.2 && scale < 2.0)) /* below 1, a loop that cannot follow moves the leg less
+                                            * than asked */
             return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine", a + 1, scale);
     }
     return STATUS_OK;
@@ -211,7 +222,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
     return STATUS_OK;
 }
 
-/* Any motion may go anywhere between the end stops. */
+/* Refuses lengths beyond the end stops, between which any motion may go. */
 static int check_reach(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
     for (int leg = 0; leg < LEGS; leg++) {
         double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
@@ -226,13 +237,13 @@ static int check_reach(const struct params *p, const struct recording_test *t, c
 
 static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
 
-/* The forces of the two chambers nearly cancel, so that wrong scales of sensors can leave any sum;
- * the search shall find them. */
+/* True if wrong scales of the sensors can explain a force other than the weight: the forces of the
+ * two chambers nearly cancel. The search is to find such scales. */
 static bool within_sensors(double force_n, double weight_n, double chambers_n, double most_n) {
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
 
-/* Refuses chambers above the supply's pressure, but for moments. */
+/* Refuses chambers whose pressure exceeds the supply's, except for moments. */
 static int check_supply(const struct recording *r, struct error *error) {
     double supply_pa = r->params->hydraulics.supply_pa;
     for (int k = 0; k < params_legs(r->params); k++) {
@@ -251,13 +262,14 @@ static int check_supply(const struct recording *r, struct error *error) {
     return STATUS_OK;
 }
 
-/* Compares forces with the weight: the legs together must hold the machine, and each pressure be on
- * its own side. */
+/* Compares mean forces with the weight: all legs together must hold the machine, and no leg may
+ * differ from the others by as much as exchanged pressures make. */
 static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
-    bool pieces = t->piece_s > 0.0; /* all pieces of one record, otherwise the first test */
+    bool pieces = t->piece_s > 0.0; /* a record cut into pieces counts as a whole, otherwise the
+                                     * first test alone */
     int from = t->first, until = pieces && last->sample == t->sample ? last->end : t->end;
     double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
@@ -286,7 +298,7 @@ static int check_pressures(const struct recording *r, struct error *error) {
     return STATUS_OK;
 }
 
-/* Checks the positions of one axis, as read. */
+/* Refuses measured positions of a single axis that lie outside its stroke. */
 static int check_stroke(const struct params *p, const struct recording_test *t, struct error *error) {
     double low = HUGE_VAL, high = -HUGE_VAL, middle = p->axis.middle_m, half = 0.5 * p->actuator.stroke_m[0];
     for (int i = t->first; i < t->end; i++) {
@@ -299,14 +311,17 @@ static int check_stroke(const struct params *p, const struct recording_test *t, 
                   low, high, p->actuator.stroke_m[0], middle);
 }
 
-/* Force against motion over the evaluated parts. */
+/* Force of a single axis against its motion, over the evaluated parts. */
 struct drive {
-    double power, effort; /* F v, and the product of their rms values */
+    /* power: sum of F v over the instants; effort: the most that it can be with this rms force and
+     * speed */
+    double power, effort;
     double mass_kg;
-    double most_kg;       /* mass that this much force could move at all */
+    double most_kg;       /* mass that the rms force could move with the rms acceleration */
 };
 
-/* Adds the fundamental of a cycle, or all of a piece's band. */
+/* Adds the sums of a test over its phases: of a cycle the fundamental, of a piece all its band.
+ * exchanged: as if p1 and p2 were exchanged. */
 static void add_drive(const struct recording *r, const struct residual_test *t, bool exchanged, double sum[5]) {
     struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
     const struct spectrum *s = &t->spectrum;
@@ -336,8 +351,9 @@ static struct drive drive_of(const struct recording *r, const struct residual_da
     return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2], .most_kg = sqrt(sum[3] / sum[2])};
 }
 
-/* The force drives the motion whatever the friction, so that energy tells its sign. A spring makes
- * the mass look negative but returns its energy; then a loss must be seen. */
+/* True if the force drives the motion. It does so whatever the friction, so that its power tells
+ * its sign. A spring makes the mass look negative but returns its energy; a loss must be seen
+ * then. */
 static bool drives(const struct drive *d, double mass_kg) {
     return d->power > (d->mass_kg > -0.5 * mass_kg ? -WITHOUT_LOSS : WITH_LOSS) * d->effort;
 }
@@ -356,7 +372,8 @@ static int check_axis(const struct recording *r, const struct residual_data *dat
     return STATUS_OK;
 }
 
-/* Measured and expected fundamentals of each leg over all tests, for signs and order. */
+/* Products of measured and expected values of each two legs, over all tests, for signs and order of
+ * the legs. */
 struct leg_likeness {
     double product[LEGS][LEGS], does[LEGS], should[LEGS];
 };
@@ -377,8 +394,8 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
     return margin > 0.2 && likeness(l, a, b) > 0.8;
 }
 
-/* most: number of legs that can have a wrong sign. If more go the wrong way, the cause acts on all
- * of them and is no plug. */
+/* Refuses exchanged legs and wrong signs. most: number of legs that can have a wrong sign. If more
+ * go the wrong way, the cause acts on all of them and is no plug. */
 static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)
@@ -391,14 +408,16 @@ static int check_likeness(const struct leg_likeness *l, int legs, int most, cons
     return STATUS_OK;
 }
 
-/* Takes the constant out of a row, because weight is in all rows alike. */
+/* Takes the constant out of a coefficient row: the weight, which the force of every leg has, would
+ * make all legs alike. */
 static void vary(const struct residual_test *t, double row[RESIDUAL_SIZE]) {
     double along = 0.0, square = 0.0;
     for (int a = 0; a < t->size; a++) along += row[a] * t->coupling[a][0], square += t->coupling[a][0] * t->coupling[a][0];
     for (int a = 0; a < t->size; a++) row[a] -= along / square * t->coupling[a][0];
 }
 
-/* Compares forces with those that the motion needs, and valve commands with the legs' speeds. */
+/* Compares measured forces with those that the motion needs, and valve commands with the legs'
+ * speeds. */
 static int check_drives(const struct recording *r, const struct residual_data *data, struct error *error) {
     struct leg_likeness force = {0}, valve = {0};
     int legs = params_legs(r->params), status = STATUS_OK;
@@ -427,14 +446,14 @@ static int check_drives(const struct recording *r, const struct residual_data *d
     return status;
 }
 
-/* Median, of an even number the lower; sorts the values. */
+/* Median, for an even number the lower middle value. Sorts the values. */
 static double middle(int count, double *value) {
     sort_ascending(count, value);
     return value[(count - 1) / 2];
 }
 
-/* Share of noise in the mean square variation of a test: of the force, or the median of force and
- * both pressures, since a chamber may keep its pressure. */
+/* Share of noise in the mean square variation of a test: the force's, or the median of force and
+ * both pressures, since a chamber may hardly change its pressure. */
 static double noise_share(const struct residual_test *t, const struct params *params, struct whitener *w) {
     static const enum channel channel[RESIDUALS] = {CHANNEL_FORCE, CHANNEL_P1, CHANNEL_P2};
     int kinds = t->chambers ? RESIDUALS : 1;
@@ -443,7 +462,8 @@ static double noise_share(const struct residual_test *t, const struct params *pa
     for (int kind = 0; kind < kinds; kind++) {
         double noise = 0.0, varies = 0.0;
         for (int k = 0; k < t->legs; k++) {
-            /* the constant of a chamber whose valve stays shut is not evaluated */
+            /* in a cycle the constant is left out, because it is undetermined in a chamber whose
+             * valve stays shut */
             for (int a = t->spectrum.cycles ? 1 : 0; a < t->size; a++) noise += t->weight[a] * w->noise[k][a][kind];
             varies += residual_variation(t, channel[kind], k);
         }
@@ -452,8 +472,8 @@ static double noise_share(const struct residual_test *t, const struct params *pa
     return middle(kinds, share);
 }
 
-/* Nothing can be said about a motion that is mostly noise: such pieces are marked, and a log is
- * refused if most of its tests or pieces are such. */
+/* Marks pieces that are mostly noise, about which nothing can be said, and refuses a log if most of
+ * its tests or pieces are such. */
 static int check_noise(struct recording *r, const struct residual_data *data, struct error *error) {
     double share[RECORDING_TESTS];
     int n = 0;
@@ -474,12 +494,12 @@ static int check_noise(struct recording *r, const struct residual_data *data, st
                   100.0 * most, r->measured.pressures ? "pressures and forces" : "forces", 100.0 * NOISE_MOST);
 }
 
-/* Stores the frequencies at which the tests moved, for driving the run again. */
+/* Stores the frequencies at which the tests moved as the run's, so that it can be driven again. */
 static void run_at(struct recording *r, int first) {
     double *hz = r->run[r->runs - 1].hz;
     for (int i = first; i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
-        /* false for NaN: any motion */
+        /* false for NaN, which any motion has */
         bool other = t->dof != DOF_NONE && fabs(t->frequency_hz / hz[t->dof] - 1.0) > FREQUENCY_SAME;
         if (other) hz[t->dof] = t->frequency_hz;
     }

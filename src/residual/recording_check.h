@@ -1,22 +1,22 @@
-/* Refuses a recording that cannot be from the configured machine, with the reason, so that a plug
- * in the wrong socket is not explained by a physical effect. No real time; heap. */
+/* Refuses a recording that cannot be from the configured machine, and says why, so that a plug in
+ * the wrong socket is not explained by a physical effect. No real time; heap. */
 #ifndef HEXID_RECORDING_CHECK_H
 #define HEXID_RECORDING_CHECK_H
 
 #include "recording.h"
 
-/* Fewest whole cycles of a steady sinusoid: three to fit and three to judge. */
+/* Least number of whole cycles of a steady sinusoid: three to fit and three to judge. */
 enum { RECORDING_CYCLES = 6 };
 
-/* Settles the recording (recording_settle), sets the tests' frequencies to those measured and cuts
- * motions that are no steady sinusoid into pieces (motion_cut). 0, or -2 with the reason: no test,
- * too short, all zero, a sensor that stands still or is clipped, lengths that no pose of this
- * machine has, a leg's sign or two legs exchanged, forces out of all proportion; -3: memory. */
+/* Settles the recording (recording_settle), sets the tests' frequencies to the measured ones and
+ * cuts motions that are not steady sinusoids into pieces (motion_cut). 0, or -2 with the reason: no
+ * test, too short, all zero, a sensor that does not change or is clipped, lengths that no pose of
+ * this machine has, a leg's sign wrong, two legs exchanged, or forces out of all proportion; -3: no
+ * memory. */
 int recording_check(struct recording *r, struct error *error);
 
-/* For a checked recording that residuals are to judge: marks pieces that are mostly noise (noisy),
- * so that they are left out. -2: most tests or pieces of the last run are mostly noise; -3:
- * memory. */
+/* Marks those pieces of a checked recording that are mostly noise (noisy), so that residuals leave
+ * them out. -2: most tests or pieces of the last run are mostly noise; -3: no memory. */
 int recording_check_noise(struct recording *r, struct error *error);
 
 #endif

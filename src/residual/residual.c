@@ -9,20 +9,21 @@
 #include "units.h"
 #include "valve_line.h"
 
-/* Fourier coefficients of a test's lengths and pressures, or forces. */
+/* Fourier coefficients of a test's values, with the sensors' effects undone. */
 struct series {
     double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
-    double ahead[LEGS][SPECTRUM_SIZE]; /* by backlash: how far the rods are ahead of their joints */
+    double ahead[LEGS][SPECTRUM_SIZE]; /* how far backlash puts the rods ahead of their joints */
 };
 
-/* Turns a series into a row. */
+/* Turns Fourier coefficients into a residual's coefficient row. */
 static void to_row(const struct residual_test *t, const double *series, double row[RESIDUAL_SIZE]) {
     memset(row, 0, RESIDUAL_SIZE * sizeof *row);
     for (int a = 0; a < t->size; a++)
         for (int b = 0; b < residual_motion_size(t); b++) row[a] += t->coupling[a][b] * series[b];
 }
 
-/* Force on the rod, from the chambers' pressures or from the force sensor. */
+/* Fourier coefficients of the force on the rod, from the chambers' pressures or from the force
+ * sensor. */
 static void push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
                  double force_n[SPECTRUM_SIZE]) {
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
@@ -31,7 +32,7 @@ static void push(const struct cylinder_model *m, const struct residual_test *t, 
     if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
 
-/* Undoes a sensor: finds the value behind a reading. */
+/* Undoes a sensor's offset, scale, lag and delay in the Fourier coefficients of its readings. */
 static void undo(const struct sensor_path *path, const struct residual_test *t, const double *reading, double *value) {
     memset(value, 0, SPECTRUM_SIZE * sizeof *value);
     value[0] = (reading[0] - path->offset) / path->scale;
@@ -43,14 +44,14 @@ static void undo(const struct sensor_path *path, const struct residual_test *t, 
     }
 }
 
-/* Turns a difference of values into one of readings, so that its noise is the one that the whitener
- * assumes, whatever the sensor's scale and lag. */
+/* Turns a difference of values, as a coefficient row, into one of readings. Its noise is then the
+ * one that the whitener assumes, whatever the sensor's scale and lag. */
 static void read_back(const struct sensor_path *path, const struct residual_test *t, double *row) {
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
 
-/* Does the same for A1 P1 - A2 P2, with the scale that the noise of both readings gives; lag and
- * delay are those of P1. */
+/* Turns a force difference A1 P1 - A2 P2 into one of readings, scaled by the noise of both
+ * pressures; the lag is P1's. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
     struct sensor_path both = m->machine.sensors.p1[leg];
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
@@ -79,7 +80,7 @@ _Static_assert(CYCLE_STEPS % PHASES == 0, "phases are steps of the cycle");
 
 static const double *basis_at(const struct residual_test *t, int step) { return t->cycle + step % CYCLE_STEPS * SPECTRUM_SIZE; }
 
-/* Series of the rate of a series. */
+/* Fourier coefficients of the rate of change of a series. */
 static void differentiate(const struct residual_test *t, const double *row, double *rate) {
     rate[0] = 0.0;
     for (int h = 1; h <= t->harmonics; h++) {
@@ -88,29 +89,33 @@ static void differentiate(const struct residual_test *t, const double *row, doub
     }
 }
 
-/* Cycles after which a spool at its rate limit has forgotten its start. */
+/* Run-in of a spool at its rate limit, in cycles, after which it has forgotten its start. */
 enum { LIMITED_CYCLES = 12 };
-static const double SPOOL_TIMES = 10.0; /* time constants of run-in; e^-10 is left then */
+static const double SPOOL_TIMES = 10.0; /* run-in of a spool, in time constants: e^-10 of its start
+                                         * is left */
 
-/* A simulation of the hydraulics. */
+/* A simulation of the hydraulics for the measured motion and commands. */
 struct run {
     const struct residual_test *t;
-    double dither;               /* factor of the noise that is added to the mean commands: -1..1 */
-    struct params timing;        /* the model, but with the recording's command period */
+    double dither;               /* -1..1: factor of the commands' noise that is added to their mean
+                                  * cycle */
+    struct params timing;        /* the model, with the recording's command period */
     struct cylinder_model cylinder;
     struct valve_line line;
     struct hydraulics_state state;
     struct rods_motion node[3];
-    /* coefficients of all legs side by side, so that their sums vectorise */
+    /* series of the motion: the legs side by side in each coefficient, so that sums vectorise */
     struct rods_motion series[SPECTRUM_SIZE];
 };
 
-/* Pressures at the gauges, and their excess over the chambers'. */
+/* Coefficient rows of the pressures at the gauges (port), and of their excess over those in the
+ * chambers (drop). */
 struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
 
-/* The lag of a position sensor is treated as a delay of the fast motion. */
+/* Lengths and rates at a node of the simulation: the series, and the fast motion, for which a
+ * position sensor's lag is treated as a delay. */
 static void look(const struct run *r, int node, struct rods_motion *to) {
     int size = residual_motion_size(r->t);
     const double *basis = r->t->node + (size_t)node * (size_t)size;
@@ -128,8 +133,8 @@ static void look(const struct run *r, int node, struct rods_motion *to) {
     }
 }
 
-/* In a cycle: the sample at the same phase as one before the first. A cycle need not be a whole
- * number of samples. */
+/* Sample of the simulated cycle at the same phase as a sample before the first. A cycle need not be
+ * a whole number of samples. */
 static int sample_before(const struct residual_test *t, int sample) {
     double cycle = 2.0 * PI / t->spectrum.omega / t->step_s, place = fmod(sample, cycle);
     return (int)lround(place < 0.0 ? place + cycle : place);
@@ -143,8 +148,8 @@ static void command_at(const struct run *r, int sample, double valve[LEGS]) {
 }
 
 /* Number of samples after which the spools have forgotten their start and the command path its
- * earlier commands; for a piece at most those that exist. A cycle's run that meets a rate limit
- * without noise is repeated with noise. */
+ * earlier commands; for a piece at most its lead. A cycle is first run without noise and without
+ * the longer run-in of a rate limit: a run that meets one is repeated with both. */
 static int run_in(const struct run *r) {
     const struct residual_test *t = r->t;
     double slowest = HUGE_VAL, cycle = 2.0 * PI / t->spectrum.omega / t->step_s, samples;
@@ -161,7 +166,8 @@ static int run_in(const struct run *r) {
     return t->spectrum.cycles ? (int)samples : (int)fmin(samples, t->lead);
 }
 
-/* Runs in the spools alone, up to the start, since they may forget later than chambers. */
+/* Moves the spools alone through their run-in, up to the first sample, since they may forget their
+ * start later than the chambers. */
 static void settle_spools(struct run *r) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
@@ -216,10 +222,11 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
         sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
 }
 
-/* Simpson's rule: weight of a substep's end in a mean over an even number of substeps. */
+/* Weight of the end of substep j in a mean over an even number of substeps, by Simpson's rule. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
-/* Runs to the next sample. mean_n: receives each leg's mean force on the way; may be NULL. */
+/* Simulates up to the next sample. mean_n: each leg's mean force on the way is added to it; may be
+ * NULL. */
 static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
@@ -263,7 +270,8 @@ static bool at_limit(const struct run *r) {
     return limited;
 }
 
-/* Adds a share of the rows. Sets limited if a spool met its rate limit. */
+/* Simulates the pressures and adds their coefficient rows, times `share`, to p. Sets `limited` if a
+ * spool meets its rate limit. */
 static void add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
                           double dither, double share, struct pressure_rows *p, bool *limited) {
     begin_run(r, t, model, leg, dither, rows);
@@ -275,9 +283,10 @@ static void add_pressures(struct run *r, const struct residual_test *t, const st
     }
 }
 
-/* The commands' noise smooths a dead band or limit in the command path, but the mean command has no
- * noise. Such a path is therefore run with the noise added and with it subtracted; the mean of both
- * responses has no part that is linear in the noise. */
+/* Simulates the pressures' coefficient rows. The commands' noise smooths a dead band or limit in
+ * the command path, but the mean command has no noise. With such a path the simulation runs twice,
+ * with the noise added and with it subtracted; in the mean of both responses the part that is
+ * linear in the noise cancels. */
 static void simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
                                const struct series *rows, struct pressure_rows *p) {
     struct run r;
@@ -290,8 +299,9 @@ static void simulate_pressures(const struct residual_test *t, const struct param
     }
 }
 
-/* Excess of the sample force_n[1] over the ripple's mean, for a force that is smooth but for a
- * ripple of the sampling period, of which all samples see the same phase. */
+/* Excess of the sample force_n[1] over the mean force. mean_n: mean forces of the intervals before
+ * and after it. The force is smooth but for a ripple of the sampling period, of which all samples
+ * see the same phase; Simpson's rule averages the smooth part of the three samples. */
 static double above_mean(const double force_n[3], const double mean_n[2]) {
     return (force_n[0] + 4.0 * force_n[1] + force_n[2]) / 6.0 - 0.5 * (mean_n[0] + mean_n[1]);
 }
@@ -324,7 +334,7 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
 }
 
 /* Tabulates the measured values at each phase, from so many harmonics. p: pressure drops from gauge
- * to chamber, NULL for none. False: no pose has these lengths. */
+ * to chamber, or NULL for none. False: no pose has these lengths. */
 static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct inverse_dynamics *d, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
     const struct cylinder_model *m = &d->cylinder;
@@ -350,21 +360,22 @@ static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct 
     return inverse_dynamics_seals(d, t->phases, t->spectrum.cycles > 0, table);
 }
 
-/* Adds the contribution of a phase to a row. */
+/* Adds what a value at a phase contributes to a coefficient row. */
 static void project_phase(const struct residual_test *t, int phase, double value, double *row) {
     for (int a = 0; a < t->size; a++) row[a] += t->project[phase][a] * value;
 }
 
 static void prepare_inverse(const struct residual_test *t, const struct params *model, struct inverse_dynamics *inverse) {
     double period_s = 2.0 * PI / t->spectrum.omega;
-    /* An axis has long strokes: excluding its reversals would cost more than they hide. */
+    /* The strokes of an axis are long: excluding its reversals would cost more information than
+     * they spoil. */
     bool axis = model->mechanism == MECHANISM_AXIS;
     inverse_dynamics_init(inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
     if (!axis) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
     memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 
-/* Finds the rods' places in joints with backlash. */
+/* Finds where backlash puts the rods, as a series. False: no pose has these lengths. */
 static bool find_play(const struct residual_test *t, struct inverse_dynamics *inverse, const struct pressure_rows *p, struct series *rows) {
     struct inverse_dynamics_input table[PHASES];
     double ahead_m[PHASES][LEGS], period_s = 2.0 * PI / t->spectrum.omega;
@@ -442,7 +453,7 @@ enum residual_part residual_legs_apart(const struct params *model) {
     return play ? PART_PRESSURE : PART_ALL | PART_FORCE_SENSOR;
 }
 
-/* Clears the rows that are never evaluated. */
+/* Clears the rows of legs that the mechanism lacks, and of pressures that are not evaluated. */
 static void clear_others(const struct residual_test *t, residual_row row) {
     for (int k = 0; k < LEGS; k++)
         for (int q = 0; q < RESIDUALS; q++)
@@ -458,7 +469,8 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
     undo_all(&cylinder.machine, t, &rows);
-    /* With hoses the force needs the drops from gauge to chamber, of all legs. */
+    /* With hoses to the gauges the force needs the pressure drops from gauge to chamber, of all
+     * legs. */
     if (has_lines(&cylinder)) parts = PART_ALL, leg = ALL_LEGS;
     if (!t->chambers) parts &= PART_FORCE;
     bool lines = has_lines(&cylinder) && parts & PART_PRESSURE;

@@ -1,5 +1,5 @@
-/* Tables of a test, made once for all models: the motion as a Fourier series, and the projections
- * of values in time onto rows. */
+/* Tables of a test, made once for all models: the motion as a Fourier series, and the matrices that
+ * project values in time onto coefficient rows. */
 #include "residual.h"
 
 #include <math.h>
@@ -11,23 +11,24 @@
 #include "units.h"
 #include "whiten.h"
 
-static const double SETTLE_CYCLES = 1.5; /* run-up of a cycle: pressures behind a long supply hose
-                                          * forget their start by then */
-static const double LEAD_S = 2.0;        /* run-up of a piece: a spool that crosses its range faster
-                                          * forgets its start */
-static const double SUBSTEP_S = 0.5e-3;   /* RK4 step: its error is 1e-4 of a 100 Hz spool's lag */
-static const double SLOWER = 1.25;        /* least ratio of sampling to command period beyond
-                                           * jitter */
-static const double IN_STEP = 1e-3;       /* relative tolerance of whole command periods per
-                                           * sampling period */
+static const double SETTLE_CYCLES = 1.5; /* run-up of the simulation of a cycle: pressures behind a
+                                          * long supply hose then have forgotten their start */
+static const double LEAD_S = 2.0;        /* longest run-up of the spools of a piece: one that takes
+                                          * less to cross its range forgets its start */
+static const double SUBSTEP_S = 0.5e-3;   /* step of the Runge-Kutta method: its error is 1e-4 of a
+                                           * 100 Hz spool's lag */
+static const double SLOWER = 1.25;        /* sampling period over command period, above which the
+                                           * recording is slower than the commands; jitter is
+                                           * less */
+static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period is
+                                           * a whole number of command periods */
 
-/* For pieces: overlap of neighbouring windows on either side, as a share of the piece; period of
- * the series over the time that it is fitted to. */
-static const double OVERLAP = 0.15, STRETCH = 1.2;
+static const double OVERLAP = 0.15, /* overlap with each neighbouring window, over a piece's length */
+    STRETCH = 1.2; /* period of a piece's series over the time to which the series is fitted */
 enum { COUPLING_POINTS = 2048 };
 
-/* Fits samples to coefficients by least squares: exact even if a cycle has no whole number of
- * them. */
+/* Makes t->projection for a cycle: the least squares fit of samples to coefficients, which is exact
+ * even if the cycle is no whole number of samples. */
 static bool project_cycle(struct residual_test *t) {
     double product[RESIDUAL_SIZE][RESIDUAL_SIZE] = {0}, basis[RESIDUAL_SIZE];
     for (int pass = 0; pass < 2; pass++) {
@@ -71,8 +72,8 @@ static int allocate(struct residual_test *t, struct error *error) {
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-/* Takes the commands' noise: the commands less their mean cycle, over the simulated time; between
- * samples the nearest counts. */
+/* Takes the commands' noise over the simulated time: the commands less their mean cycle. Each
+ * instant takes the nearest sample. */
 static void take_dither(struct residual_test *t, const struct recording_test *test) {
     double sampling_s = recording_step_s(test);
     for (int i = 0, j = test->first; i < t->samples; i++) {
@@ -87,7 +88,7 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
     }
 }
 
-/* Prepares a steady sinusoid: the harmonics of its mean cycle, once the start is forgotten. */
+/* Prepares a steady sinusoid, from the harmonics of its mean cycle. */
 static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
     const struct spectrum *s = &t->spectrum;
     spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
@@ -139,13 +140,14 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
 /* Rises smoothly from 0 to 1 while x goes from -1 to 1; rise(x)^2 + rise(-x)^2 = 1. */
 static double rise(double x) { return x <= -1.0 ? 0.0 : x >= 1.0 ? 1.0 : sin(0.25 * PI * (1.0 + sin(0.5 * PI * x))); }
 
-/* Local cosines of the piece that begins at start_s. */
+/* Values at t_s of the windowed cosines, one per coefficient, of the piece that begins at
+ * start_s. */
 static void local_cosines(double t_s, double start_s, double piece_s, double value[RESIDUAL_SIZE]) {
     double x = (t_s - start_s) / piece_s, window = rise(x / OVERLAP) * rise((1.0 - x) / OVERLAP);
     for (int a = 0; a < RESIDUAL_SIZE; a++) value[a] = window * cos(PI * (a + 0.5) * x);
 }
 
-/* Sampling instant nearest to a time; commands change only there. */
+/* Sampling instant nearest to t_s; commands change only at such instants. */
 static double sampled_s(const struct recording_test *test, double t_s) {
     int i = test->first;
     while (i + 1 < test->end && test->sample[i + 1].test_time_s <= t_s) i++;
@@ -153,7 +155,7 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
-/* Length of record before a piece's first sample, at most LEAD_S, up to the nearest gap. */
+/* Length of the record before a piece's first sample, at most LEAD_S and without a gap. */
 static double lead_s(const struct recording_test *test, double first_s) {
     double gap_s = residual_gap_s(test->piece_s, recording_step_s(test)), from_s = first_s;
     int i = test->first;
@@ -163,8 +165,8 @@ static double lead_s(const struct recording_test *test, double first_s) {
     return fmin(first_s - from_s, LEAD_S);
 }
 
-/* Holds commands from sample to sample. If the recording is slower than the commands, those between
- * two samples are interpolated. */
+/* Fills t->valve with the commands, each held to the next sample. If the recording is slower than
+ * the commands, those between two samples are interpolated. */
 static void hold_commands(struct residual_test *t, const struct recording_test *test) {
     const struct recording_sample *sample = test->sample, *held;
     bool slower = recording_step_s(test) > SLOWER * t->step_s;
@@ -183,8 +185,9 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
     }
 }
 
-/* Projects simulated samples onto the row in the way of the measured ones, through the series; the
- * run-up is left out of both. share: simulated over measured sampling period. */
+/* Makes t->projection for a piece. Simulated samples are projected like the measured ones, by the
+ * fit of the series, and the run-up is left out of both. share: simulated over measured sampling
+ * period. */
 static void project_samples(struct residual_test *t, int settling, double share, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)
@@ -202,7 +205,7 @@ static void project_samples(struct residual_test *t, int settling, double share,
     }
 }
 
-/* Takes the measured values as rows, and their standard deviations. */
+/* Makes a piece's coefficient rows of the measured values, and their standard deviations. */
 static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     for (int a = 0; a < t->size; a++) {
         double variance = 0.0, curve = 0.0;
@@ -221,7 +224,8 @@ static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPE
     }
 }
 
-/* Fits values at a piece's phases to the series by least squares, and projects them on the row. */
+/* Makes t->series, the least squares fit of values at a piece's phases to Fourier coefficients, and
+ * t->project, which goes on to the row. */
 static bool fit_series(struct residual_test *t) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0};
     for (int i = 0; i < t->phases; i++) {
@@ -238,7 +242,8 @@ static bool fit_series(struct residual_test *t) {
     return true;
 }
 
-/* Prepares a piece of any motion: local cosines; the chambers' simulation starts before it. */
+/* Prepares a piece of any motion, whose row holds local cosines. The chambers' simulation starts
+ * before the piece. */
 static int prepare_piece(struct residual_test *t, const struct recording_test *test, struct error *error) {
     double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
     double piece_s = test->piece_s, begin_s = test->start_s - OVERLAP * piece_s, span_s = (1.0 + 2.0 * OVERLAP) * piece_s;
@@ -249,7 +254,8 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     t->lead = t->chambers ? (int)(lead_s(test, t->first_s) / t->step_s) : 0;
     t->harmonics = SPECTRUM_HARMONICS;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
-    /* A row ends at the series' highest harmonic: a short piece's run-up lengthens the period. */
+    /* A row's highest frequency is at most that of the series, whose period is longer by the
+     * run-up: a short piece gets fewer coefficients. */
     t->size = (int)fmin(2.0 * piece_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
     t->phases = (int)(PHASES * span_s / period_s);
     int status = allocate(t, error);
@@ -275,8 +281,8 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     return fit_series(t) ? STATUS_OK : error_set(error, STATUS_USAGE, "at %.4g s: too short a piece", test->start_s);
 }
 
-/* A platform's controller commands every cycle, however slow the recording. The command period of
- * an axis is unknown, so it is taken to be the sampling period. */
+/* Finds the command period. A platform's controller commands every cycle, however slow the
+ * recording. The command period of an axis is unknown, so it is taken to be the sampling period. */
 static void find_step(struct residual_test *t, double sampling_s, const struct params *params) {
     double cycle_s = params->loop.period_s, many = fmax(round(sampling_s / cycle_s), 1.0);
     bool slower = params->mechanism == MECHANISM_STEWART && sampling_s > SLOWER * cycle_s;
@@ -297,7 +303,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->chambers = recording->measured.pressures && recording->measured.valve;
     find_step(t, recording_step_s(test), recording->params);
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
-    /* Simpson's rule needs an even number (residual_staircase). */
+    /* Simpson's rule in residual_staircase() needs an even number. */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
     int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
     if (status) return status;
@@ -307,7 +313,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     return STATUS_OK;
 }
 
-/* `which` selects even or odd pieces, as it does cycles; noisy pieces are left out. */
+/* `which` selects pieces of even or odd number, as it does cycles; noisy pieces are left out. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
     return !(test->piece_s > 0.0) || (!test->noisy && which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }
@@ -315,7 +321,7 @@ static bool wanted(const struct recording_test *test, enum cycles which) {
 double residual_margin_s(double piece_s) { return OVERLAP * piece_s; }
 
 double residual_gap_s(double piece_s, double step_s) {
-    /* one step less, since a piece begins at a sampling instant */
+    /* shorter by one step, since a piece begins at a sampling instant */
     return fmax(STRETCH * ((1.0 + 2.0 * OVERLAP) * piece_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
 }
 

@@ -11,12 +11,13 @@ enum {
     SPEED_POINTS = 64,
     ROUNDING_LINES = 20,
     BISECTIONS = 30,
-    SLOWEST = 2,         /* lowest bins of the periodogram over cycles */
+    SLOWEST = 2,         /* periodogram bins, over the cycles, that count as slow */
 };
-static const double RIDGE = 1e-9; /* share of the samples: above rounding, below any signal */
-static const double SAME_PHASE = 0.05; /* tolerance of a sampling phase, in samples */
-static const double MOST = 0.9; /* share of a cycle's samples that must be there; no gap, but for
-                                 * single samples, may last half a period of the highest harmonic */
+static const double RIDGE = 1e-9; /* per sample, added to the normal equations' diagonal: above
+                                   * rounding, below any signal */
+static const double SAME_PHASE = 0.05; /* difference of sampling phases that counts as none, in
+                                        * sampling periods */
+static const double MOST = 0.9; /* share of a cycle's samples that must be good */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
     double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;
@@ -45,12 +46,13 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
     spectrum_at(row, harmonics, omega, basis, value);
 }
 
-/* Mean square of tone k of the rounding errors of a step of 1, e(x) = sum (-1)^k sin(2 pi k x) /
- * (pi k), when x shakes by a Gaussian of this standard deviation. */
+/* Mean square of tone k of the rounding errors to steps of 1, e(x) = sum (-1)^k sin(2 pi k x) / (pi
+ * k), if x varies by a Gaussian of this standard deviation from cycle to cycle. */
 static double rounding_line(int k, double shaken) { return 0.5 * pow(exp(-2.0 * pow(PI * k * shaken, 2.0)) / (PI * k), 2.0); }
 
-/* Shake of the motion from cycle to cycle, in steps. Samples at one phase scatter by this and by
- * the rounding errors, less the errors that repeat in every cycle. */
+/* Standard deviation of the motion from cycle to cycle, in resolution steps. scatter: that of
+ * samples at one phase, which is this deviation plus the rounding errors, less those errors that
+ * repeat in every cycle. */
 static double shaking(double scatter) {
     double least = 0.0, most = scatter;
     for (int i = 0; i < BISECTIONS; i++) {
@@ -88,8 +90,8 @@ const double *spectrum_channel(const struct recording_sample *s, enum channel ch
     return all[channel];
 }
 
-/* Sums the products of the basis with itself and with the channels, over the good samples of first
- * .. end-1. longest_s: longest time between them. Returns their number. */
+/* Sums the products of the Fourier basis with itself, and with the channels, over the good samples
+ * of first .. end-1. longest_s: longest time between two of them. Returns how many are good. */
 static int add_samples(const struct spectrum *s, const struct recording_test *t, int first, int end,
                        double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double *longest_s) {
     double basis[SPECTRUM_SIZE], last_s = NAN;
@@ -114,8 +116,9 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     return good;
 }
 
-/* Coefficients of one cycle, samples first .. end-1, by least squares; bad samples count as lost.
- * False: too few are left. */
+/* Fourier coefficients of one cycle, samples first .. end-1, by least squares over the good ones.
+ * False: too few are good, or a gap lasts half a period of the highest harmonic; single lost
+ * samples are no gap. */
 static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
                       double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
@@ -127,8 +130,8 @@ static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, 
     return true;
 }
 
-/* Mean over cycles and its standard deviation. drift: the deviation is about a line over the
- * cycles. Returns the line's slope. */
+/* Mean of a value over the cycles, and the mean's standard deviation. drift: deviations are taken
+ * about a line over the cycles. Returns the slope of the line, 0 without drift. */
 static double average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
     double sum = 0.0, x = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
     for (int i = 0; i < n; i++) sum += value[i], x += place[i];
@@ -141,10 +144,10 @@ static double average(int n, const double *place, const double *value, bool drif
     return slope;
 }
 
-/* Ratio of the variance of a harmonic's mean to that for independent cycles: the spectral density
- * over the cycles near frequency zero over its mean, from the slowest bins of the periodogram
- * (Priestley 1981, section 6.1). Rounding errors that recur with the sampling phase lie in other
- * bins. */
+/* Ratio of the variance of a harmonic's mean to the variance that independent cycles would give it:
+ * the spectral density over the cycles near frequency zero, divided by the mean density. It uses
+ * the slowest bins of the periodogram (Priestley 1981, section 6.1). Rounding errors that recur
+ * with the sampling phase lie in other bins. */
 static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel, int leg, int harmonic) {
     double slow = 0.0, all = 0.0;
     for (int a = 2 * harmonic - 1; a <= 2 * harmonic; a++) {
@@ -162,9 +165,9 @@ static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel
     return all > 0.0 ? slow / all : 1.0;
 }
 
-/* Lengthens standard deviations by the ratio, averaged with the neighbours': one harmonic has too
- * few slow bins. An average over all harmonics would let the drift of one, such as the motion's
- * own, count as noise of the others. */
+/* Multiplies standard deviations by the root of the ratio of lasting(). Ratios are averaged with
+ * the neighbouring harmonics', because one harmonic has too few slow bins. An average over all
+ * harmonics would let the drift of one, such as the motion's own, count as noise of the others. */
 static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
     double ratio[1 + SPECTRUM_HARMONICS];
     if (s->cycles <= 2 * SLOWEST) return;
@@ -178,8 +181,8 @@ static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int l
     }
 }
 
-/* A drift of this slope per cycle looks like a sawtooth within the cycle: -sum sin(h w (t - start))
- * / (pi h). */
+/* Removes the sawtooth that a drift of this slope per cycle makes within the mean cycle: -slope sum
+ * sin(h w (t - start)) / (pi h). */
 static void remove_sawtooth(double slope, double start_phase, int harmonics, double *row) {
     for (int h = 1; h <= harmonics; h++) {
         double size = slope / (PI * h);
@@ -188,8 +191,8 @@ static void remove_sawtooth(double slope, double start_phase, int harmonics, dou
     }
 }
 
-/* Adds the squares of a cycle's good samples about the mean cycle and the cycle's own constant.
- * Returns their number. */
+/* Adds the squares of a cycle's good samples, less the varying part of the mean cycle and the
+ * cycle's own constant. Returns how many are good. */
 static int add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
                      double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
     double basis[SPECTRUM_SIZE];
@@ -212,7 +215,8 @@ struct cycle_span {
     int first, end;
 };
 
-/* alike: for each cycle the first one with the same sampling phases. Returns how many differ. */
+/* Finds cycles whose samples fall on the same phases. alike: for each cycle, the first cycle with
+ * its phases. Returns how many differ. */
 static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, const double *place,
                       int alike[CYCLES_MAX]) {
     double period_s = 2.0 * PI / s->omega, step_s = recording_step_s(t), start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
@@ -229,7 +233,7 @@ static int find_alike(const struct spectrum *s, const struct recording_test *t, 
     return different;
 }
 
-/* Scatter of lengths at one phase from cycle to cycle, slow wander included. */
+/* Scatter of a leg's lengths at one phase from cycle to cycle, slow drift included. */
 static double scatter_of(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span,
                          const int alike[CYCLES_MAX], int leg) {
     double square = 0.0;
@@ -298,12 +302,12 @@ bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const 
     return enough;
 }
 
-/* rms speed that unit noise of the samples makes over the middle half of the piece. */
+/* rms speed that samples' noise of 1 makes in the middle half of the piece. */
 static double speed_gain(const struct spectrum *s, const struct recording_test *t, int first, int end,
                          double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], rate[SPECTRUM_SIZE] = {0}, sum = 0.0;
     int n = 0, size = 1 + 2 * s->harmonics;
-    int margin = (end - first) / 4; /* the ends are less certain and not used */
+    int margin = (end - first) / 4; /* the ends are not used: the series is less certain there */
     for (int i = first + margin; i < end - margin; i += (end - first) / SPEED_POINTS + 1, n++) {
         spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
         for (int h = 1; h <= s->harmonics; h++)
@@ -333,7 +337,7 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double fro
     int good = add_samples(s, t, first, end, product, s->mean, &longest_s);
     double step_s = (until_s - from_s) / (end - first);
     if (good <= 2 * size || spectrum_gap(t, from_s, until_s) > fmax(PI / omega / s->harmonics, 2.5 * step_s)) return false;
-    /* The ridge settles the series beyond the ends of the samples, where it is not used. */
+    /* The ridge determines the series beyond the first and last sample, where it is not used. */
     for (int a = 0; a < size; a++) product[a][a] += RIDGE * good;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int a = 0; a < size; a++) {

@@ -10,14 +10,16 @@
 #include "units.h"
 #include "vec.h"
 
-/* Factor of the model error of mean pressures: the commands' noise, which is averaged away here, is
- * rectified where the spool passes zero. */
+/* Factor on the model error of mean pressures. The commands' noise is averaged away here, but a
+ * real spool rectifies it where it passes zero. */
 static const double STATIC_ERROR = 3.0;
-static const double UNSTEADY = 10.0; /* times the samples' noise; more scatter is no steady state */
-static const double FORCE_SENSOR_ERROR = 5e-3; /* share of the reading: class 0.5; a drive knows its
-                                                * motor's constant no better */
+static const double UNSTEADY = 10.0; /* change of a mean pressure from cycle to cycle over its
+                                      * noise, above which the state is not steady */
+static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor over its variation:
+                                                * class 0.5; a drive knows its motor's constant
+                                                * no better */
 
-/* Inverts J M^-1 J'. */
+/* Inverts J M^-1 J', the accelerations of the legs for forces along them. */
 void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
     struct rigid_model rigid;
     struct rigid_state s;
@@ -51,7 +53,7 @@ void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
     }
 }
 
-/* Replaces the lower triangle of C by the inverse of its Cholesky factor. */
+/* Replaces the lower triangle of the covariance C by the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {
     for (int j = 0; j < RESIDUALS; j++) {
         for (int k = 0; k < j; k++) c[j][j] -= square(c[j][k]);
@@ -71,19 +73,20 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
     }
 }
 
-/* Pressures per length at a harmonic, for two stiff volumes with a leak between them and valve
- * flows as recorded. */
+/* Pressure changes per change of a leg's length at this frequency, for two stiff volumes with a
+ * leak between them and valve flows as recorded. */
 static void stiffness(const struct cylinder_leg *leg, const double volume_m3[2], double rate_radps, double complex pa_per_m[2]) {
     double complex rate = CMPLX(0.0, rate_radps), leak = leg->leakage_m3_per_s_pa;
     double complex one = rate * volume_m3[PORT_A] / leg->bulk_modulus_pa + leak,
                    other = rate * volume_m3[PORT_B] / leg->bulk_modulus_pa + leak;
-    double complex both = one * other - leak * leak; /* 0 at zero frequency */
+    double complex both = one * other - leak * leak; /* 0 only at zero frequency */
     pa_per_m[PORT_A] = rate_radps > 0.0 ? rate * (leg->a1_m2 * other - leg->a2_m2 * leak) / both : 0.0;
     pa_per_m[PORT_B] = rate_radps > 0.0 ? rate * (leg->a1_m2 * leak - leg->a2_m2 * one) / both : 0.0;
 }
 
-/* Mean square change of a mean pressure from cycle to cycle beyond its noise. A chamber whose valve
- * stays shut keeps its oil for seconds, and no steady state determines how much. */
+/* Mean square change of a mean pressure from cycle to cycle beyond that of its noise. A chamber
+ * whose valve stays shut keeps its oil for seconds, and no steady state determines how much that
+ * is. */
 static double wander(const struct spectrum *s, enum channel channel, int leg, int samples) {
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
@@ -149,7 +152,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
 
 void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]) {
     struct whitener w;
-    whitener_init(&w, t, model, 1.0); /* its noise excludes the model error */
+    whitener_init(&w, t, model, 1.0); /* w.noise excludes the model error, so that any serves */
     for (int k = 0; k < LEGS; k++) {
         double variance = 0.0;
         for (int a = 0; a < t->size; a++) variance += t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
@@ -157,8 +160,8 @@ void whiten_force_std(const struct residual_test *t, const struct params *model,
     }
 }
 
-/* Mean square deviation of a sinusoid of random phase from its chord, whose ends are so many
- * radians apart; divided by the sinusoid's mean square and radians^4. */
+/* Mean square deviation of a sinusoid of random phase from its chord, over the sinusoid's mean
+ * square and radians^4. The chord's ends are so many radians apart. */
 static double off_line(double radians) {
     if (radians < 0.3) return 1.0 / 120.0;
     double c = cos(radians);
