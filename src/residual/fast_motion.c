@@ -5,10 +5,11 @@
 
 #include "units.h"
 
-static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a line's window over the shortest period
-                                            * of the series */
-    SAMPLES = 3.0,                          /* least half-width, in samples */
-    APART = 0.25,                           /* distance of lines over the half-width */
+static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a line's window over the series'
+                                             * shortest period */
+    SAMPLES = 3.0,                          /* least half-width of a line's window, in samples */
+    APART = 0.25,                           /* distance of neighbouring lines over that
+                                             * half-width */
     SPREAD = 0.06; /* least variance of the samples' times, in squares of the half-width. It is 0.13
                     * with samples on both sides, and 0.04 at a record's end. A line there is off by
                     * microns, and 5 um are 26 kPa in a shut chamber. */

@@ -37,7 +37,8 @@ static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
 static const double GAP_STEPS = 2.5;      /* steps between two good samples, above which they
                                            * enclose a gap: jitter is less */
-static const double BESIDE = 3.0, /* least time over which a speed beside a gap is fitted, in steps */
+static const double BESIDE = 3.0, /* least time over which a speed beside a gap is fitted, in
+                                   * steps */
     BESIDE_S = 0.01;              /* least time over which a speed beside a gap is fitted */
 static const double TURN = 4.0;           /* change of speed across a gap that is a turn, over the
                                            * change that a motion of the mean frequency makes in
@@ -294,7 +295,7 @@ static int choose_pieces(struct cut *c, int most) {
     return chosen;
 }
 
-/* Keeps the chosen pieces in which something moves and no gap hides a turn. */
+/* Keeps the chosen pieces that move and in which no gap hides a turn. */
 static void keep_pieces(struct cut *c, int most, double resolution_m) {
     double mean = 0.0, moves = 0.0;
     int chosen = choose_pieces(c, most);

@@ -21,8 +21,9 @@ static const double SENSOR_SCALE = 0.06; /* force less weight, over the sum of t
                                           * is wrong by more */
 static const double SUPPLY_MOST = 1.04;  /* pressure over the supply's that is no error; more is
                                           * exceeded only for moments */
-/* Least mean power over rms force times rms speed: -WITHOUT_LOSS where force and acceleration
- * agree, WITH_LOSS where a spring makes them disagree. */
+/* Least mean power over rms force times rms speed: below which the force is against the motion:
+ * -WITHOUT_LOSS where force and acceleration agree, WITH_LOSS where a spring makes them
+ * disagree. */
 static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05;
 static const double ABSURD = 1e12;       /* magnitude in any unit that no sensor reads */
 static const double FREQUENCY_SAME = 5e-5;  /* relative difference of frequencies, below which they

@@ -42,7 +42,8 @@ double residual_gap_s(double piece_s, double step_s); /* longest time that a pie
  * measured, not computed from pressures. */
 enum residual_part { PART_FORCE = 1, PART_PRESSURE = 2, PART_ALL = 3, PART_FORCE_SENSOR = 4 };
 
-typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* coefficient rows of one test */
+typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* [leg][residual][coefficient]:
+                                                              * residuals of a test */
 
 struct residual_test {
     int of;                      /* index of the test in the recording */

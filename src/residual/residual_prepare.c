@@ -23,7 +23,8 @@ static const double SLOWER = 1.25;        /* sampling period over command period
 static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period is
                                            * a whole number of command periods */
 
-static const double OVERLAP = 0.15, /* overlap with each neighbouring window, over a piece's length */
+static const double OVERLAP = 0.15, /* overlap with each neighbouring window over a piece's
+                                     * length */
     STRETCH = 1.2; /* period of a piece's series over the time to which the series is fitted */
 enum { COUPLING_POINTS = 2048 };
 
@@ -225,7 +226,7 @@ static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPE
 }
 
 /* Makes t->series, the least squares fit of values at a piece's phases to Fourier coefficients, and
- * t->project, which goes on to the row. */
+ * t->project, this fit followed by the projection onto the row. */
 static bool fit_series(struct residual_test *t) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0};
     for (int i = 0; i < t->phases; i++) {

@@ -25,7 +25,7 @@ struct spectrum {
     double speed_gain;           /* for a piece: standard deviation of a leg's speed over that of a
                                   * sample's length, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
-    double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each mean */
+    double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the
                                                  * drift */
     int offsets;                 /* number of distinct sampling phases of the cycles: 1 if a cycle
