@@ -1,16 +1,16 @@
 /* can: CANopen nodes, six axes and an I/O module, on SocketCAN (can_frames.h: the frames,
  * can_master.h: nodes and samples, can_socket.h: the socket).
  *
- * Cycle k reads the values that the nodes latched at the SYNC of cycle k-1, and ends with its RPDOs
- * and SYNC k, which puts that command into force and latches the next sample: a command acts
- * exactly one cycle after the sample from which it was computed. The sample's time is the moment at
- * which the bus carried its SYNC. A cycle in which a TPDO is missing may send nothing
+ * Cycle k reads the values that the nodes latched at the SYNC of cycle k-1, and ends by sending the
+ * RPDOs of its command, then SYNC k, which puts the command into force and latches the next sample:
+ * a command acts exactly one cycle after the sample from which it was computed. The sample's time
+ * is the moment at which the bus carried its SYNC. After a missing TPDO a cycle may send nothing
  * (can_master.h).
  *
- * SAFETY: frames in the kernel's transmit queue cannot be recalled. So it never holds more than
- * three cycles' frames: while three SYNCs have not come back from the bus, nothing more is sent,
- * and write() fails. If the bus carries them later, they reach nodes whose watchdog has centred the
- * valve and which ignore commands in pre-operational.
+ * SAFETY: frames in the kernel's transmit queue cannot be recalled. So the queue never holds more
+ * than three cycles' frames: while three SYNCs have not come back from the bus, nothing more is
+ * sent, and write() fails. If the bus carries the queued frames later, they reach nodes whose
+ * watchdog has centred the valve and which ignore commands in pre-operational.
  *
  * A socket is lost with its interface (an adapter was unplugged). A thread of the back-end checks
  * the interface four times a second and opens a socket on the new one with the same name; the loop,
@@ -43,8 +43,8 @@
 enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3 };
 _Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
-static const double jam_s = 0.1; /* after this time the frames count as lost (interface reset),
-                                  * and one cycle's are tried again */
+static const double jam_s = 0.1; /* time since the last SYNC after which its frames count as lost
+                                  * (interface reset), and one cycle's frames are sent as a trial */
 
 struct can {
     struct hal hal;
@@ -52,18 +52,20 @@ struct can {
     struct can_master master;
     int64_t sent_ns; /* time of the last SYNC, CLOCK_MONOTONIC */
     bool jammed;
-    _Atomic uint64_t trouble, refusal; /* loop -> any thread: the first problem since the start
-                                        * or since the last second without one */
-    int64_t good_ns;          /* start of the current time without problems */
-    /* between loop and watch: new sockets, and those to be closed; -1: none */
+    _Atomic uint64_t trouble, refusal; /* state and refusal (struct can_condition) of the first
+                                        * problem since the start, or since the last second without
+                                        * a problem; written by the loop, read by any thread */
+    int64_t good_ns;          /* time of the last problem */
+    /* passed between loop and watch thread: a new socket, and a replaced one to be closed; -1:
+     * none */
     _Atomic int fresh, spent;
-    _Atomic int link;         /* enum can_link as last seen */
+    _Atomic int link;         /* enum can_link, as the watch thread saw it last */
     sem_t look;
-    /* watch thread */
+    /* members of the watch thread */
     pthread_t watch;
     _Atomic bool stop;
     char interface[CAN_INTERFACE_SIZE];
-    int index;                /* interface of the newest socket */
+    int index;                /* the kernel's index of the newest socket's interface */
 };
 
 /* COB_EMCY includes SYNC, which has node 0. */
@@ -78,9 +80,9 @@ static int open_socket(struct can_socket *s, const char *interface, struct error
 /* Sends all frames, or fails at the first that the kernel refuses. */
 static int flush(struct can *c, struct can_queue *q) { return can_socket_send(&c->socket, q->frame, q->count) == q->count ? 0 : -1; }
 
-/* Handles all received frames. The kernel stamps them on CLOCK_REALTIME, which may jump; times
- * are converted to CLOCK_MONOTONIC and never lie in the future. The number is bounded, however
- * much is sent. */
+/* Handles all received frames. The kernel stamps them on CLOCK_REALTIME, which may jump; times are
+ * converted to CLOCK_MONOTONIC and never lie in the future. Handles at most DRAIN_MAX batches, so
+ * that a busy bus cannot hold up the loop. */
 static int drain(struct can *c) {
     int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
     struct can_arrival come[CAN_BATCH];
@@ -120,7 +122,8 @@ static int refuse_second(const struct can_frame *heard, const char *interface, s
                      interface, interface, can_frame_of_master(heard), (unsigned)heard->can_id);
 }
 
-/* SAFETY: listens for three heartbeats before it sends; a running hexid sends SYNC every cycle. */
+/* SAFETY: listens for three heartbeat periods, at most 0.5 s, before it sends; a running hexid
+ * would send SYNC every cycle. */
 static int listen_first(struct can *c, const char *interface, struct error *error) {
     int64_t three_ns = 3 * ns_from_seconds(c->master.params->can.heartbeat_s), most_ns = LISTEN_MAX_MS * NS_PER_MS;
     int64_t end_ns = monotonic_ns() + (three_ns < most_ns ? three_ns : most_ns);
@@ -136,7 +139,8 @@ static int listen_first(struct can *c, const char *interface, struct error *erro
     return STATUS_OK;
 }
 
-/* Result of the bring-up: ready, or the reason and the remedy. */
+/* Returns the result of the bring-up: STATUS_OK if the nodes are ready, else an error with the
+ * reason and the remedy. */
 static int judge(const struct can *c, bool sent, const char *interface, struct error *error) {
     const struct can_master *m = &c->master;
     char text[200];
@@ -198,7 +202,8 @@ static uint32_t session_token(void) {
     return token ? token : 1;
 }
 
-/* Checks the interface once. For the watch thread, which may wait. */
+/* Checks the interface once, and opens a new socket if the interface was replaced. Called by the
+ * watch thread, which may wait. */
 static void look(struct can *c) {
     struct can_socket again;
     int spent = atomic_exchange(&c->spent, -1);
@@ -207,7 +212,8 @@ static void look(struct can *c) {
     atomic_store(&c->link, (int)link);
     if (link != CAN_LINK_GONE || open_socket(&again, c->interface, &(struct error){0})) return;
     c->index = again.index;
-    int unused = atomic_exchange(&c->fresh, again.fd); /* the loop may have ended */
+    int unused = atomic_exchange(&c->fresh, again.fd); /* an earlier new socket, which the loop has
+                                                        * not taken; it may have ended */
     if (unused >= 0) close(unused);
 }
 
@@ -223,7 +229,8 @@ static void *watch(void *argument) {
     return NULL;
 }
 
-/* SAFETY: the thread blocks all signals. */
+/* SAFETY: the thread blocks all signals, so that a signal to end reaches a thread that parks the
+ * platform first. */
 static int start_watch(struct can *c, const char *interface, struct error *error) {
     sigset_t all, before;
     if (!c->socket.index) return STATUS_OK;
@@ -281,7 +288,8 @@ static int can_open(struct hal **hal, const char *interface, const struct params
     return status;
 }
 
-/* Keeps the first problem until a second has passed without any: later ones follow from it. */
+/* Keeps the first problem until a second has passed without any, because later problems follow from
+ * it. */
 static void note_trouble(struct can *c, int64_t now_ns) {
     struct can_condition condition = can_master_condition(&c->master);
     uint64_t state = condition.state | (c->jammed ? JAMMED : 0);
@@ -297,15 +305,15 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     int64_t to_loop_ns = now_ns - monotonic_ns();
     take_fresh(c);
     int dead = drain(c);
-    if (dead && c->socket.index) sem_post(&c->look); /* now, not at the next regular check */
+    if (dead && c->socket.index) sem_post(&c->look); /* the interface is checked at once */
     c->jammed = c->master.unechoed >= UNECHOED_MAX && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
     if (!c->jammed) dead |= housekeep(c, true);
     note_trouble(c, now_ns);
     can_master_sample(&c->master, sample);
     sample->time_ns += to_loop_ns;
     sample->age_ns = now_ns - sample->time_ns;
-    /* The sample should be latched at the previous cycle's SYNC; it is late if that was half a
-     * period or more earlier. */
+    /* The sample should be one period old, latched at the previous cycle's SYNC; it is late if it
+     * is more than half a period older. */
     if (2 * sample->age_ns > 3 * ns_from_seconds(c->master.params->loop.period_s)) sample->flags |= SAMPLE_LATE;
     return dead ? -1 : 0;
 }
@@ -337,7 +345,8 @@ static void can_describe(const struct hal *hal, char *text, size_t size) {
     if (trouble & JAMMED && !*text) snprintf(text, size, "the bus does not carry what is sent");
 }
 
-/* SAFETY: nodes that leave operational centre their valves, whatever frames are still under way. */
+/* SAFETY: nodes that leave operational centre their valves, even if command frames are still under
+ * way. */
 static void can_close(struct hal *hal) {
     struct can *c = (struct can *)hal;
     end_watch(c);

@@ -63,7 +63,7 @@ static void describe_refusal(uint64_t word, const struct params *params, char *t
                key);
 }
 
-/* Appends ", node 3 lost EMCY 0x8250" to the text. */
+/* Appends a node's problem to the text, such as ", node 3 lost EMCY 0x8250". */
 static void describe_node(const char *who, unsigned node, unsigned code, uint64_t refusal, const struct params *params, char *text,
                           size_t size) {
     static const char *const phases[] = {[CAN_LOST] = " lost",
@@ -80,7 +80,7 @@ static void describe_node(const char *who, unsigned node, unsigned code, uint64_
 
 void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    /* mask of one bit for each node */
+    /* one bit for each expected node */
     const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params));
     unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
     unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff, twin = c.state >> CONDITION_TWIN & 7;
@@ -100,7 +100,7 @@ void can_condition_describe(struct can_condition c, const struct params *params,
         char who[20];
         snprintf(who, sizeof who, "node %d", i);
         if (nodes & 15) describe_node(who, nodes & 15, code, i == refusing ? c.refusal : 0, params, text, size);
-        if (nodes & 8) code = 0; /* the code belongs to the first such node */
+        if (nodes & 8) code = 0; /* the code is that of the first node with an EMCY */
     }
     if (*text) memmove(text, text + 2, strlen(text + 2) + 1); /* removes the leading comma */
 }

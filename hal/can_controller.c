@@ -30,7 +30,8 @@ struct span {
     const unsigned char *at, *end;
 };
 
-/* Takes the next complete attribute: returns its value, with its type in *type; `at` NULL: none. */
+/* Takes the next complete attribute. Returns its value, with its type in *type; the value's `at` is
+ * NULL if there is none. */
 static struct span next(struct span *in, int *type) {
     struct rtattr a;
     if (in->end - in->at < (ptrdiff_t)sizeof a) return (struct span){0};
@@ -43,7 +44,8 @@ static struct span next(struct span *in, int *type) {
     return value;
 }
 
-/* Copies the part that both sides know, as newer kernels append members. False: none. */
+/* Copies the members of a structure that both the kernel and this program know; newer kernels
+ * append members. False if the attribute is empty. */
 static bool copy(struct span value, void *to, size_t size) {
     size_t length = (size_t)(value.end - value.at);
     memcpy(to, value.at, length < size ? length : size);
@@ -84,7 +86,7 @@ static void take_link_info(struct span in, struct can_controller *s) {
         if (type == IFLA_INFO_DATA) data = v;
         if (type == IFLA_INFO_XSTATS) statistics = v;
     }
-    if (strcmp(s->kind, "can") != 0) return; /* other kinds use them for something else */
+    if (strcmp(s->kind, "can") != 0) return; /* other kinds use these attributes otherwise */
     if (data.at) take_can(data, s);
     if (statistics.at) take_device_statistics(statistics, s);
 }

@@ -21,18 +21,18 @@ struct can_controller {
     int state;                  /* CAN_CONTROLLER_... */
     bool counts;          /* the controller reports its error counters (ISO 11898-1: TEC and REC) */
     unsigned tx_errors, rx_errors;
-    /* counted since the interface was created */
+    /* numbers of events since the interface was created */
     uint32_t bus_errors, arbitration_lost, warnings, passives, bus_offs, restarts;
     uint64_t rx_dropped, tx_dropped; /* frames dropped by the kernel */
 };
 
-/* "error-active" and so on. */
+/* Returns the name of a state, such as "error-active". */
 const char *can_controller_state(int state);
 
-/* Reads the state of an interface. -3 with the interface and the reason. */
+/* Reads the state of an interface. Returns -3 with the interface and the reason if it fails. */
 int can_controller_read(const char *interface, struct can_controller *s, struct error *error);
 
-/* Parses an RTM_NEWLINK message with its netlink header; false if it is another one or
+/* Parses an RTM_NEWLINK message with its netlink header; false if it is another message or
  * incomplete. Pure. */
 bool can_controller_parse(const void *message, size_t size, struct can_controller *s);
 

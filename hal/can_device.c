@@ -20,12 +20,12 @@ struct can_device {
     struct can_socket socket;
     struct can_node node[CAN_NODES];
     struct can_queue out;
-    int64_t came_ns; /* time of the last frame */
+    int64_t came_ns; /* arrival time of the last frame */
     int64_t look_ns; /* time of the next check of the interface */
     enum can_link link;
 };
 
-/* SYNC and RPDOs may have any identifier. */
+/* Accepts all frames, because the configuration may give SYNC and RPDOs any identifier. */
 static const struct can_accept everything[] = {{0, 0}};
 enum { LOOK_NS = NS_PER_S / 4 };
 
@@ -55,8 +55,8 @@ static void look_after_interface(struct can_device *d, const char *interface, in
     fflush(stdout);
 }
 
-/* Sends the queue; a full transmit queue drops frames, as in a node's controller, because late
- * frames are useless. */
+/* Sends the queued frames. A frame that does not fit into the kernel's transmit queue is dropped,
+ * as in a node's controller, because late frames are useless. */
 static void flush(struct can_device *d) {
     for (int i = 0; i < d->out.count; i++) i += can_socket_send(&d->socket, d->out.frame + i, d->out.count - i);
     d->out.count = 0;
@@ -73,12 +73,13 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
 static void valves(const struct can_device *d, double valve[LEGS]) {
     for (int i = 0; i < LEGS; i++) {
         double command = channel_si(&d->params->valve_channel, i, can_node_output(&d->node[i]));
-        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN means no command */
+        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: the node has no
+                                                                       * command */
     }
 }
 
-/* Sends the readings of this moment first; then simulates the next period with the commands in
- * force. */
+/* Handles SYNC: sends the readings of this moment, then simulates the next period with the commands
+ * that the SYNC puts into force. */
 static void synchronise(struct can_device *d, const struct can_frame *sync, int64_t now_ns) {
     struct hal_sample latched = {0};
     struct hal_command command = {.enable = true};
@@ -89,7 +90,8 @@ static void synchronise(struct can_device *d, const struct can_frame *sync, int6
     }
     flush(d);
     valves(d, command.valve);
-    /* SAFETY: off unless commanded and watched, like a valve */
+    /* SAFETY: the supply output is off unless a command for it is in force and the heartbeat is
+     * watched, as for a valve */
     command.supply = can_node_output(&d->node[CAN_IO - 1]) & OUTPUT_SUPPLY;
     device_live(d->device, &command, now_ns);
 }

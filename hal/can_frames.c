@@ -64,8 +64,9 @@ struct can_frame can_frame_outputs(uint8_t outputs) {
     return f;
 }
 
-/* Command specifiers of CiA 301, 7.2.4.3: e = 1, s = 1, n = 4 - size in bits 2 and 3; without s
- * the size is not indicated, and n is 0. */
+/* SDO command specifiers (CiA 301, 7.2.4.3) of expedited transfers (e = 1) whose size is indicated
+ * (s = 1); bits 2 and 3, CS_UNUSED, hold n = 4 - size. Without s the size is not indicated, and n
+ * is 0. */
 enum { CS_DOWNLOAD = 0x23, CS_DOWNLOADED = 0x60, CS_UPLOAD = 0x40, CS_UPLOADED = 0x43, CS_ABORT = 0x80, CS_UNUSED = 0x0c, CS_SIZE = 0x01 };
 
 static struct can_frame sdo_make(unsigned cob, int specifier, const struct can_sdo *sdo, bool value) {
@@ -153,7 +154,8 @@ bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state) {
     return *state == CAN_BOOTUP || *state == CAN_STOPPED || *state == CAN_OPERATIONAL || *state == CAN_PREOPERATIONAL;
 }
 
-/* Fills in all but the value; the specifier's size bits give the number of unused bytes, 0 to 3. */
+/* Parses an SDO frame whose specifier is `transfer` if it carries a value, and `bare` if it carries
+ * none. Its bits CS_UNUSED hold the number of unused bytes, 0 to 3. */
 static bool parse_sdo(const struct can_frame *frame, int transfer, int bare, struct can_sdo *sdo) {
     if (frame->len != 8) return false;
     int specifier = frame->data[0];
@@ -177,8 +179,8 @@ bool can_parse_sdo(const struct can_frame *frame, struct can_sdo *sdo) { return 
 bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo) { return parse_sdo(frame, CS_UPLOADED, CS_DOWNLOADED, sdo); }
 
 int can_frame_bits(int data_bytes) {
-    /* start, identifier, control, data, CRC: after the first five bits, at most every fourth
-     * needs a stuff bit */
+    /* start, identifier, RTR, control, data and CRC are subject to stuffing: at worst one stuff bit
+     * after the first five bits, then one after every four */
     int stuffed = 34 + 8 * data_bytes;
     return 47 + 8 * data_bytes + (stuffed - 1) / 4;
 }

@@ -31,8 +31,9 @@
 
 enum { CAN_IO = LEGS + 1, CAN_NODES = CAN_IO, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
 
-/* Identity of hexid's own nodes: 0x1000 (CiA 408; CiA 401 with digital inputs and outputs),
- * 0x1018:1 (no vendor id assigned by CiA) and 0x1018:2, "HXID" and "HXIO". */
+/* Identity objects of hexid's own nodes: device type 0x1000 (CiA 408; CiA 401 with digital inputs
+ * and outputs), vendor 0x1018:1 (0, because CiA has assigned none) and product code 0x1018:2
+ * ("HXID" and "HXIO"). */
 enum {
     CAN_DEVICE_TYPE = 0x198,
     CAN_IO_DEVICE_TYPE = 0x30191,
@@ -90,15 +91,14 @@ struct can_tpdo {
     uint8_t inputs;
 };
 
-/* Expedited transfer: one object of 1, 2 or 4 bytes, or an abort. */
+/* One object of 1, 2 or 4 bytes in an expedited SDO transfer, or an abort. */
 enum can_sdo_kind { SDO_DOWNLOAD, SDO_UPLOAD, SDO_ABORT };
 struct can_sdo {
     enum can_sdo_kind kind;
     uint16_t index;
     uint8_t sub;
-    int size;       /* size of value in downloads and upload replies, bytes; 0 with a value: not
-                     * indicated */
-    uint32_t value; /* or abort code */
+    int size;       /* bytes of the value in downloads and upload replies; 0 there: not indicated */
+    uint32_t value; /* the object's value, or the abort code */
 };
 
 /* Abort codes: CiA 301, 7.2.4.3.17. */
@@ -119,7 +119,8 @@ enum {
     SDO_NO_DATA = 0x08000024
 };
 
-/* The code in words, "value out of range"; "" for a code that is not listed above. */
+/* Returns the meaning of an abort code, such as "value out of range"; "" for a code that is not
+ * listed above. */
 const char *can_abort_text(uint32_t code);
 
 struct can_frame can_frame_nmt(enum can_nmt command, int node);
@@ -130,35 +131,37 @@ struct can_frame can_frame_tpdo(int node, const struct can_tpdo *tpdo);
 /* Commands for the three nodes of a group, group 0 or 1. */
 struct can_frame can_frame_rpdo(int group, const int16_t valve[CAN_GROUP_NODES]);
 struct can_frame can_frame_outputs(uint8_t outputs);
-/* Request to a node; reply from a node. */
+/* Make an SDO request to a node, and an SDO reply from a node. */
 struct can_frame can_frame_sdo(int node, const struct can_sdo *sdo);
 struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
 
-/* Node 1..127 of a frame with this function (COB_TPDO, ...); 0 if it has another one, or is a
- * remote, extended or error frame. */
+/* Returns the node, 1..127, of a frame with this function (COB_TPDO, ...); 0 if the frame has
+ * another function, or is a remote, extended or error frame. */
 int can_frame_node(const struct can_frame *frame, unsigned function);
 
-/* Name of a frame that only a master sends ("SYNC", "SDO request"); NULL for any other frame. */
+/* Returns the name of a frame that only a master sends ("SYNC", "SDO request"); NULL for any other
+ * frame. */
 const char *can_frame_of_master(const struct can_frame *frame);
 
-/* Parses a frame with known COB-ID. False if length or command specifier are wrong. */
+/* Parse a frame whose COB-ID is known. False if its length or command specifier is wrong. */
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);
 bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *error_register);
 bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state);
 bool can_parse_sdo(const struct can_frame *frame, struct can_sdo *sdo);
 bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo);
 
-/* Unsigned integers of `size` bytes, little-endian. */
+/* Read and write unsigned integers of `size` bytes, little-endian. */
 uint32_t can_get(const uint8_t *data, int size);
 void can_put(uint8_t *data, int size, uint32_t value);
 
-/* Group of a node (0, 1; node 7 alone is group 2), and its position in the group (0..2). */
+/* Group of a node (0 or 1; node 7 alone is group 2), and the node's position in its group
+ * (0..2). */
 static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
 
-/* Largest number of bits of a frame with 11-bit identifier and so many data bytes: worst-case
- * stuff bits and the gap to the next frame. */
+/* Largest number of bits of a frame with 11-bit identifier and `data_bytes` bytes of data, with the
+ * most stuff bits and the gap to the next frame. */
 int can_frame_bits(int data_bytes);
 
 /* Number of expected nodes: six, and node 7 if an input or output is wired. */
@@ -167,8 +170,8 @@ int can_nodes(const struct params *params);
 /* Bus load of a cycle's frames. */
 struct can_load {
     int cycle_bits;       /* SYNC, TPDOs and RPDOs of all nodes */
-    double heartbeat_bits;/* heartbeats of nodes and daemon, mean for each cycle */
-    double share;         /* share of the cycle */
+    double heartbeat_bits;/* heartbeats of nodes and daemon, mean number of bits per cycle */
+    double share;         /* share of the cycle's time in which the bus is busy */
     double limit;         /* largest permitted share; the rest is for the loop's own time and one
                            * unplanned frame */
 };

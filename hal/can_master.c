@@ -10,12 +10,14 @@
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3 };
-/* requests in a cycle; with heartbeat, three RPDOs and SYNC ten frames, the size of a
- * controller's queue */
+/* most set-up requests in a cycle; with a heartbeat, three RPDOs and SYNC they make ten frames, the
+ * length of a controller's queue */
 enum { REQUESTS = 5 };
-/* Leaky buckets of a node. TWICE counts windows: a repeated TPDO adds two, a window without one
- * subtracts one; a bus that repeats every fourth frame does not fill it, and a twin fills it in
- * 50 windows. ODD counts heartbeats: a node's own ones add three quarters of what drains. */
+/* Leaky buckets that show a second device with a node's number. TWICE counts windows: a window with
+ * a repeated TPDO adds two, a window without one subtracts one; a bus that repeats every fourth
+ * frame does not fill the bucket, and a second device fills it in 50 windows. ODD counts
+ * heartbeats: the bucket drains by one per heartbeat period, a heartbeat adds 0.75, any other frame
+ * that a single device would not send adds 1. */
 enum { TWICE_STEP = 2, TWICE_MAX = 100, ODD_MAX = 6 };
 static const double odd_heartbeat = 0.75, odd_frame = 1.0;
 #define PDO_OFF 0x80000000u
@@ -24,8 +26,8 @@ static uint32_t ms(double seconds) { return (uint32_t)lround(seconds * 1000.0); 
 
 enum { AXIS = 1, IO = 2, EVERY = AXIS | IO };
 
-/* One request of the set-up. An upload must return `value`: a node that is another device, has
- * another mapping or has not stored the written values is not driven. */
+/* One request of the set-up. If an upload returns another value than `value`, the node is another
+ * device, has another mapping or has not stored the written values, and is not driven. */
 struct step {
     unsigned of;
     enum can_sdo_kind kind;
@@ -33,7 +35,7 @@ struct step {
     uint8_t sub;
     int size;
     uint32_t value;
-    bool any; /* any value is accepted */
+    bool any; /* an upload may return any value */
 };
 
 double can_identity(const struct params *params, int node, uint16_t index, uint8_t sub, const char **key) {
@@ -67,7 +69,7 @@ static struct step identity(const struct can_master *m, int node, uint16_t index
 
 static uint32_t map_entry(int node, int place) { return can_place(node) == place ? MAP_VALVE : MAP_DUMMY; }
 
-/* Step of a node's set-up; false past the last. */
+/* Returns step `number` of a node's set-up in *step; false if there are no more steps. */
 static bool setup_step(const struct can_master *m, int node, int number, struct step *step) {
     const struct params *p = m->params;
     unsigned rpdo = can_rpdo_cob(can_group(node)), tpdo = COB_TPDO + (unsigned)node;
@@ -87,17 +89,18 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         {AXIS, SDO_DOWNLOAD, 0x1600, 2, 4, map_entry(node, 1), false},
         {AXIS, SDO_DOWNLOAD, 0x1600, 3, 4, map_entry(node, 2), false},
         {AXIS, SDO_DOWNLOAD, 0x1600, 0, 1, CAN_GROUP_NODES, false},
-        {EVERY, SDO_DOWNLOAD, 0x1400, 2, 1, 1, false}, /* comes into force with the next SYNC */
+        {EVERY, SDO_DOWNLOAD, 0x1400, 2, 1, 1, false}, /* commands come into force with the next
+                                                        * SYNC */
         {EVERY, SDO_DOWNLOAD, 0x1400, 5, 2, watchdog_ms, false},
         {EVERY, SDO_DOWNLOAD, 0x1400, 1, 4, rpdo, false},
         {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, PDO_OFF | tpdo, false},
-        {EVERY, SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* sent with every SYNC */
+        {EVERY, SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* TPDOs are sent with every SYNC */
         {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, tpdo, false},
         /* SAFETY: read back, because a written watchdog may not be effective. */
         {EVERY, SDO_UPLOAD, 0x1016, 1, 4, consumer, false},
         {EVERY, SDO_UPLOAD, 0x1017, 0, 2, beat_ms, false},
-        {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* on a communication error: go to
-                                                      * pre-operational */
+        {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* the node goes to pre-operational on a
+                                                      * communication error */
         {EVERY, SDO_UPLOAD, 0x1005, 0, 4, COB_SYNC, false},
         {EVERY, SDO_UPLOAD, 0x1400, 1, 4, rpdo, false},
         {EVERY, SDO_UPLOAD, 0x1400, 2, 1, 1, false},
@@ -119,7 +122,8 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         /* SAFETY: on a communication error the outputs go to 0. */
         {IO, SDO_UPLOAD, 0x6206, 1, 1, 0xff, false},
         {IO, SDO_UPLOAD, 0x6207, 1, 1, 0, false},
-        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* checks that it is still ours */
+        {EVERY, SDO_DOWNLOAD, 0x2000, 1, 4, m->token, false}, /* written again, which fails if the
+                                                               * node now has another owner */
     };
     unsigned kind = node == CAN_IO ? IO : AXIS;
     for (unsigned i = 0; i < sizeof steps / sizeof *steps; i++) {
@@ -130,7 +134,8 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
     return false;
 }
 
-/* Sends a request. Answers to earlier tries may come late, so up to TRIES answers are expected. */
+/* Sends the request of a set-up step. Answers to earlier tries may come late, so up to TRIES
+ * answers are expected. */
 static void request(struct can_peer *p, const struct step *s, int node, struct can_queue *out) {
     can_queue_push(out, can_frame_sdo(node, &(struct can_sdo){s->kind, s->index, s->sub, s->size, s->value}));
     if (p->asked < TRIES) p->asked++;
@@ -146,7 +151,7 @@ void can_master_init(struct can_master *m, const struct params *params, uint32_t
 
 static int64_t beats_ns(const struct can_master *m, double beats) { return ns_from_seconds(beats * m->params->can.heartbeat_s); }
 
-/* Adds a frame to the node's bucket that a single device would not have sent so soon. */
+/* Adds to the node's leaky bucket a frame that a single device would not have sent so soon. */
 static void odd(const struct can_master *m, struct can_peer *p, double beats, int64_t time_ns) {
     int64_t most_ns = time_ns + beats_ns(m, 2 * ODD_MAX);
     if (p->odd_ns < time_ns) p->odd_ns = time_ns;
@@ -182,7 +187,7 @@ static void lose(struct can_peer *p) {
 }
 
 static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state state, int64_t time_ns) {
-    /* before its set-up a node has its own heartbeat rate */
+    /* before its set-up a node may have any heartbeat rate, so its heartbeats are not counted */
     if (p->phase >= CAN_STARTING) odd(m, p, odd_heartbeat, time_ns);
     if (state == CAN_BOOTUP) {
         m->boots++;
@@ -195,15 +200,17 @@ static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state s
     }
 }
 
-/* A node that lost the daemon left operational: set up at once, not after its next heartbeat. */
+/* Handles an EMCY. A node that reports the loss of the daemon has left operational, so it is set up
+ * at once, not after its next heartbeat. */
 static bool emergency(struct can_peer *p, const struct can_frame *f) {
     uint16_t code;
     uint8_t error_register;
     if (!can_parse_emcy(f, &code, &error_register)) return false;
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
-    /* SAFETY: a possible sensor error must not hide another one */
+    /* SAFETY: an EMCY for a missing reading must not hide another active error */
     if (code == EMCY_SENSOR && p->emcy) return true;
-    if (code || !error_register) p->emcy = code; /* another error is active: the code stays */
+    /* code 0 with a set error register: another error is active, and the code stays */
+    if (code || !error_register) p->emcy = code;
     return true;
 }
 
@@ -218,7 +225,7 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
     return asked->any || ((reply->size == asked->size || reply->size == 0) && reply->value == asked->value);
 }
 
-/* Handles a reply: the expected one leads to the next step. Others are ignored. */
+/* Handles an SDO reply: the expected reply leads to the next step, others are ignored. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
     if (p->asked) p->asked--;
@@ -307,7 +314,7 @@ static bool tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
     return true;
 }
 
-/* Handles a frame of this node. Returns false if the node sends no such frame. */
+/* Handles a frame of this node. Returns false if nodes send no such frame. */
 static bool take(struct can_master *m, int node, unsigned function, const struct can_frame *f, int64_t time_ns) {
     struct can_peer *p = &m->peer[node - 1];
     enum can_state state;
@@ -346,8 +353,8 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
     }
 }
 
-/* Sends the step's request, or repeats it after the time-out; past the last step it starts the
- * node. SAFETY: first the node is brought to pre-operational, where its valve is centred,
+/* Sends the set-up step's request, or repeats it after the time-out; past the last step it starts
+ * the node. SAFETY: first the node is brought to pre-operational, where its valve is centred,
  * whatever it was doing. */
 static void drive_setup(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
@@ -355,7 +362,7 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     if (!p->halted) {
         can_queue_push(out, can_frame_nmt(NMT_PREOPERATIONAL, node));
         p->halted = true;
-        return; /* one frame for each node and cycle */
+        return; /* each node gets at most one frame per cycle */
     }
     if (p->tries++ >= TRIES) {
         lose(p);
@@ -445,7 +452,8 @@ static void give(struct can_master *m, const double valve[LEGS], struct can_queu
     for (int i = 0; i < LEGS; i++) raw[i] = (int16_t)channel_raw(&m->params->valve_channel, i, valve[i], INT16_MAX);
     for (int group = 0; group < CAN_GROUPS; group++) can_queue_push(out, can_frame_rpdo(group, raw + CAN_GROUP_NODES * group));
     if (m->nodes >= CAN_IO) can_queue_push(out, can_frame_outputs(m->level ? OUTPUT_SUPPLY : 0));
-    can_queue_push(out, can_frame_sync()); /* last, because it puts the commands into force */
+    can_queue_push(out, can_frame_sync()); /* SYNC comes last, because it puts the commands into
+                                            * force */
     m->unechoed++;
 }
 
@@ -455,7 +463,8 @@ void can_master_command(struct can_master *m, const struct hal_command *command,
     give(m, command->enable ? command->valve : centre, out);
 }
 
-/* SAFETY: pending changes are dropped, so the supply goes off. */
+/* SAFETY: pending changes are dropped: the supply output keeps its level, and without changes the
+ * supply goes off. */
 void can_master_safe(struct can_master *m, struct can_queue *out) {
     m->due = false;
     give(m, centre, out);
@@ -473,8 +482,8 @@ static void latch(struct can_master *m) {
     m->delivered = false;
 }
 
-/* SAFETY: an unknown input counts as open. An opening does not wait for a complete sample, and
- * one of several answers suffices for it. */
+/* SAFETY: an unknown input counts as open. Any one frame that shows an input open suffices, even in
+ * an incomplete sample. */
 static void convert_inputs(const struct can_master *m, struct hal_sample *s) {
     const struct can_peer *io = &m->peer[CAN_IO - 1];
     const struct interlock_params *interlocks = &m->params->interlocks;
@@ -500,7 +509,8 @@ static void convert(const struct can_master *m, struct hal_sample *s) {
     }
     for (int i = 0; i < m->nodes; i++) {
         uint16_t emcy = m->peer[i].emcy;
-        bool told = emcy == EMCY_SENSOR && missing[i]; /* the missing reading already says so */
+        bool told = emcy == EMCY_SENSOR && missing[i]; /* the missing reading itself already shows
+                                                        * the sensor's error */
         if (m->peer[i].phase != CAN_RUNNING || (emcy && !told)) s->flags |= SAMPLE_INVALID;
     }
     convert_inputs(m, s);

@@ -16,14 +16,14 @@
  * SAFETY: one master. CAN frames carry no sender, but echoes of own frames are marked: any other
  * frame that only a master sends makes the next sample SAMPLE_FOREIGN.
  *
- * A lost node is asked twice a second, and set up again whenever it comes back; whether the
- * platform may move again is the supervisor's and the operator's decision, because every sample
- * from a bus with a node that is not running is invalid.
+ * A lost node is asked for an SDO reply twice a second, and is set up again whenever it comes back;
+ * whether the platform may move again is the supervisor's and the operator's decision, because
+ * every sample from a bus with a node that is not running is invalid.
  *
  * A cycle: the window of a sample opens with SYNC (its echo, which shows that and when the bus has
- * carried it) and closes with the next. If all TPDOs come in it, the inputs' too, they are a
- * sample, latched at the SYNC. If one is missing, the last complete sample is returned again, stale
- * and older. A SYNC half a period or more off the grid makes its sample late.
+ * carried it) and closes with the next. If all TPDOs, including the inputs', come in the window,
+ * they are a sample, latched at the SYNC. If one is missing, the last complete sample is returned
+ * again, stale and older. A SYNC half a period or more off the grid makes its sample late.
  *
  * A TPDO does not say to which SYNC it belongs, and a late one must not be taken for an answer to
  * the next. So if one is missing, the next command and SYNC pause for a cycle, in which it can come
@@ -37,10 +37,10 @@
  *
  * SAFETY: one node, one answer. A bus may repeat a frame once; a node that keeps answering twice is
  * two devices with one number, and nobody knows which one is right. Two different TPDOs of a node
- * in one window, or one of another length, make the sample SAMPLE_TWIN, and an input is closed only
- * if all of them say so. Weaker signs (equal TPDOs twice in a window, more heartbeats than
- * configured, answers to no request, frames of a wrong length) fill a leaky bucket of the node;
- * while one is full, every sample is SAMPLE_TWIN.
+ * in one window, or one of another length, make the sample SAMPLE_TWIN, and an input counts as
+ * closed only if all TPDOs say so. Weaker signs (equal TPDOs twice in a window, more heartbeats
+ * than configured, answers to no request, frames of a wrong length) fill a leaky bucket of the
+ * node; while one is full, every sample is SAMPLE_TWIN.
  *
  * SAFETY: a missing reading is NaN, which the platform handles; an EMCY 0x5000 of the same node
  * adds nothing to that. Every other active EMCY, and every node that is not running, makes the
@@ -69,28 +69,29 @@ struct can_refusal {
     uint32_t value;            /* abort code, or the value read */
 };
 
-/* True if another master's token is in the object. */
+/* True if the node refused the claim because another master owns it. */
 static inline bool can_refused_by_owner(const struct can_refusal *r) {
     return r->kind == CAN_ABORTED && r->index == 0x2000 && r->value == SDO_DENIED;
 }
 
 struct can_peer {
     enum can_phase phase;
-    int step, tries;           /* progress of the set-up */
-    int64_t deadline_ns;       /* for the expected reply */
-    bool halted;               /* has been told to leave operational, and can be set up */
-    bool claimed;              /* belongs to this master, or cannot be owned */
-    struct can_refusal refusal;/* in phase refused */
-    int64_t heard_ns;          /* time of the last frame */
-    uint16_t emcy;             /* active error; 0: none */
+    int step, tries;           /* current step of the set-up, and how often its request was sent */
+    int64_t deadline_ns;       /* time until which the node has to answer, or to be asked again */
+    bool halted;               /* has been told to enter pre-operational, where it can be set up */
+    bool claimed;              /* belongs to this master, or is of a kind that cannot be owned */
+    struct can_refusal refusal;/* valid in phase CAN_REFUSED */
+    int64_t heard_ns;          /* arrival time of the node's last frame */
+    uint16_t emcy;             /* code of the node's active error; 0: none */
     struct can_tpdo tpdo;
     bool fresh;                /* a TPDO came in this window */
-    bool again;                /* it came more than once */
-    bool contradicts;          /* two TPDOs of a window since the last sample differed */
+    bool again;                /* more than one TPDO came in this window */
+    bool contradicts;          /* since the last sample two TPDOs of a window differed, or one had a
+                                * wrong length */
     int twice;                 /* leaky bucket: windows with a repeated TPDO */
     int asked;                 /* SDO requests whose answers may still come */
     int64_t odd_ns;         /* leaky bucket of other excess frames: the time at which it is empty */
-    bool known;   /* has been in order since the last whole sample: not lost, refused or rebooted */
+    bool known;   /* not lost, refused or rebooted since the last complete sample */
 };
 
 #define FOREIGN_HEARD 0x800u
@@ -98,32 +99,34 @@ struct can_peer {
 struct can_master {
     const struct params *params;
     int nodes;                 /* number of expected nodes */
-    uint32_t token;            /* this master's */
+    uint32_t token;            /* with which this master claims nodes */
     struct can_peer peer[CAN_NODES];
     enum can_bus bus;
     unsigned foreign;          /* identifier of another master's first frame since the last
                                 * sample, with FOREIGN_HEARD; 0: none */
     int64_t heartbeat_due_ns;
     uint64_t syncs;            /* number of own SYNCs that the bus has carried */
-    int unechoed;              /* SYNCs sent after the last one carried */
-    int64_t sync_ns, gap_ns;   /* time of the last SYNC's echo, and interval before it */
+    int unechoed;             /* number of SYNCs sent since the last one that the bus has carried */
+    int64_t sync_ns, gap_ns;   /* time of the last SYNC's echo, and time from the previous echo to
+                                * it */
     bool doubt;                /* a TPDO of an older window may still come */
-    enum can_pause pause;      /* state in this window */
+    enum can_pause pause;      /* whether this window has a pause, or will have one */
     bool punctual;             /* all TPDOs had come before the pause */
     bool centred;              /* the last command centred the valves */
     bool given, due, level;    /* supply output: last requested level, whether its change is
                                 * still unsent, level sent */
-    struct can_tpdo latched[CAN_NODES]; /* last whole sample */
-    uint64_t latched_sync;     /* number of its SYNC; 0: none yet */
+    struct can_tpdo latched[CAN_NODES]; /* TPDOs of the last complete sample */
+    uint64_t latched_sync;     /* number of the SYNC of that sample; 0: none yet */
     int64_t latched_ns, latched_gap_ns;
-    bool delivered;            /* it has been returned */
-    uint32_t closed;           /* inputs closed according to all TPDOs since then */
+    bool delivered;            /* the last complete sample has been returned */
+    uint32_t closed;           /* inputs that are closed according to all TPDOs since the last
+                                * returned sample */
     int64_t now_ns;            /* time of the last poll */
-    /* counters for the operator */
+    /* event counters for the operator */
     uint64_t lost, twice, stray, errors, boots;
 };
 
-/* Initialises. token: this session's, unique and not 0. */
+/* Initialises the master. token: unique to this session, not 0. */
 void can_master_init(struct can_master *m, const struct params *params, uint32_t token);
 
 /* Handles a frame from the bus, including echoes of own frames and error frames, with its time
@@ -158,25 +161,28 @@ void can_master_command(struct can_master *m, const struct hal_command *command,
 /* Centres the valves and leaves the supply output unchanged. */
 void can_master_safe(struct can_master *m, struct can_queue *out);
 
-/* At the end: stops and releases all nodes. */
+/* Called at the end: sends all nodes to pre-operational, where their valves are centred, and
+ * releases the nodes that this master has claimed. */
 void can_master_leave(const struct can_master *m, struct can_queue *out);
 
-/* The sample of the last window. time_ns is on the frames' clock; the caller sets age_ns. */
+/* Returns the last complete sample, stale if it was returned before. time_ns is on the frames'
+ * clock; the caller sets age_ns. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
-/* Current problems, packed in two words for atomics; both 0: none. can_condition.c. */
+/* Current problems of the bus, packed in two words that fit atomic variables; both 0: none.
+ * can_condition.c. */
 struct can_condition {
     uint64_t state;   /* bus, phases, EMCY, another master's frame; bit 63 is free for the caller */
-    uint64_t refusal; /* refusal of the first node that has one */
+    uint64_t refusal; /* refusal of the first node that has refused its set-up */
 };
 struct can_condition can_master_condition(const struct can_master *m);
 
-/* Describes it: "node 3 lost, node 5 EMCY 0x8250", "node 3 refused 0x1400:5: abort 0x06090031,
- * value too high"; "" without a problem. */
+/* Describes a condition: "node 3 lost, node 5 EMCY 0x8250", "node 3 refused 0x1400:5: abort
+ * 0x06090031, value too high"; "" without a problem. */
 void can_condition_describe(struct can_condition condition, const struct params *params, char *text, size_t size);
 
-/* The configured value of an identity object of a node; -1: any. *key: the configuration key;
- * NULL if the object is not part of the identity. */
+/* Returns the configured value of an identity object of a node; -1: any. *key: the configuration
+ * key; NULL if the object is not part of the identity. */
 double can_identity(const struct params *params, int node, uint16_t index, uint8_t sub, const char **key);
 
 #endif

@@ -28,7 +28,7 @@ static int place(const struct can_node *n, uint16_t index, uint8_t sub) { return
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub) { return n->value[place(n, index, sub)]; }
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value) { n->value[place(n, index, sub)] = value; }
 
-/* Index in the table of the object that an RPDO writes. */
+/* Position in the dictionary's table of the object that an RPDO writes. */
 static int commanded(const struct can_node *n) {
     uint32_t entry = n->dictionary->command;
     return place(n, can_entry_index(entry), can_entry_sub(entry));
@@ -69,7 +69,7 @@ static void enter(struct can_node *n, enum can_state state) {
     n->state = state;
 }
 
-/* Sends an EMCY with the current register, except in stopped. */
+/* Sends an EMCY with the current error register, except in the state stopped. */
 static void announce(struct can_node *n, uint16_t code, struct can_queue *out) {
     uint8_t bits = 0;
     for (int i = 0; i < CAN_ERRORS; i++)
@@ -107,7 +107,7 @@ static void fail(struct can_node *n, enum can_error error, struct can_queue *out
     if (n->state == CAN_OPERATIONAL) enter(n, can_node_get(n, 0x1029, 1) == BEHAVIOUR_STOPPED ? CAN_STOPPED : CAN_PREOPERATIONAL);
 }
 
-/* Keeps the owner, because anybody can send a reset. */
+/* Resets the node to default values; keeps the owner, because anybody can send a reset. */
 static void reset(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     const struct can_dictionary *d = can_dictionary_of(n->id);
     *n = (struct can_node){.id = n->id, .dictionary = d, .state = CAN_PREOPERATIONAL, .heartbeat_due_ns = now_ns, .owner = n->owner};
@@ -132,7 +132,7 @@ static void nmt(struct can_node *n, enum can_nmt command, int64_t now_ns, struct
     default: return;
     }
     if (started) can_node_clear(n, ALL_ERRORS, out);
-    n->heartbeat_due_ns = now_ns; /* report the new state at once */
+    n->heartbeat_due_ns = now_ns; /* reports the new state at once */
 }
 
 static void put_into_force(struct can_node *n) {
@@ -146,7 +146,8 @@ static void put_into_force(struct can_node *n) {
 
 static uint32_t entry_of(const struct can_node *n, uint16_t mapping, uint32_t i) { return can_node_get(n, mapping, (uint8_t)(i + 1)); }
 
-/* Walks through the mapping: each entry is the command or a dummy (can_mapping_refuses). */
+/* Takes the command from an RPDO: each mapped entry is the command or a dummy
+ * (can_mapping_refuses()). */
 static void rpdo(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     const uint32_t lengths = 1u << CAN_ERROR_RPDO_SHORT | 1u << CAN_ERROR_RPDO_LONG;
     uint32_t entries = can_node_get(n, 0x1600, 0);
@@ -200,7 +201,8 @@ bool can_node_synced_by(const struct can_node *n, const struct can_frame *f) {
     return f->can_id == (can_node_get(n, 0x1005, 0) & CAN_SFF_MASK);
 }
 
-/* Transmission type 0: after a change of a reading; 1 to 240: after so many SYNCs. */
+/* True if a TPDO is due at this SYNC. Transmission type 0: if a reading has changed; 1 to 240: if
+ * so many SYNCs have passed. */
 static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     uint32_t type = can_node_get(n, 0x1800, 2);
     bool changed = !n->has_sent || memcmp(t->data, n->sent.data, t->len) != 0;
@@ -212,7 +214,7 @@ static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     return true;
 }
 
-/* Copies the TPDO's bytes into the mapped objects; true if a reading is missing. */
+/* Copies the TPDO's bytes into the mapped objects. True if a reading is missing. */
 static bool take_readings(struct can_node *n, const struct can_frame *t) {
     const uint8_t *data = t->data;
     bool missing = false;

@@ -24,7 +24,8 @@
 
 enum { CAN_QUEUE = 64 };
 
-/* Frames to be sent, in order. If it is full, more are dropped and counted, as in a controller. */
+/* Frames to be sent, in order. If the queue is full, more frames are dropped and counted, as in a
+ * controller. */
 struct can_queue {
     struct can_frame frame[CAN_QUEUE];
     int count, dropped;
@@ -36,15 +37,17 @@ enum can_error {
     CAN_ERROR_SENSOR,       /* EMCY 0x5000: a reading is missing */
     CAN_ERROR_HEARTBEAT,    /* 0x8130 */
     CAN_ERROR_RPDO_TIMEOUT, /* 0x8250 */
-    CAN_ERROR_RPDO_SHORT,   /* 0x8210: fewer bytes than mapped; ignored */
-    CAN_ERROR_RPDO_LONG,    /* 0x8220: more bytes than mapped; the first are processed */
-    CAN_ERROR_SYNC_LENGTH,  /* 0x8240: length not as in 0x1019; ignored */
+    CAN_ERROR_RPDO_SHORT,   /* EMCY 0x8210: an RPDO had fewer bytes than mapped and was ignored */
+    CAN_ERROR_RPDO_LONG,    /* EMCY 0x8220: an RPDO had more bytes than mapped; the first ones were
+                             * used */
+    CAN_ERROR_SYNC_LENGTH,  /* EMCY 0x8240: a SYNC had another length than 0x1019 says and was
+                             * ignored */
     CAN_ERRORS,
 };
 
 struct can_owner {
     uint32_t token;         /* 0: none */
-    uint32_t limit_ms;      /* time without its heartbeat after which ownership ends */
+    uint32_t limit_ms;      /* ownership ends after this time without the owner's heartbeat */
     int64_t heard_ns;
 };
 
@@ -54,15 +57,16 @@ struct can_node {
     enum can_state state;
     uint32_t value[CAN_OBJECTS_MAX];
     int16_t output;         /* value in force */
-    uint32_t received;      /* value of the last RPDO */
+    uint32_t received;      /* value that the last RPDO carried */
     bool commanded;         /* an RPDO has come since the node became operational */
     uint32_t errors;        /* active errors, 1 << enum can_error */
     int64_t heartbeat_due_ns;
-    int64_t heard_ns[CAN_CONSUMERS]; /* last heartbeats; 0: none yet */
+    int64_t heard_ns[CAN_CONSUMERS]; /* arrival of the last heartbeat from each watched master; 0:
+                                      * none yet */
     int64_t rpdo_ns, in_force_ns;    /* arrival of the last RPDO, and of the one in force */
-    uint32_t syncs;         /* since the last TPDO */
+    uint32_t syncs;         /* number of SYNCs since the last TPDO */
     struct can_frame sent;  /* last TPDO */
-    bool has_sent;          /* one was sent since the node became operational */
+    bool has_sent;          /* a TPDO was sent since the node became operational */
     struct can_owner owner;
 };
 
@@ -76,16 +80,16 @@ void can_node_receive(struct can_node *n, const struct can_frame *frame, int64_t
 /* True if the frame is the node's SYNC (0x1005). */
 bool can_node_synced_by(const struct can_node *n, const struct can_frame *frame);
 
-/* Handles SYNC: sends these latched readings or inputs, and puts the last command into force. */
+/* Handles SYNC: sends the latched readings or inputs, and puts the last command into force. */
 void can_node_sync(struct can_node *n, const struct can_frame *sync, const struct can_tpdo *latched, struct can_queue *out);
 
-/* Heartbeat and watchdogs. To be called at least every millisecond. */
+/* Sends the heartbeat and checks the watchdogs. To be called at least every millisecond. */
 void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out);
 
-/* Output in force; 0 unless all conditions above hold. */
+/* Returns the output in force; 0 unless all conditions at the top of this file hold. */
 int16_t can_node_output(const struct can_node *n);
 
-/* For the SDO server (can_server.h): values of existing objects, consumer 0 or 1 of 0x1016, and
+/* The SDO server (can_server.h) uses the rest: values of existing objects, consumers of 0x1016, and
  * clearing of errors. */
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub);
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value);

@@ -77,8 +77,9 @@ static const struct can_object axis[] = {
     READING(0x7130, 2, 2, "AI input PV P2"),
 };
 
-/* CiA 401. The mapping is the standard's for eight inputs and eight outputs; SAFETY: on a
- * communication error all outputs go to 0, and no other value can be configured. */
+/* Objects of the I/O module (CiA 401). The mapping is the standard's for eight inputs and eight
+ * outputs; SAFETY: on a communication error all outputs go to 0, and no other value can be
+ * configured. */
 static const struct can_object io[] = {
     COMMUNICATION(CAN_IO_DEVICE_TYPE, CAN_IO_PRODUCT_CODE),
     CONST(0x1600, 0, 1, 1, "Number of mapped objects"),
@@ -119,8 +120,8 @@ bool can_cob_restricted(uint32_t cob) {
            (cob >= 0x6e0 && cob <= 0x6ff) || cob >= 0x701;
 }
 
-/* COB-ID of SYNC or of a PDO: 11 bits; bit 31 switches a PDO off and means nothing to a SYNC
- * consumer. */
+/* Refuses a wrong COB-ID of SYNC or of a PDO. It has 11 bits; bit 31 switches a PDO off and means
+ * nothing to a SYNC consumer. */
 static uint32_t refuse_cob(uint32_t value) {
     bool reserved = (value & 0x7ffff800) != 0, off = value >> 31;
     return reserved || (!off && can_cob_restricted(value & CAN_SFF_MASK)) ? SDO_VALUE : 0;
@@ -133,7 +134,7 @@ static uint32_t refuse_value(const struct can_dictionary *d, const struct can_ob
     case 0x101601:
     case 0x101602: return value >> 24 ? SDO_VALUE : 0;
     case 0x101900: return value == 1 || value > 240 ? SDO_VALUE : 0;
-    /* SAFETY: 1 (stay operational) is refused */
+    /* SAFETY: 1 (stay operational) is refused as the reaction to a communication error */
     case 0x102901: return value == 0 || value == 2 ? 0 : SDO_VALUE;
     case 0x140001:
     case 0x180001: return refuse_cob(value);
@@ -142,7 +143,7 @@ static uint32_t refuse_value(const struct can_dictionary *d, const struct can_ob
     case 0x160001:
     case 0x160002:
     case 0x160003: return can_mapping_refuses(d, value);
-    /* readings are latched by SYNC only */
+    /* readings are latched by SYNC only, so TPDOs that need no SYNC are refused */
     case 0x180002: return value > 240 ? SDO_VALUE : 0;
     default: return 0;
     }
@@ -159,7 +160,7 @@ uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_obj
 uint32_t can_mapping_refuses(const struct can_dictionary *d, uint32_t entry) {
     uint16_t index = can_entry_index(entry);
     if (entry == d->command || entry == MAP_DUMMY) return 0;
-    /* other data types are not accepted as dummies */
+    /* other data types than INTEGER16 are not accepted as dummies */
     if (index >> 8 == 0 && index) return SDO_NOT_MAPPABLE;
     if (can_object_find(d, index, can_entry_sub(entry)) >= 0) return SDO_NOT_MAPPABLE;
     return can_object_find(d, index, 0) < 0 ? SDO_NO_OBJECT : SDO_NO_SUB;

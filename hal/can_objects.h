@@ -24,7 +24,7 @@ struct can_object {
     bool is_signed;
     bool plus_node;      /* the default is value + node id */
     uint32_t value;      /* default */
-    uint32_t low, high;  /* range for writing; high 0: none */
+    uint32_t low, high;  /* range of written values; high 0: no limits */
     const char *name;
 };
 
@@ -32,34 +32,35 @@ struct can_object {
 struct can_dictionary {
     const struct can_object *object;
     int count;
-    uint32_t command;    /* mapping entry of the command that an RPDO writes */
+    uint32_t command;    /* mapping entry of the object that an RPDO writes */
     uint16_t actual;     /* index of the value in force, sub 1 */
 };
 extern const struct can_dictionary can_axis, can_io;
 
-/* Dictionary of node 7 (can_io) or of any other node (can_axis). */
+/* Returns the dictionary of node 7 (can_io) or of any other node (can_axis). */
 const struct can_dictionary *can_dictionary_of(int node);
 
-/* Position in the table; -1: no such object. */
+/* Returns the object's position in the table; -1: no such object. */
 int can_object_find(const struct can_dictionary *d, uint16_t index, uint8_t sub);
 
-/* SAFETY: the most negative value of a signed object means no reading, or no command. */
+/* SAFETY: the most negative value of a signed object means that there is no reading, or no command.
+ * True for that value. */
 bool can_object_lacks(const struct can_object *o, uint32_t value);
 
-/* Abort code for a download of so many bytes (0: not indicated); 0 if the object accepts the
- * value in some state. */
+/* Returns the abort code for a download of `size` bytes (0: not indicated), or 0 if the object
+ * accepts the value in some state of the node. */
 uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_object *o, int size, uint32_t value);
 
-/* Abort code for an entry of the RPDO's mapping; 0 if it can be mapped: the command, or the
- * dummy for INTEGER16. */
+/* Returns the abort code for an entry of the RPDO's mapping; 0 if the entry can be mapped: the
+ * command, or the dummy for INTEGER16. */
 uint32_t can_mapping_refuses(const struct can_dictionary *d, uint32_t entry);
 
-/* Index and sub-index of a mapping entry. */
+/* Index, sub-index and size in bytes of a mapping entry. */
 static inline uint16_t can_entry_index(uint32_t entry) { return (uint16_t)(entry >> 16); }
 static inline uint8_t can_entry_sub(uint32_t entry) { return (uint8_t)(entry >> 8); }
 static inline int can_entry_bytes(uint32_t entry) { return (int)(entry & 0xff) / 8; }
 
-/* CiA 301, 7.3.5: identifiers that a configurable object must not use. */
+/* True for an identifier that a configurable object must not use (CiA 301, 7.3.5). */
 bool can_cob_restricted(uint32_t cob);
 
 #endif

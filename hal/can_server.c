@@ -1,6 +1,7 @@
 #include "can_server.h"
 
-enum { OWNER_MS = 150 }; /* used while no heartbeat is watched */
+/* An owner without a heartbeat loses the node after this time if 0x1016:1 sets none. */
+enum { OWNER_MS = 150 };
 #define PDO_OFF 0x80000000u
 
 static bool pdo_on(uint32_t cob) { return !(cob & PDO_OFF); }
@@ -17,12 +18,13 @@ static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t co
     uint32_t before = can_node_get(n, index, 1);
     if (!pdo_on(cob)) return 0;
     if (pdo_on(before) && cob != before) return SDO_DENIED;
-    /* nothing is mapped */
+    /* an RPDO that maps nothing cannot be switched on */
     if (index == 0x1400 && can_node_get(n, 0x1600, 0) == 0) return SDO_DENIED;
     return taken(n, index, cob) ? SDO_VALUE : 0;
 }
 
-/* CiA 301, 7.5.2.36: order of changes: PDO off, number of entries 0, entries, number. */
+/* Refuses changes of the mapping in another order than that of CiA 301, 7.5.2.36: PDO off, number
+ * of entries 0, entries, number of entries. */
 static uint32_t refuse_mapping(const struct can_node *n, uint8_t sub) {
     bool in_use = pdo_on(can_node_get(n, 0x1400, 1)) || (sub && can_node_get(n, 0x1600, 0));
     return in_use ? SDO_DENIED : 0;
@@ -44,7 +46,7 @@ static uint32_t refuse_owner(const struct can_node *n, uint8_t sub, uint32_t tok
     return owners || (sub == 1 && n->owner.token == 0) ? 0 : SDO_DENIED;
 }
 
-/* Abort code; 0 if the node accepts the value in its current state. */
+/* Returns the abort code; 0 if the node accepts the value in its current state. */
 static uint32_t refuse_now(const struct can_node *n, const struct can_object *o, uint32_t value) {
     /* SAFETY: in operational no write can weaken a watchdog or redirect a command; and only
      * RPDOs move an output, under the watchdogs. */
@@ -62,7 +64,7 @@ static uint32_t refuse_now(const struct can_node *n, const struct can_object *o,
 
 static void watch_anew(struct can_node *n, uint8_t sub, uint32_t value, int64_t now_ns, struct can_queue *out) {
     struct can_consumer consumer = can_consumer_of(value);
-    n->heard_ns[sub - 1] = 0; /* CiA 301, 0x1016: watched from the next heartbeat on */
+    n->heard_ns[sub - 1] = 0; /* watched from the next heartbeat on (CiA 301, 0x1016) */
     can_node_clear(n, 1u << CAN_ERROR_HEARTBEAT, out);
     if (sub != 1 || !n->owner.token || !consumer.node) return;
     n->owner.limit_ms = consumer.limit_ms;
@@ -75,7 +77,7 @@ static void own(struct can_node *n, uint32_t token, int64_t now_ns) {
     can_node_set(n, 0x2000, 3, 1);
 }
 
-/* The owner releases the node; its silence is no longer an error. */
+/* Releases the node for its owner, whose silence is then no longer an error. */
 static void disown(struct can_node *n) {
     n->owner = (struct can_owner){0};
     n->heard_ns[0] = 0;
@@ -96,7 +98,7 @@ static void store(struct can_node *n, const struct can_object *o, uint32_t value
     }
 }
 
-/* The low bytes, if the client does not indicate the size. */
+/* Returns the requested value; only the low bytes if the client does not indicate the size. */
 static uint32_t fitted(const struct can_object *o, const struct can_sdo *request) {
     return request->size || o->size == 4 ? request->value : request->value & ((1u << 8 * o->size) - 1);
 }
@@ -135,7 +137,7 @@ void can_server_receive(struct can_node *n, const struct can_frame *f, int64_t n
     reply = request;
     uint32_t abort = known ? serve(n, &request, &reply, now_ns, &first) : SDO_COMMAND;
     if (abort) reply = (struct can_sdo){.kind = SDO_ABORT, .index = request.index, .sub = request.sub, .value = abort};
-    /* they name no object */
+    /* requests of segments name no object */
     if (!known && (specifier == SEGMENT_DOWNLOAD || specifier == SEGMENT_UPLOAD)) reply.index = 0, reply.sub = 0;
     can_queue_push(out, can_frame_sdo_reply(n->id, &reply));
     for (int i = 0; i < first.count; i++) can_queue_push(out, first.frame[i]);

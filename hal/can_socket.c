@@ -20,16 +20,16 @@ int64_t can_realtime_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* SAFETY: watchdogs count from it, so that it is neither in the future nor before the last one's,
- * whatever was done to the clock of the stamps. */
+/* SAFETY: watchdogs count from it, so the arrival time is neither in the future nor before the
+ * previous frame's, even if the clock of the kernel's stamps was set. */
 int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns) {
     int64_t came_ns = now_ns - age_ns;
     if (came_ns > now_ns) came_ns = now_ns;
     return came_ns > before_ns ? came_ns : before_ns;
 }
 
-/* Queried with a socket of any family, so that a missing interface is named even if the kernel
- * has no CAN. */
+/* State of an interface, asked with an ordinary socket, so that a missing interface is reported
+ * even if the kernel has no CAN. */
 struct interface {
     int index; /* 0: none */
     bool is_can, up;
@@ -51,7 +51,7 @@ static int ask(const char *name, struct interface *i) {
 
 enum can_link can_socket_link(const char *interface, int index) {
     struct interface i;
-    if (ask(interface, &i)) return CAN_LINK_UP; /* unknown */
+    if (ask(interface, &i)) return CAN_LINK_UP; /* the state is unknown */
     return i.index != index ? CAN_LINK_GONE : i.up ? CAN_LINK_UP : CAN_LINK_DOWN;
 }
 
@@ -123,7 +123,7 @@ void can_socket_close(struct can_socket *s) {
     s->fd = -1;
 }
 
-/* One system call for all frames of a cycle. */
+/* Sends all frames of a cycle with one system call. */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count) {
     struct iovec data[CAN_BATCH];
     struct mmsghdr message[CAN_BATCH];

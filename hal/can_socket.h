@@ -47,7 +47,7 @@ enum { CAN_BATCH = 64 };
 /* A received frame. */
 struct can_arrival {
     struct can_frame frame;
-    int64_t realtime_ns;    /* CLOCK_REALTIME */
+    int64_t realtime_ns;    /* the kernel's receive time stamp, CLOCK_REALTIME */
     bool own;               /* echo of a frame sent here */
 };
 
@@ -62,8 +62,9 @@ int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CA
 
 int64_t can_realtime_ns(void);
 
-/* Returns when a frame came that is so old by the kernel's stamp: this process may have been held
- * up. before_ns: when the one before it came. All but the age are CLOCK_MONOTONIC. */
+/* Returns the arrival time of a frame that the kernel stamped age_ns ago, because this process may
+ * have been held up since. before_ns: arrival time of the previous frame. All times are
+ * CLOCK_MONOTONIC. */
 int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns);
 
 #endif

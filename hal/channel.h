@@ -10,14 +10,14 @@
 #define CHANNEL_NONE_16 INT16_MIN
 #define CHANNEL_NONE_32 INT32_MIN
 
-/* SI value for leg 0..5; NAN if raw is NAN or the value is implausible. */
+/* SI value of a raw value for leg 0..5; NAN if raw is NAN or the value is implausible. */
 double channel_si(const struct channel_params *c, int leg, double raw);
 
 /* Nearest raw value of at most `limit` in magnitude; -limit-1 (none) if si is NAN. The receiver
  * checks plausibility. */
 int32_t channel_raw(const struct channel_params *c, int leg, double si, int32_t limit);
 
-/* Raw values of 16 and 32 bit from the bus; NAN for none. */
+/* Raw values of 16 and 32 bit from the bus as numbers; NAN for a missing reading. */
 static inline double channel_from_16(int16_t raw) { return raw == CHANNEL_NONE_16 ? (double)__builtin_nan("") : (double)raw; }
 static inline double channel_from_32(int32_t raw) { return raw == CHANNEL_NONE_32 ? (double)__builtin_nan("") : (double)raw; }
 

@@ -55,7 +55,7 @@ static void live_period(struct device *d) {
 
 /* Simulates up to the period nearest to now. */
 static void live_on(struct device *d, int64_t now_ns) {
-    /* after a stop or at the start: nothing is caught up */
+    /* after a long stop and at the start, missed time is not simulated */
     if (now_ns - d->lived_ns > CATCH_UP_NS) d->lived_ns = now_ns - period_ns(d);
     while (2 * (now_ns - d->lived_ns) >= period_ns(d)) live_period(d);
 }
@@ -73,7 +73,8 @@ bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample) {
 void device_valves(struct device *d, const double valve[LEGS]) { memcpy(d->valve, valve, sizeof d->valve); }
 
 void device_live(struct device *d, const struct hal_command *command, int64_t now_ns) {
-    static const int64_t share = 16; /* 1/share of a command's offset by which the grid follows */
+    static const int64_t share = 16; /* the grid follows 1/share of the time by which a command is
+                                      * early or late */
     live_on(d, now_ns);
     device_valves(d, command->valve);
     plant_charge_pump(d->plant, command->supply);

@@ -21,8 +21,8 @@ struct device *device_create(const struct params *params, uint64_t seed, struct 
 void device_destroy(struct device *d);
 
 /* Latches lengths, pressures and inputs of the period nearest to now; fills arrays and inputs of
- * the sample. False: this period was read and commanded before, by the same request or a late
- * one just before; the readings are the same again. */
+ * the sample. Returns false if this period was read and commanded before, by the same request or by
+ * a late one just before; the readings are then the same again. */
 bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
 /* Applies a command (supply output and valves) from the period nearest to now on, and simulates

@@ -34,7 +34,8 @@ struct fault;
 
 struct wrapper {
     struct hal hal;
-    struct hal_ops ops; /* hal_fault, except that simulated and reconnecting are the inner one's */
+    struct hal_ops ops; /* hal_fault's calls, with `simulated`, `reconnects` and `reopens_can` of
+                         * the inner back-end */
     struct hal *inner;
     const struct params *params;
     int64_t period_ns, now_ns;
@@ -48,7 +49,7 @@ struct wrapper {
         int leg;
         double value;
         uint64_t random;
-        struct hal_sample before; /* the inner one's last sample before the fault */
+        struct hal_sample before; /* last sample of the inner back-end before the fault */
         struct hal_sample passed; /* last sample that was passed on */
         double stuck[LEGS];       /* valves at the start of the fault */
     } fault[FAULTS_MAX];
@@ -91,7 +92,7 @@ static void passed_off(struct hal_sample *s, const struct hal_sample *older) {
 static void stale(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, instead(s, &f->before, SAMPLE_STALE); }
 static void hang(struct wrapper *w, struct fault *f, struct hal_sample *s) { (void)w, passed_off(s, &f->before); }
 
-/* Two devices answer as one; the back-end has seen it. */
+/* Marks the sample as if the back-end had noticed two devices that answer as one. */
 static void twin(struct wrapper *w, struct fault *f, struct hal_sample *s) {
     (void)w;
     s->flags |= SAMPLE_TWIN;
@@ -221,7 +222,7 @@ static uint32_t stuck_off(uint32_t bits, uint32_t stuck) { return bits & ~stuck;
 static const struct kind {
     const char *name;
     bool takes_leg, wants_value, read_fails, write_fails;
-    uint32_t opens; /* INPUT_... */
+    uint32_t opens; /* inputs that the fault opens, INPUT_... */
     uint32_t (*wire)(uint32_t bits, uint32_t stuck);
     void (*spoil)(struct wrapper *w, struct fault *f, struct hal_sample *s);
     void (*drive)(const struct fault *f, struct hal_command *command);
@@ -267,7 +268,7 @@ static const struct kind *kind_find(const char *name, size_t length) {
     return NULL;
 }
 
-/* Reads a number after this mark at *text and advances *text; NaN if either is missing. */
+/* Reads the number after `mark` at *text and advances *text; NaN if mark or number is missing. */
 static double number_after(const char **text, char mark) {
     char *end;
     if (**text != mark) return (double)NAN;
@@ -363,7 +364,7 @@ static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample
     return status;
 }
 
-/* Applies the faults of valves to their command. True if there are any. */
+/* Applies the active faults of valves to a command. True if there are any. */
 static bool drive(const struct wrapper *w, struct hal_command *command) {
     bool any = false;
     for (int i = 0; i < w->count; i++) {

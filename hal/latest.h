@@ -11,7 +11,7 @@ enum { LATEST_SLOTS = 3, LATEST_NEW = 4 };
 
 struct latest {
     unsigned back, front;     /* slots of producer and consumer */
-    _Atomic unsigned between; /* third slot, with LATEST_NEW until it is taken */
+    _Atomic unsigned between; /* third slot; bit LATEST_NEW is set until the consumer takes it */
 };
 
 static inline void latest_init(struct latest *l) {
@@ -19,12 +19,13 @@ static inline void latest_init(struct latest *l) {
     atomic_init(&l->between, 2);
 }
 
-/* The producer has filled slot[l->back]: it is now the newest, and an untaken one is dropped. */
+/* Called by the producer after it has filled slot[l->back]: that value becomes the newest, and one
+ * that was not taken is dropped. */
 static inline void latest_publish(struct latest *l) {
     l->back = atomic_exchange_explicit(&l->between, l->back | LATEST_NEW, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;
 }
 
-/* True if slot[l->front] now has a newer value. */
+/* Called by the consumer. True if slot[l->front] now has a newer value. */
 static inline bool latest_take(struct latest *l) {
     if (!(atomic_load_explicit(&l->between, memory_order_relaxed) & LATEST_NEW)) return false;
     l->front = atomic_exchange_explicit(&l->between, l->front, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;

@@ -109,7 +109,7 @@ int machine_lock(struct machine_lock *l, const char *url, struct error *error) {
     const struct hal_ops *ops = hal_find(own);
     struct modbus_address_parts parts;
     *l = (struct machine_lock){0};
-    if (!ops || ops->simulated) return STATUS_OK; /* hal_open() reports unknown ones */
+    if (!ops || ops->simulated) return STATUS_OK; /* hal_open() reports unknown schemes */
     const char *address = own + strlen(ops->scheme) + 1;
     int status = ops == &hal_modbus ? modbus_parse(address, &parts, error) : STATUS_OK;
     if (!status && ops != &hal_modbus) status = lock_can(l, own, address, error);

@@ -69,33 +69,35 @@ struct modbus_hal {
     _Atomic int trouble;       /* errno of the first failure until a second without one; 0: none */
     _Atomic unsigned foreign;  /* number of other masters' actions */
     _Atomic unsigned twins;    /* number of cycles with an unrequested answer */
-    _Atomic int loop_priority; /* its SCHED_FIFO priority; 0: another policy */
-    /* thread */
+    _Atomic int loop_priority; /* the loop's SCHED_FIFO priority; 0: the loop has another policy */
+    /* members of the Modbus thread */
     pthread_t thread;
     struct modbus_link *link;
     uint32_t token;
-    uint16_t number, foreign_writes; /* last value of MODBUS_FOREIGN */
+    uint16_t number, foreign_writes; /* number of the last command sent, and last value of
+                                      * MODBUS_FOREIGN */
     unsigned unasked;                /* last value of modbus_link_unasked() */
     bool begun;                      /* the loop has sent a command */
-    bool put_out;                    /* level of the supply output */
-    unsigned changes_seen;           /* changes included in it */
+    bool put_out;                    /* level of the supply output that was sent last */
+    unsigned changes_seen;           /* value of command_record.changes up to which put_out includes
+                                      * the changes */
     double latch_after_s; /* time from the start of sending to the latching; below 0: the middle
                            * of the round trip */
-    int64_t good_ns;      /* start of the time without failures, one second after the last one */
-    /* loop */
+    int64_t good_ns;      /* time at which a second will have passed without failures */
+    /* members of the loop's thread */
     struct latched newest;
     uint64_t device_seq;
     unsigned foreign_seen, twins_seen, changes;
-    bool supply;          /* last commanded level */
+    bool supply;          /* last commanded level of the supply output */
 };
 
 static const struct command_record centred = {.keeps_supply = true};
 
-/* older readings would be useless */
+/* Time-out of an answer: readings older than that would be useless. */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
-/* On a serial line nothing repeats a frame that was lost: after two periods the answer, which takes
- * less than one, will not come, and the next command waits. */
+/* Time-out of an answer. A serial line does not repeat a lost frame: an answer takes less than one
+ * period, so after two it will not come, and the next command waits. */
 static double answer_timeout_s(const struct modbus_hal *m) {
     return m->address.serial ? fmin(timeout_s(m->params), 2.0 * m->params->loop.period_s) : timeout_s(m->params);
 }
@@ -172,7 +174,7 @@ static int refuse_owned(struct modbus_hal *m, struct error *error) {
                      m->address.name, who);
 }
 
-/* SAFETY: the watchdog is read back, because the claim relies on being stopped by it. */
+/* SAFETY: the watchdog is read back, because this master relies on it to stop the machine. */
 static int claim(struct modbus_hal *m, struct error *error) {
     uint16_t claimed[MODBUS_CLAIMED], own_ms = 0, set_ms = 0, watchdog_ms = (uint16_t)lround(m->params->device.watchdog_s * 1e3);
     modbus_put_claim(watchdog_ms, m->token, claimed);
@@ -210,7 +212,7 @@ static int greet(struct modbus_hal *m, struct error *error) {
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    /* nothing moves yet, and a device with many clients may be slow */
+    /* may be long: nothing moves yet, and a device with many clients may be slow */
     static const double greet_timeout_s = 1.0;
     int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
@@ -269,15 +271,15 @@ static void wait_for_command(struct modbus_hal *m, int64_t at_most_ms) {
     while (sem_clockwait(&m->due, CLOCK_MONOTONIC, &t) && errno == EINTR) continue;
 }
 
-/* Gives the thread SCHED_FIFO just below the loop, if the loop has it. After a refusal, the
- * readings' age shows delays. */
+/* Gives the thread SCHED_FIFO just below the loop, if the loop has it. If the kernel refuses, the
+ * readings' age shows the delays. */
 static void follow_loop(const struct modbus_hal *m, int *followed) {
     int loop = atomic_load_explicit(&m->loop_priority, memory_order_relaxed);
     if (loop == *followed) return;
     struct sched_param priority = {.sched_priority = loop > 1 ? loop - 1 : 1};
     pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
     *followed = loop;
-    /* the capability needed for that is dropped */
+    /* drops the capability that changing the priority needs */
     if (m->params->security.confine) confine_thread();
 }
 
@@ -306,8 +308,8 @@ static void *modbus_thread(void *argument) {
         }
 
         backoff_ms = BACKOFF_FIRST_MS;
-        /* SAFETY: a waiting command is outdated; until `connected` the loop only posts the
-         * centre */
+        /* SAFETY: a waiting command is outdated; until `connected` is set, the loop only posts
+         * commands that centre the valves */
         latest_take(&m->newest_command);
         atomic_store_explicit(&m->connected, true, memory_order_release);
     }
@@ -325,7 +327,8 @@ static int start_thread(struct modbus_hal *m, struct error *error) {
     return status;
 }
 
-/* Refuses a line that is too slow, with the numbers, and limits too narrow for a slow cycle. */
+/* Refuses a serial line that is too slow, with the numbers, and limits too narrow for the periods
+ * and time-outs of Modbus. */
 static int refuse_slow(const struct modbus_hal *m, struct error *error) {
     const struct params *p = m->params;
     double period_s = p->loop.period_s;
@@ -397,7 +400,7 @@ static void hand_out(const struct modbus_hal *m, struct hal_sample *s) {
     s->contradicted = r->contradicted;
 }
 
-/* Once, in the loop's thread. */
+/* Tells the thread the loop's priority; called once, in the loop's thread. */
 static void tell_priority(struct modbus_hal *m) {
     struct sched_param p;
     if (sched_getscheduler(0) == SCHED_FIFO && !sched_getparam(0, &p))
@@ -419,8 +422,8 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     s->age_ns = now_ns - s->time_ns;
     if (!any || (!first && step == 0)) s->flags |= SAMPLE_STALE;
     if (!first && step > 1) s->flags |= SAMPLE_DROPPED;
-    /* SAFETY: latched half a period off the grid: the previous command was held too long or too
-     * short. */
+    /* SAFETY: if the device latched half a period off the grid, the previous command was held too
+     * long or too short. */
     if (any && !first && 2 * llabs(m->newest.time_ns - before_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (2 * s->age_ns > 5 * period_ns) s->flags |= SAMPLE_LATE;
     unsigned foreign = atomic_load(&m->foreign);

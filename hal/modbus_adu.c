@@ -3,7 +3,7 @@
 #include <string.h>
 
 enum {
-    /* header of TCP; its length field counts from the unit on */
+    /* size of TCP's header, and positions in it; its length field counts from the unit on */
     MBAP = 7,
     MBAP_PROTOCOL = 2,
     MBAP_LENGTH = 4,
@@ -16,7 +16,8 @@ static unsigned get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | fr
 
 static void put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
 
-/* Size of a PDU up to and including its byte count, if any; 0: unknown function. */
+/* Size of a request's PDU up to and including its byte count, if it has one; 0: unknown
+ * function. */
 static size_t fixed_size(uint8_t function) {
     switch (function) {
     case FUNCTION_READ:
@@ -65,7 +66,8 @@ static bool checked(const uint8_t *bytes, size_t size) {
     return bytes[size - 2] == (uint8_t)c && bytes[size - 1] == (uint8_t)(c >> 8);
 }
 
-/* Size of the whole frame according to its function; 0: unknown or incomplete. */
+/* Size of the whole frame according to its function; 0: the function is unknown, or the frame too
+ * short to tell. */
 static size_t rtu_size(const uint8_t *bytes, size_t size) {
     size_t fixed = size > RTU_HEAD ? fixed_size(bytes[RTU_HEAD]) : 0;
     if (!fixed || size < RTU_HEAD + fixed) return 0;
@@ -74,7 +76,8 @@ static size_t rtu_size(const uint8_t *bytes, size_t size) {
 
 enum { FRAME_MIN = RTU_HEAD + 1 + RTU_TAIL, FRAME_MAX = RTU_HEAD + ADU_PDU_MAX + RTU_TAIL };
 
-/* Returns the size of the complete request of a known function here; 0 if there is none. */
+/* Returns the size of the request at the beginning of these bytes, if it is complete, with a
+ * correct checksum and a known function; else 0. */
 static size_t whole_request(const uint8_t *bytes, size_t size) {
     size_t frame = rtu_size(bytes, size);
     return frame && frame <= FRAME_MAX && size >= frame && checked(bytes, frame) ? frame : 0;

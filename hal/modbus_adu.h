@@ -16,7 +16,8 @@
 enum {
     ADU_PDU_MAX = 253,  /* Application Protocol V1.1b3, 4.1 */
     ADU_MAX = 260,      /* TCP; 256 on a serial line */
-    ADU_UNIT_TCP = 0xff /* the guide's value if the host's address suffices; 0 is accepted too */
+    ADU_UNIT_TCP = 0xff /* the guide's unit identifier if the host's address suffices; 0 is accepted
+                         * too */
 };
 enum modbus_function {
     FUNCTION_READ = 3,
@@ -34,7 +35,7 @@ enum adu_result {
 };
 
 struct adu {
-    uint16_t transaction; /* TCP */
+    uint16_t transaction; /* transaction identifier of TCP */
     uint8_t unit;
     const uint8_t *pdu;   /* function and data; points into the bytes */
     size_t pdu_size;      /* 1..ADU_PDU_MAX */
@@ -47,10 +48,10 @@ struct adu {
  * (exception 3). */
 enum adu_result adu_take_tcp(const uint8_t *bytes, size_t size, struct adu *adu);
 
-/* The same on a serial line. silent: nothing has come for longer than the longest gap inside a
- * request; not needed for functions that determine the length. Bytes without a correct checksum
- * are discarded up to the next request that has one, so that a junk byte, half a request or
- * another device's answer does not spoil a good request. */
+/* Does what adu_take_tcp() does for a serial line. silent: nothing has come for longer than the
+ * longest gap inside a request; not needed for functions that determine the length. Bytes without a
+ * correct checksum are discarded up to the next request that has one, so that a junk byte, half a
+ * request or another device's answer does not spoil a good request. */
 enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, struct adu *adu);
 
 /* Frames the answer in the same way as the request; returns the size. */

@@ -28,8 +28,9 @@
 enum {
     CLIENTS = 64,
     BACKLOG = 64,
-    REQUESTS_A_TURN = 4,       /* for one client */
-    OTHERS_A_TURN = 32,        /* for all clients but the owner; a third of a millisecond */
+    REQUESTS_A_TURN = 4,       /* requests of one client that are served in a turn */
+    OTHERS_A_TURN = 32,        /* requests of all clients but the owner that are served in a turn;
+                                * they take a third of a millisecond */
     WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
     TTY_LATENCY_NS = 4 * TURN_NS, /* added to the silence of 3.5 characters: delays within a
@@ -37,8 +38,8 @@ enum {
                                    * schedulers */
     EMPTY_READS_MAX = 8,       /* reads without bytes from a line that polls readable */
     REOPEN_NS = NS_PER_S,      /* interval between attempts to open a lost line */
-    SEND_BUFFER = 4096,        /* bytes; few answers wait unread */
-    UNIT_BROADCAST = 0,        /* on a serial line */
+    SEND_BUFFER = 4096,        /* bytes; so small that few answers wait unread */
+    UNIT_BROADCAST = 0,        /* unit of requests to all devices of a serial line */
 };
 
 struct client {
@@ -52,12 +53,12 @@ struct client {
 struct modbus_device {
     const struct params *params;
     struct modbus_server server;
-    modbus_t *modbus;            /* listens, or has the line open */
+    modbus_t *modbus;           /* libmodbus's context, which listens or has the serial line open */
     int listener;                /* -1: serial line, served as client[0] */
     struct client client[CLIENTS];
     struct modbus_address_parts address;
     int64_t silence_ns;          /* serial: silence that ends a request */
-    int empty_reads;             /* serial: consecutive */
+    int empty_reads;             /* serial: number of consecutive reads without bytes */
     uint8_t sent[ADU_MAX];       /* serial: last answer */
     size_t sent_size;
     int64_t reopen_ns;           /* serial: time of the next attempt to open a lost line */
@@ -93,8 +94,8 @@ static enum adu_result take(const struct modbus_device *d, const struct client *
                         : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
-/* True if the request is for this device. On TCP the host's address suffices, with unit 255 or
- * 0; other units would be behind a gateway, which this is not. On a serial line requests for
+/* True if the request is for this device. On TCP the host's address suffices, with unit 255 or 0;
+ * other units would be devices behind a gateway, and this is none. On a serial line requests for
  * others are not answered. */
 static bool is_meant(const struct modbus_device *d, uint8_t unit) {
     bool other = is_serial(d) ? unit != UNIT_BROADCAST : unit != ADU_UNIT_TCP && unit != 0;
@@ -112,22 +113,23 @@ static size_t answer(struct modbus_device *d, struct client *c, const struct adu
     return broadcast ? 0 : size;
 }
 
-/* False if the answer could not be sent. SAFETY: it is not waited for, because a client that
- * does not read would delay the watchdog. */
+/* Returns false if the answer could not be sent. SAFETY: it is not waited for, because a client
+ * that does not read would delay the watchdog. */
 static bool reply(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns) {
     uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX];
     size_t pdu_size = answer(d, c, adu, now_ns, pdu);
     if (!pdu_size) return true;
     if (!(pdu[0] & FUNCTION_FAILED)) c->active_ns = now_ns;
     size_t size = (is_serial(d) ? adu_put_rtu : adu_put_tcp)(adu, pdu, pdu_size, bytes);
-    /* the answer to function 6 equals the request, which may be repeated */
+    /* the answer to function 6 equals its request, so a repeated request must not be taken for an
+     * echo */
     d->sent_size = pdu[0] == FUNCTION_WRITE_ONE ? 0 : size;
     memcpy(d->sent, bytes, size);
     ssize_t sent = is_serial(d) ? write(c->fd, bytes, size) : send(c->fd, bytes, size, MSG_NOSIGNAL);
     return sent == (ssize_t)size || is_serial(d);
 }
 
-/* Receives what there is room for. False: the connection is lost. */
+/* Receives as many bytes as there is room for. False: the connection is lost. */
 static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
     size_t room = sizeof c->bytes - c->filled;
     if (room == 0) return true;
@@ -154,7 +156,7 @@ static bool serve(struct modbus_device *d, struct client *c, int *budget) {
     return true;
 }
 
-/* False: the serial line is lost. */
+/* Handles the events of a client and serves its requests. False: the serial line is lost. */
 static bool attend(struct modbus_device *d, struct client *c, int events, int *budget) {
     /* SAFETY: a line after a hang-up always polls readable; reading on would take the processor
      * from all less urgent threads */
@@ -172,7 +174,7 @@ static uint32_t ipv4_of(const struct sockaddr_storage *a) {
     return ntohl(address);
 }
 
-/* A free place, or that of the client that was idle for longest. */
+/* Returns a free place, or that of the client that was idle for longest, which is disconnected. */
 static struct client *make_room(struct modbus_device *d) {
     struct client *idle = NULL;
     for (struct client *c = d->client; c < d->client + CLIENTS; c++) {
@@ -201,11 +203,11 @@ static bool welcome(struct modbus_device *d) {
 
 /* Descriptors and buffers that a turn waits for. */
 struct wait {
-    struct pollfd poll[CLIENTS + 1]; /* clients; listener */
+    struct pollfd poll[CLIENTS + 1]; /* one for each client, then the listener */
     bool filled[CLIENTS];            /* complete requests are left from the previous turn */
 };
 
-/* Waits for the owner at any time, for others only in their turn. */
+/* Waits for events of the owner at any time, of others only in their turn. */
 static void wait_for(const struct modbus_device *d, struct wait *w, bool others, int64_t now_ns) {
     struct adu adu;
     int timeout_ms = 1;
@@ -221,7 +223,7 @@ static void wait_for(const struct modbus_device *d, struct wait *w, bool others,
     for (int i = 0; i <= CLIENTS; i++) w->poll[i].revents = 0;
 }
 
-/* False: the serial line is lost. */
+/* Serves the owner (`masters`), or all others. False: the serial line is lost. */
 static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, int budget) {
     for (unsigned n = 0; n < CLIENTS; n++) {
         unsigned i = (d->turns + n) % CLIENTS;
@@ -233,7 +235,7 @@ static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, in
     return true;
 }
 
-/* False: the serial line is lost. */
+/* Waits for requests once and serves them. False: the serial line is lost. */
 static bool turn(struct modbus_device *d) {
     struct wait w;
     int64_t now_ns = monotonic_ns();
@@ -254,7 +256,7 @@ static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts
     if (!d->modbus) return error_set(error, STATUS_IO, "plant: out of memory");
     d->listener = modbus_tcp_pi_listen(d->modbus, BACKLOG);
     bool bad = d->listener < 0 || getsockname(d->listener, (struct sockaddr *)&bound, &size);
-    /* SAFETY: otherwise accept() would wait if a client had gone before it was accepted. */
+    /* SAFETY: otherwise accept() would wait if a client had disconnected before it was accepted. */
     if (bad || fcntl(d->listener, F_SETFL, O_NONBLOCK)) return modbus_line_refused(a, errno, error);
     int port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port : ((struct sockaddr_in *)&bound)->sin_port);
     printf("plant: ready on modbus:tcp://%s:%d\n", a->name, port);

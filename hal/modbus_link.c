@@ -74,8 +74,8 @@ enum { ANSWER_MIN = 5, ADU_SIZE = 260 };
 struct modbus_link {
     modbus_t *modbus;
     bool serial;
-    int64_t silence_ns, free_ns; /* serial: required silence; time from which on the line is free
-                                  * for the next request */
+    int64_t silence_ns, free_ns; /* serial: silence kept before a request, and time from which on
+                                  * the line is free for the next one */
     int64_t begun_ns;            /* start of the last request */
     bool answered;               /* the last request was answered */
     unsigned unasked;
@@ -112,7 +112,7 @@ int modbus_link_open(struct modbus_link **link, const struct modbus_address_part
     modbus_t *m = p->serial ? modbus_new_rtu(p->name, p->baud, 'N', 8, 1) : modbus_new_tcp_pi(p->name, p->port);
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
     modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* its recovery would sleep */
-    modbus_set_response_timeout(m, 1, 0);                     /* for connecting */
+    modbus_set_response_timeout(m, 1, 0);                     /* 1 s, for connecting */
     if (modbus_set_slave(m, unit) || modbus_connect(m)) {
         int reason = errno;
         modbus_free(m);
@@ -152,7 +152,7 @@ void modbus_link_close(struct modbus_link *link) {
 /* Discards received bytes and returns their number. It reads them, because tcflush() would also
  * discard bytes that are still to be sent. */
 static size_t drain(int fd) {
-    enum { MOST = 4096 }; /* limit for a device that never stops sending */
+    enum { MOST = 4096 }; /* limit, because a device may never stop sending */
     uint8_t rest[ADU_SIZE];
     size_t count = 0;
     for (struct pollfd p = {.fd = fd, .events = POLLIN}; count < MOST && poll(&p, 1, 0) > 0 && p.revents & POLLIN;) {
@@ -179,8 +179,8 @@ static size_t await_silence(struct modbus_link *link) {
     return count;
 }
 
-/* Discards bytes received since the last request, which cannot answer the next one. SAFETY: if
- * that request was already answered, they are a second device's answer. */
+/* Discards bytes received since the last request, which cannot answer the next one. SAFETY: if the
+ * last request was already answered, the bytes are a second device's answer. */
 static modbus_t *cleared(struct modbus_link *link) {
     link->unasked += await_silence(link) >= ANSWER_MIN && link->answered;
     link->begun_ns = monotonic_ns();
@@ -202,14 +202,15 @@ int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t 
     return ended(link, modbus_read_registers(cleared(link), address, count, to) == count);
 }
 
-/* Tells whether the device hears requests behind a shorter silence, which is kept if so. It misses
- * them where both were lost that followed an answer, and those behind the time-outs were
- * answered. */
+/* Tells whether the device hears requests after a shorter silence, which is kept if so. In a try,
+ * the first request comes after the usual silence; the second follows its answer after the shorter
+ * one. The device misses such requests if in both tries the first was answered and the second timed
+ * out. */
 static bool shorten_silence(struct modbus_link *link, double silence_s) {
     const int64_t before_ns = link->silence_ns, shorter_ns = ns_from_seconds(silence_s);
     uint16_t who[2];
     for (int tries = 0; tries < 2; tries++) {
-        link->silence_ns = shorter_ns; /* counts from the next answer on */
+        link->silence_ns = shorter_ns; /* applies from the next answer on */
         if (modbus_link_read(link, MODBUS_IDENTITY, 2, who)) return true;
         if (!modbus_link_read(link, MODBUS_IDENTITY, 2, who) || errno != ETIMEDOUT) return true;
         link->silence_ns = before_ns;
@@ -237,7 +238,8 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
     return ended(link, modbus_write_and_read_registers(cleared(link), write_address, writes, from, read_address, reads, to) == reads);
 }
 
-/* True if the adapter hears itself: a request for a register comes back first, byte for byte. */
+/* True if the serial adapter receives what it sends: a request comes back byte for byte before the
+ * answer. */
 static bool echoes(struct modbus_link *link) {
     uint8_t sent[] = {0, 0x03, 0, 0, 0, 2}, heard[sizeof sent];
     size_t count = 0;

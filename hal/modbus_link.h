@@ -2,8 +2,8 @@
  * client API. Blocking, for a separate thread.
  *
  * Time-outs are for the whole answer: libmodbus restarts its byte time-out with every byte, so that
- * a slowly trickling answer would block a call for ever; it is switched off, which makes the
- * response time-out apply to the whole response. Addresses, as in `modbus:ADDRESS`:
+ * a slowly trickling answer would block a call for ever; the byte time-out is switched off, which
+ * makes the response time-out apply to the whole response. Addresses, as in `modbus:ADDRESS`:
  *     tcp://HOST:PORT
  *     rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
 #ifndef HEXID_MODBUS_LINK_H
@@ -36,17 +36,17 @@ struct modbus_link;
  * STATUS_IO: modbus_line_refused(). unit: 1..247. timeout_s: for each complete answer. */
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *parts, int unit, double timeout_s, struct error *error);
 void modbus_link_close(struct modbus_link *link);
-/* Changes the time-out, from the next request on. */
+/* Changes the time-out of an answer, from the next request on. */
 void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
 /* A serial line is kept silent between the last byte and the next request, first for
- * modbus_silence_s(). Shortens that to modbus_kept_silence_s(). STATUS_USAGE, with a period that
- * is long enough, if the device misses a request so soon after an answer, in two of two tries.
- * Any other failure is left to operation. */
+ * modbus_silence_s(). This call shortens the silence to modbus_kept_silence_s(). It returns
+ * STATUS_USAGE, with a period that is long enough, if in two of two tries the device misses a
+ * request so soon after an answer. Any other failure is left to operation. */
 int modbus_link_keep_silence(struct modbus_link *link, const struct modbus_address_parts *parts, double period_s, struct error *error);
 
-/* Return 0, or -1 and errno. They discard bytes received before the request, and wait for
- * silence first on a serial line. */
+/* Read, write, and write and read registers. They return 0, or -1 and errno. They discard bytes
+ * received before the request, and wait for silence first on a serial line. */
 int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t *to);
 int modbus_link_write(struct modbus_link *link, int address, int count, const uint16_t *from);
 int modbus_link_exchange(struct modbus_link *link, int write_address, int writes, const uint16_t *from, int read_address, int reads,
@@ -59,8 +59,8 @@ int64_t modbus_link_begun_ns(const struct modbus_link *link);
  * request was already answered: a second device answers too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
-/* Tells that the last answer belonged to an earlier request, so that the missing answer may
- * still come and does not indicate a second device. */
+/* Notes that the last answer belonged to an earlier request, so that the missing answer may still
+ * come and does not indicate a second device. */
 void modbus_link_not_answered(struct modbus_link *link);
 
 /* Asks for the identity, registers 0 and 1. STATUS_OK with their values in who; otherwise the
@@ -71,7 +71,8 @@ int modbus_link_greet(struct modbus_link *link, const char *name, uint16_t who[2
 /* After a failure: true if the connection is lost and must be opened again. */
 bool modbus_link_gone(int error);
 
-/* After a failure: true if the device has another master (exception 6), or refuses a value (3). */
+/* After a failure: true if the device has another master (exception 6), and true if it refuses a
+ * value (exception 3). */
 bool modbus_link_busy(int error);
 bool modbus_link_value(int error);
 

@@ -108,8 +108,8 @@ void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ]
 }
 
 struct modbus_load modbus_load(double baud) {
-    /* unit, function, read address and count, write address and count, bytes, values, CRC; unit,
-     * function, bytes, values, CRC */
+    /* request: unit, function, read address and count, write address and count, bytes, values, CRC;
+     * response: unit, function, bytes, values, CRC */
     struct modbus_load l = {.request_bytes = 13 + 2 * MODBUS_WRITTEN, .response_bytes = 5 + 2 * MODBUS_READ};
     double byte_s = 10.0 / baud;
     l.request_s = l.request_bytes * byte_s;

@@ -41,7 +41,7 @@ enum {
     MODBUS_MAP_VERSION = 3,
     MODBUS_CLAIMED = MODBUS_VALVE - MODBUS_WATCHDOG_MS, /* number of registers that claim the
                                                          * machine: watchdog and token */
-    /* numbers of registers in a cycle */
+    /* how many registers a cycle writes and reads */
     MODBUS_WRITTEN = MODBUS_COMMAND + 1 - MODBUS_WRITE_FROM,
     MODBUS_READ = MODBUS_END - MODBUS_READ_FROM,
     MODBUS_SILENT = 1u << 0,                    /* status: the watchdog has centred the valves */
@@ -62,31 +62,34 @@ void modbus_map_print(FILE *out);
 /* Encodes a claim of the machine. token: not 0. */
 void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]);
 
-/* Encodes the claim's token, the command number, supply and valves -1..1 (NAN: none) to write. */
+/* Encodes the registers that a cycle writes: the claim's token, the command's number, supply and
+ * valves -1..1 (NAN: no command). */
 void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const struct hal_command *command,
                         uint16_t written[MODBUS_WRITTEN]);
-/* Decodes valves and supply; an invalid valve command is centred. */
+/* Decodes valves and supply; a valve with an invalid command is centred. */
 void modbus_get_command(const struct params *p, const uint16_t written[MODBUS_WRITTEN], struct hal_command *command);
 
 struct modbus_reading {
-    uint16_t number, sample, status;                 /* number of the command in force; count of
-                                                      * latches; MODBUS_SILENT, MODBUS_OWNED */
-    uint16_t foreign;                                /* count of writes by others than the master */
-    uint16_t inputs, contradicted;                  /* INPUT_...; contradicted: only when reading */
+    uint16_t number, sample, status;                 /* number of the command in force; number of
+                                                      * latches so far; flags MODBUS_SILENT and
+                                                      * MODBUS_OWNED */
+    uint16_t foreign;                               /* number of writes by others than the master */
+    uint16_t inputs, contradicted;                  /* sets of INPUT_...; contradicted is only
+                                                     * filled in by modbus_get_reading() */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: missing or implausible */
 };
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);
 
-/* Silences between two frames on a serial line, s. The shortest is 3.5 characters of 10 bits;
- * above 19200 baud the standard (Serial Line V1.02, 2.5.1.1) recommends 1.75 ms, which a strict
- * device expects. */
+/* Shortest and recommended silence between two frames on a serial line, s. The shortest is 3.5
+ * characters of 10 bits; above 19200 baud the standard (Serial Line V1.02, 2.5.1.1) recommends 1.75
+ * ms, which a strict device expects. */
 double modbus_silence_least_s(double baud);
 double modbus_silence_s(double baud);
 
-/* Time for a cycle on a serial line, to be compared with the loop's period: the bytes of both
- * frames, 10 bits each, and the silence after each frame, with the shortest and with the
- * recommended one. */
+/* Time that a cycle takes on a serial line, to be compared with the loop's period: the bytes of
+ * both frames, 10 bits each, and the silence after each frame; cycle_s has the shortest silence,
+ * strict_cycle_s the recommended one. */
 struct modbus_load {
     int request_bytes, response_bytes;
     double request_s, response_s, cycle_s, strict_cycle_s;

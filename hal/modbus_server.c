@@ -5,7 +5,7 @@
 
 #include "units.h"
 
-/* numbers of registers, from sections 6.3, 6.12 and 6.17 */
+/* largest numbers of registers in a request, from sections 6.3, 6.12 and 6.17 */
 enum { READ_MAX = 125, WRITE_MAX = 123, EXCHANGE_WRITE_MAX = 121 };
 
 struct span {
@@ -26,7 +26,7 @@ static bool touches(struct span s, unsigned from, unsigned end) { return s.from 
 
 static bool is_readable(struct span s) { return within(s, 0, MODBUS_END); }
 
-/* Writing half a token is refused. */
+/* True if the registers may be written. Writing half a token is refused. */
 static bool is_writable(struct span s) {
     bool half = touches(s, MODBUS_TOKEN, MODBUS_VALVE) && !has(s, MODBUS_TOKEN, MODBUS_VALVE);
     return within(s, MODBUS_WATCHDOG_MS, MODBUS_COMMAND + 1) && !half;
@@ -103,8 +103,8 @@ static enum modbus_exception claim(struct modbus_server *s, const struct modbus_
     return EXCEPTION_NONE;
 }
 
-/* True if the client owns the machine. Its connection proves it; without one, or if a token is
- * given, the token must match. */
+/* True if the client owns the machine. The connection of the claim proves it; on a serial line,
+ * which has none, or if the client sends a token, the token must match. */
 static bool owns(const struct modbus_server *s, const struct modbus_peer *from, struct span span, const uint8_t *values) {
     bool tells = has(span, MODBUS_TOKEN, MODBUS_VALVE);
     if (!s->token || from->connection != s->connection) return false;
@@ -158,7 +158,8 @@ static enum modbus_exception write_few(struct modbus_server *s, const struct mod
     return write_registers(s, from, write, request + 6, now_ns);
 }
 
-/* Writes, then reads: readings of the time of the request, and the request's command number. */
+/* Writes, then reads. For the owner's request, readings are latched first: the answer holds readings
+ * of the time of the request, and the request's command number. */
 static enum modbus_exception exchange(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, int64_t now_ns,
                                       uint8_t *answer, size_t *size) {
     struct span read = get_span(request + 1), write = get_span(request + 5);

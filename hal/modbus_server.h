@@ -2,11 +2,11 @@
  * requests (Application Protocol V1.1b3; functions 3, 6, 16 and 23, on holding registers). Pure but
  * for the simulated machine; time is an argument.
  *
- * SAFETY: one master. A client claims the machine with a token that is not 0; it gets it if
+ * SAFETY: one master. A client claims the machine with a token that is not 0; the claim succeeds if
  * there is no owner, or if the owner has sent no command for the watchdog's time. The owner
- * commands over the connection of its claim; on a serial line, which has no connections, with
- * the token in every write. A write by anybody else changes nothing, is answered with exception
- * 6 (server device busy), and counts in MODBUS_FOREIGN, which the master reads in every cycle. A
+ * commands over the connection of its claim; on a serial line, which has no connections, with the
+ * token in every write. A write by anybody else changes nothing, is answered with exception 6
+ * (server device busy), and counts in MODBUS_FOREIGN, which the master reads in every cycle. A
  * refused claim does not count, since this is how a second master asks. */
 #ifndef HEXID_MODBUS_SERVER_H
 #define HEXID_MODBUS_SERVER_H
@@ -25,7 +25,8 @@ enum modbus_exception {
     EXCEPTION_TARGET = 11 /* no such unit behind this address */
 };
 
-/* The client. connection: a unique number from 1; 0 on a serial line. ipv4: 0 if there is none. */
+/* A client. connection: a unique number from 1 on; 0 on a serial line. ipv4: its address; 0 if it
+ * has none. */
 struct modbus_peer {
     uint64_t connection;
     uint32_t ipv4;
@@ -37,8 +38,8 @@ struct modbus_server {
     uint16_t registers[MODBUS_END];
     uint16_t number;     /* number of the command in force */
     bool silent;         /* the watchdog keeps the valves centred */
-    uint32_t token;      /* owner's; 0: no owner */
-    uint64_t connection; /* connection of the claim */
+    uint32_t token;      /* token of the owner; 0: no owner */
+    uint64_t connection; /* connection over which the owner made its claim */
     int64_t heard_ns;    /* time of the owner's last claim or command */
 };
 
