@@ -314,6 +314,7 @@ static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_on
 }
 
 static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) {
+    slow_case();
     struct world *w = *state;
     int two = 3200; /* the kernel doubles it: two cycles' frames and one more */
     for (int i = 0; i < 5; i++) cycle(w, 0.0);
@@ -330,6 +331,7 @@ static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) 
 }
 
 static void bus_off_invalidates_samples_and_refuses_commands_until_the_bus_carries_again(void **state) {
+    slow_case();
     struct world *w = *state;
     const struct can_frame off = {.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF, .len = 8};
     char text[200];
