@@ -266,6 +266,21 @@ static void too_little_is_one_piece(void **unused) {
     free(t.sample);
 }
 
+/* A column with holes: no five values in a row. */
+static void noise_that_cannot_be_measured_is_nan_but_steps_are(void **unused) {
+    (void)unused;
+    const double nan = (double)NAN, still[] = {1.0, 1.0, 1.0, 1.0, nan, 1.0, 1.0, 1.0},
+                 stepped[] = {1.0, 1.5, 3.0, nan, 1.5, 1.0, nan, 4.0};
+    const double resting[] = {1.0, 1.0, 1.0, 1.0, 1.0};
+    struct noise n = noise_measure(8, still, 1);
+    assert_true(isnan(n.rms) && n.step == 0.0);
+    n = noise_measure(8, stepped, 1);
+    assert_float_equal(n.step, 0.5, 1e-12);
+    assert_true(fabs(n.rms - 0.5 / sqrt(12.0)) < 1e-12);
+    n = noise_measure(5, resting, 1);
+    assert_true(n.rms == 0.0 && n.step == 0.0);
+}
+
 static void noise_and_steps_of_a_sensor_are_seen(void **unused) {
     (void)unused;
     static const struct sensor sensors[] = {{.rate_hz = 500, .duration_s = 20, .noise_m = 2e-5},
@@ -293,6 +308,7 @@ int main(void) {
         cmocka_unit_test(a_jump_between_two_samples_parts_two_rests),
         cmocka_unit_test(a_machine_that_stands_still_rests),
         cmocka_unit_test(too_little_is_one_piece),
+        cmocka_unit_test(noise_that_cannot_be_measured_is_nan_but_steps_are),
         cmocka_unit_test(noise_and_steps_of_a_sensor_are_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -50,7 +50,7 @@ static double step_of(int count, const double *x, size_t stride) {
 
 struct noise noise_measure(int count, const double *x, size_t stride) {
     struct noise n = {.rms = white(count, x, stride), .step = step_of(count, x, stride)};
-    /* fmax skips NaN: too few values for the white part leave the quantization noise. */
-    n.rms = fmax(n.rms, n.step / sqrt(12.0));
+    /* fmax skips NaN: too few values for the white part leave the quantization noise */
+    if (n.step > 0.0) n.rms = fmax(n.rms, n.step / sqrt(12.0));
     return n;
 }

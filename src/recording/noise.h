@@ -7,8 +7,8 @@
 
 struct noise {
     /* White part, from fourth differences, median over time: motion below a tenth of the sampling
-     * rate hardly counts. At least the quantization noise, step / sqrt(12), which also stands alone
-     * if no five values in a row are finite. */
+     * rate hardly counts. At least the quantization noise, step / sqrt(12), which stands alone if
+     * no five values in a row are finite; NaN if no step is seen either: nothing is known then. */
     double rms;
     /* Resolution of the sensor: all differences are multiples of it; 0 if none is seen. */
     double step;
