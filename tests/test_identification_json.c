@@ -403,8 +403,40 @@ static void table_is_one_line_without_numbers_when_not_evaluated(void **unused) 
     assert_string_equal(text, "\nmatrix    not evaluated: needs complete tests of all six axes\n");
 }
 
+static void brief_table_has_the_diagonal_and_what_is_not_determined(void **unused) {
+    (void)unused;
+    char text[4000] = "";
+    struct identification *id = &report_full(plain)->id;
+    struct method_result *m = &id->method_c.matrix;
+    fill_method(m, plain);
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++) m->mt[i][j] = m->mt[j][i];
+    m->mt[2][2] = NAN;
+    FILE *out = fmemopen(text, sizeof text, "w");
+    assert_non_null(out);
+    identification_brief_print(out, id, true);
+    fclose(out);
+    const char *nominal = strstr(text, "\nnominal ") + 9, *found = strstr(text, "\nmethod C ") + 10, *error = strstr(text, "\nerror ") + 7,
+               *interval = strstr(text, "\n+- 95 % ") + 9;
+    for (int i = 0; i < DOFS; i++) {
+        char *end;
+        assert_close(strtod(nominal, &end), id->nominal_mt[i][i], 0.000501);
+        nominal = end;
+        if (i == 2) found = strchr(found, '-') + 1, error = strchr(error, '-') + 1, interval = strchr(interval, '-') + 1;
+        if (i == 2) continue;
+        assert_close(strtod(found, &end), m->mt[i][i], 0.000501);
+        found = end;
+        assert_close(strtod(error, &end), 100.0 * (m->mt[i][i] / id->nominal_mt[i][i] - 1.0), 0.00501);
+        error = end;
+        assert_close(strtod(interval, &end), 196.0 * m->mt_std[i][i] / id->nominal_mt[i][i], 0.00501);
+        interval = end;
+    }
+    assert_non_null(strstr(text, "not determined: Mt33\n"));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(brief_table_has_the_diagonal_and_what_is_not_determined),
         cmocka_unit_test(json_keeps_every_number_bit_for_bit),
         cmocka_unit_test(json_names_its_schema_and_has_its_keys_and_no_others),
         cmocka_unit_test(json_has_method_c_with_its_friction_or_why_not),

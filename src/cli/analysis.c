@@ -200,21 +200,23 @@ static void print_times(const char *what, const double us[4], FILE *out) {
     fprintf(out, "          %-9s  p50 %.0f  p99 %.0f  p99.9 %.0f  max %.0f us\n", what, us[0], us[1], us[2], us[3]);
 }
 
-static void print_loop(const struct loop_statistics *s, FILE *out) {
+static void print_loop(const struct loop_statistics *s, bool brief, FILE *out) {
     fprintf(out, "loop      %" PRId64 " cycles of %g ms, %" PRId64 " overruns, %" PRId64 " records lost\n", s->cycles, s->period_s * 1e3,
             s->overruns, s->lost);
     if (!s->timed) return;
     fprintf(out, "          %.3f x real time, %" PRId64 " stall%s of this host", s->pace, s->stalls, s->stalls == 1 ? "" : "s");
     if (s->stalls) fprintf(out, ", the longest %.0f ms", s->longest_stall_s * 1e3);
     fprintf(out, "\n");
+    if (brief) return;
     print_times("wake-up", s->wake_us, out);
     print_times("execution", s->exec_us, out);
 }
 
-void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out) {
+void analysis_print(struct analysis *a, const struct verdict *verdict, bool brief, FILE *out) {
     struct loop_statistics s = analysis_statistics(a);
-    identification_table_print(out, &a->ident.result, analysis_sinusoids(a));
-    print_loop(&s, out);
+    if (brief) identification_brief_print(out, &a->ident.result, analysis_sinusoids(a));
+    else identification_table_print(out, &a->ident.result, analysis_sinusoids(a));
+    print_loop(&s, brief, out);
     verdict_print(verdict, out);
 }
 

@@ -76,8 +76,8 @@ bool analysis_sinusoids(const struct analysis *a);
  * motions were recorded but give no matrix. */
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error);
 
-/* Prints table, loop and verdict for people. */
-void analysis_print(struct analysis *a, const struct verdict *verdict, FILE *out);
+/* Prints table, loop and verdict for people; brief: about eight lines of them. */
+void analysis_print(struct analysis *a, const struct verdict *verdict, bool brief, FILE *out);
 
 /* Returns identification_json's text, to be freed by the caller; NULL without memory. */
 char *analysis_json(const struct analysis *a, const struct verdict *verdict);

@@ -25,7 +25,7 @@ static int one_log(const struct options *o, struct log_analysis *i, struct outpu
     int status = identify(o, o->operand[0], i, error);
     if (!status && o->pose_given) status = method_c_at_pose(found, &i->params, o->pose, error);
     if (status) return status;
-    analysis_print(&i->analysis, &i->verdict, out_of(o));
+    analysis_print(&i->analysis, &i->verdict, false, out_of(o));
     status = analysis_write_json(&i->analysis, &i->verdict, json, error);
     return status ? status : exit_status(&i->verdict);
 }

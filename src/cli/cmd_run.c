@@ -306,6 +306,14 @@ static bool ended_by_order(const struct session *s) {
     return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
 }
 
+/* Says what shows all of the result. */
+static void say_whole(const struct session *s) {
+    if (s->options.verbose) return;
+    if (!s->options.log) cli_say(s->progress.out, "whole     --verbose prints it; with a log, hexid identify does");
+    else if (s->recorder.part > 1) cli_say(s->progress.out, "whole     --verbose prints it; of each part, hexid identify does");
+    else cli_say(s->progress.out, "whole     hexid identify %s", s->options.log);
+}
+
 static int report(struct session *s, struct error *error) {
     struct analysis *a = &s->recorder.analysis;
     struct verdict verdict = analysis_verdict(a);
@@ -315,13 +323,14 @@ static int report(struct session *s, struct error *error) {
     int status = s->survey ? report_survey(s, &verdict, error) : STATUS_OK;
     if (status) return status;
     if (s->survey) survey_report_print(s->survey, s->progress.out);
-    analysis_print(a, &verdict, s->progress.out);
+    analysis_print(a, &verdict, !s->options.verbose, s->progress.out);
     char trouble[200] = "";
     if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
     if (*trouble) cli_say(s->progress.out, "device    %s: %s", s->options.hal, trouble);
     const char *log = s->options.log ? s->options.log : "none kept (--log FILE keeps one)";
     if (s->recorder.part > 1) cli_say(s->progress.out, "log       %s to %s, %d parts", log, s->recorder.part_path, s->recorder.part);
     else cli_say(s->progress.out, "log       %s", log);
+    say_whole(s);
     outlet_flush(&s->progress.steps);
     status = write_result(s, &verdict, error);
     return status ? status : verdict.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;
@@ -468,7 +477,7 @@ int cmd_run(int argc, char **argv) {
     if (!s) return -STATUS_IO;
     s->recorder.notify.socket = s->keeper.socket = -1; /* closed; 0 would be standard input */
     commands_init(&s->commands);
-    int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVd", 0, &error);
+    int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVdB", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = outputs_open(&s->options, &s->params, OUTPUTS_LOG, &s->json, NULL, &error);
     if (!status && !s->options.print_config) status = check_poles(s, &error);

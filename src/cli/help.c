@@ -30,6 +30,7 @@ static const char run_options[] = CONFIG
     "  --survey         drive a small multisine instead, and say: the lowest eigenfrequencies of oil columns and closed loop, whether the\n"
     "                   configured tests are below them and above the sensors' floor, and which tests would do\n"
     "  --std PCT        for this standard deviation of Mt's worst entry, in per cent of sqrt(Mii Mjj); 0.5 without it\n"
+    "  --verbose        print all of the result at the end, as hexid identify does, instead of ten lines\n"
     "  --print-config   show the effective configuration and end\n";
 
 static const char gap_options[] =
@@ -68,7 +69,7 @@ static const struct subcommand subcommands[] = {
     {"run",
      "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB] [--log-part GB]] [--json FILE]\n"
      "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]]\n"
-     "           [--print-config]",
+     "           [--verbose] [--print-config]",
      "run the platform through its tests and identify it", run_options, "hexid run --fast --seed 7 --log a.lcm --json a.json", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
      "serve the simulated platform as the devices of a bus",

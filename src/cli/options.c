@@ -47,6 +47,7 @@ static const struct option long_options[] = {
     {"repeat", required_argument, NULL, 'n'},
     {"survey", no_argument, NULL, 'V'},
     {"std", required_argument, NULL, 'd'},
+    {"verbose", no_argument, NULL, 'B'},
     {"all", no_argument, NULL, 'A'},
     {"pose", required_argument, NULL, 'P'},
     {"latency", required_argument, NULL, 'L'},
@@ -208,6 +209,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'N': o->machine = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
     case 'V': o->survey = true; return STATUS_OK;
+    case 'B': o->verbose = true; return STATUS_OK;
     case 'h': o->http = value; return STATUS_OK;
     case '1': o->once = true; return STATUS_OK;
     case 'J': o->json_lines = true; return STATUS_OK;

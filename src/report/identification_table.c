@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "identification_report.h"
+
 enum { DECIMALS = 3, DECIMALS_MOST = 6 };
 
 int identification_decimals_of(double value) {
@@ -205,4 +207,49 @@ void identification_table_print(FILE *out, const struct identification *id, bool
     fprintf(out, "\ndiagonal of Bt: %.1f %.1f %.1f N s/m, %.2f %.2f %.2f N m s\n\n", id->method_a.bt[0][0], id->method_a.bt[1][1],
             id->method_a.bt[2][2], id->method_a.bt[3][3], id->method_a.bt[4][4], id->method_a.bt[5][5]);
     print_method_c(out, id);
+}
+
+/* One row of the brief table, a number for each entry of the diagonal; NaN is not determined. */
+static void brief_row(FILE *out, const char *name, const double value[DOFS], const char *format, const char *unit) {
+    fprintf(out, "%-9s", name);
+    for (int i = 0; i < DOFS; i++) {
+        char text[32] = "-";
+        if (!isnan(value[i])) snprintf(text, sizeof text, format, value[i]);
+        fprintf(out, " %9s", text);
+    }
+    fprintf(out, "%s\n", unit);
+}
+
+static bool all_determined(const struct method_c *c) {
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++)
+            if (isnan(c->matrix.mt[i][j])) return false;
+    return true;
+}
+
+void identification_brief_print(FILE *out, const struct identification *id, bool sinusoids) {
+    const struct method_c *c = &id->method_c;
+    double nominal[DOFS], found[DOFS], error_pct[DOFS], interval_pct[DOFS];
+    char format[8];
+    fputc('\n', out);
+    if (sinusoids && !id->method_a.evaluated) fprintf(out, "matrix    not evaluated: needs complete tests of all six axes\n");
+    if (!c->matrix.evaluated) {
+        if (id->no_method_c.status) fprintf(out, "method C  not evaluated: %s\n\n", id->no_method_c.text);
+        return;
+    }
+    fprintf(out, "%-9s", "");
+    for (int i = 0; i < DOFS; i++) { /* the first of ident_entries are the diagonal */
+        nominal[i] = id->nominal_mt[i][i], found[i] = c->matrix.mt[i][i];
+        error_pct[i] = 100.0 * (found[i] / nominal[i] - 1.0);
+        interval_pct[i] = isnan(found[i]) ? (double)NAN : 100.0 * REPORT_SURE * c->matrix.mt_std[i][i] / nominal[i];
+        fprintf(out, " %9s", ident_entries[i].name);
+    }
+    snprintf(format, sizeof format, "%%.%df", identification_decimals(id->nominal_mt));
+    fputc('\n', out);
+    brief_row(out, "nominal", nominal, format, " kg, kg m^2");
+    brief_row(out, "method C", found, format, "");
+    brief_row(out, "error", error_pct, "%+.2f", " %");
+    brief_row(out, "+- 95 %", interval_pct, "%.2f", " %");
+    if (!all_determined(c)) identification_determined_print(out, c, id->nominal_mt);
+    print_parts(out, id);
 }

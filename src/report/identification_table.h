@@ -15,6 +15,10 @@ int identification_decimals_of(double value);
  * suit them (not `sinusoids`). Then method C, or why it is missing. */
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
+/* Prints method C's diagonal with errors and intervals, and what was not evaluated or not
+ * determined: the first of the table's results, in some five lines. */
+void identification_brief_print(FILE *out, const struct identification *id, bool sinusoids);
+
 /* Prints what the data determine, ahead of the values: how many of the 21 entries and how well, the
  * condition number, the missing entries and the motion that they need. */
 void identification_determined_print(FILE *out, const struct method_c *c, const double nominal_mt[DOFS][DOFS]);

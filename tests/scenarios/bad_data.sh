@@ -24,6 +24,18 @@ assert c["dry_friction_n"]["extend"] == [None] * 6 and c["payload"]["value"]["in
 claim "axes that no test moves: their entries are null and the motion that they need is named" one_axis
 whole() { quick "${long[@]}" --log "$work/six.lcm" >/dev/null && identify "$work/six.lcm" && says 'data +determine 21 of 21 entries' && ! grep -qE 'not determined( by|: Mt)' "$work/out"; }
 claim "six axes: all 21 entries are determined" whole
+brief() {
+    quick "${long[@]}" --log "$work/brief.lcm" | sed '1,/^  settled$/d' | sed '1,/^  settled$/d' >"$work/out" &&
+        says '^ +mx +my +mz +Ixx +Iyy +Izz$' '^method C .* 5[0-9]\.[0-9]+$' '^error .* %$' '^\+- 95 % .* %$' '^verdict   pass$' &&
+        [ "$(grep -c . "$work/out")" -le 10 ] && [ "$(tail -n 1 "$work/out")" = "whole     hexid identify $work/brief.lcm" ]
+}
+claim "a run ends with ten lines: method C's diagonal, loop, verdict, log, and the command that shows the whole" brief
+verbose() {
+    local table='/^     unit    nominal  method A/,/^loop /p'
+    quick "${long[@]}" --verbose --log "$work/verbose.lcm" | sed -n "$table" >"$work/run" && identify "$work/verbose.lcm" && sed -n "$table" "$work/out" >"$work/same" &&
+        [ "$(wc -l <"$work/run")" -gt 40 ] && cmp "$work/run" "$work/same"
+}
+claim "with --verbose it prints the table of hexid identify" verbose
 
 # A motion of z alone: all six legs move as one. Noise of the other axes' accelerations must not pass for their motion, which would make
 # their masses too small.
