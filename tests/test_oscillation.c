@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 
+#include "config_keys.h"
 #include "loop_check.h"
 #include "oscillation.h"
 
@@ -342,6 +343,24 @@ static void the_fault_says_the_configured_limit_and_what_was_asked(void **unused
     assert_non_null(strstr(failure_of(FAULT_OSCILLATION)->remedy, "hexid doctor"));
 }
 
+/* Fault, key and shipped file say the factor that the monitor has. */
+static void the_words_say_the_factor_on_what_is_asked(void **unused) {
+    (void)unused;
+    struct config_key key;
+    char words[80], line[300], told[3][300] = {"", "", ""};
+    snprintf(words, sizeof words, "%g times", OSCILLATION_ASKED);
+    snprintf(told[0], sizeof told[0], "%s", failure_of(FAULT_OSCILLATION)->detected);
+    assert_true(config_key_find("limits.oscillation_mps2", &key));
+    snprintf(told[1], sizeof told[1], "%s", key.meaning);
+    FILE *shipped = fopen("config/tian2015.yaml", "r");
+    assert_non_null(shipped);
+    while (fgets(line, sizeof line, shipped))
+        if (strstr(line, "oscillation_mps2:")) snprintf(told[2], sizeof told[2], "%s", line);
+    fclose(shipped);
+    for (int i = 0; i < 3; i++)
+        if (!strstr(told[i], words)) fail_msg("\"%s\" does not say \"%s\"", told[i], words);
+}
+
 static void no_shipped_machine_shakes(void **unused) {
     (void)unused;
     slow_case();
@@ -381,6 +400,7 @@ int main(void) {
         cmocka_unit_test(no_effect_of_typical_size_is_stopped_but_what_shakes),
         cmocka_unit_test(a_command_delay_of_8_ms_is_stopped),
         cmocka_unit_test(the_fault_says_the_configured_limit_and_what_was_asked),
+        cmocka_unit_test(the_words_say_the_factor_on_what_is_asked),
         cmocka_unit_test(no_shipped_machine_shakes),
         cmocka_unit_test(one_leg_that_is_unstable_alone_is_stopped),
     };

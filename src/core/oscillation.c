@@ -11,9 +11,6 @@ static const double lag_s = 0.016, block_s = 0.05;
  * bounded because a command that changes its sign in every cycle also looks like white noise. */
 static const double white_most = 2.0;
 
-/* Factor on the requested acceleration: a loop that follows badly makes 1.5 times as much. */
-static const double asked_factor = 1.8;
-
 /* Share of the bound for isolated steps of a reading (lag^-3 of the mean square over one cycle).
  * White noise would need 1 / lag of it; slow quantised readings lie between. */
 static const double steps_share = 0.5;
@@ -185,8 +182,8 @@ static void judge(struct oscillation *o) {
         asked_measured += o->block[n].asked_measured, asked_commanded += o->block[n].asked_commanded;
     }
     double found[] = {four_of_five(measured), four_of_five(commanded)};
-    double allowed[] = {o->limit_mps2 + asked_factor * sqrt(asked_measured / OSCILLATION_BLOCKS),
-                        o->limit_mps2 + asked_factor * sqrt(asked_commanded / OSCILLATION_BLOCKS)};
+    double allowed[] = {o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_measured / OSCILLATION_BLOCKS),
+                        o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_commanded / OSCILLATION_BLOCKS)};
     int worse = found[1] - allowed[1] > found[0] - allowed[0];
     o->found_mps2 = found[worse], o->allowed_mps2 = allowed[worse];
     o->legs = o->found_mps2 > o->allowed_mps2 ? swinging_legs(o) : 0;

@@ -13,7 +13,7 @@
  *
  * All three are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms over
  * blocks of 50 ms. It is an oscillation if in four of the last five blocks, a quarter of a second,
- * one of the first two exceeds 1.8 times the requested one of that time plus
+ * one of the first two exceeds OSCILLATION_ASKED times the requested one of that time plus
  * limits.oscillation_mps2. A jolt fills two blocks at most.
  *
  * Neither estimate knows the masses: near a resonance the platform moves up to three times as much
@@ -22,6 +22,9 @@
 #define HEXID_OSCILLATION_H
 
 #include "kinematics.h"
+
+/* Factor on the requested acceleration: a loop that follows badly makes 1.5 times as much. */
+#define OSCILLATION_ASKED 1.8
 
 enum {
     OSCILLATION_PAST = 2 * 160 + 1, /* poses for 32 ms of a loop of 10 kHz (two lags) */

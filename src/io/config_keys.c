@@ -150,7 +150,7 @@ static const struct config_key keys[] = {
     KEY(limits, blind_time_s, "0.1", 0.01, 10.0, "s",
         "longest time that the machine may move without a living controller; more than 0.1 is for tests without a machine"),
     KEY(limits, oscillation_mps2, "1", 0.1, 1000.0, "m/s^2",
-        "acceleration of the platform beyond twice what is asked for, rms over a quarter of a second"),
+        "acceleration of the platform beyond 1.8 times what is asked for, rms over a quarter of a second"),
 
     KEY(interlocks, emergency_stop, "true", 0.0, 1.0, "-", "an input says that the emergency stop's chain is closed"),
     KEY(interlocks, enable, "true", 0.0, 1.0, "-", "an input says that the enable switch is held"),
