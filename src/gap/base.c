@@ -13,11 +13,13 @@ struct base_entry {
         MACHINE,
         EACH_LEG,
         LEGS_ALIKE
-    } of; /* EACH_LEG: valves, seals and volumes differ from leg to leg. LEGS_ALIKE: parts made
-           * to one drawing share one variable if configured alike. */
-    size_t stated;    /* offset of its tolerance in struct params; 0: not stated */
-    double tolerance; /* relative; used if none is stated */
-    size_t to;      /* offset of the value to which the tolerance relates; 0: the parameter's own */
+    } of; /* EACH_LEG: a value for each leg, as valves, seals and volumes differ. LEGS_ALIKE: parts
+           * made to one drawing share one variable if the configuration gives them one value. */
+    size_t stated;    /* offset in struct params of the tolerance that the configuration states; 0:
+                       * none */
+    double tolerance; /* relative tolerance of a parameter without a stated one */
+    size_t to;      /* offset of the value to which the tolerance relates; 0: the parameter
+                     * itself */
     enum residual_part parts;
 };
 
@@ -46,16 +48,17 @@ static const struct base_entry entries[] = {
     {ANY, EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), PART_PRESSURE},
 };
 
-static const double NULL_TOLERANCE = 0.005; /* share of full opening; accuracy to which makers
-                                             * adjust a valve's null */
+static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a valve's null, over
+                                             * full opening */
 static const double OFFSET_MOST_N = 1e6;
-static const double FORCE_LAG_S = 1e-3; /* time constant of an amplifier's filter of 160 Hz */
+static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag: that of
+                                         * an amplifier with a filter of 160 Hz */
 
-/* Effects that every machine has to a small degree. */
+/* Effects that every machine has to a small degree, so that the base has their variables. */
 extern const struct effect geometry_error, valve_null_bias, external_stiffness;
 
-/* Base variable for one key of an effect, for one leg or (-1) the machine: the stated value
- * within the tolerance. */
+/* Base variable for one key of an effect, for one leg, or for the machine (leg -1). Its box is the
+ * configured value plus and minus the tolerance. */
 static struct variable effect_variable(const struct params *model, const struct effect *of, int key, int leg, double tolerance) {
     int effect = effect_find(of->name);
     const double *place = model->effects[effect].value[key];
@@ -88,7 +91,8 @@ static int joint_variables(const struct params *model, struct variable *v) {
     return n;
 }
 
-/* A spring only pulls back, so its stiffness is not negative. A single axis has the key x alone. */
+/* Lists the stiffnesses of springs. A spring only pulls back, so its stiffness is not negative. A
+ * single axis has the key x alone. */
 static int spring_variables(const struct params *model, struct variable *v) {
     const struct tolerance_params *tolerance = &model->model.tolerance;
     int n = 0;
@@ -109,14 +113,15 @@ static bool alike(const double *value, int numbers) {
     return true;
 }
 
-/* Adds one variable for the machine, or one for each leg. */
+/* Adds the variables of a table entry: one for the machine, or one for each leg. Returns their
+ * number. */
 static int entry_variables(const struct params *model, const struct base_entry *e, struct variable *v) {
     int n = 0, numbers = e->of == MACHINE ? 1 : params_legs(model);
     bool one = numbers == 1 || (e->of == LEGS_ALIKE && alike(at(model, e->offset), numbers));
     double tolerance = e->stated ? *at(model, e->stated) : e->tolerance;
     for (int leg = 0; leg < (one ? 1 : numbers); leg++) {
         double value = at(model, e->offset)[leg], width = tolerance * fabs(at(model, e->to ? e->to : e->offset)[leg]);
-        if (!(width > 0.0)) continue; /* a tolerance of 0 declares the value exact */
+        if (!(width > 0.0)) continue; /* a tolerance of 0 says that the value is exact */
         v[n++] = (struct variable){.name = e->name,
                                    .offset = e->offset,
                                    .leg = one ? -1 : leg,
@@ -132,8 +137,8 @@ static int entry_variables(const struct params *model, const struct base_entry *
     return n;
 }
 
-/* On a single axis, a constant force may be the sensor's zero, the weight on a slope or a hose.
- * It is a base variable, because no effect of the catalogue stands for it. */
+/* Constant force on a single axis: the sensor's zero, the weight on a slope, or a hose. It is a
+ * base variable, because no effect of the catalogue stands for it. */
 static struct variable offset_variable(void) {
     return (struct variable){.name = "axis.force_offset_n",
                              .offset = offsetof(struct params, axis.force_offset_n),
@@ -147,7 +152,7 @@ static struct variable offset_variable(void) {
                              .parts = PART_FORCE};
 }
 
-/* Lag of the force sensor behind the position sensor. */
+/* Lag of a single axis' force sensor behind its position sensor. */
 static struct variable lag_variable(const struct params *model) {
     return (struct variable){.name = "axis.force_lag_s",
                              .offset = offsetof(struct params, axis.force_lag_s),

@@ -1,13 +1,13 @@
-/* Uncertainty of the base model: which of its parameters may be off, and by how much at most.
- * Besides the tolerances of model.tolerance, the list holds parameters that no configuration
- * states exactly. A deviation inside this box is never a finding. */
+/* Uncertainty of the base model: which of its parameters may be wrong, and by how much at most.
+ * Besides those with a tolerance in model.tolerance, the list holds parameters that no
+ * configuration states exactly. A deviation within these limits is never a finding. */
 #ifndef HEXID_BASE_H
 #define HEXID_BASE_H
 
 #include "fit.h"
 
-/* Lists the base variables on which the evaluated residuals depend; without chamber residuals
- * the oil's parameters are left out. Returns their number. */
+/* Lists the base variables on which the evaluated residuals depend; the oil's are left out if the
+ * chambers are not evaluated. Returns their number. */
 int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]);
 
 #endif

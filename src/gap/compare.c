@@ -8,10 +8,13 @@
 #include "parallel.h"
 #include "replay.h"
 
-static const double LINE_TOLERANCE = 0.1;   /* relative; a loop that oscillates in the model as
-                                             * well does so near the same frequency */
-static const double LINE_EXCITED = 0.5;     /* share of the power threshold; noise excites the
-                                             * same resonance less in another run */
+static const double LINE_TOLERANCE = 0.1;   /* relative difference of two frequencies, up to which a
+                                             * tone in the model is the measured one: a loop that
+                                             * oscillates in both does so at nearly the same
+                                             * frequency */
+static const double LINE_EXCITED = 0.5;     /* power threshold of a simulated tone over that of a
+                                             * measured one: another run may excite the same
+                                             * resonance less */
 
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
     const struct recording_measured *m = &measured->measured;
@@ -53,15 +56,17 @@ static void keep_sizes(struct gap_result *r, const struct replay_sizes *used, co
     if (isnan(before + after + noise)) r->unexplained_fraction = (double)NAN;
 }
 
-/* The models beside a log. `used`: on the cycles that were searched. `held`: on all cycles of
- * the validation log, whose tests may differ, or on the held-out cycles if there is none. */
+/* Comparison of the models with recordings. used: on the cycles that were searched. held: on all
+ * cycles of the validation log, whose tests may differ, or on the held-out cycles if there is no
+ * such log. */
 struct comparison {
     const struct gap_result *r;
     struct side {
         const struct recording *measured;
         enum cycles which;
         const struct residual_data *data;
-        const struct replay *both; /* NULL: compare under the measured motion, from data */
+        const struct replay *both; /* the simulations; NULL: compare under the measured motion, by
+                                    * `data` */
         struct replay_sizes sizes;
     } used, held;
 };
@@ -72,8 +77,8 @@ static void compare_side(void *context, int i) {
     s->sizes = s->both ? replay_compare(s->measured, s->both, s->which) : replay_motion(s->data, &c->r->base_model, after_of(c->r));
 }
 
-/* Simulates both models. A model with effects that ends in a fault is no error: the fault is
- * kept in the result. */
+/* Simulates the models without and with the effects. If only the one with effects ends in a fault,
+ * the fault is kept in the result and is no error. */
 static int run_both(struct gap_result *r, const struct recording *like, struct replay both[2], struct error *error) {
     replay_both(&r->base_model, after_of(r), like, both);
     const struct replay *failed = both[0].status ? &both[0] : &both[1];
@@ -94,7 +99,7 @@ static void read_runs(const struct params *params, const struct recording *measu
                   replay_identify(params, after, r->after_mt);
 }
 
-/* Simulates the tests in closed loop. If the model with the effects ends in a fault, both sides
+/* Simulates the tests in closed loop. If the model with the effects ends in a fault, both models
  * are compared under the measured motion instead. */
 static int closed_loop(const struct params *params, const struct recording *validate, const struct gap_options *o, struct comparison *c,
                        struct gap_result *r, struct replay runs[2], struct replay other[2], struct error *error) {
@@ -107,7 +112,7 @@ static int closed_loop(const struct params *params, const struct recording *vali
     return STATUS_OK;
 }
 
-/* Prepares the validation log. If it cannot be evaluated, data stays empty. */
+/* Prepares the validation log. If it cannot be evaluated, `data` stays empty. */
 static void prepare_other(struct residual_data *data, const struct recording *validate) {
     struct error error;
     int status = residual_prepare(data, validate, CYCLES_ALL, &error);

@@ -1,5 +1,5 @@
-/* Size of the gap before and after the effects: by simulation in closed loop if that is
- * possible, else under the measured motion. Ordinary threads; heap. */
+/* Size of the gap before and after the effects: by simulation in closed loop if that is possible,
+ * otherwise under the measured motion. Ordinary threads; heap. */
 #ifndef HEXID_COMPARE_H
 #define HEXID_COMPARE_H
 
@@ -7,17 +7,17 @@
 #include "replay.h"
 
 /* Checks whether the recorded loop can be closed again in simulation. Returns 0, or -2 with the
- * data that the log lacks. */
+ * reason why not. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error);
 
-/* Compares the models of a diagnosis with the recordings; fills the result's sizes, replay fault
- * and matrices. runs: simulations of the measured tests in closed loop; zeroed by the caller,
- * who also frees them. validate may be NULL. Returns 0 or a negative status. */
+/* Compares the models of a diagnosis with the recordings, and fills the result's sizes, replay
+ * fault and matrices. runs: simulations of the measured tests in closed loop, which the caller
+ * zeroes before and frees after. validate may be NULL. Returns 0 or a negative status. */
 int compare_models(const struct diagnosis *d, const struct recording *measured, const struct recording *validate,
                    const struct gap_options *options, struct gap_result *result, struct replay runs[2], struct error *error);
 
-/* True if a simulated run can have the same tests as the recording: each test is one that its
- * run's configuration asks for, and the only one of its axis, because a configuration states one
+/* True if a simulated run can have the recording's tests: each test is one that its run's
+ * configuration asks for, and the only one of its axis, because a configuration states one
  * amplitude for an axis. */
 bool compare_can_be_driven(const struct recording *recording);
 

@@ -7,8 +7,10 @@
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;
-static const double NEXT_CYCLES = 1.5; /* most cycles between two samples, none lost */
-static const double FORGOTTEN_S = 0.2; /* then the filters have forgotten their initial state */
+static const double NEXT_CYCLES = 1.5; /* time between two samples, in cycles, above which samples
+                                        * were lost between them */
+static const double FORGOTTEN_S = 0.2; /* time in which the controller's filters forget their
+                                        * initial state */
 
 struct moments {
     int n;
@@ -17,13 +19,16 @@ struct moments {
 
 static void take(struct moments *m, double x) { m->n++, m->sum += x, m->square += x * x; }
 
-/* Clamped at zero: rounding can make the sum for equal values negative. */
+/* Sum of squares about the mean. Rounding can make that of equal values negative, so it is clamped
+ * at zero. */
 static double variance_sum(const struct moments *m) {
     double sum = m->n ? m->square - m->sum * m->sum / m->n : 0.0;
     return sum < 0.0 ? 0.0 : sum;
 }
 
-/* A stretch without a gap; the integrator's initial value adds one constant for each leg. */
+/* Moments over a stretch of samples without a gap, in which the integrator's unknown initial
+ * value adds one constant for each leg. off: recorded less recomputed commands; all: recorded
+ * commands. */
 struct stretch {
     struct moments off[LEGS], all[LEGS];
 };
@@ -32,9 +37,9 @@ static void add_stretch(const struct stretch *s, double *difference, double *who
     for (int leg = 0; leg < LEGS; leg++) *difference += variance_sum(&s->off[leg]), *whole += variance_sum(&s->all[leg]);
 }
 
-/* Compares one test. The filters start at rest with the ramp-in and are compared in the
- * evaluated part, when they have forgotten the start. A short loss of samples counts as one long
- * step; a long one begins a new stretch with new filters. */
+/* Compares the commands of one test. The filters start at rest in the ramp-in; commands are
+ * compared in the evaluated part, when the filters have forgotten their start. A short loss of
+ * samples counts as one long step; a long one begins a new stretch with new filters. */
 static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     struct oil_column column[LEGS];

@@ -1,18 +1,18 @@
-/* Checks whether the configured controller gives the recorded commands: it is run again on the
- * recorded lengths, pressures and references. A difference is a difference of controllers, never
- * an effect of the machine. Pure. */
+/* Checks whether the configured controller gives the recorded commands: it runs again on the
+ * recorded lengths, pressures and references. A difference is one of controllers, never an effect
+ * of the machine. Pure. */
 #ifndef HEXID_CONTROLLER_H
 #define HEXID_CONTROLLER_H
 
 #include "recording.h"
 
-/* Rms difference between recorded and recomputed commands over all tests, as a share of the rms
- * variation of the recorded ones. A constant is removed for each leg and gapless stretch,
- * because the integrator's initial value is unknown. NaN on a single axis, if references,
- * commands or pressures are missing, and if the log's rate is not the controller's. */
+/* Rms difference between recorded and recomputed commands over the rms variation of the recorded
+ * ones, over all tests. A constant is removed for each leg and each stretch without a gap, because
+ * the integrator's initial value is unknown. NaN on a single axis, if references, commands or
+ * pressures are missing, or if samples do not come at the controller's rate. */
 double controller_difference(const struct params *params, const struct recording *recording);
 
-/* Time between samples if it differs from the controller's cycle; else 0. */
+/* Time between the samples of the log if it differs from the controller's cycle, s; otherwise 0. */
 double controller_other_rate(const struct params *params, const struct recording *recording);
 
 #endif

@@ -7,9 +7,9 @@
 #include "base.h"
 #include "memory.h"
 
-static const double RIDGE = 1e-4; /* relative ridge on the diagonal of the Gram matrix (Levenberg
-                                   * 1944): noise moves the linearised base by at most 50
-                                   * standard deviations of a column */
+static const double RIDGE = 1e-4; /* ridge over each diagonal element of the Gram matrix (Levenberg
+                                   * 1944): noise moves the linearised base by at most 50 standard
+                                   * deviations of a column */
 enum { BASE_ITERATIONS = 6 };
 
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {
@@ -61,7 +61,8 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
     return true;
 }
 
-/* Base variables that are not parallel to an addition, then the additions' variables. */
+/* Lists the base variables that are not parallel to an added effect, then the variables of the
+ * added effects. Returns false if they are too many. */
 static bool list_variables(struct diagnosis *d) {
     struct variable base[FIT_VARIABLES];
     int count = base_variables(d->given, d->even.parts, base);
@@ -85,8 +86,8 @@ static bool list_variables(struct diagnosis *d) {
 }
 
 void diagnosis_estimate(struct diagnosis *d) {
-    double noise = sqrt(fmin(d->square / d->fit.evaluated, 1.0)); /* relative to the assumed
-                                                                   * noise */
+    double noise = sqrt(fmin(d->square / d->fit.evaluated, 1.0)); /* rms residual over the assumed
+                                                                   * noise, at most 1 */
     for (int i = 0; i < d->variables; i++) {
         struct variable *v = &d->variable[i];
         if (!v->base) continue;
@@ -96,7 +97,7 @@ void diagnosis_estimate(struct diagnosis *d) {
     diagnosis_refit(d, BASE_ITERATIONS);
 }
 
-/* Restores a model that was already fitted. */
+/* Restores a model that was fitted before, with its standard deviations. */
 static void restore(struct diagnosis *d, const struct params *model, const double std[FIT_VARIABLES]) {
     d->model = *model;
     list_variables(d);
@@ -127,7 +128,7 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     double square = d->square, held = d->held_square, std[FIT_VARIABLES];
     memcpy(std, d->std, sizeof std);
     d->model.effects[effect] = d->given->effects[effect];
-    d->found[effect] = false; /* it can be tried again */
+    d->found[effect] = false; /* so that the refit lists it among the hypotheses again */
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
     bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
     if (fitted && d->square - square < most + DIAGNOSIS_PENALTY * dropped.variables && d->held_square - held < most) return true;

@@ -1,19 +1,22 @@
-/* The one experiment that would tell two explanations apart, in the words of the mechanism. For
- * a platform it gives options of `hexid run` in backquotes; the new log goes to `hexid gap` with
- * the same --set. A single axis is driven by other programs. The file of each effect says what
- * tells it apart. Pure. */
+/* The one experiment that would tell two explanations apart, in the words of the mechanism. For a
+ * platform it gives options of `hexid run` in backquotes; the new log goes to `hexid gap` with the
+ * same --set. A single axis is driven by other programs, so its advice has no options. The file of
+ * each effect says what tells it apart. Pure. */
 #ifndef HEXID_EXPERIMENT_H
 #define HEXID_EXPERIMENT_H
 
 #include "gap.h"
 
-/* Accepts the two effects in any order; gives general advice if the pair has none of its own. */
+/* Writes the experiment that tells two effects, in any order, apart; general advice if the pair has
+ * none of its own. */
 void experiment_between(enum mechanism_kind mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]);
 
-/* Tells an effect from a parameter of the base, PARAMETER(axis.force_offset_n). */
+/* Writes the experiment that tells an effect from a parameter of the base, such as
+ * PARAMETER(axis.force_offset_n). */
 void experiment_from_parameter(enum mechanism_kind mechanism, const struct effect *effect, size_t parameter, char text[GAP_TEXT]);
 
-/* Advice for a gap that no effect of the catalogue explains, and for a tone off the harmonics. */
+/* Advice for a gap that no effect of the catalogue explains (unknown), and for a tone off the
+ * harmonics of the motion (line). */
 const char *experiment_unknown(void);
 const char *experiment_line(enum mechanism_kind mechanism);
 

@@ -12,9 +12,10 @@
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
-static const double BASE_ERROR = 1e-3; /* share of a channel's variation: error of integrators
-                                        * and of omitted harmonics */
-static const double ENOUGH = 1e-4; /* relative change of the sum of squares at which a fit ends */
+static const double BASE_ERROR = 1e-3; /* error of integrators and of omitted harmonics, over a
+                                        * channel's variation */
+static const double ENOUGH = 1e-4; /* relative decrease of the sum of squares in an iteration, below
+                                    * which a fit ends */
 
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
@@ -40,7 +41,7 @@ void fit_data_init(struct fit_data *d, const struct residual_data *residual, con
 
 void fit_data_free(struct fit_data *d) { free(d->whitener); }
 
-/* Number of evaluated values of a model. */
+/* Evaluation of a model's raw residuals, whose tests are shared among threads. */
 struct evaluation {
     const struct residual_data *residual;
     const struct params *model;
@@ -96,11 +97,12 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
 
 static double step_of(const struct variable *v, double value) { return value + v->step > v->max ? -v->step : v->step; }
 
-/* True if a variable affects its own leg's residuals alone. apart: parts with independent legs. */
+/* True if a variable affects its own leg's residuals alone. apart: parts in which the legs are
+ * independent. */
 static bool is_own(enum residual_part apart, const struct variable *v) { return v->own && !(v->parts & ~apart); }
 
-/* Number of variables from v on that are the same quantity of different, independent legs: one
- * evaluation moves them all. */
+/* Number of variables from v on that are the same quantity of different, independent legs, so that
+ * one evaluation serves for all. */
 static int of_own_legs(enum residual_part apart, int variables, const struct variable *v, const double *const *known) {
     int n = 1;
     while (n < variables && is_own(apart, v) && is_own(apart, &v[n]) && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
@@ -109,7 +111,7 @@ static int of_own_legs(enum residual_part apart, int variables, const struct var
     return n;
 }
 
-/* Clears the rows of other legs, which do not move. */
+/* Clears the values of other legs in a column, which belong to other variables of the group. */
 static void clear_other_legs(const struct fit_data *d, int leg, double *column) {
     residual_row *row = (residual_row *)column;
     for (int i = 0; i < d->residual->tests; i++)
@@ -117,16 +119,17 @@ static void clear_other_legs(const struct fit_data *d, int leg, double *column) 
             if (k != leg) memset(row[i][k], 0, sizeof row[i][k]);
 }
 
-/* The only leg whose residuals they move, or ALL_LEGS. */
+/* The only leg whose residuals these variables move, or ALL_LEGS. */
 static int only_leg(enum residual_part apart, int variables, const struct variable *v) {
     bool one = variables > 0;
     for (int i = 0; i < variables; i++) one = one && is_own(apart, &v[i]) && v[i].leg == v[0].leg;
     return one ? v[0].leg : ALL_LEGS;
 }
 
-/* Columns being computed. Group i: many[i] variables from first[i] on, moved in one evaluation. */
+/* Columns that are being computed. Group i holds many[i] variables from first[i] on, which are
+ * moved in one evaluation. */
 struct columns {
-    struct fit_data share; /* fit_data with this group's share of the threads */
+    struct fit_data share; /* the data, with one group's share of the threads */
     const struct params *model;
     const double *raw;
     const struct variable *v;
@@ -177,8 +180,8 @@ bool fit_columns(const struct fit_data *d, const struct params *model, const dou
     return !s.impossible;
 }
 
-/* Factor of the rows and columns of h in `place`; dependent columns get the smallest ridge that
- * separates them. */
+/* Factors the rows and columns of h that `place` lists, m of them. If they are dependent, the
+ * diagonal gets the smallest ridge that separates them. False: none does. */
 static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
     for (double ridge = 1e-10; ridge < 1e-4; ridge *= 100.0) {
         for (int i = 0; i < m; i++)
@@ -188,7 +191,7 @@ static bool factor_some(int n, const double *h, int m, const int *place, double 
     return false;
 }
 
-/* Unconstrained solution for the free variables. */
+/* Solves h x + g = 0 for the free variables; the others keep their x. */
 static bool solve_free(int n, const double *h, const double *g, const bool *is_free, double *x) {
     double a[COLUMNS_MAX * COLUMNS_MAX], b[COLUMNS_MAX];
     int place[COLUMNS_MAX], m = 0;
@@ -205,8 +208,9 @@ static bool solve_free(int n, const double *h, const double *g, const bool *is_f
     return true;
 }
 
-/* Active-set solution of h x + g = 0 in the box, starting from x clipped to it. A variable at a
- * bound stays there until the gradient points inwards. Few sweeps suffice near the solution. */
+/* Solves h x + g = 0 within the box by an active set, starting from x clipped to the box. A
+ * variable at a bound stays there until the gradient points inwards. Near the solution few sweeps
+ * suffice. */
 static bool box_solve(int n, const double *h, const double *g, const double *min, const double *max, double *x, bool *is_free) {
     for (int i = 0; i < n; i++) x[i] = fmin(fmax(x[i], min[i]), max[i]), is_free[i] = x[i] > min[i] && x[i] < max[i];
 
@@ -242,7 +246,8 @@ static bool box_solve(int n, const double *h, const double *g, const double *min
     return true;
 }
 
-/* Four independent sums, because a single one waits for its own result. */
+/* Scalar product in four independent sums, because each addition of a single sum waits for the one
+ * before. */
 static double dot(int n, const double *a, const double *b) {
     double sum[4] = {0}, rest = 0.0;
     int i = 0;
@@ -258,7 +263,8 @@ void fit_gram(int n, int values, const double *column, double *gram) {
             gram[i * n + j] = gram[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
 }
 
-/* h and g of the least squares; products of the columns from first_known on exist already. */
+/* Normal equations h x + g = 0 of the least squares. Products of the columns from first_known on
+ * are in `gram`. */
 static void normal_equations(int n, int values, const double *residual, const double *const *column, int first_known, const double *gram,
                              double *h, double *g) {
     for (int i = 0; i < n; i++) {
@@ -269,8 +275,9 @@ static void normal_equations(int n, int values, const double *residual, const do
     }
 }
 
-/* Standard deviations. A value at its bound has none, unless it has a prior: then it keeps the
- * prior's and passes it on to the others. A value that cannot move has none. */
+/* Standard deviations of the solution. A value at its bound has none, unless it has a prior: then
+ * it keeps that of the prior, and its uncertainty counts in the others'. A value that cannot move
+ * has none. */
 static void deviations(int n, const double *h, const struct fit_prior *prior, const double *min, const double *max, const bool *is_free,
                        double *std) {
     double a[COLUMNS_MAX * COLUMNS_MAX], diagonal[COLUMNS_MAX], work[COLUMNS_MAX];
@@ -288,7 +295,7 @@ static bool solve_box(int n, double *h, double *g, const struct fit_prior *prior
                       double *std) {
     bool is_free[COLUMNS_MAX];
     for (int i = 0; i < n && prior; i++) h[i * n + i] += square(prior[i].inverse_std), g[i] += square(prior[i].inverse_std) * prior[i].off;
-    for (int i = 0; i < n; i++)        /* a column of zeros has no influence: the variable stays */
+    for (int i = 0; i < n; i++)        /* a column of zeros has no influence: its variable stays */
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0;
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
     if (std) deviations(n, h, prior, min, max, is_free, std);
@@ -303,7 +310,8 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
     return solve_box(n, h, g, prior, min, max, x, std);
 }
 
-/* Sum of squares of this residual with the linear part optimal. */
+/* Least sum of squares of white residuals that the linear part can reach; sets linear->x. Without a
+ * linear part, their sum of squares. */
 static double linear_square(int values, const double *white, const struct linear_part *linear) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], slope[COLUMNS_MAX], sum = fit_square(values, white);
     int n = linear ? linear->n : 0;
@@ -347,7 +355,7 @@ double fit_share(const struct fit_data *d, const double *white, const double *ch
 
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, ALL_LEGS, raw); }
 
-/* Penalty of the priors of the effects' values, or of the base's, in white squares. */
+/* Penalty, in white squares, of the priors of the effects' values, or of the base's. */
 static double prior_cost(const struct params *model, int variables, const struct variable *v, bool base) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
@@ -356,33 +364,35 @@ static double prior_cost(const struct params *model, int variables, const struct
     return sum;
 }
 
-/* State of a fit: the model and its residuals. */
+/* State of a fit: the model, its variables and its residuals. */
 struct descent {
     const struct fit_data *d;
     struct params *model;
     int variables;
     const struct variable *v;
     const struct linear_part *linear;
-    enum residual_part parts;           /* residuals that the variables move */
-    int leg;                            /* the leg that they move, or ALL_LEGS */
-    double square, *raw, *white;        /* at the model; square: with the penalty of the priors */
+    enum residual_part parts;           /* parts of the residuals that the variables move */
+    int leg;                            /* the only leg whose residuals the variables move, or
+                                         * ALL_LEGS */
+    /* residuals at the model; square: their sum of white squares, with the penalty of the priors */
+    double square, *raw, *white;
 };
 
-/* The objective, for existing residuals. */
+/* Sum of white squares with the penalty of the priors, for the residuals in s->white. */
 static double objective(const struct descent *s, const struct params *model) {
     double cost = prior_cost(model, s->variables, s->v, false) + prior_cost(model, s->variables, s->v, true);
     return linear_square(s->d->values, s->white, s->linear) + cost;
 }
 
-/* The sum predicted at x for linear residuals; h and g include the priors. */
+/* Sum of squares at x if the residuals were linear; h and g include the priors. */
 static double promised(const struct descent *s, int n, const double *h, const double *g, const struct fit_prior *prior, const double *x) {
     double sum = fit_square(s->d->values, s->white);
     for (int i = 0; i < n; i++) sum += square(prior[i].inverse_std * prior[i].off) + x[i] * (2.0 * g[i] + dot(n, h + i * n, x));
     return sum;
 }
 
-/* Moves the model along x as far as the sum falls. False if it does not: the model is unchanged,
- * and the residuals belong to another one. */
+/* Moves the model along x, by a shorter step if the sum of squares does not fall. False if no step
+ * lowers it: the model is unchanged, but s->raw and s->white are those of a tried step. */
 static bool descend(struct descent *s, const double *x) {
     double scale = 1.0, linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;

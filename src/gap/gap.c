@@ -24,7 +24,8 @@ const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
 const char *const gap_channel_units[GAP_CHANNELS] = {"m", "N", "Pa", "Pa", "-"};
 
-/* Fills r->model: the given configuration with the effects found. Base values stay as stated. */
+/* Fills r->model, the given configuration with the found effects, whose base values stay as stated,
+ * and r->fitted, with the base as fitted. */
 static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
     r->model = *given;
     r->fitted = r->effects ? d->model : r->base_model;
@@ -32,12 +33,13 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
         const struct effect *e = effect_table[r->effect[i].effect];
         struct effect_values *values = &r->model.effects[r->effect[i].effect];
         *values = r->effect[i].values;
-        /* an effect without strength also loses the parameters of its law */
+        /* an effect of no strength also loses the other parameters of its law */
         if (!effect_acts(e, values)) effect_at(e, 0.0, values);
     }
 }
 
-/* The effects are refuted on held-out data: the model stays as it was. */
+/* Removes the effects from the result, because no effect of the catalogue explains the gap; the
+ * model stays as it was. */
 static void give_up(const struct params *given, struct gap_result *r) {
     r->effects = r->ambiguous = 0;
     r->model = *given;
@@ -61,7 +63,7 @@ bool gap_given_alike(const struct gap_effect *effect, int key) {
 
 double gap_deviation(const struct gap_effect *e, int key, int leg) {
     const struct effect_key *k = &effect_table[e->effect]->keys[key];
-    /* shape parameters and reciprocals are not proportional to the strength */
+    /* parameters of a law's form and reciprocals are not proportional to the effect's strength */
     bool shapes = k->reciprocal || k->shape;
     double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
     return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;

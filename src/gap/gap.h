@@ -1,7 +1,7 @@
-/* The gap between a model and a measurement: where it lies, which effect of the catalogue
- * explains it, how certain that is, and how much of it that effect closes (gap_solve). The
- * result holds everything that a report needs; waveforms are computed from it (waves.h).
- * Ordinary threads; heap. SI units, legs 0..5. */
+/* The gap between a model and a measurement: where it lies, which effect of the catalogue explains
+ * it, how certain that is, and how much of the gap that effect closes (gap_solve). The result holds
+ * everything that a report needs; waveforms are computed from it (waves.h). Ordinary threads; heap.
+ * SI units, legs 0..5. */
 #ifndef HEXID_GAP_H
 #define HEXID_GAP_H
 
@@ -23,114 +23,125 @@ enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
     int effect;                           /* index in effect_table */
-    int shape;                /* legs: -1 all with one value, -2 each its own value, 0..5 one leg */
-    int keys;                             /* number of keys in use: on a single axis, an effect
-                                           * that acts on the pose has x alone */
+    int shape;                /* which legs: -1 all with one value, -2 each with its own, 0..5 that
+                               * leg alone */
+    int keys;                             /* number of keys in use; on a single axis an effect that
+                                           * acts on the pose has x alone */
     struct effect_values values;
-    struct effect_values given;           /* values in the configuration; `on` if it has the
-                                           * effect, with another size */
-    double std[EFFECT_KEYS][LEGS];        /* standard deviation, enlarged by the residual gap; 0:
-                                           * at its bound */
-    bool bound[EFFECT_KEYS][LEGS];        /* at the end of its range, so not an estimate */
-    double share_explained;               /* share of the squared gap above the noise floor on
-                                           * held-out cycles; of several effects, what was gone
-                                           * when it joined */
+    struct effect_values given;           /* values in the configuration; `on`: the configuration
+                                           * has the effect, with another size */
+    double std[EFFECT_KEYS][LEGS];        /* standard deviations, enlarged by the gap that is left;
+                                           * 0: the value is at its bound */
+    bool bound[EFFECT_KEYS][LEGS];        /* the value is at the end of its range, so it is no
+                                           * estimate */
+    double share_explained;               /* share that the effect explains of the squared gap above
+                                           * the noise floor, on held-out cycles; with several
+                                           * effects, at least what was gone when it joined */
     double z;                             /* square root of the likelihood's gain on all cycles,
-                                           * less its priors' penalty; of several effects, the
-                                           * gain when it joined */
+                                           * less the penalty of the effect's priors; with several
+                                           * effects, of the gain when it joined */
     char evidence[GAP_TEXT];
 };
 
-/* An effect tried in the first round, with its best choice of legs. */
+/* An effect that was tried in the first round, with the best choice of legs. */
 struct gap_candidate {
     int effect, shape;
-    double gain;     /* gain in white squares on fitted cycles, less a penalty for its parameters */
-    double z;        /* as in gap_effect; if small after the first steps, it stays as it was then */
+    double gain;     /* gain in white squares on the fitted cycles, less the penalty for its
+                      * parameters */
+    double z;        /* z as in gap_effect; a trial that gained little in its first steps was not
+                      * fitted further */
     double share_explained;
-    bool unseen;     /* never named, because these data do not show it: its values are at a bound,
-                      * or it is a friction only where a leg may stick */
+    bool unseen;     /* the data do not show the effect, so that it is never named: its values are
+                      * at a bound, or it is a friction that acts only where a leg may stick */
 };
 
 struct gap_place {
     int test, leg, harmonic;
     enum dof dof;
-    double frequency_hz;             /* frequency of the motion; the harmonic is a multiple of it */
-    double at_s, piece_s;                 /* start and length of a segment of any motion; piece_s
-                                           * 0: a steady sinusoid */
+    double frequency_hz;             /* frequency of the motion, of which the harmonic is a
+                                      * multiple */
+    double at_s, piece_s;                 /* start and length of a segment of any motion; piece_s 0:
+                                           * a steady sinusoid */
     enum gap_channel channel;
-    const char *feature; /* static, velocity_reversal, spool_reversal, one_direction,
-                          * peak_speed, peak_acceleration */
-    double share;        /* share of the squared white gap */
+    const char *feature; /* motion feature that the gap follows most: static, velocity_reversal,
+                          * spool_reversal, one_direction, peak_speed, peak_acceleration */
+    double share;        /* share of this place in the sum of white squares */
 };
 
-/* Size of a difference. overall: root mean square over channels of (rms / rms of the measured
- * variation). channel: rms in SI units; normalised: each by its variation. varying: overall
- * without the constants, which depend on where a run began if a valve stays shut. */
+/* Size of a difference between model and measurement. overall: root mean square over the channels
+ * of `normalised`. varying: like overall, but without the constants, which depend on where a run
+ * began if a valve stays shut. channel: rms in SI units. normalised: channel over the rms of the
+ * measured variation. */
 struct gap_size {
     double overall, varying, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };
 
-/* A tone off the harmonics of the motion: a pump, a neighbouring machine, a loop that
+/* A tone off the harmonics of the motion, as from a pump, a neighbouring machine or a loop that
  * oscillates. No effect of the catalogue explains one. */
 struct gap_line {
-    double hz, rms;                       /* hz 0: no tone */
+    /* hz 0: there is no tone */
+    double hz, rms;
     enum gap_channel channel;
-    enum dof dof;                         /* the test in which it is strongest */
+    enum dof dof;                         /* axis of the test in which the tone is strongest */
     int test;
 };
 
 struct gap_base_value {
     const char *name;
-    int leg; /* 0..5; -1: the whole machine */
-    double given, value, std; /* std NaN: held fixed, because an effect is parallel to it */
+    int leg; /* 0..5, or -1: the whole machine */
+    /* std NaN: the value is held fixed, because an effect is parallel to it */
+    double given, value, std;
     bool bound;
 };
 
 struct gap_result {
     enum gap_verdict verdict;
-    char reason[GAP_TEXT];                /* one sentence for people */
+    char reason[GAP_TEXT];                /* the verdict's reason, one sentence for people */
     int effects;
-    struct gap_effect effect[GAP_EFFECTS];/* most certain first */
-    int ambiguous;                        /* number of rivals of effect[in_doubt];
-                                           * ambiguous_with: their indices in effect_table */
+    struct gap_effect effect[GAP_EFFECTS];/* the most certain effect first */
+    int ambiguous;                        /* number of effects that the data cannot tell from
+                                           * effect[in_doubt]; ambiguous_with: their indices in
+                                           * effect_table */
     int in_doubt;
     int ambiguous_with[GAP_RIVALS];
-    bool offset_rival;                    /* a constant force is a rival too; it is no effect of
-                                           * the catalogue (single axis) */
-    int candidates;                       /* number of effects tried, best first */
+    bool offset_rival;                    /* the data cannot tell effect[in_doubt] from a constant
+                                           * force either, which is no effect of the catalogue
+                                           * (single axis) */
+    int candidates;                       /* number of effects that were tried; the best is first */
     struct gap_candidate candidate[EFFECTS_MAX];
     int places;
     struct gap_place where[GAP_PLACES];
     struct gap_size before, after, noise_floor, held_out_before, held_out_after;
-    bool simulated;                       /* sizes come from simulations in closed loop; false:
+    bool simulated;                       /* the sizes come from simulations in closed loop; false:
                                            * from the equations under the measured motion */
-    bool validated;                       /* held-out sizes come from another log */
-    char replay_fault[GAP_TEXT];          /* why the model with the effects did not get through
-                                           * the tests; empty: it did */
-    double unexplained_fraction;          /* share of the gap left on held-out data; NaN if
+    bool validated;                       /* the held-out sizes come from another log */
+    char replay_fault[GAP_TEXT];          /* fault in which the simulation with the effects ended;
+                                           * empty: none */
+    double unexplained_fraction;          /* share of the gap that is left on held-out data; NaN if
                                            * nothing can be compared */
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];
     struct gap_line line;
-    bool line_simulated;                  /* the model with the effects found shows the tone too */
+    bool line_simulated;                  /* the simulation with the effects shows the tone, too */
     bool controller_known, controller_differs;
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
-                                           * which they differ; else 0 */
-    double sampled_s;                     /* time between the log's samples if it is not the
-                                           * controller's cycle; else 0 */
-    double controller_difference;         /* share of the command's rms variation that the
-                                           * configured controller does not reproduce */
-    double white_before, white_after;     /* mean white square on held-out cycles; noise gives 1 */
+                                           * which they differ; otherwise 0 */
+    double sampled_s;                     /* time between the log's samples if it differs from the
+                                           * controller's cycle; otherwise 0 */
+    double controller_difference;         /* rms part of the commands that the configured controller
+                                           * does not reproduce, over the rms of their variation */
+    double white_before, white_after;     /* mean white square on held-out cycles before and after;
+                                           * noise gives 1 */
     bool matrices;
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
-    bool repaired;                        /* repaired_mt is valid: friction was found */
-    double repaired_mt[DOFS][DOFS];       /* the measured matrix, less the change that the
-                                           * friction found makes in simulation */
-    struct params base_model;             /* base re-estimated, without effects */
-    struct params model; /* the given configuration with the effects found; its base is unchanged */
-    struct params fitted;                 /* base re-estimated, with the effects found; `after`
-                                           * was simulated with it */
+    bool repaired;                        /* repaired_mt is valid, because friction was found */
+    double repaired_mt[DOFS][DOFS];       /* measured inertia matrix, less the change that the found
+                                           * friction makes in simulation */
+    struct params base_model;             /* the base as fitted without effects */
+    struct params model; /* the given configuration, base unchanged, with the found effects */
+    struct params fitted;                 /* the base as fitted with the found effects; `after` was
+                                           * simulated with it */
     enum gap_replay replay;
     double seconds;
 };
@@ -139,10 +150,10 @@ struct waves;
 
 struct gap_options {
     enum gap_replay replay;
-    bool simulate;                        /* check the result by replay */
+    bool simulate;                        /* check the result by simulation in closed loop */
     int threads;
-    void (*progress)(void *context, const char *step, double share); /* from any thread; may be
-                                                                      * NULL */
+    void (*progress)(void *context, const char *step, double share); /* may be called from any
+                                                                      * thread; may be NULL */
     void *context;
 };
 
@@ -152,20 +163,21 @@ void gap_progress(const struct gap_options *options, const char *step, double sh
 /* True if the configuration gives all legs the same value of this key. */
 bool gap_given_alike(const struct gap_effect *effect, int key);
 
-/* Standard deviation of a value: noise and the relative error of the effect's law, added in
- * quadrature. 0: the value is at its bound. */
+/* Standard deviation of an effect's value: that from noise and the relative error of the effect's
+ * law, added in quadrature. 0: the value is at its bound. */
 double gap_deviation(const struct gap_effect *effect, int key, int leg);
 
-/* Distance in z of a candidate from the likeliest one. */
+/* How far a candidate is behind the likeliest one, as a difference of z: the root of the difference
+ * of their squares. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
 
-/* "test x at 4 Hz, force of leg 2, harmonic 3", or "at 3.21 s near 5.4 Hz, force of leg 2". With
- * a single leg its number is omitted. */
+/* Writes "test x at 4 Hz, force of leg 2, harmonic 3" for a steady sinusoid, "at 3.21 s near 5.4
+ * Hz, force of leg 2" for a segment. With one leg its number is left out. */
 const char *gap_place_words(const struct gap_place *place, int legs, char words[GAP_WORDS]);
 
-/* Runs the whole diagnosis. measured must have passed recording_check; validate may be NULL.
- * waves: filled if the result is simulated, to be freed by the caller; may be NULL. Returns 0 or
- * a negative status. */
+/* Runs the whole diagnosis. measured must have passed recording_check; validate, another log, may
+ * be NULL. waves: filled if the result is simulated, and freed by the caller; may be NULL. Returns
+ * 0 or a negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *result, struct waves *waves, struct error *error);
 

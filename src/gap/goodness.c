@@ -5,17 +5,18 @@
 
 #include "memory.h"
 
-static const double NOISE_SQUARE = 0.8;  /* mean square of white noise at most; not 1, because a
-                                          * third of the assumed variance is an allowance for
-                                          * modelling error (BASE_ERROR), and half of the cycles'
-                                          * scatter is motion, which the equations follow; 0.4 to
-                                          * 0.6 is measured */
-static const double SCATTER = 6.0;       /* margin for that mean, in standard deviations */
-static const double LAW_SIGMAS = 4.0;    /* multiple of its law_error that an effect may leave */
-static const double FEW_CYCLES = 10.0;   /* allowance for the mean square of Student's t from two
-                                          * or three cycles, which is infinite */
+static const double NOISE_SQUARE = 0.8;  /* largest mean square of white residuals that are noise.
+                                          * It is below 1, because a third of the assumed variance
+                                          * is an allowance for modelling error (BASE_ERROR), and
+                                          * half of the scatter of the cycles is motion, which the
+                                          * equations follow; 0.4 to 0.6 is measured */
+static const double SCATTER = 6.0;       /* standard deviations that are allowed above that mean */
+static const double LAW_SIGMAS = 4.0;    /* error of a law that an effect may leave, in multiples of
+                                          * the effect's law_error */
+static const double FEW_CYCLES = 10.0;   /* allowance for the mean square of Student's t from two or
+                                          * three cycles, which is infinite */
 
-/* Mean square of a leg's rows that are evaluated (noise above 0). */
+/* Mean square of those values of a leg that are evaluated, that is, whose noise is above 0. */
 static double mean_square(const double *part, const double *noise) {
     double sum = 0.0, rows = 0.0;
     for (int a = 0; a < RESIDUAL_SIZE; a++)
@@ -23,9 +24,9 @@ static double mean_square(const double *part, const double *noise) {
     return rows ? sum / rows : 0.0;
 }
 
-/* For each held-out row, the square of the possible error of the effects' laws. With noise (not
- * NULL), friction adds the same in every row of the leg, because a seal's friction varies along
- * the stroke. */
+/* Square of the possible error of the effects' laws in each held-out value. noise: variances of the
+ * values; if not NULL, friction adds the mean of its leg to each value of that leg, because a
+ * seal's friction varies along the stroke. */
 static double *law_errors(const struct diagnosis *d, const double *noise) {
     size_t values = (size_t)d->held_out.values;
     double *sum = memory_get(values, sizeof *sum), *part = memory_get(values, sizeof *part);
@@ -48,12 +49,12 @@ double goodness_law_error(const struct diagnosis *d) {
     return sum;
 }
 
-/* Mean square of noise relative to a variance estimated from the scatter of this many cycles
- * (Student's t); 0: the variance comes from all samples. */
+/* Mean square of noise over a variance estimated from the scatter of this many cycles (Student's
+ * t). 0 cycles: the variance comes from all samples. */
 static double student(int cycles) { return !cycles ? 1.0 : cycles > 3 ? (cycles - 1.0) / (cycles - 3.0) : FEW_CYCLES; }
 
-/* Largest weighted sum of white squares from noise, by the sums of the weights and of their
- * squares. */
+/* Largest weighted sum of white squares that noise gives. weights, squares: sums of the weights and
+ * of their squares. */
 static double noise_at_most(double weights, double squares) { return NOISE_SQUARE * weights + SCATTER * sqrt(2.0 * squares); }
 
 double goodness_noise(const struct diagnosis *d) {
@@ -65,7 +66,8 @@ double goodness_noise(const struct diagnosis *d) {
     return noise_at_most(sum, squares);
 }
 
-/* Ratio with rows weighted by the inverse of their variance, law error included, to this power. */
+/* Weighted sum of white squares over the most that noise and laws explain. Each value's weight is
+ * its inverse variance, error of the laws included, to this power. */
 static double weigh(int rows, const double *white, const double *noise, const double *law, double power) {
     double left = 0.0, laws = 0.0, sum = 0.0, squares = 0.0;
     for (int i = 0; i < rows; i++) {

@@ -1,25 +1,27 @@
-/* Goodness of fit: residuals of the held-out cycles compared with noise and the errors of the
- * effects' laws. Ordinary threads; heap. */
+/* Goodness of fit: the residuals of the held-out cycles, compared with noise and with the errors of
+ * the effects' laws. Ordinary threads; heap. */
 #ifndef HEXID_GOODNESS_H
 #define HEXID_GOODNESS_H
 
 #include "diagnose.h"
 
 /* Possible error of the laws of all effects, given or found, in white squares over the held-out
- * cycles: the share law_error (effect.h) of each effect's contribution. An error of a law is the
- * same in all cycles, so averaging does not reduce it, and an effect that explains no more than
- * it explains nothing. */
+ * cycles: the share law_error (effect.h) of each effect's contribution. The error of a law is the
+ * same in all cycles, so averaging does not reduce it; an effect that explains no more than this
+ * explains nothing. */
 double goodness_law_error(const struct diagnosis *d);
 
-/* White squares on held-out cycles relative to the most that noise and laws (at four times their
- * error) explain: above 1 something is left. Here the same error of a leg's friction is also
- * allowed along its stroke. INFINITY: the model cannot make this motion. */
+/* White squares on held-out cycles over the most that noise and laws (at four times their error)
+ * explain. Above 1 something is left that neither explains. The error of a leg's friction law is
+ * also allowed along the leg's whole stroke. INFINITY: the model cannot make the measured
+ * motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
-/* The same ratio for any rows: mean square of the noise of each (0 if not evaluated), and square
- * of its law error. Returns the larger of two ratios: with each row weighted by the inverse of
- * its variance, law error included; and by the square of that, so that rows with large law
- * errors do not excuse the others. */
+/* White squares over the most that noise and laws explain, for any values. noise: mean square of
+ * each value's noise, 0 if it is not evaluated. law: square of the law's error in each. Returns the
+ * larger of two ratios: with each value weighted by its inverse variance, error of the laws
+ * included, and by the square of that weight, so that values with a large error of the laws do not
+ * excuse the others. */
 double goodness_weigh(int rows, const double *white, const double *noise, const double *law);
 
 /* Largest sum of white squares on held-out cycles that noise alone gives. */

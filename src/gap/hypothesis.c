@@ -11,7 +11,8 @@ static const double LEFT = 0.1; /* least share of a mass, an inertia or a fricti
 
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
-/* A single axis has mass, weight and friction only; joints, pose and inertias are a platform's. */
+/* True if the effect changes the forces that a motion needs. A single axis has mass, weight and
+ * friction only; joints, pose and inertias are a platform's. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
     if (model->mechanism == MECHANISM_AXIS) return e->leg_friction || e->wrench || DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
     return e->leg_friction || e->joint_friction || e->wrench || DIFFER(bodies);
@@ -21,11 +22,12 @@ static bool moves_pressure(const struct effect *e, const struct machine *a, cons
     return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(line) || DIFFER(timing.command_delay_s);
 }
 
-/* Residuals to recompute under an effect, by the constants that it changes and by its laws. */
+/* Reach of an effect: which residuals it changes, through the constants that it changes and through
+ * its laws. */
 struct reach {
     enum residual_part parts;
-    bool own; /* a leg's value affects that leg's residuals alone, because neither bodies nor
-               * pose depend on it */
+    bool own; /* a leg's value affects only that leg's residuals, because neither bodies nor pose
+               * depend on it */
 };
 
 static struct reach effect_reach(const struct params *model, int effect) {
@@ -45,16 +47,16 @@ static struct reach effect_reach(const struct params *model, int effect) {
     return (struct reach){parts, !(e->joint_friction || e->wrench || DIFFER(bodies) || DIFFER(sensors.length))};
 }
 
-/* Step of the difference quotient: well above rounding, well below the curvature of any law. */
+/* Step of a difference quotient: well above rounding, well below the curvature of any law. */
 static double difference_step(const struct effect_key *k) {
     double typical = k->reciprocal ? 0.0 : fabs(k->typical - k->neutral);
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
-/* Standard deviation of the prior: three times the value's typical size, or the largest
- * deviation in the configuration. If the data show an effect of such a size, the prior decides
- * nothing; it rejects absurd values, such as a joint 80 mm from its place. A limit has no prior:
- * its neutral value is infinite. */
+/* 1 / standard deviation of a value's prior, 0 for none. The standard deviation is three times the
+ * value's typical size, or the largest deviation in the configuration. If the data show an effect
+ * of such a size, the prior decides nothing; it rejects absurd values, such as a joint 80 mm from
+ * its place. A limit has no prior, because its neutral value is infinite. */
 static double prior_inverse_std(const struct effect_key *k, const struct effect_values *given, int key) {
     double deviation = 3.0 * fabs(k->typical - k->neutral);
     for (int leg = 0; leg < LEGS && given->on; leg++) deviation = fmax(deviation, fabs(given->value[key][leg] - k->neutral));
@@ -74,7 +76,8 @@ static bool possible(const struct params *given, const struct variable *v, doubl
     return hypothesis_possible(&with);
 }
 
-/* The value farthest towards `end` with which the given machine is still possible. */
+/* End of a variable's range: `end`, or, if that makes the given machine impossible, nine tenths of
+ * the way to the farthest possible value. */
 static double possible_end(const struct params *given, const struct variable *v, double end) {
     double most = 0.0, step = 0.5;
     if (possible(given, v, end)) return end;
@@ -105,7 +108,8 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
     v->max = possible_end(given, v, k->max);
 }
 
-/* On a single axis, an effect on the pose has its first key, x, alone. */
+/* Builds a hypothesis with all its variables. On a single axis an effect that acts on the pose has
+ * its first key, x, alone. */
 static void build(const struct params *given, struct hypothesis *h, int effect, int shape, struct reach reach) {
     *h = (struct hypothesis){.effect = effect, .shape = shape};
     const struct effect_key *keys = effect_table[effect]->keys;
@@ -129,7 +133,9 @@ int hypotheses_list(const struct params *given, const struct params *model, cons
         struct reach reach = effect_reach(model, effect);
         reach.parts &= evaluated;
         if (reach.parts & PART_FORCE_SENSOR) reach.parts = PART_FORCE;
-        if (!reach.parts) continue; /* timing alone; recording_clock finds it without a fit */
+        if (!reach.parts)
+            continue; /* a change of timing alone, which recording_clock finds without
+                                     * a fit */
         build(given, &h[n++], effect, SHAPE_ALL, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
@@ -171,10 +177,10 @@ static bool alike(const struct hypothesis *h, const struct variable *base) {
 
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     if (!alike(h, base)) return PARALLEL_NOT;
-    /* the base variable is common to all legs; one leg's effect can be told from it */
+    /* a base variable common to all legs can be told from one leg's effect */
     if (base->leg < 0) return h->shape < 0 ? PARALLEL_SAME : PARALLEL_NOT;
     if (h->shape >= 0 && h->shape != base->leg) return PARALLEL_NOT;
-    /* each leg has its own base variable, with values that may differ */
+    /* the base variables of the legs may move apart, a value for all legs cannot */
     bool beside = h->shape == SHAPE_ALL && base->legs > 1 && base->effect != h->effect;
     return beside ? PARALLEL_DRAWN : PARALLEL_SAME;
 }

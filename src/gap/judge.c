@@ -8,22 +8,28 @@
 #include "experiment.h"
 #include "numeric.h"
 
-static const double OFFSET_SIGMAS = 6.0, OFFSET_SHARE = 0.05; /* friction that differs between
-                                                               * directions */
-static const double SHARE_MAX = 0.3;      /* largest share of the gap that a simulation may leave */
-static const double FLOORS_MAX = 2.0;      /* multiple of the noise floor that may be left, also
-                                            * under the measured motion, */
-static const double LEFT_MAX = 0.02;   /* or share of the variation, if there is hardly any noise */
-static const double LEFT_SHARE = 0.1;      /* share of the gap; less is an error of the model */
-static const double VISIBLE = 0.2;         /* share of the squared noise; a simulation with
-                                            * another start and other steps leaves 0.06 */
-static const double LINE_SHARE = 0.5;      /* share of the gap in its channel: a tone changes the
-                                            * harmonics, through nonlinear laws, by less than
-                                            * itself */
-static const double TRACE_SHARE = 5e-3;    /* share of the excess: if effects explain all but
-                                            * this, they are real, whatever else is left */
-static const double THIRD_SHARE = 0.05;    /* share of the excess: three effects of that weight
-                                            * imitate something else */
+static const double OFFSET_SIGMAS = 6.0, /* least constant force, in its standard deviations */
+    OFFSET_SHARE = 0.05; /* least difference of friction between directions, over the friction's sum */
+static const double SHARE_MAX = 0.3;      /* share of the gap that a simulation with the effects may
+                                           * leave without being refuted */
+static const double FLOORS_MAX = 2.0;      /* remaining gap over the noise floor, up to which
+                                            * nothing is refuted, in simulation or under the
+                                            * measured motion */
+static const double LEFT_MAX = 0.02;   /* remaining gap over the measured variation, up to which
+                                        * nothing is refuted; it decides if there is hardly any
+                                        * noise */
+static const double LEFT_SHARE = 0.1;      /* share of the gap, up to which what is left may be an
+                                            * error of the model */
+static const double VISIBLE = 0.2;         /* least squared gap above the noise floor that is seen,
+                                            * over the squared floor; a simulation with another
+                                            * start and other steps leaves 0.06 */
+static const double LINE_SHARE = 0.5;      /* rms of a tone over the rms gap in its channel, below
+                                            * which the tone does not matter: through nonlinear laws
+                                            * it changes the harmonics by less than itself */
+static const double TRACE_SHARE = 5e-3;    /* share of the excess below which what is left is a
+                                            * trace: effects that explain all the rest are real */
+static const double THIRD_SHARE = 0.05;    /* share of the excess that the third effect explains,
+                                            * above which three effects imitate something else */
 
 extern const struct effect clock_skew, cylinder_coulomb_friction;
 
@@ -39,31 +45,33 @@ static void append(struct gap_result *r, const char *text) {
     snprintf(r->reason + used, sizeof r->reason - used, "%s", text);
 }
 
-/* Share of the excess that is left. */
+/* Share of the excess over noise that the effects leave. */
 static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }
 
-/* True if more is left than noise and errors of the laws explain. A single effect may leave a
- * trace of its share; two effects together may imitate the true one up to a trace. */
+/* True if more is left than noise and errors of the laws explain. A single effect may leave a trace
+ * besides; of two effects together that does not hold, since they may imitate the true one up to a
+ * trace. */
 static bool remains(const struct gap_result *r, const struct remainder *m) {
     return m->beyond_laws > 1.0 && !(r->effects == 1 && trace(m) < TRACE_SHARE);
 }
 
-/* The simulation's criterion, without constants: a leg in a dead band stands where it stopped
- * and a chamber whose valve stays shut keeps its oil. The equations compare both under the
- * measured motion. */
+/* Squared size that counts. Of simulations with effects that is the varying part: a leg in a dead
+ * band stands where it stopped, and a chamber whose valve stays shut keeps its oil, so that
+ * constants differ from run to run. The equations compare constants, too, because their motion is
+ * the measured one. */
 static double counts(const struct gap_result *r, const struct gap_size *size) {
     return square(r->simulated && r->effects ? size->varying : size->overall);
 }
 
-/* Share of the gap that is left on held-out data. */
+/* Share of the squared gap above the noise floor that is left on held-out data. */
 static double left_share(const struct gap_result *r) {
     double floor = counts(r, &r->noise_floor), gap = counts(r, &r->held_out_before) - floor, left = counts(r, &r->held_out_after) - floor;
     return left > 0.0 ? left < gap ? left / gap : 1.0 : 0.0;
 }
 
-/* True if the equations fit, but the simulated model with the effects still moves differently
- * from the machine (or from that of the other log), by clearly more than noise. A remainder near
- * the noise contradicts nothing, however large its share of a small gap. */
+/* True if the equations fit, but the simulated model with the effects moves differently from the
+ * machine, or from the validation log, by clearly more than noise. A remainder near the noise
+ * contradicts nothing, however large its share of a small gap is. */
 static bool refuted(const struct gap_result *r) {
     double floor = counts(r, &r->noise_floor), after = counts(r, &r->held_out_after);
     bool much = after > fmax(square(FLOORS_MAX) * floor, square(LEFT_MAX)) && left_share(r) > LEFT_SHARE;
@@ -71,24 +79,26 @@ static bool refuted(const struct gap_result *r) {
     return much || visible;
 }
 
-/* True if most of the simulation's remainder is constant. */
+/* True if most of what the simulation leaves is constant. */
 static bool leaves_constants(const struct gap_result *r) {
     double left = square(r->held_out_after.overall) - square(r->noise_floor.overall);
     double varies = square(r->held_out_after.varying) - square(r->noise_floor.varying);
     return r->simulated && left > VISIBLE * square(r->noise_floor.overall) && varies < 0.5 * left;
 }
 
-/* True if a tone is absent in the model with the effects and not negligible beside their size. */
+/* True if the model with the effects lacks the tone, and the tone is not negligible beside the gap
+ * that the effects explain. */
 static bool line_remains(const struct gap_result *r) {
     double gap = r->held_out_before.channel[r->line.channel], floor = r->noise_floor.channel[r->line.channel];
     bool negligible = r->effects && r->line.rms < LINE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
     return r->line.hz > 0.0 && !r->line_simulated && !negligible;
 }
 
-/* True if the effects imitate an unknown one: there are as many as the search allows, so it did
- * not end because everything was explained; or the third (or the one in doubt, which was found
- * last) has too much weight. Effects that the configuration has with another size, and clock
- * skew, do not count. */
+/* True if the effects imitate one that is not in the catalogue. Either they are as many as the
+ * search allows, so that it did not end because everything was explained, or the third one explains
+ * too much; if one is in doubt, that one counts as the third, because it was found last. Effects
+ * that the configuration has with another size, and clock skew, do not count. many: the number of
+ * effects that count. */
 static bool imitated(const struct gap_result *r, const struct remainder *m, int *many) {
     int sought = 0, third = 0;
     for (int i = 0; i < r->effects; i++)
@@ -125,13 +135,13 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     return true;
 }
 
-/* Possible error of the weight of an axis, with two of its tolerances. */
+/* Possible error of the weight on a single axis: two of its tolerances. */
 static double weight_tolerance_n(const struct params *p) {
     return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
 }
 
-/* On a single axis, friction that differs between directions equals symmetric friction plus a
- * constant force. NULL: no such friction. */
+/* Friction that clearly differs between the directions of a single axis, where it equals symmetric
+ * friction and a constant force. NULL: there is none. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);
@@ -145,13 +155,14 @@ static const struct gap_effect *one_sided(const struct gap_result *r) {
     return found;
 }
 
-/* True if an effect comes from the configuration (given) or not, as asked, and is not in doubt. */
+/* True if effect i is not in doubt, and the configuration has it (given) or lacks it (not
+ * given). */
 static bool sure(const struct gap_result *r, int i, bool given) {
     return r->effect[i].given.on == given && !(r->ambiguous && i == r->in_doubt);
 }
 
-/* Lists the effects that the configuration has, or those it lacks, with words about them.
- * Returns false if there are none. */
+/* Appends the effects that the configuration has, or those that it lacks, with words before and
+ * after them. Returns false if there are none. */
 static bool list(struct gap_result *r, bool given, const char *before, const char *after) {
     int left = 0;
     for (int i = 0; i < r->effects; i++) left += sure(r, i, given);
@@ -201,7 +212,8 @@ static void name(struct gap_result *r) {
     list_all(r);
 }
 
-/* Mentions base constants, because a wrong one looks like the effect parallel to it. */
+/* Mentions stated values of the base to check first, because a wrong one looks like the effect that
+ * is parallel to it. */
 static void say_constants(struct gap_result *r) {
     struct variable base[FIT_VARIABLES];
     const char *before = "; first check ";
@@ -211,7 +223,7 @@ static void say_constants(struct gap_result *r) {
         for (int k = 0; k < EFFECT_TIES && parallel[k] && !r->effect[i].given.on; k++) {
             int v = 0;
             while (v < count && base[v].offset != parallel[k]) v++;
-            /* a constant force is not a stated value */
+            /* a constant force has no stated value to check */
             if (v == count || parallel[k] == PARAMETER(axis.force_offset_n)) continue;
             append(r, before);
             append(r, base[v].name);
@@ -221,7 +233,8 @@ static void say_constants(struct gap_result *r) {
     if (*before == ',') append(r, " in the configuration");
 }
 
-/* Mentions a constant force: it is not an effect, but may be an unstated weight. */
+/* Mentions a constant force. It is no effect, but may be a weight that the configuration does not
+ * state. */
 static void say_offset(struct gap_result *r) {
     int i = 0;
     while (i < r->base_values && strcmp(r->base[i].name, "axis.force_offset_n")) i++;

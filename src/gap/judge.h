@@ -1,19 +1,21 @@
-/* The verdict on the search's result: effect named, ambiguous, unknown, or no gap. Pure. */
+/* The verdict on the result of the search: effect named, ambiguous, unknown effect, or no gap.
+ * Pure. */
 #ifndef HEXID_JUDGE_H
 #define HEXID_JUDGE_H
 
 #include "gap.h"
 
-/* White squares on held-out cycles. Noise gives about 1 each; the excess is above that. */
+/* Sums of white squares on the held-out cycles, where noise gives about 1 for each value. */
 struct remainder {
     int values;
-    double before, after;      /* excess of the base; sum with the effects */
+    /* before: excess of the base's sum over that of noise. after: sum with the effects. */
+    double before, after;
     double noise;              /* largest sum that noise alone gives */
-    double beyond_laws;        /* weighted squares relative to noise and errors of the laws
-                                * (goodness_beyond_laws) */
+    double beyond_laws;        /* white squares over the most that noise and errors of the laws
+                                * explain (goodness_beyond_laws) */
 };
 
-/* Fills verdict, reason and next_experiment of an otherwise complete result. */
+/* Fills verdict, reason and next_experiment of a result that is otherwise complete. */
 void judge(struct gap_result *r, const struct remainder *m);
 
 #endif

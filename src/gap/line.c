@@ -8,16 +8,19 @@
 #include "units.h"
 
 enum {
-    LINE_BINS = 3,       /* least distance from a harmonic, in bins */
-    LINE_SAMPLES = 4096, /* eight seconds suffice; the search's cost grows with the square */
+    LINE_BINS = 3,       /* least distance of a tone from a harmonic of the motion, in bins */
+    LINE_SAMPLES = 4096, /* most samples of a test that are searched: eight seconds suffice, and the
+                          * time that it takes grows with the square */
 };
-static const double LINE_STEP_S = 2e-3;     /* tones are searched up to 250 Hz */
-static const double LINE_POWER = 12.0;      /* threshold relative to white noise, mean of six
-                                             * legs (noise gives 1 +- 0.4) */
-static const double LINE_POWER_ONE = 30.0;  /* same with a single leg, where the strongest of
-                                             * 20,000 noise bins has 10 */
+static const double LINE_STEP_S = 2e-3;     /* least time between the searched samples: tones are
+                                             * found up to 250 Hz */
+static const double LINE_POWER = 12.0;      /* least power of a tone over that of white noise in a
+                                             * bin, as the mean of six legs; noise gives 1 +- 0.4 */
+static const double LINE_POWER_ONE = 30.0;  /* least power of a tone over that of white noise in a
+                                             * bin, with a single leg; the strongest of 20,000 bins
+                                             * of noise has 10 */
 
-/* Residual of the samples without the mean cycle, the constant and the trend. */
+/* Samples of a channel without their mean cycle, constant and trend; 0 where they are bad. */
 static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
     int n = t->end - t->first;
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];
@@ -33,7 +36,8 @@ static void leave_rest(const struct spectrum *s, const struct recording_test *t,
 
 enum { AT_ONCE = 8 };
 
-/* |sum rest[i] exp(-2 pi j b i / n)|^2 for AT_ONCE bins b from `first` on, by rotating phasors. */
+/* Power |sum rest[i] exp(-2 pi j b i / n)|^2 of AT_ONCE bins b, from `first` on, by rotating
+ * phasors. */
 static void power_at(int n, const double *rest, int first, double power[AT_ONCE]) {
     double c[AT_ONCE], s[AT_ONCE], re[AT_ONCE], im[AT_ONCE], sum_re[AT_ONCE] = {0}, sum_im[AT_ONCE] = {0};
     for (int j = 0; j < AT_ONCE; j++) {
@@ -49,14 +53,14 @@ static void power_at(int n, const double *rest, int first, double power[AT_ONCE]
     for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
 }
 
-/* Harmonics above those of the mean cycle are excluded because rounding errors excite them;
- * frequencies below the motion's are drift. */
+/* True if a frequency is off the harmonics of the motion. All harmonics count, even above those of
+ * the mean cycle, because rounding errors excite them; frequencies below the motion's are drift. */
 static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
     double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
     return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;
 }
 
-/* Decimates in place: each value is the mean of `many`. */
+/* Decimates values in place: each of the n results is the mean of `many` values. */
 static void thin(int n, int many, double *value) {
     for (int i = 0; i < n; i++) {
         double sum = 0.0;
@@ -65,8 +69,8 @@ static void thin(int n, int many, double *value) {
     }
 }
 
-/* Applies a Hann window, so that a transient at an end of the record does not look like a tone
- * beside the motion's harmonics. Returns the sum of the weights. */
+/* Applies a Hann window in place, so that a transient at an end of the record does not look like a
+ * tone beside a harmonic of the motion. Returns the sum of its weights. */
 static double window(int n, double *value) {
     double sum = 0.0;
     for (int i = 0; i < n; i++) {
@@ -115,7 +119,7 @@ static const struct {
 
 struct lines {
     const struct recording *recording;
-    struct line (*of)[LINE_CHANNELS]; /* [tests] */
+    struct line (*of)[LINE_CHANNELS]; /* [tests]: strongest tone of each channel */
 };
 
 static void find_in_test(void *context, int i) {

@@ -1,15 +1,15 @@
-/* Memory of a diagnosis. If an allocation fails, the process ends with "out of memory" as after
- * a device error, so that a lack of memory never becomes a failed trial and thus a verdict. Only
- * for a process that moves nothing. Any thread. */
+/* Memory of a diagnosis. If an allocation fails, the process ends with "out of memory" and the exit
+ * status of a device error, so that lack of memory never fails a trial and so changes a verdict.
+ * Only for a process that moves nothing. Any thread. */
 #ifndef HEXID_MEMORY_H
 #define HEXID_MEMORY_H
 
 #include <stddef.h>
 
-/* Zeroed; released by free(). */
+/* Allocates zeroed memory, which free() releases. */
 void *memory_get(size_t count, size_t size);
 
-/* Ends the process; for callers that learn of failed allocations by a status. */
+/* Ends the process for lack of memory, when a status tells of it. */
 _Noreturn void memory_end(void);
 
 #endif

@@ -21,7 +21,7 @@ static void *work_on(void *argument) {
     return NULL;
 }
 
-/* If a thread cannot be started, the others do its share. */
+/* If a thread cannot be started, the others do its share of the work. */
 void parallel_run(int threads, int count, void (*one)(void *context, int i), void *context) {
     struct work work = {.one = one, .context = context, .count = count};
     pthread_t thread[THREADS_MAX];

@@ -15,7 +15,7 @@ static const char *const feature_names[FEATURES] = {"static",         "peak_spee
 
 static double sign(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
-/* The feature of the motion that explains the largest share of a leg's squared residual. */
+/* Feature of the motion that explains the largest share of a leg's squared residual. */
 static const char *feature(const struct residual_test *t, int leg, const double *residual) {
     const struct spectrum *s = &t->spectrum;
     double product[FEATURES] = {0}, square[FEATURES] = {0}, mean = 0.0, value[PHASES], best = -1.0;
@@ -67,9 +67,9 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++)
                 for (int a = 0, next = 0; a < t->size; a = next) {
-                    double share = 0.0; /* sum over sine and cosine of one frequency */
+                    double share = 0.0; /* sum of squares over sine and cosine of one frequency */
                     for (next = a; next < t->size && t->rate[next] == t->rate[a]; next++) share += white[k][q][next] * white[k][q][next];
-                    if (!(share > 0.0)) continue; /* not evaluated */
+                    if (!(share > 0.0)) continue; /* the residual is not evaluated */
                     bool steady = t->spectrum.cycles;
                     list[n++] = (struct gap_place){.test = of->test,
                                                    .dof = of->dof,

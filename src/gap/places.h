@@ -1,12 +1,12 @@
-/* Location of the gap: test, channel, leg and harmonic, and the feature of the motion with which
- * it correlates. Ordinary threads; heap. */
+/* Places of the gap: test, channel, leg and harmonic, and the feature of the motion with which the
+ * gap correlates. Ordinary threads; heap. */
 #ifndef HEXID_PLACES_H
 #define HEXID_PLACES_H
 
 #include "diagnose.h"
 
-/* Finds the largest shares of the model's white residuals on held-out cycles, sorted by share;
- * returns their number. */
+/* Finds the places with the largest shares of the model's white squares on held-out cycles, largest
+ * first. Returns their number. */
 int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model,
                 struct gap_place place[GAP_PLACES]);
 

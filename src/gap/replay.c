@@ -15,10 +15,11 @@
 #include "whiten.h"
 
 static const int64_t SLACK_CYCLES = 1000;
-static const double WIDER = 4.0; /* factor on the limits: a model that moves worse than the
-                                  * machine shows it in the gap, not as a fault */
+static const double WIDER = 4.0; /* factor on the limits of faults: a model that moves worse than
+                                  * the machine shows that in the gap, not as a fault */
 
-/* Parameters of a simulated run: the recording's tests in order, wider limits, no interlocks. */
+/* Parameters of a simulated run: the tests of a recorded run in their order, with wider limits and
+ * without interlocks. */
 static struct params replay_params(const struct params *model, const struct recording *like, int run) {
     struct params p = *model;
     p.tests = like->run[run];
@@ -29,7 +30,7 @@ static struct params replay_params(const struct params *model, const struct reco
     for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;
     p.motion.automatic = true;
     p.limits.following_m *= WIDER, p.limits.standstill_m *= WIDER, p.limits.force_n *= WIDER;
-    /* an oscillating candidate is judged by its motion */
+    /* oscillation is judged by the gap that it makes */
     p.limits.oscillation_mps2 *= WIDER * WIDER;
     p.sim.engine = ENGINE_CLOSED_FORM;
     p.interlocks = (struct interlock_params){0}; /* the simulated supply is always on */
@@ -126,9 +127,10 @@ bool replay_identify(const struct params *params, const struct recording *record
     struct error error;
     struct ident *id = memory_get(1, sizeof *id);
     struct params driven = *params;
-    driven.tests = recording->run[0]; /* at the measured frequencies */
+    driven.tests = recording->run[0]; /* simulations are driven at the measured frequencies */
     bool ok = ident_init(id, &driven, &error) == STATUS_OK;
-    for (int i = 0; i < recording->tests && ok; i++)      /* only the first run has all six tests */
+    for (int i = 0; i < recording->tests && ok; i++)      /* the first run alone has all six
+                                                           * tests */
         if (!recording->test[i].run) feed(id, &recording->test[i]);
     ok = ok && (ident_end(id), ident_solve(id));
     if (ok) memcpy(mt, id->result.method_a.mt, sizeof id->result.method_a.mt);
@@ -136,7 +138,7 @@ bool replay_identify(const struct params *params, const struct recording *record
     return ok;
 }
 
-/* Simulated without sensor errors. */
+/* The simulations have no sensor errors. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]) {
     double with[DOFS][DOFS], without[DOFS][DOFS];
     struct params exact = *model, smooth;
@@ -153,7 +155,7 @@ bool replay_repair(const struct params *params, const struct params *model, cons
     return ok;
 }
 
-/* Mean squares, and the share of the constants in them. */
+/* Sums of mean squares in each channel: of the whole signal, and of its constant. */
 struct part {
     double whole[GAP_CHANNELS], constant[GAP_CHANNELS];
 };
@@ -164,7 +166,7 @@ struct sums {
     int rows[GAP_CHANNELS];
 };
 
-/* Mean square of a row of Fourier coefficients. */
+/* Mean square of a signal with these Fourier coefficients. */
 static double mean_square(int size, const double *row) {
     double sum = square(row[0]);
     for (int a = 1; a < size; a++) sum += 0.5 * square(row[a]);
@@ -193,17 +195,18 @@ static struct gap_size size_of(const struct sums *sums, const struct part *part)
     return size;
 }
 
-/* Uncertainty of a constant, as a mean square: the scatter of single cycles, not of their mean,
- * because chambers whose valve stays shut reach no steady state and differ between runs. */
+/* Uncertainty of a constant, as a mean square. It is the scatter of single cycles, not of their
+ * mean, because chambers whose valve stays shut reach no steady state and differ between runs. */
 static double constant_left(const struct spectrum *s, int channel, int leg) { return s->cycles * square(s->std[channel][leg][0]); }
 
-/* Mean square of the noise left in the varying part of a mean cycle. */
+/* Mean square of the noise left in the varying part of a mean cycle, `size` coefficients. */
 static double varying_left(const struct spectrum *s, int size, int channel, int leg) {
     return mean_square(size, s->std[channel][leg]) - square(s->std[channel][leg][0]);
 }
 
-/* Compares a channel of one leg. Difference: of the mean cycles, plus the noise of the samples.
- * Noise: that of the samples, plus what it leaves in both mean cycles. */
+/* Adds the comparison of one channel of a leg, measured (m) with simulated (s). The difference is
+ * that of the mean cycles, plus the noise of the samples. The noise is that of the samples, plus
+ * what it leaves in both mean cycles. */
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];
@@ -248,8 +251,8 @@ struct replay_sizes replay_compare(const struct recording *measured, const struc
     return sizes_of(sums, both[1].model != NULL);
 }
 
-/* The same for a residual of the equations, whose noise includes that of the measured motion. A
- * segment has no noise outside its band to add. */
+/* Adds the comparison of one channel of a leg, by the residual of the equations. Its noise includes
+ * that of the measured motion. A segment has no noise beyond its band that could be added. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
     double left = 0.0, left_over = 0.0;
@@ -261,7 +264,7 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
         double noise = square(t->spectrum.noise[channel][leg]);
         left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]) + noise, left_over += noise;
     }
-    /* no constant is excused: the motion is the measured one */
+    /* constants count fully: both sides have the measured motion */
     add(&sums->difference, gap_channel, left_over, 0.0);
     add(&sums->noise, gap_channel, left, 0.0);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);

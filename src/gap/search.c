@@ -12,54 +12,56 @@
 #include "memory.h"
 #include "trials.h"
 
-/* On machines without hidden effects, the luckiest of some forty effects gains 5 to 10 on
+/* A machine without hidden effects gives the luckiest of some forty effects a gain of 5 to 10 on
  * held-out cycles (make bench-gap). */
-static const double GAIN_MIN = 28.0;       /* in white squares, on fitted and held-out cycles
-                                            * together, after the parameters' penalty: odds of
-                                            * 5000 to one after the choice among some 250
-                                            * hypotheses; z = 6 for one parameter */
-static const double UNCLEAR_GAIN = 144.0;  /* z = 12; needed beside effects already found if
-                                            * there are rivals, any of which an error of the laws
-                                            * could cause */
-static const double REMAINDER_SHARE = 0.2; /* share of the excess over noise; an effect that
-                                            * explains less is not accepted */
-static const double RIVAL_GAIN = 16.0;     /* odds of 3000 to one, z = 4; at least the possible
-                                            * error of its law */
+static const double GAIN_MIN = 28.0;       /* least evidence for an effect, in white squares on
+                                            * fitted and held-out cycles together, after the
+                                            * parameters' penalty: odds of 5000 to one after the
+                                            * choice among some 250 hypotheses; z = 6 for one
+                                            * parameter */
+static const double UNCLEAR_GAIN = 144.0;  /* least evidence for a further effect that has
+                                            * rivals, any of which an error of the laws could
+                                            * cause; z = 12 */
+static const double REMAINDER_SHARE = 0.2; /* share of the held-out excess over noise that an effect
+                                            * must explain */
+static const double RIVAL_GAIN = 16.0;     /* evidence by which a rival must be behind the best to
+                                            * be excluded, if errors of the law are smaller: odds of
+                                            * 3000 to one, z = 4 */
 
-/* revisions at most: each effect, and each beside each other one; twice the need of four effects
- * without a replacement */
+/* Most rounds of the search. It is twice what four effects need that are each added once, and
+ * judged again beside those added later, without a replacement. */
 enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
-/* Square root of the likelihood's gain on all cycles, less the penalty of the priors. */
+/* Square root of a trial's gain of likelihood on all cycles, less the penalty of the priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
-/* Possible error of a trial's law, in white squares over all cycles. */
+/* Possible error of a trial by its effect's law, in white squares over all cycles. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
-/* Mean square of the residuals with a trial, relative to noise, at least 1: a remaining gap
- * makes all evidence less certain. */
+/* Mean white square with a trial, which is about 1 for noise; at least 1. A gap that is left makes
+ * all evidence less certain. */
 static double dispersion(const struct diagnosis *d, const struct trial *t) {
     return fmax((t->square + t->held_square) / (d->fit.evaluated + d->held_out.evaluated), 1.0);
 }
 
-/* Possible error of the model in the evidence for the best candidate. */
+/* Possible error of the evidence for the best candidate, by noise or by its effect's law. */
 static double margin(const struct diagnosis *d, const struct trial *best) {
     return fmax(RIVAL_GAIN * dispersion(d, best), law_error(best));
 }
 
-/* True if a trial's evidence is within the margin of the best one's. Parameters are not counted
- * between two effects unless one is a special case of the other: an external stiffness with six
- * parameters, one of which is used, is no worse for the other five. */
+/* True if a trial's evidence is within the margin of the best one's. The penalty for parameters
+ * counts only if either has a value for each leg: an external stiffness with six parameters, of
+ * which one is used, is no worse for the other five. */
 static bool is_rival(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     bool each = best->hypothesis->shape == SHAPE_EACH || t->hypothesis->shape == SHAPE_EACH;
     double ahead = each ? best->gain - t->gain : trial_rise(best) - trial_rise(t);
     return t->ok && t->polished && ahead + best->held_gain - t->held_gain <= margin(d, best);
 }
 
-/* A trial with a value for each leg always fits a little better, so it is a rival only if its
- * evidence is better too. */
+/* True if a trial with a value for each leg gains less on held-out cycles than a best trial with
+ * fewer values. It is no rival then, because more values always fit a little better. */
 static bool overfits(const struct trial *t, const struct trial *best) {
     return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
 }
@@ -73,8 +75,8 @@ static double dry_friction(const struct params *model, double speed_mps) {
     return sum;
 }
 
-/* True for a friction that mostly disappears where a leg surely slides. It cannot be observed: a
- * leg that may stick absorbs any error of the force balance, such as a force sensor's. */
+/* True for a friction that mostly disappears where a leg surely slides. The data do not show it,
+ * because a leg that may stick absorbs any error of the force balance, such as a force sensor's. */
 static bool held_only(const struct diagnosis *d, const struct trial *t) {
     double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
     if (!effect_table[t->hypothesis->effect]->leg_friction) return false;
@@ -85,9 +87,10 @@ static bool held_only(const struct diagnosis *d, const struct trial *t) {
 
 static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || held_only(d, t); }
 
-/* Lists every effect once, with its best choice of legs; trials are sorted. */
+/* Lists every effect once, with its best choice of legs. The trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double least = d->held_out.evaluated; /* noise alone is not explained */
+    double least = d->held_out.evaluated; /* sum of squares that is a full explanation: that of
+                                           * noise, or of a trial that leaves less */
     for (int i = 0; i < trials; i++)
         if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
     double before = d->held_square - least;
@@ -124,9 +127,9 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* True if a trial is a special case of the best one and explains as much: another effect, or the
- * same with one value for all legs, or for one leg, in place of a value for each. Values for
- * each leg must pay like an added effect. */
+/* True if a trial is a special case of the best one and explains about as much. It is another
+ * effect that the best one contains, or the same effect with one value for all legs or for one leg
+ * in place of a value for each. Values for each leg must gain as much as an added effect. */
 static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
@@ -136,7 +139,7 @@ static bool as_good(const struct diagnosis *d, const struct trial *best, const s
     return h->shape != SHAPE_EACH && than->shape == SHAPE_EACH && behind <= needed;
 }
 
-/* If a special case of the best candidate explains as much, prefer it. */
+/* Moves a special case of the best candidate to the front if it explains as much. */
 static void prefer_simple(const struct diagnosis *d, struct trial *trial, int trials) {
     for (int i = 1; i < trials; i++)
         if (as_good(d, &trial[0], &trial[i])) {
@@ -145,8 +148,8 @@ static void prefer_simple(const struct diagnosis *d, struct trial *trial, int tr
         }
 }
 
-/* Moves the best candidate that is neither noise nor stuck at a bound to the front; the order of
- * the others stays. */
+/* Moves the best polished candidate that the data show to the front; the others keep their
+ * order. */
 static void prefer_seen(const struct diagnosis *d, struct trial *trial, int trials) {
     for (int i = 0; i < trials && trial[i].ok && trial[i].polished; i++) {
         if (unseen(d, &trial[i])) continue;
@@ -162,7 +165,7 @@ static bool worth_adding(const struct diagnosis *d, const struct trial *t, doubl
     return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
 
-/* The best of an effect's trials without a value for each leg; 0: none. */
+/* Index of the best trial of the first one's effect that has no value for each leg; 0: none. */
 static int simple_shape(const struct diagnosis *d, const struct trial *trial, int trials) {
     int best = 0;
     for (int i = 1; i < trials; i++) {
@@ -175,12 +178,12 @@ static int simple_shape(const struct diagnosis *d, const struct trial *trial, in
 
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
-/* True if the effect with this simpler choice of legs, together with the next effect, explains
- * more than the best trial, because a value for each leg also absorbs other effects. The model
- * is unchanged but refitted. */
+/* True if the effect with this simpler choice of legs explains more, together with the next effect,
+ * than the best trial does: a value for each leg also absorbs other effects. The model is
+ * unchanged, but refitted. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
-    /* computed before a refit changes the list of hypotheses to which the trials point */
+    /* computed first, because a refit lists the hypotheses anew to which the trials point */
     double needed = trial_evidence(&trial[0]);
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
@@ -214,21 +217,22 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
 }
 
-/* Revision: an effect found before a later one was known is removed and judged again beside the
- * later one, before the search goes on. Two effects together can look like a third, and a wrong
- * effect brings in others that imitate the remainder. */
+/* Revision: an effect that was found before a later one is removed and judged again beside the
+ * later one, before the search goes on. For two effects together can look like a third, and a wrong
+ * effect brings in others that imitate what it leaves. */
 struct revision {
-    bool known[EFFECTS_MAX];       /* has been found before, and its penalty then */
-    double penalty[EFFECTS_MAX];
+    bool known[EFFECTS_MAX];       /* the effect was found before */
+    double penalty[EFFECTS_MAX];   /* its penalty when it was found */
     bool beside[EFFECTS_MAX][EFFECTS_MAX]; /* [a][b]: a was judged while b was in the model */
-    bool open;                     /* an effect is removed for revision: */
+    bool open;                     /* an effect is removed for revision: the one below */
     struct gap_effect effect;
     struct hypothesis hypothesis;
-    struct params model;           /* including it */
-    double square;                 /* including it, all cycles; and its penalty */
+    struct params model;           /* model with the removed effect */
+    double square;                 /* sum of white squares with the removed effect over all cycles,
+                                    * and its penalty */
 };
 
-/* Records that an effect was judged, or is about to be, beside those already added. */
+/* Records that an effect was judged, or is about to be, beside all that are added. */
 static void judged(const struct diagnosis *d, struct revision *v, int effect) {
     for (int i = 0; i < d->added; i++) v->beside[effect][d->addition[i].effect] = true;
 }
@@ -239,7 +243,8 @@ static bool judged_beside_all(const struct diagnosis *d, const struct revision *
     return all;
 }
 
-/* Rivals of the last effect are left to the verdict: nothing is judged beside them. */
+/* Removes the first effect that was not yet judged beside all others. While the last effect has
+ * rivals nothing is judged beside it: they are left to the verdict. */
 static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     for (int i = 0; i < d->added - 1 && !r->ambiguous && !v->open; i++) {
         int effect = d->addition[i].effect, place = 0;
@@ -254,19 +259,19 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
     }
 }
 
-/* A replacement must explain more than the removed effect did. That holds for the removed effect
- * itself too: a search from a more distant start may end worse. */
+/* True if a trial explains more than the removed effect did. That holds for the removed effect
+ * itself, too: a search from a more distant start may end worse. */
 static bool takes_place(const struct revision *v, const struct trial *t) {
     return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }
 
-/* Restores the removed effect, because nothing else is worth its place. */
+/* Restores the removed effect, because nothing else explains more in its place. */
 static void take_back(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     v->open = false;
     if (diagnosis_add(d, &v->hypothesis, &v->model)) r->effect[r->effects++] = v->effect;
 }
 
-/* Handles an added effect: the removed one, or another in its place. */
+/* Records an effect that was added: a new one, the removed one again, or another in its place. */
 static void note(const struct diagnosis *d, struct revision *v, int effect, double penalty) {
     v->known[effect] = true;
     v->penalty[effect] = penalty;
@@ -274,7 +279,7 @@ static void note(const struct diagnosis *d, struct revision *v, int effect, doub
     judged(d, v, effect);
 }
 
-/* The rivals of the last effect. */
+/* Stores the rivals of the effect that was added last. */
 static void tell_rivals(struct gap_result *r, int rivals, const int rival[GAP_RIVALS]) {
     r->ambiguous = rivals;
     memcpy(r->ambiguous_with, rival, sizeof r->ambiguous_with);
@@ -286,10 +291,11 @@ static int keys_of(const struct hypothesis *h) {
     return keys;
 }
 
-/* Factor by which the residuals exceed noise, at least 1; scales the standard deviations. */
+/* Factor by which the residuals exceed noise, at least 1. Standard deviations are multiplied by
+ * it. */
 static double left_over(const struct diagnosis *d) { return sqrt(fmax(d->held_square / d->held_out.evaluated, 1.0)); }
 
-/* Reads values and standard deviations of the added effects from the fitted variables. */
+/* Reads values and standard deviations of the added effects from the model's variables. */
 static void read_effects(const struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) r->effect[i].values = d->model.effects[r->effect[i].effect];
     for (int j = 0; j < d->variables; j++)
@@ -299,7 +305,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
             double value = variable_get(v, &d->model);
             for (int leg = 0; leg < LEGS; leg++) {
                 if (v->leg >= 0 && v->leg != leg) continue;
-                if (v->base) { /* base variable within its tolerance, so not a finding */
+                if (v->base) { /* a base variable within its tolerance is no finding */
                     r->effect[i].values.value[v->key][leg] = d->given->effects[v->effect].value[v->key][leg];
                     continue;
                 }
@@ -309,7 +315,7 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
         }
 }
 
-/* A single axis has no legs. */
+/* Writes an effect's evidence and stores its z. On a single axis the word "leg" is left out. */
 static void describe(struct gap_effect *e, const struct params *model, double z, double before, double after) {
     static const char leg[] = "leg ";
     const char *signature = effect_table[e->effect]->signature;
@@ -319,8 +325,8 @@ static void describe(struct gap_effect *e, const struct params *model, double z,
     e->z = z;
 }
 
-/* Clock skew needs no search, because the ratio of the clocks is measured. Crystals agree to
- * RECORDING_CLOCK_TOLERANCE. */
+/* Finds clock skew, which needs no search, because the ratio of the clocks is measured. Crystals
+ * agree to RECORDING_CLOCK_TOLERANCE. */
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
     struct machine given;
@@ -342,13 +348,13 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
              1e3 * (ratio - 1.0));
 }
 
-/* Sorts effects, the most certain first. */
+/* Order of effects for qsort: the most certain first. */
 static int by_z(const void *a, const void *b) {
     const struct gap_effect *x = a, *y = b;
     return x->z < y->z ? 1 : x->z > y->z ? -1 : 0;
 }
 
-/* The effect in doubt is the one added last. */
+/* Sorts the effects by z and finds the one in doubt, which is the one added last. */
 static void sort_effects(struct gap_result *r) {
     int doubted = r->effects ? r->effect[r->effects - 1].effect : 0;
     qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z);
@@ -356,7 +362,8 @@ static void sort_effects(struct gap_result *r) {
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
-/* The only effect found with a known share, clock_skew apart; NULL if there are none or several. */
+/* The only effect found apart from clock_skew, whose share is known; NULL if there are none or
+ * several. */
 static struct gap_effect *only_one(struct gap_result *r) {
     struct gap_effect *only = NULL;
     for (int i = 0; i < r->effects; i++) {
@@ -367,8 +374,9 @@ static struct gap_effect *only_one(struct gap_result *r) {
     return only;
 }
 
-/* Share that each effect explains. A single effect: all that is gone. Of several: the larger of
- * its share alone in the first round and of what was gone when it joined. */
+/* Finds the share that each effect explains. A single effect explains all that is gone. With
+ * several, it is the larger of the effect's share alone in the first round and of what was gone
+ * when it joined. */
 static void share_out(const struct diagnosis *d, double initial, double initial_held, struct gap_result *r) {
     double whole = initial_held - d->held_square;
     struct gap_effect *only = only_one(r);
@@ -387,7 +395,8 @@ static void share_out(const struct diagnosis *d, double initial, double initial_
     }
 }
 
-/* Index in the final fit's variables; -1: held, because an effect is parallel to it. */
+/* Index of a base variable in the last fit; -1: its value is held, because an effect is parallel to
+ * it. */
 static int place_of(const struct diagnosis *d, const struct variable *base) {
     for (int i = 0; i < d->variables; i++)
         if (d->variable[i].base && d->variable[i].offset == base->offset && d->variable[i].leg == base->leg) return i;
@@ -401,7 +410,7 @@ static void read_base(const struct diagnosis *d, struct gap_result *r) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
         int place = place_of(d, v);
-        /* joint positions and nulls: too many to list, and none is a finding */
+        /* joint positions and valve nulls are too many to list, and none is a finding */
         if (v->effect >= 0 || (place < 0 && value == given)) continue;
         r->base[r->base_values++] = (struct gap_base_value){.name = v->name,
                                                             .leg = v->leg,

@@ -6,20 +6,23 @@
 
 #include "memory.h"
 
-static const double IDLE = 1e-6;         /* relative change of the squares */
-static const double DOUBTLESS_GAIN = 36.0; /* gain beyond doubt, z = 6 */
-static const double BEND = 0.1;          /* share of a signature; a law with less curvature
+static const double IDLE = 1e-6;         /* relative change of the sum of squares below which a
+                                          * strength has no effect */
+static const double DOUBTLESS_GAIN = 36.0; /* gain in white squares that is beyond doubt: z = 6 */
+static const double BEND = 0.1;          /* deviation of a law from proportionality over the change
+                                          * that the effect makes, both rms, below which the law
                                           * counts as proportional */
-static const double SHORTEST_STEP = 0.1; /* shortest share of the base's linear step that is
-                                          * tried */
+static const double SHORTEST_STEP = 0.1; /* share of the base's linear step down to which it is
+                                          * halved while the machine is impossible */
 enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 5 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
-/* strengths relative to the typical effect; a limit acts always or never, except at the
- * strengths between */
+/* strengths at which a trial may start, in typical strengths; there are several, because a limit
+ * acts always or never outside a range of strengths */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
-/* True if white residuals without, with a weak and with the typical effect are proportional. */
+/* True if the effect is proportional to its strength, by the white residuals without it, with it
+ * weak and with it typical. */
 static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
     double bend = 0.0, square = 0.0;
     for (int i = 0; i < values; i++) {
@@ -29,16 +32,18 @@ static bool in_proportion(int values, const double *without, const double *weak,
     return bend < BEND * BEND * square;
 }
 
-/* Start of a trial: the best so far among the possible ones. */
+/* The best start of a trial so far, among the possible ones. */
 struct start {
     struct params *model;
-    double square;      /* sum of white squares with the linear part optimal; HUGE_VAL: none yet */
-    double *raw;        /* its residuals, and work space */
+    double square;      /* sum of white squares with the linear part at its optimum; HUGE_VAL: there
+                         * is no start yet */
+    /* raw: raw residuals of the best start; other: work space for those of the next */
+    double *raw;
     double *other;
     bool bent;          /* the law is nonlinear */
 };
 
-/* Keeps the better start: the one whose residuals the linear part brings closest to zero. */
+/* Keeps a start if its sum of squares, with the linear part at its optimum, is the least so far. */
 static void keep_better(struct start *s, const struct params *model, double square) {
     if (!(square < s->square)) return;
     double *raw = s->raw;
@@ -46,13 +51,14 @@ static void keep_better(struct start *s, const struct params *model, double squa
     s->square = square, *s->model = *model;
 }
 
-/* Sets a model with this strength of the effect and computes its white residuals. */
+/* Tries a start with this strength of the effect and keeps it if it is the best. white: set to its
+ * white residuals. without: sum of squares without the effect. */
 static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
                       const struct linear_part *linear, double *white, struct start *s) {
     struct params model = *base;
     if (!hypothesis_at(h, strength, &model)) return;
     double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, s->other, white);
-    /* a limit that is never reached has no gradient */
+    /* a limit that is never reached has no gradient, so nothing could be fitted from there */
     bool idle = fabs(square - without) < IDLE * without;
     if (!idle) keep_better(s, &model, square);
 }
@@ -68,11 +74,11 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
     t->gain = d->square - square - DIAGNOSIS_PENALTY * t->parameters - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
 }
 
-/* Finds the start whose residuals the linear part brings closest to zero; the effect's
- * configured values, if any, are among the starts. A proportional law gives its best strength
- * directly; otherwise it counts as nonlinear. from: a fitted trial of the same effect with all
- * legs alike, which makes other starts unnecessary, or NULL. room: for three residuals. False:
- * no start. */
+/* Finds the best start of a hypothesis. The effect's configured values, if any, are one of the
+ * starts. If the law is proportional, its best strength is computed; otherwise all strengths are
+ * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, which
+ * serves as the start of one with a value for each leg; or NULL. room: for three residuals. False:
+ * there is no start. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;
@@ -103,8 +109,9 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return s->square < HUGE_VAL;
 }
 
-/* The current model without variables parallel to the hypothesis, which stand at their given
- * value, or as found. Also fills in the box and the priors of the others. */
+/* Makes the base of a trial: the current model with the variables that are parallel to the
+ * hypothesis at their given value, or, if as_found, as found. Fills in box and priors of all
+ * variables, relative to it. True if the base differs from the current model. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
                              double *max, struct fit_prior *prior) {
     bool changed = false;
@@ -123,7 +130,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
     return changed;
 }
 
-/* True for a value at the end of its range, unless that is the neutral value. */
+/* True if a value is at an end of its range that is not the neutral value. */
 static bool at_bound(const struct trial *t) {
     bool bound = false;
     for (int i = 0; i < t->hypothesis->variables; i++) {
@@ -135,9 +142,9 @@ static bool at_bound(const struct trial *t) {
     return bound;
 }
 
-/* Moves the variables of the model by x, except those held at their given value and the
- * hypothesis's own. The move stops where the machine would become impossible: a linear step may
- * make a mass negative. */
+/* Moves the model's variables by x from `from`, except those parallel to the hypothesis and its
+ * own. The step is shortened if the machine would become impossible: a linear step may make a mass
+ * negative. */
 static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
                         struct params *model) {
     bool possible = false;
@@ -151,7 +158,7 @@ static void move_others(const struct diagnosis *d, const struct hypothesis *h, c
     }
 }
 
-/* Starts from the best start, or continues an earlier trial. */
+/* Fits a hypothesis from its best start, or goes on with an earlier trial. */
 static void try_one(const struct diagnosis *d, const struct hypothesis *h, const struct trial *from, int iterations, struct trial *t) {
     double min[FIT_VARIABLES], max[FIT_VARIABLES], x[FIT_VARIABLES] = {0};
     size_t values = (size_t)d->fit.values;
@@ -186,7 +193,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
 
     t->ok = true;
     rate(d, t, r.square, r.std);
-    /* otherwise it is noise; the same holds for held-out cycles */
+    /* a trial that gains no more than noise is not evaluated on the held-out cycles: its gain there
+     * is taken to be the same */
     bool seen = again || t->gain > TRIAL_LEAST;
     t->held_square = seen ? diagnosis_held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;
@@ -201,8 +209,8 @@ bool trial_contradicted(const struct trial *t) {
 
 double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
 
-/* Jacobian of the base near a trial's end: the model's columns are reused if the effect moves
- * none of the residuals of a variable, else they are computed. False: not possible. */
+/* Computes those base columns at the trial's end that are not yet in known[]. raw: residuals there.
+ * False: the model cannot make the measured motion. */
 static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int variables, const struct variable *v,
                          double *room, const double **known) {
     if (!fit_columns(&d->fit, &t->model, raw, variables, v, known, room)) return false;
@@ -211,9 +219,9 @@ static bool base_columns(const struct diagnosis *d, const struct trial *t, const
     return true;
 }
 
-/* Fits base and effect together. near: the trial begins near its optimum, so that the base's
- * columns hardly change. Without room for so many variables, or without columns, the trial stays
- * as it is. */
+/* Fits base and effect together. near: the trial begins near its optimum, so that columns of base
+ * variables whose residuals the effect does not move are taken from the current model. If there are
+ * too many variables or the columns cannot be computed, the trial stays as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
     const double *known[FIT_VARIABLES] = {NULL};
@@ -228,7 +236,7 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
         v[n] = *b;
         if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
         n++;
-        base += b->base; /* base variables come first */
+        base += b->base; /* base variables come first in d->variable */
     }
     before = n;
     if (before + h->variables > FIT_VARIABLES) return;
@@ -251,7 +259,7 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
 }
 
 /* A contradicted trial is also fitted from the current model, with the effect at its typical or
- * configured values. */
+ * configured values; the better result counts. */
 void trial_polish(const struct diagnosis *d, struct trial *t) {
     struct trial anew = *t;
     double unmoved[FIT_VARIABLES] = {0};
@@ -267,9 +275,9 @@ void trial_polish(const struct diagnosis *d, struct trial *t) {
     if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 
-/* True if one direction has no friction. Friction that differs between directions replaces a
- * constant force up to the size of the friction itself; at that limit it may stand for a larger
- * one. */
+/* True if the hypothesis is a friction that replaces a constant force of the base and is zero in
+ * one direction. Friction that differs between the directions can stand for a constant force no
+ * larger than itself; at that limit the true force may be larger. */
 static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis;
     bool constant = false, none = false;
@@ -282,7 +290,8 @@ static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     return constant && none;
 }
 
-/* Tries it with the constant force left in the base; keeps it if it explains clearly more. */
+/* Tries the hypothesis with the constant force left in the base, and keeps that trial if it
+ * explains clearly more. */
 static void try_beside_constant(const struct diagnosis *d, const struct trial *from, struct trial *t) {
     struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
     if (!one_direction(d, t)) return;

@@ -7,19 +7,21 @@
 #include "memory.h"
 #include "parallel.h"
 
-static const double WORTH = 0.1; /* share of the best gain after the first steps; above it a
+static const double WORTH = 0.1; /* gain after the first steps over the best trial's, above which a
                                   * trial is fitted further */
-static const double NEAR = 0.9;  /* share of the best gain with the base moved linearly;
-                                  * polishing may change the order of trials above it */
+static const double NEAR = 0.9;  /* gain of a trial over that of the best, with the base moved
+                                  * linearly, above which it is polished, too: that may change their
+                                  * order */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
     const struct diagnosis *d;
     const struct hypothesis *hypothesis[HYPOTHESES_MAX];
-    const struct batch *before;     /* batch whose trials are starts, or NULL */
+    const struct batch *before;     /* batch whose trials serve as starts, or NULL */
     struct trial *trial;
     int count;
-    double worth;             /* gain after the first steps above which trials are fitted further */
+    double worth;             /* gain after the first steps, above which a trial is fitted
+                               * further */
 };
 
 static const struct trial *alike(const struct batch *before, const struct hypothesis *h) {
@@ -39,8 +41,8 @@ static void fit_on(void *context, int i) {
     if (batch->trial[i].ok && batch->trial[i].gain > batch->worth) trial_fit(batch->d, &batch->trial[i]);
 }
 
-/* Takes one step with each trial, several if the law is nonlinear; only trials near the best one
- * are then fitted to the end. */
+/* Takes the first step of each trial of a batch, several if its law is nonlinear, and then fits
+ * those near the best one to the end. */
 static void try_all(int threads, struct batch *batch) {
     double best = 0.0;
     parallel_run(threads, batch->count, screen, batch);
@@ -50,7 +52,7 @@ static void try_all(int threads, struct batch *batch) {
     parallel_run(threads, batch->count, fit_on, batch);
 }
 
-/* Legs sorted by their residuals, largest first. */
+/* Sorts the legs by their residuals, largest first. */
 static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
     double square[LEGS] = {0}, *white = memory_get((size_t)d->fit.values, sizeof *white);
     memcpy(white, d->raw, (size_t)d->fit.values * sizeof *white);
@@ -67,7 +69,7 @@ static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
     }
 }
 
-/* True if the effect is among the first `many` by gain. */
+/* True if fewer than `many` trials of the batch gain more than the effect's best one. */
 static bool promising(const struct batch *batch, int effect, int many) {
     double gain = -INFINITY;
     int better = 0;
@@ -77,8 +79,8 @@ static bool promising(const struct batch *batch, int effect, int many) {
     return better < many;
 }
 
-/* True if the base has a value of this effect for each leg. A single value for all legs, which
- * replaces these, looks worse than it is. */
+/* True if the base has a value of this effect for each leg. A single value for all legs replaces
+ * these, and therefore looks worse than it is. */
 static bool each_in_base(const struct diagnosis *d, int effect) {
     bool each = false;
     for (int i = 0; i < d->variables; i++)
@@ -86,8 +88,8 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
-/* The leg whose value differs most certainly from the given one, in a trial with a value for
- * each leg; -1: none does. A value at its bound counts as certain. */
+/* Leg whose value differs most certainly from the given one, in a trial with a value for each leg;
+ * -1: none does. A value at its bound is certain. */
 static int single_out(const struct diagnosis *d, const struct trial *each) {
     const struct hypothesis *h = each->hypothesis;
     bool given = d->given->effects[h->effect].on;
@@ -108,7 +110,7 @@ static bool is_in(const struct batch *batch, const struct hypothesis *h) {
     return in;
 }
 
-/* Tries effects in the single leg that a trial with a value for each leg has singled out. */
+/* Lists, for each trial with a value for each leg, the same effect in the leg that stands out. */
 static void list_single(const struct diagnosis *d, const struct batch *before, struct batch *batch) {
     for (int i = 0; i < before->count; i++) {
         const struct trial *each = &before->trial[i];
@@ -124,12 +126,12 @@ static void list_single(const struct diagnosis *d, const struct batch *before, s
 static int by_gain(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     double p = trial_sound_gain(x), q = trial_sound_gain(y);
-    if (p == q) p = x->gain, q = y->gain; /* compares two contradicted trials */
+    if (p == q) p = x->gain, q = y->gain; /* both are contradicted */
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* Evidence of a polished trial: held-out cycles count as much as fitted ones, so that parameters
- * gain nothing by their number. */
+/* Order of trials for qsort: polished ones first, by their evidence. Held-out cycles count as much
+ * as fitted ones, so that parameters gain nothing by their number. */
 static int by_evidence(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     bool first = x->ok && x->polished, second = y->ok && y->polished;
@@ -138,16 +140,16 @@ static int by_evidence(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* The first trial of an effect, with its best choice of legs. NULL: none yet. */
+/* First listed trial of an effect, which has its best choice of legs; NULL: none is listed. */
 static const struct trial *best_shape(const struct trial *finalist, int finalists, int effect) {
     for (int i = 0; i < finalists; i++)
         if (finalist[i].hypothesis->effect == effect) return &finalist[i];
     return NULL;
 }
 
-/* Sorts trials, best first. The best few effects, with their best choice of legs and those near
- * it, and contradicted trials come first, polished one after the other with all threads. worth:
- * gain that a trial needed to be fitted further. */
+/* Sorts trials, the best first, and polishes the best one after the other with all threads: those
+ * of the best few effects, with their best choice of legs and any near it, and contradicted ones.
+ * worth: gain that a trial needed to be fitted further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
@@ -156,7 +158,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
         bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
-        /* special case of a trial with a value for each leg; it may be the whole effect,
+        /* all legs alike is a special case of a value for each leg; it may be the whole effect,
          * whatever the first steps showed */
         bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
         bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
@@ -176,7 +178,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
 }
 
 int trials_run(const struct diagnosis *d, struct trial *trial) {
-    /* one thread for each trial */
+    /* the diagnosis with one thread for each trial */
     struct diagnosis *alone = memory_get(1, sizeof *alone);
     int threads = d->fit.threads;
     *alone = *d;

@@ -4,12 +4,12 @@
 
 #include "trial.h"
 
-/* Tries hypotheses beside the model, a thread each: first every effect with all legs alike; then
- * the closest ones for single legs with the largest residuals and for legs that the trial with a
- * value for each leg singles out. The best trials, and those that the held-out cycles
- * contradict, are polished and sorted first, by their evidence. Returns the number of trials, at
- * most HYPOTHESES_MAX, for which there must be room. They point to the hypotheses in d, which
- * the next fit of the model lists anew. */
+/* Tries hypotheses beside the model, each on one thread: first every effect with all legs alike;
+ * then the effects that came nearest, in the single legs with the largest residuals, with a value
+ * for each leg, and in the legs that such a trial singles out. The best trials, and those that the
+ * held-out cycles contradict, are polished and sorted by their evidence, best first. Returns the
+ * number of trials, for which `trial` needs room of HYPOTHESES_MAX. They point to the hypotheses in
+ * d, which the next fit of the model lists anew. */
 int trials_run(const struct diagnosis *d, struct trial *trial);
 
 #endif

@@ -9,7 +9,10 @@
 
 typedef double channel_rows[GAP_CHANNELS][SPECTRUM_SIZE];
 
-enum { POINTS = 128 }; /* four for each period of the highest harmonic */
+enum {
+    POINTS = 128
+}; /* instants per cycle or segment: four for each period of the highest
+                        * harmonic */
 
 double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]) {
     double difference[SPECTRUM_SIZE], square = 0.0;
@@ -22,7 +25,7 @@ double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], 
     return sqrt(square);
 }
 
-/* Mean square without the mean. */
+/* Mean square of a row's values about their mean, over the cycle or the segment. */
 static double variation(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
     const double zero[SPECTRUM_SIZE] = {0};
     double sum = 0.0;
@@ -71,7 +74,7 @@ static void find_variation(struct waves *w) {
     }
 }
 
-/* Selects one of the model's rows in struct wave. */
+/* Which of the model's two rows in struct wave. */
 enum side { BEFORE, AFTER };
 
 static double *side_row(struct wave *w, enum side side) { return side == BEFORE ? w->before : w->after; }
@@ -123,7 +126,8 @@ void waves_closed_loop(struct waves *w, const struct recording *measured, const 
     find_variation(w);
 }
 
-/* Model row = measured - residual of the equations. False if the model cannot make the motion. */
+/* Makes the model's rows of force and pressures: the measured ones less the residuals of the
+ * equations. False: the model cannot make the measured motion. */
 static bool put_residual(struct wave_test *t, const struct residual_test *residual, const struct params *model, enum side side) {
     static const enum gap_channel channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
     residual_row row;

@@ -6,7 +6,7 @@
 #include "gap.h"
 #include "spectrum.h"
 
-/* One channel of one leg in one test, as coefficient rows (spectrum.h) padded with zeros. */
+/* One channel of one leg in one test: Fourier coefficients (spectrum.h), padded with zeros. */
 struct wave {
     double measured[SPECTRUM_SIZE], before[SPECTRUM_SIZE], after[SPECTRUM_SIZE];
     double noise;     /* rms of the measured samples about their mean cycle */
@@ -16,29 +16,31 @@ struct wave_test {
     int run, test;
     enum dof dof;
     double omega;
-    double at_s, piece_s;       /* start and length of a segment of any motion; piece_s 0: a
-                                 * steady sinusoid */
-    double from_s, span_s;     /* interval in which the rows are valid: one cycle, or the segment */
+    double at_s, piece_s;       /* start and length of a segment of any motion; piece_s 0: a steady
+                                 * sinusoid */
+    double from_s, span_s;     /* start and length of the time in which the coefficients hold: one
+                                * cycle, or the segment */
     struct wave wave[GAP_CHANNELS][LEGS];
 };
 
 struct waves {
     int tests, legs;
     struct wave_test *test;
-    bool evaluated[GAP_CHANNELS];   /* false: the model's rows are missing */
+    bool evaluated[GAP_CHANNELS];   /* the model's coefficients exist; false: they are copies of the
+                                     * measured ones */
     double variation[GAP_CHANNELS]; /* rms of the measured variation over all tests and legs */
 };
 
 /* Fills all channels from simulations in closed loop. */
 void waves_closed_loop(struct waves *w, const struct recording *measured, const struct recording *before, const struct recording *after);
 
-/* Fills force and pressures from the equations under the measured motion. Returns 0 or a
- * negative status. */
+/* Fills force and pressures from the residuals under the measured motion. Returns 0 or a negative
+ * status. */
 int waves_motion(struct waves *w, const struct gap_result *result, const struct recording *measured, struct error *error);
 
 void waves_free(struct waves *w);
 
-/* Rms difference of two rows over the cycle or the segment. */
+/* Rms difference of two rows of coefficients over the cycle or the segment. */
 double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]);
 
 #endif
