@@ -44,7 +44,7 @@ def joints():
 def seen(point):
     """Parallel projection from behind, from the left and from above; pixels. Right, down and away are as y, z and x are: no mirror."""
     x, y, z = point
-    turn, tilt = math.radians(28), math.radians(24)
+    turn, tilt = math.radians(45), math.radians(20)  # as the live page takes it: no leg hides another
     across, away = x * math.sin(turn) + y * math.cos(turn), x * math.cos(turn) - y * math.sin(turn)
     return 330 + 180 * across, 105 + 180 * (z * math.cos(tilt) - away * math.sin(tilt))
 
@@ -77,7 +77,7 @@ def machine():
         out += ['<circle cx="%.1f" cy="%.1f" r="5"/>' % seen(p) for p in (upper[i], lower[i])]
         out.append(word(part(lower[i], upper[i], 0.28), str(i + 1), -5, 6, 'fill="white" font-weight="bold"'))
     origin = (0.0, 0.0, 0.0)
-    for name, end, dx, dy in (("x forward", (0.9, 0, 0), 6, -6), ("y right", (0, 0.9, 0), 8, 6), ("z down", (0, 0, 0.7), 8, 6)):
+    for name, end, dx, dy in (("x forward", (0.9, 0, 0), 6, -6), ("y right", (0, 0.9, 0), 8, 6), ("z down", (0, 0, 0.7), 28, 6)):
         out.append(line(origin, end, 'stroke="#b02020" stroke-width="3"'))
         out.append(word(end, name, dx, dy, 'fill="#b02020"'))
     out.append('<circle cx="%.1f" cy="%.1f" r="6" fill="#b02020"/>' % seen(origin))
