@@ -9,7 +9,8 @@
 #include "numeric.h"
 
 static const double OFFSET_SIGMAS = 6.0, /* least constant force, in its standard deviations */
-    OFFSET_SHARE = 0.05; /* least difference of friction between directions, over the friction's sum */
+    OFFSET_SHARE = 0.05;                 /* least difference of friction between directions, over
+                                           * the sum of both */
 static const double SHARE_MAX = 0.3;      /* share of the gap that a simulation with the effects may
                                            * leave without being refuted */
 static const double FLOORS_MAX = 2.0;      /* remaining gap over the noise floor, up to which
