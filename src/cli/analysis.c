@@ -20,12 +20,14 @@ void analysis_free(struct analysis *a) {
     parts_free(&a->parts);
 }
 
-/* For a log from elsewhere, the recorded motion decides, not the configuration. */
+/* True if the motion is sinusoids, one axis after another. A log from elsewhere may hold another
+ * motion than its configuration says, so the recorded motion decides too. */
 bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }
 
-/* True if there is room for samples: a test of an axis has a fixed share, other motions all. */
+/* True if the recording has room for another sample: a test of an axis has a sixth of
+ * ANALYSIS_SAMPLES, another motion all that is left. */
 static bool room(const struct recording *r, enum dof dof) {
     int kept = 0;
     if (!r->tests) return true;
@@ -34,8 +36,8 @@ static bool room(const struct recording *r, enum dof dof) {
     return kept < ANALYSIS_SAMPLES;
 }
 
-/* A test of an axis replaces that axis's earlier one (as in ident.h), and another motion the
- * earlier motion, because the machine may have been changed in between. */
+/* Removes an earlier recording of the same test or motion, as ident.h does for a test of an axis,
+ * because the machine may have been changed in between. */
 static void replace(struct analysis *a, const struct cycle *c) {
     struct recording *r = &a->recording;
     for (int i = r->tests - 1; i >= 0; i--)
@@ -65,14 +67,15 @@ static void record(struct analysis *a, const struct cycle *c) {
     if (room(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
-/* A motion other than a test of an axis counts as complete at any time. */
+/* True if the test of this axis is complete; a motion that belongs to no axis counts as complete at
+ * any time. */
 static bool complete(const struct identification *id, enum dof dof) {
     bool is = dof == DOF_NONE;
     for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && id->test[k].complete);
     return is;
 }
 
-/* Removes tests that were broken off; they are no evidence against the others. */
+/* Removes tests that were broken off, so that they do not count against the complete ones. */
 static void drop_incomplete(struct analysis *a) {
     for (int i = a->recording.tests - 1; i >= 0; i--)
         if (!complete(&a->ident.result, a->recording.test[i].dof)) recording_remove(&a->recording, i);
@@ -134,7 +137,8 @@ void analysis_identify(struct analysis *a) {
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
-    /* the rest of a motion, too short for equations, is not evaluated as a test */
+    /* the last piece of a long motion may be too short for equations; it is not evaluated as a
+     * test */
     if (rest.status && a->parts.all) recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
@@ -172,8 +176,8 @@ static bool evaluated(const struct identification *id, enum dof dof) {
 const char *analysis_fault(struct analysis *a) {
     if (!a->last.first_fault) return NULL;
     const char *name = fault_name(a->last.first_fault);
-    /* a log's cycles lack the measured value, but its event has it, if it is about the same
-     * fault */
+    /* a log's cycles lack the measured value, but its fault event has it, if the event is about the
+     * same fault */
     if (strncmp(a->fault, name, strlen(name)) != 0) fault_line(a->last.first_fault, a->last.faults, &a->last.measure, a->fault);
     return a->fault;
 }

@@ -19,30 +19,32 @@ struct analysis {
     struct motion_result motion;
     struct histogram wake, exec;
     struct cycle last;
-    char fault[FAULT_LINE_SIZE];    /* text of last's fault from a log's event; "": none seen */
+    char fault[FAULT_LINE_SIZE];    /* text of the last cycle's fault from a log's event; "": none
+                                     * seen */
     int64_t cycles, overruns, lost; /* lost: counted from gaps in seq */
     int64_t unlogged;               /* cycles received but not in the log */
     bool seen[DOFS];                /* there are cycles of a test of this axis */
-    int64_t flagged[SAMPLE_FLAGS];  /* number of evaluated cycles with this flag */
+    int64_t flagged[SAMPLE_FLAGS];  /* number of evaluated cycles with each flag */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
                                      * and the longest delay among them */
-    struct recording recording;     /* for method C: the beginning of each test; for an axis at
-                                     * most a sixth of ANALYSIS_SAMPLES */
+    struct recording recording;     /* recording for method C: the beginning of each test; for an
+                                     * axis at most a sixth of ANALYSIS_SAMPLES */
     struct parts parts;             /* earlier parts of a motion longer than one part */
-    int parts_test;                 /* index of that motion in the list of tests */
-    struct equations equations;     /* method C's equations of the recording, and their solution */
-    struct estimate estimate;
+    int parts_test;             /* index in the list of tests of the motion in `parts` */
+    struct equations equations;     /* method C's equations of the recording */
+    struct estimate estimate; /* solution of the equations */
     struct error unrecorded;        /* why recording stopped; status 0: it did not */
     int64_t stalls, behind_ns;      /* wake-ups late by at least a period, and the sum of these
                                      * whole periods, by which a paced clock is stretched */
 };
 
-enum { ANALYSIS_SAMPLES = 300000 }; /* six tests of 100 s at 2 ms; up to 160 MB */
-/* length of a part of a motion; limits memory, and reveals a machine that changes over time */
+/* most samples kept: six tests of 100 s at 2 ms; up to 160 MB */
+enum { ANALYSIS_SAMPLES = 300000 };
+/* length of a part of a motion, s; limits memory, and reveals a machine that changes over time */
 #define ANALYSIS_PART_S 180.0
 
-/* -2 with the key if params are not a possible machine; -3. To be released by analysis_free(),
- * also after a failure. */
+/* Returns -2 with the key if params are not a possible machine, or -3. To be released by
+ * analysis_free(), also after a failure. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);
 
 /* Frees the recording; results remain. */
@@ -72,17 +74,18 @@ const char *analysis_fault(struct analysis *a);
 /* True if the tests are sinusoids, one axis after another, as methods A and B need. */
 bool analysis_sinusoids(const struct analysis *a);
 
-/* 0 if there is a test of an axis, a matrix, or nothing at all; -2 with the reason if other
+/* Returns 0 if there is a test of an axis, a matrix, or nothing at all; -2 with the reason if other
  * motions were recorded but give no matrix. */
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error);
 
-/* Prints table, loop and verdict for people; brief: about eight lines of them. */
+/* Prints the table of results, the loop's statistics and the verdict as text; brief: about eight
+ * lines of them. */
 void analysis_print(struct analysis *a, const struct verdict *verdict, bool brief, FILE *out);
 
 /* Returns identification_json's text, to be freed by the caller; NULL without memory. */
 char *analysis_json(const struct analysis *a, const struct verdict *verdict);
 
-/* Writes the same JSON to `to`, which must be prepared. -3 on failure. */
+/* Writes analysis_json()'s text to `to`, which must be prepared. Returns -3 on failure. */
 int analysis_write_json(struct analysis *a, const struct verdict *verdict, struct output *to, struct error *error);
 
 #endif

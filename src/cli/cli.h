@@ -13,7 +13,8 @@
 
 enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 
-enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 }; /* the others are negated statuses */
+/* other exit statuses are negated statuses of errors */
+enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 };
 
 struct options {
     const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map, *http, *machine;
@@ -21,8 +22,8 @@ struct options {
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
-    int run; /* number in a log that holds several; 0: not given */
-    double log_quota_bytes, log_part_bytes; /* 0: no limit */
+    int run; /* number of the run in a log that holds several; 0: not given */
+    double log_quota_bytes, log_part_bytes; /* values of --log-quota and --log-part; 0: no limit */
     /* --tests, --trajectory and --repeat as settings */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
@@ -40,27 +41,28 @@ struct options {
  * options.c) and this number of operands. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
-/* Appends the operands to the logs of --measured. -2: more than LOGS_MAX. */
+/* Appends the operands to the logs of --measured. Returns -2 if there are more than LOGS_MAX. */
 int options_measured(struct options *o, struct error *error);
 
-/* options_params: configuration from -c and --set. Without -c: config/tian2015.yaml of the
- * current directory (a checkout), else the installed one, found relative to this program
- * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else the built-in one. -2, -3. */
+/* options_params() reads the configuration from -c and --set. Without -c: config/tian2015.yaml of
+ * the current directory (a checkout), else the installed one, found relative to this program
+ * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else the built-in one. Returns -2 or -3. */
 const char *options_default_config(char installed[PATH_MAX]); /* path used without -c; NULL:
                                                                * built-in */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
-/* Reads the run's configuration from the first event of the log at `path`. -2, or -3 if that
- * event holds none; the message then ends with `otherwise`: the remedy, or what remains unknown. */
+/* Reads the run's configuration from the first event of the log at `path`. Returns -2, or -3 if
+ * that event holds none; the message then ends with `otherwise`: the remedy, or what remains
+ * unknown. */
 struct log_event;
 int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
 /* True if --set gives this key. */
 bool options_sets(const struct options *o, const char *key);
 
-/* Takes into hz the frequency that an imported file states for its own rows (csv_stated.h); other
- * messages change nothing. overruled: --set gives tests.frequency_hz, which then stays; what the
- * file states instead is said on stderr. */
+/* Sets hz to the frequencies that an imported file states for its own rows (csv_stated.h), if the
+ * event has such a statement. overruled: --set gives tests.frequency_hz, which then stays, and a
+ * line on stderr reports the frequency that the file states. */
 void cli_take_stated(const char *path, const struct log_event *event, bool overruled, double hz[DOFS]);
 
 /* Calls options_params() and opens the configured bus. */
@@ -78,7 +80,7 @@ __attribute__((format(printf, 2, 3))) void cli_say(FILE *out, const char *format
 /* Prints "hexid: message" and returns the exit status. */
 int cli_fail(const struct error *error);
 
-/* Warns that a log was readable only up to this byte. */
+/* Warns that a log was readable only up to the byte `offset`. */
 void cli_warn_cut(const char *path, int64_t offset);
 
 int cmd_run(int argc, char **argv);

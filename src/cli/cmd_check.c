@@ -32,9 +32,10 @@ struct check {
     struct options o;
     struct output json, page;
     int inputs;
-    struct input *input;         /* a directory refused as a whole has one for each of its files */
-    struct params params;        /* current input's */
-    struct params first;         /* first input's */
+    struct input *input;         /* a directory that is refused as a whole has one input for each of
+                                  * its files */
+    struct params params;        /* configuration of the current input */
+    struct params first;         /* configuration of the first input */
     struct survey survey[TESTS_MAX];
     bool more;                   /* there are more tests than TESTS_MAX */
     struct error refused;        /* reason why a directory is refused as a whole */
@@ -44,7 +45,7 @@ struct check {
 
 static const char *path_of(const struct input *in) { return in->copy[0] ? in->copy : in->name; }
 
-/* Removes "run.lcm: " from a message if the user did not give that path. */
+/* Removes the path of an unnamed log from a message, because the user gave no such path. */
 static void without_path(const struct input *in, struct error *error) {
     size_t length = strlen(path_of(in));
     if (in->copy[0] && !strncmp(error->text, in->copy, length) && error->text[length] == ':')
@@ -122,7 +123,8 @@ static int take_input(struct check *c, const char *name) {
     return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
 }
 
-/* Reads the log's configuration, changed by --set; or -c. A directory's log has all of it. */
+/* Reads the configuration: the log's, changed by --set, or that of -c. The log made from a
+ * directory already includes both. */
 static int read_params(struct check *c, const struct input *in, const struct log_event *event) {
     if (c->o.config && !in->copy[0]) return options_params(&c->o, &c->params, c->error);
     int status = cli_log_params(in->name, event, "give one with -c FILE", &c->params, c->error);
@@ -130,10 +132,11 @@ static int read_params(struct check *c, const struct input *in, const struct log
     return config_override(&c->params, in->name, c->o.settings, c->o.setting_count, c->error);
 }
 
-/* Survey to which a cycle belongs: the file's for a directory, else the test's. */
+/* The survey to which a cycle belongs: there is one for each file of a directory, or for each test
+ * of a log. */
 struct place {
     int file;
-    int64_t rows;      /* rows of the file so far */
+    int64_t rows;      /* number of the file's rows so far */
     int test;
     struct survey *survey;
 };
@@ -178,7 +181,7 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     bool identifies = !status && !analysis_init(analysis, &c->params, &c->report.identify);
     if (!status && in == c->input) c->first = c->params;
     do {
-        /* where --set wins, ask_gap() says so */
+        /* if --set gives frequencies, ask_gap() reports that they win */
         if (!options_sets(&c->o, "tests.frequency_hz")) cli_take_stated(in->name, &event, false, c->params.tests.hz);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);

@@ -12,7 +12,7 @@
 #include "monotonic.h"
 #include "supervisor.h"
 
-enum { RENEWALS = 4 /* number during a lease */ };
+enum { RENEWALS = 4 /* renewals during a lease */ };
 
 static volatile sig_atomic_t interrupted; /* global, because a signal handler has no other access */
 static void on_signal(int number) { interrupted = number; }
@@ -168,7 +168,7 @@ static int address(const struct options *o, struct params *params, struct asked 
     return error_set(error, STATUS_USAGE, "--machine %.60s: not 1 to %d of A-Z a-z 0-9 - _", o->machine, MACHINE_NAME_SIZE - 1);
 }
 
-/* SAFETY: on the heap, because a stop must work even on a small stack. */
+/* SAFETY: this memory is on the heap, because a stop must work even on a small stack. */
 struct memory {
     struct params params;
     struct machine found[MACHINES_MAX];

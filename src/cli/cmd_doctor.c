@@ -12,7 +12,7 @@
 #include "outputs.h"
 #include "version.h"
 
-/* In order of execution. JSON uses the same names, so they never change. */
+/* The checks in order of execution. JSON uses their names, so the names never change. */
 static const struct check {
     const char *name;
     doctor_check *ask;

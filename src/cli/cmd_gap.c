@@ -1,4 +1,4 @@
-/* hexid gap: logs in, diagnosis, files out. */
+/* hexid gap: reads logs, makes the diagnosis, writes its files. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>

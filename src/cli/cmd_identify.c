@@ -30,7 +30,7 @@ static int one_log(const struct options *o, struct log_analysis *i, struct outpu
     return status ? status : exit_status(&i->verdict);
 }
 
-/* Evaluates each log; all must be of one machine and have a matrix. */
+/* Evaluates each log; all must be of one machine and give a matrix. */
 static int each_log(const struct options *o, struct log_analysis *i, struct error *error) {
     int status = STATUS_OK;
     for (int l = 0; l < o->operands && !status; l++) status = log_set_new(l, o->operand, error);

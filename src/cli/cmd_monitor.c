@@ -1,5 +1,5 @@
-/* `hexid monitor`: a running hexid over LCM, in the terminal, as JSON, or as a page for browsers.
- * It listens and sends nothing. */
+/* `hexid monitor`: shows a running hexid, received over LCM, in the terminal, as JSON, or as a page
+ * for browsers. It sends nothing. */
 #include <errno.h>
 #include <poll.h>
 #include <signal.h>
@@ -91,7 +91,7 @@ static void say_where(const struct live_listener *l, const char *host) {
         cli_say(stderr, "hexid: warning: %s is no loopback address: whoever reaches it sees the machine (but moves nothing)", host);
 }
 
-/* SAFETY: a single thread that never waits for a browser and reads LCM first. */
+/* SAFETY: this single thread never waits for a browser, and reads LCM first. */
 static int serve(struct bus *bus, struct live_state *state, struct live_server *server, struct error *error) {
     struct pollfd ready[] = {{.fd = bus_fd(bus), .events = POLLIN}, {.fd = live_server_fd(server), .events = POLLIN}};
     struct bus_message m;
@@ -122,7 +122,7 @@ static int show_page(struct bus *bus, const struct params *params, const char *w
     if (!status) {
         sigaction(SIGINT, &action, NULL);
         sigaction(SIGTERM, &action, NULL);
-        process_survive_readers(); /* closed connections of browsers */
+        process_survive_readers(); /* browsers may close connections at any time */
         say_where(&listener, address.host);
         status = serve(bus, state, server, error);
         live_server_stop(server);

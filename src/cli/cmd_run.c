@@ -32,25 +32,28 @@
 #include "trajectory_file.h"
 #include "units.h"
 
-enum { RING_CAPACITY = 8192 }; /* cycles: 16 s at 2 ms, for a stalled disk */
-enum { STOP_PATH_BELOW_LOOP = 2 }; /* SCHED_FIFO: below loop and field bus, above all else */
-static const double STD_PCT = 0.5; /* wanted standard deviation of a survey's proposals */
-/* after 2 s the recorder counts as hanging; the rest of the ring suffices for parking */
+enum { RING_CAPACITY = 8192 }; /* cycles that the ring holds while a disk stalls: 16 s at 2 ms */
+/* SCHED_FIFO priorities below the loop's: below loop and field bus, above all else */
+enum { STOP_PATH_BELOW_LOOP = 2 };
+static const double STD_PCT = 0.5; /* standard deviation wanted of a survey's proposals without
+                                    * --std, % */
+/* cycles that wait for the recorder (2 s) from which on it counts as hanging; the rest of the ring
+ * suffices for parking */
 enum { RECORDER_BEHIND = RING_CAPACITY / 8 };
 
 struct session {
     struct options options;
     struct params params;
-    struct trajectory trajectory; /* knots NULL: none */
-    struct multisine multisine;   /* a survey's */
-    struct params asked;          /* parameters without the survey */
+    struct trajectory trajectory; /* knot NULL: no trajectory */
+    struct multisine multisine;   /* a survey's motion */
+    struct params asked;          /* configured parameters, before a survey changes them */
     struct survey_report *survey; /* NULL: no survey */
     struct hal *hal;
     struct ring ring;
     struct loop loop;
     struct recorder recorder;
     struct progress progress;
-    struct loop_check poles;      /* of the closed loop */
+    struct loop_check poles;      /* result of checking the closed loop */
     struct log_writer *log;
     struct log_keeper keeper;
     struct bus *bus;
@@ -59,7 +62,7 @@ struct session {
     struct output json;
     char log_path[PATH_MAX];       /* if --log is a directory */
     struct machine_lock lock; /* held to the end of the process */
-    int signal_file;          /* descriptor */
+    int signal_file;          /* descriptor from which signals are read */
     int64_t signalled_ns;  /* time of the first signal, CLOCK_MONOTONIC; 0: none */
     int signal;            /* number of that signal */
     bool recorder_hangs, stuck;
@@ -75,8 +78,8 @@ static int open_bus(struct session *s, struct error *error) {
     return STATUS_OK;
 }
 
-/* Opens the ways for commands. A run in virtual time has none, because commands come in
- * wall-clock time. */
+/* Opens the sockets for commands and listens on LCM. A run in virtual time has neither, because
+ * commands come in wall-clock time. */
 static int open_commands(struct session *s, struct error *error) {
     struct error doubt;
     if (s->options.fast) return STATUS_OK;
@@ -105,7 +108,7 @@ static enum realtime_mode realtime_of(const struct session *s) {
     return s->hal->ops->simulated ? REALTIME_TRY : REALTIME_REQUIRE;
 }
 
-/* SAFETY: time is real on hardware: the machine too misses a missed deadline. */
+/* SAFETY: hardware gets real time, because a machine does not wait for a late loop. */
 static enum clock_kind clock_of(const struct session *s) {
     if (s->options.fast) return CLOCK_VIRTUAL;
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
@@ -145,7 +148,8 @@ static int check_survey(struct session *s, struct error *error) {
     return error_set(error, STATUS_USAGE, "--survey: %.320s (a lower limits.leg_rate_mps makes it smaller)", beyond.text);
 }
 
-/* SAFETY: checks the run's motion before anything is opened. A trajectory is the evaluated part. */
+/* SAFETY: checks the run's motion before anything is opened. A trajectory's length becomes that of
+ * the evaluated part. */
 static int check_motion(struct session *s, struct error *error) {
     return s->options.survey ? check_survey(s, error) : motion_check_tests(&s->params, &s->trajectory, error);
 }
@@ -214,7 +218,7 @@ static int block_signals(struct error *error) {
 
 /* SAFETY: the first signal parks the platform and ends the run; a second one by a person centres
  * the valves at once. A lost terminal and timeout(1) send two signals within milliseconds, which
- * count as one. It acts first and reports afterwards. */
+ * count as one. The function acts first and reports afterwards. */
 static void signalled(struct session *s, int number) {
     static const int64_t twice_ns = 3 * NS_PER_S / 10;
     int64_t now_ns = monotonic_ns();
@@ -354,15 +358,16 @@ static int finish(struct session *s, struct error *error) {
     return error->status;
 }
 
-/* SAFETY: reports inputs that are not wired, which must be somebody's decision. */
+/* SAFETY: reports inputs that are not wired, because running without them must be somebody's
+ * decision. */
 static void warn_of_missing_inputs(struct session *s) {
     char wiring[200];
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
-/* SAFETY: warns of weaknesses with the texts of `hexid doctor`: before opening, of singular
- * poses, in which the legs do not hold the platform and which may also be why a loop is refused;
- * once the machine is open, of a weakly damped loop or numbers of another machine. */
+/* SAFETY: warns of weaknesses with the texts of `hexid doctor`: before opening, of singular poses,
+ * in which the legs do not hold the platform and which may also be why a loop is refused; once the
+ * machine is open, of a weakly damped loop or of limits that would suit another machine. */
 static void warn_of_machine(const struct session *s, bool opened) {
     static const struct {
         const char *name;
@@ -382,8 +387,8 @@ static void warn_of_machine(const struct session *s, bool opened) {
     }
 }
 
-/* SAFETY: an unstable loop endangers people on the platform; no key overrides this. Legs that hold
- * no platform have no loop: check_motion() says what is wrong with them. */
+/* SAFETY: an unstable loop endangers people on the platform; no key overrides this. Without valid
+ * kinematics there is no loop to check, and check_motion() reports the reason. */
 static int check_poles(struct session *s, struct error *error) {
     struct kinematics k;
     struct error unheard;
@@ -393,7 +398,8 @@ static int check_poles(struct session *s, struct error *error) {
     return loop_check_run(&s->poles, on_bus(s), error);
 }
 
-/* Warns of two axes of a multisine with one frequency, which cannot be told apart. */
+/* Warns if two axes of a multisine have the same frequency, because their motions then cannot be
+ * told apart. */
 static void warn_of_axes_alike(const struct test_params *t) {
     for (int i = 0; i < t->count && t->multisine; i++)
         for (int j = 0; j < i; j++) {
@@ -475,7 +481,7 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    s->recorder.notify.socket = s->keeper.socket = -1; /* closed; 0 would be standard input */
+    s->recorder.notify.socket = s->keeper.socket = -1; /* not open; 0 would be standard input */
     commands_init(&s->commands);
     int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVdB", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);

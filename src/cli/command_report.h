@@ -15,10 +15,10 @@ enum { ANSWER_MS = 1000, NAMES_SIZE = 500 };
 struct asked {
     enum command command;
     const char *word;      /* the command's name */
-    const char *name;      /* the machine's; "": not given */
-    const char *url;       /* for LCM; "": none */
+    const char *name;      /* name of the machine; "": not given */
+    const char *url;       /* URL of LCM; "": none */
     sigset_t during_waits; /* signal mask while it waits, which admits signals */
-    struct machine *found; /* room for MACHINES_MAX */
+    struct machine *found; /* machines that were found; room for MACHINES_MAX */
 };
 
 /* Reports that no answer came: the daemon has ended, regularly or not, or it hangs. `may_move`:
@@ -29,7 +29,8 @@ int report_silent(const struct command_client *c, enum command_news news, bool m
 /* Reports that no such machine was found, and where it was looked for. STATUS_IO. */
 int report_nobody(const struct asked *q, const struct error *doubt, const char *also, struct error *error);
 
-/* Lists the first machines of q->found that fit: "hexid (/run/hexid), hexid-2 (/run/hexid)". */
+/* Lists in `names` the first machines of q->found, as many as fit: "hexid (/run/hexid), hexid-2
+ * (/run/hexid)". */
 void report_names(const struct asked *q, int count, char names[NAMES_SIZE]);
 
 #endif

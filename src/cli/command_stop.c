@@ -59,7 +59,7 @@ static int stop_found(const struct asked *q, int count, const struct error *doub
     const char *also = silent ? by_lcm(q) : "";
     for (int i = 0; i < count; i++) {
         int status = report_one(&told[i], q, count > 1, also);
-        /* no answer is worse than a refusal */
+        /* a missing answer is worse than a refusal */
         if (status && (!worst || status > worst)) worst = status;
     }
     free(told);

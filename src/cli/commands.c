@@ -13,8 +13,8 @@ enum {
     EVENT_MAX = COMMAND_TEXT_SIZE + 200,
     IDLE_MS = 20,
     SOON_MS = 2,
-    FLOOD = 32,       /* packets, connections and messages of one wake-up */
-    REST_NS = 500000, /* after which other threads get the processor */
+    FLOOD = 32,       /* packets, connections and messages in one wake-up that count as a flood */
+    REST_NS = 500000, /* pause after a flood, in which other threads get the processor */
 };
 static const int64_t look_every_ns = NS_PER_S; /* interval of checks of the sockets' files */
 
@@ -104,8 +104,8 @@ static int take_messages(struct commands *c) {
     return came;
 }
 
-/* SAFETY: without the file nobody can connect, which would only be noticed when a stop fails.
- * This is reported but not repaired, because the confined daemon's filter lets it bind no
+/* SAFETY: without a socket's file nobody can connect, which would only be noticed when a stop
+ * fails. This is reported but not repaired, because the confined daemon's filter lets it bind no
  * socket. */
 static void watch_files(struct commands *c) {
     enum command_socket missing = command_server_missing(&c->server);

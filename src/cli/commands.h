@@ -15,10 +15,11 @@ struct commands {
     struct command_handler handler;
     struct operator operator;
     struct bus *bus; /* NULL: no LCM */
-    bool listens;    /* receives from the bus */
-    int64_t now_ns;  /* time of this turn */
+    bool listens;    /* stop and park are received from the bus, too */
+    int64_t now_ns;  /* time of the current call of commands_serve() */
     int64_t look_ns; /* time of the next check of the sockets' files */
-    enum command_socket missing; /* result of the last check; COMMAND_SOCKETS: none missing */
+    /* socket whose file was missing at the last check; COMMAND_SOCKETS: none */
+    enum command_socket missing;
     /* Called with messages for an operator at the terminal. */
     void (*say)(void *context, const char *text);
     void *context;
@@ -28,8 +29,8 @@ struct commands {
 void commands_init(struct commands *c);
 
 /* Opens the sockets of the machine params->machine.name and listens on the bus, if there is one.
- * *doubt: a problem that does not keep hexid from running (status STATUS_OK: none).
- * STATUS_UNSAFE: the name is in use; STATUS_USAGE: lcm.remote_stop. */
+ * *doubt: a problem that does not keep hexid from running (status STATUS_OK: none). STATUS_UNSAFE:
+ * the name is in use; STATUS_USAGE: lcm.remote_stop is wrong. */
 int commands_open(struct commands *c, const struct params *params, struct bus *bus, struct error *doubt, struct error *error);
 
 /* Connects operator.h to the loop, which is about to run. */
@@ -40,8 +41,8 @@ void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS
 /* Returns how long poll() may wait, ms. */
 int commands_patience_ms(const struct commands *c);
 
-/* To be called after poll(), with the time of CLOCK_MONOTONIC. SAFETY: nothing between a
- * received command and the loop's mailbox can block. */
+/* Receives and passes on commands; to be called after poll(), with the time of CLOCK_MONOTONIC.
+ * SAFETY: nothing between a received command and the loop's mailbox can block. */
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns);
 
 /* Tells every client the loop's final state and closes the sockets. */

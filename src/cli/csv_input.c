@@ -6,7 +6,8 @@
 
 #include "config.h"
 
-/* Refuses -c beside the directory's own configuration, which would silently win. */
+/* Refuses -c and --set for a directory with a configuration of its own, which would silently
+ * win. */
 static int one_configuration(const struct options *o, const char *directory, struct error *error) {
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%s/config.yaml", directory);

@@ -30,13 +30,14 @@ struct finding {
 
 struct doctor {
     const struct params *params;
-    const char *config;     /* path; NULL: built in */
-    const char *url;        /* the machine's, as for --hal, without prefixed faults */
+    const char *config;     /* path of the configuration; NULL: built in */
+    const char *url;        /* the machine's URL, as for --hal, without prefixed faults */
     const char *log;        /* --log, NULL: not given */
     const char *root;       /* prefix of /proc and /sys; "" is this computer */
     double latency_s;       /* duration of the measurement of wake-ups; 0: none */
     bool machine;           /* the URL is not a simulation: real time is required */
-    const struct loop_check *loop; /* for these parameters; NULL: each check computes it */
+    const struct loop_check *loop; /* check of the closed loop for these parameters; NULL: each
+                                    * check computes it */
 };
 
 typedef struct finding doctor_check(const struct doctor *d);
@@ -46,37 +47,40 @@ typedef struct finding doctor_check(const struct doctor *d);
 __attribute__((format(printf, 3, 4))) struct finding finding(enum level level, const char *remedy, const char *format, ...);
 struct finding finding_none(void);
 
-/* LEVEL_UNKNOWN with the missing file. */
+/* Returns a finding with LEVEL_UNKNOWN that names the missing file. */
 struct finding finding_unseen(const char *path, const char *what);
 
-/* LEVEL_FAIL for a real machine, which hexid refuses to drive or should not drive; LEVEL_WARN
- * for the simulation, which runs all the same. */
+/* Level of a serious weakness: LEVEL_FAIL for a real machine, which hexid refuses to drive or
+ * should not drive; LEVEL_WARN for the simulation, which runs all the same. */
 enum level level_of_machine(const struct doctor *d);
 
 /* False for a single axis: hexid reads its recordings and drives nothing. */
 bool doctor_drives(const struct doctor *d);
 
-/* The check of the closed loop: d->loop, or computed. */
+/* Returns the check of the closed loop: d->loop, or computed here. */
 struct loop_check doctor_loop(const struct doctor *d);
 
-/* The part of the machine's URL after "can:", for scheme "can"; NULL if it has another scheme. */
+/* Returns the part of the machine's URL after "can:", for scheme "can"; NULL if the URL has another
+ * scheme. */
 const char *doctor_address(const struct doctor *d, const char *scheme);
 
 /* Reads a file below root as text, without its last newline. False if it is missing or empty. */
 __attribute__((format(printf, 4, 5))) bool doctor_read(const struct doctor *d, char *text, size_t size, const char *path, ...);
 
-/* Reads a file that contains one whole number. */
+/* Reads a file below root that contains one whole number. False if it is missing or contains
+ * none. */
 __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d, int64_t *value, const char *path, ...);
 
 /* True if the processor is in a list in the kernel's format, such as "0-3,6". */
 bool doctor_listed(const char *list, int cpu);
 
-/* The online processors on which the loop may run (loop.cpu), in order. Returns their number; 0:
- * unknown, or loop.cpu is not among them. */
+/* Lists the online processors on which the loop may run (loop.cpu), in order. Returns their number;
+ * 0: unknown, or loop.cpu is not among them. */
 enum { PROCESSORS_MAX = 512 };
 int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
 
-/* Text for JSON as valid UTF-8, line by line as printed. At most as long as `found`. */
+/* Converts a text to a JSON string of valid UTF-8, line by line as it is printed. The text is at
+ * most as long as finding.found. */
 json_t *doctor_text(const char *text);
 
 double doctor_now_s(void); /* CLOCK_MONOTONIC */
@@ -104,7 +108,7 @@ doctor_check check_lcm_socket, check_lcm_route, check_lcm_datagram, check_lcm_bu
 struct can_controller;
 doctor_check check_can_load, check_can_interface, check_can_errors, check_modbus_line, check_modbus;
 struct finding judge_can_interface(const struct doctor *d, const char *interface, const struct can_controller *s);
-/* before: one second earlier */
+/* before: the interface's state one second earlier */
 struct finding judge_can_errors(const char *interface, const struct can_controller *before, const struct can_controller *s);
 enum { ROUND_TRIPS = 50 };
 struct round_trips {
@@ -118,14 +122,14 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
 struct disk {
     char directory[256];
     double room_bytes;      /* free for this user */
-    double speed_bytes_per_s, longest_s; /* speed of writing to the disk; longest time of one
+    double speed_bytes_per_s, longest_s; /* speed of writing to the disk; longest duration of one
                                           * write or of the final flush */
 };
 doctor_check check_log_room, check_log_speed;
 struct finding judge_log_room(const struct doctor *d, const struct disk *k);
 struct finding judge_log_speed(const struct doctor *d, const struct disk *k);
 
-/* Rate of a log, headers included. */
+/* Bytes per second by which a log grows, headers included. */
 double log_bytes_per_s(const struct params *params);
 
 #endif

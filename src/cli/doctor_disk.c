@@ -15,7 +15,8 @@
 
 static const double HOUR_S = 3600.0;
 static const double HANGS_S = 2.0;   /* a log stalled for so long parks the platform (cmd_run.c) */
-static const double STALLS_S = 0.5;  /* a quarter of it */
+static const double STALLS_S = 0.5;  /* a write that stalls for so long, a quarter of HANGS_S, is
+                                      * warned of */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };
 
 double log_bytes_per_s(const struct params *params) {
@@ -62,7 +63,8 @@ struct finding judge_log_speed(const struct doctor *d, const struct disk *k) {
     return f;
 }
 
-/* The directory of --log, itself or the file's; without --log the current one. */
+/* Finds the directory of the log: --log if it is a directory, else that of the file; without --log
+ * the current one. */
 static void log_directory(const struct doctor *d, char directory[256]) {
     struct stat s;
     const char *log = d->log ? d->log : ".", *slash = strrchr(log, '/');
@@ -83,8 +85,9 @@ static int open_trial(const char *directory) {
     return file;
 }
 
-/* Returns 0 or errno. Flushes each block, for one second and one block however slow the disk is,
- * and uses at most a tenth of the room, because another log may be written there. */
+/* Writes and flushes block after block, for one second and at least one block however slow the disk
+ * is, and uses at most a tenth of the room, because another log may be written there. Returns 0 or
+ * errno. */
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;
@@ -102,7 +105,8 @@ static int write_trial(int file, struct disk *k) {
     return 0;
 }
 
-/* False with errno: the directory is not writable. */
+/* Finds the log's directory and its free space. False with errno if the directory is not
+ * writable. */
 static bool find_disk(const struct doctor *d, struct disk *k) {
     struct statvfs s;
     log_directory(d, k->directory);

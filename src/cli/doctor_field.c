@@ -102,7 +102,7 @@ struct finding check_can_errors(const struct doctor *d) {
     struct can_controller before, s;
     struct error error;
     if (!interface || try_interface(interface, &error) || can_controller_read(interface, &before, &error))
-        return finding_none(); /* reported above */
+        return finding_none(); /* check_can_interface() reports it */
     if (!before.known) return judge_can_errors(interface, &before, &before);
     nanosleep(&(struct timespec){.tv_sec = 1}, NULL);
     if (can_controller_read(interface, &s, &error)) return finding(LEVEL_UNKNOWN, "run `hexid doctor` again", "%s", error.text);
@@ -162,10 +162,11 @@ static int by_size(const void *a, const void *b) {
     return (one > other) - (one < other);
 }
 
-/* the test holds the lock, which refuses a hexid; later requests are not sent and count as lost */
+/* Limit of the test's duration, because meanwhile its lock refuses a hexid that starts; requests
+ * that would be later are not sent and count as lost. */
 enum { LONGEST_TALK_S = 5 };
 
-/* Only reads registers, those of identity and status. */
+/* Measures round trips by reading registers of identity and status; writes none. */
 static struct finding talk(const struct doctor *d, struct modbus_link *link, const struct modbus_address_parts *parts,
                            const char *address) {
     static const char who_remedy[] =

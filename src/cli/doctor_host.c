@@ -7,7 +7,8 @@
 
 #define CPU "/sys/devices/system/cpu"
 
-static const double DAEMON_LOCKED_BYTES = 70e6; /* for six tests, docs/real-time.md */
+static const double DAEMON_LOCKED_BYTES = 70e6; /* memory that the daemon locks for six tests,
+                                                 * docs/real-time.md */
 enum { CAP_IPC_LOCK_BIT = 14 };                  /* linux/capability.h */
 
 struct finding check_kernel(const struct doctor *d) {
@@ -20,8 +21,8 @@ struct finding check_kernel(const struct doctor *d) {
                    preempt ? "with PREEMPT_RT" : "without PREEMPT_RT: other work of the kernel can hold the loop up for milliseconds");
 }
 
-/* Steal: time that the hypervisor gave to others while this computer was ready to run; field 8
- * of the first line of /proc/stat. */
+/* Computes the share of steal, the time that the hypervisor gave to others while this computer was
+ * ready to run; it is field 8 of the first line of /proc/stat. */
 static bool stolen_share(const struct doctor *d, double *share) {
     char text[4096];
     double ticks[8], all = 0.0;
@@ -124,7 +125,8 @@ struct finding check_idle_states(const struct doctor *d) {
     return f;
 }
 
-/* Advises to give the loop a processor: the configured one, else the last, if there is a second. */
+/* Writes the remedy: give the loop a processor of its own, the configured one, else the last one,
+ * if there is a second. */
 static void isolation_remedy(const char *online, int cpu, char *text, size_t size) {
     int last = -1, other = -1;
     for (int i = 0; i < PROCESSORS_MAX; i++)
@@ -167,8 +169,8 @@ struct finding check_siblings(const struct doctor *d) {
     return finding(LEVEL_OK, "", "nobody else uses the core of processor %d", cpu);
 }
 
-/* Throttling by heat, counted by the processor since it was switched on; and of real-time
- * threads, which the kernel limits to a share of the time. */
+/* Checks throttling by heat, which the processor counts since it was switched on, and throttling of
+ * real-time threads, which the kernel limits to a share of the time. */
 struct finding check_throttling(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     int64_t runtime_us, period_us, times, hot = 0;

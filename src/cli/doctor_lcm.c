@@ -20,7 +20,7 @@ struct finding check_lcm_socket(const struct doctor *d) {
     return finding(LEVEL_OK, "", "%s sends and listens", d->params->lcm.url);
 }
 
-/* This host's commands do not use LCM; watching programs do. */
+/* Checks where LCM's messages go. Commands on this host do not use LCM; watching programs do. */
 struct finding check_lcm_route(const struct doctor *d) {
     struct error error;
     struct bus *bus;
@@ -51,7 +51,8 @@ struct finding check_lcm_route(const struct doctor *d) {
     return f;
 }
 
-/* Time from one socket to the other, s; negative: it did not arrive. */
+/* Returns the time that a message takes from one socket to the other, s; negative: it did not
+ * arrive. */
 static double sent_and_received(struct bus *out, struct bus *in) {
     static const char text[] = "hexid doctor";
     struct bus_message m;

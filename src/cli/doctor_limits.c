@@ -9,16 +9,21 @@
 #include "units.h"
 
 /* A limit protects only if the machine can exceed it, and if it trips before harm is done. */
-static const double FORCE_MOST = 1.0;      /* share of the supply's largest force */
-static const double RATE_MOST = 2.0;       /* relative to a leg's speed at full opening */
-static const double FOLLOWING_MOST = 0.1;  /* share of a stroke */
-static const double PRESSURE_MOST = 2.5;   /* relative to the supply; a chamber's peaks are lower */
+static const double FORCE_MOST = 1.0;      /* largest limits.force_n over the supply's largest force
+                                            * on a leg */
+static const double RATE_MOST = 2.0;       /* largest limits.leg_rate_mps over a leg's speed at full
+                                            * opening */
+static const double FOLLOWING_MOST = 0.1;  /* largest limits.following_m and standstill_m over the
+                                            * stroke */
+static const double PRESSURE_MOST = 2.5;   /* largest limits.pressure_max_pa over the supply's
+                                            * pressure; a chamber's peaks are lower */
 static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge pressure of a vacuum, the lowest
                                                      * possible */
-static const double PRESSURE_SPAN = 0.5;   /* share of the supply; a reading this far below a
-                                            * vacuum means a faulty sensor */
-static const double STEPS_LEAST = 5.0;     /* steps of a transducer; a smaller limit trips on
-                                            * rounding */
+static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa, this share of the
+                                            * supply's pressure below 0: only a faulty sensor reads
+                                            * less */
+static const double STEPS_LEAST = 5.0;     /* least limit of a length in steps of its transducer; a
+                                            * smaller limit trips on rounding */
 
 /* Findings about the limits, one line each, and their remedies. */
 struct saying {

@@ -14,16 +14,17 @@
 #include "units.h"
 #include "workspace.h"
 
-static const double SINGULAR_NEAR = 0.25; /* share of the path from neutral to the ends of the
-                                           * strokes */
-static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* relative to the distance of
-                                                                 * the upper joints */
-static const double FEED_FORWARD_MOST = 1.35; /* relative to the matching value; above, a leg
-                                               * runs ahead */
-static const double FOLLOWING_SHARE = 0.7; /* share of limits.following_m; the rest is for other
-                                            * causes */
-static const double USELESS = 0.2; /* share of a stroke beyond its end; such a limit belongs to
-                                    * another machine */
+static const double SINGULAR_NEAR = 0.25; /* share of the path from neutral to an end of the
+                                           * strokes; a singular pose that is nearer is warned of */
+static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* smallest and largest plausible
+                                                                 * radius of gyration over the
+                                                                 * distance of the upper joints */
+static const double FEED_FORWARD_MOST = 1.35; /* control.kff over the value that matches the valve,
+                                               * above which a leg runs ahead */
+static const double FOLLOWING_SHARE = 0.7; /* share of limits.following_m that an error of the
+                                            * feed-forward may take; the rest is for other causes */
+static const double USELESS = 0.2; /* how far beyond a stroke's end a limit of a length may be, over
+                                    * the stroke; farther, it must belong to another machine */
 
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
 
@@ -50,8 +51,8 @@ struct finding check_kinematics(const struct doctor *d) {
     return f;
 }
 
-/* Singular poses within the strokes are no mistake: most such machines have some, far from where
- * they are driven. */
+/* Reports the nearest singular pose, or the worst pose. Singular poses within the strokes are no
+ * mistake: most such machines have some, far from where they are driven. */
 struct finding check_workspace(const struct doctor *d) {
     struct error error;
     struct kinematics k;
@@ -93,7 +94,8 @@ struct finding check_strokes(const struct doctor *d) {
                    l->length_max_m[0]);
 }
 
-/* Shows the areas for a visual check, as every force computed from pressures needs them. */
+/* Shows the pistons' areas for a visual check, as every force computed from pressures needs
+ * them. */
 struct finding check_cylinders(const struct doctor *d) {
     char areas[AREAS_TEXT_SIZE], defaults[CONFIG_DEFAULTS_SIZE];
     const struct actuator_params *a = &d->params->actuator;
@@ -150,7 +152,8 @@ struct finding check_blind_time(const struct doctor *d) {
     return f;
 }
 
-/* SAFETY: reports inputs that are not wired, which must be somebody's decision. */
+/* SAFETY: reports inputs that are not wired, because running without them must be somebody's
+ * decision. */
 struct finding check_interlocks(const struct doctor *d) {
     char wiring[200];
     if (!doctor_drives(d)) return finding_none();
@@ -192,8 +195,8 @@ static double fastest_mps(const struct params *p) {
     return fmax(move_mps, t->multisine ? sum_mps : most_mps);
 }
 
-/* With a feed-forward that does not match the valve, a leg runs ahead of its reference or lags,
- * in proportion to its speed, and kp has to compensate. */
+/* Checks control.kff: with a feed-forward that does not match the valve, a leg runs ahead of its
+ * reference or lags, in proportion to its speed, and kp has to compensate. */
 struct finding check_feed_forward(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct params *p = d->params;

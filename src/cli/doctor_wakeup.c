@@ -36,9 +36,9 @@ static json_t *numbers(const struct doctor *d, const struct wakeups *w, const do
                      (json_int_t)w->missed, "missed_in_row", (json_int_t)w->missed_in_row, "histogram", bins);
 }
 
-/* On hardware the loop faults after loop.overrun_limit deadlines missed in a row; a command half
- * a period late makes a late sample, and more of these than checks.excluded_pct fail the
- * verdict. */
+/* Judges measured wake-ups. On hardware the loop faults after loop.overrun_limit deadlines missed
+ * in a row; a command half a period late makes a late sample, and more of these than
+ * checks.excluded_pct fail the verdict. */
 struct finding judge_wakeups(const struct doctor *d, const struct wakeups *w) {
     const struct params *p = d->params;
     static const double quantile[] = {0.5, 0.99, 0.999, 1.0};

@@ -21,10 +21,11 @@ struct estimator {
     struct error error;
 };
 
-/* -3: no thread. */
+/* Returns -3 if no thread can be started. */
 int estimator_start(struct estimator *e, struct error *error);
 
-/* Waits for the current work and discards it. Accepts one that was never started (zeroed). */
+/* Waits for the current work and discards it. Accepts an estimator that was never started
+ * (zeroed). */
 void estimator_stop(struct estimator *e);
 
 /* Takes over the recording with its samples and leaves an empty one. The estimator must be idle. */
@@ -33,11 +34,12 @@ void estimator_give(struct estimator *e, struct recording *recording);
 /* True if estimator_take() would return a result at once. */
 bool estimator_ready(struct estimator *e);
 
-/* Returns the equations, or in error->status the reason why there are none. False: nothing was
- * given or, without `wait`, it is not ready. */
+/* Returns the equations, or in error->status the reason why there are none. False: no recording was
+ * given or, without `wait`, its equations are not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
-/* The same in the calling thread: recording_check(), method_c_check(), method_c_equations(). */
+/* Makes the equations in the calling thread: recording_check(), method_c_check(),
+ * method_c_equations(). */
 int estimator_equations(struct recording *recording, struct equations *equations, struct error *error);
 
 #endif

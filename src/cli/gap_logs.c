@@ -37,18 +37,18 @@ static int begin(const char *path, const struct log_event *event, struct recordi
 }
 
 struct test {
-    struct cycle last; /* test -1: none */
-    int recorded;      /* tests in the recording before it */
+    struct cycle last; /* last cycle of the current test; last.test -1: none */
+    int recorded;      /* number of tests in the recording before the current one */
 };
 
-/* Notes a test of which the recording has nothing. */
+/* Adds a test to the list of left-out ones if the recording has no sample of it. */
 static void end_test(const struct test *t, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
     size_t used = strlen(left_out);
     if (t->last.test < 0 || t->last.dof == DOF_NONE || r->tests > t->recorded) return;
     snprintf(left_out + used, GAP_LEFT_OUT_SIZE - used, "%s%s", used ? ", " : "", dof_names[t->last.dof]);
 }
 
-/* To be called before the recording takes the cycle. */
+/* Notices when a test ends. To be called before the recording takes the cycle. */
 static void follow_test(struct test *t, const struct cycle *c, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
     bool same = c->test == t->last.test && c->dof == t->last.dof && c->test_time_s > t->last.test_time_s;
     if (!same) end_test(t, r, left_out), t->recorded = r->tests;
@@ -76,7 +76,8 @@ static int add(const char *path, int run, bool overruled, struct recording *r, c
     return status;
 }
 
-/* Checks the areas first, because with wrong ones every force would be another machine's. */
+/* Checks the cylinders' areas first, because with wrong areas every force would be another
+ * machine's. */
 static int check_areas(const char *path, const struct recording *r, struct error *error) {
     char areas[AREAS_TEXT_SIZE];
     if (!r->measured.pressures || areas_stated(r->params)) return STATUS_OK;

@@ -157,7 +157,7 @@ static const char *subcommand_name(int i) { return i < SUBCOMMANDS ? subcommands
 
 const char *help_nearest(const char *name) { return edit_nearest(name, subcommand_name); }
 
-/* Inserts the back-ends' URLs for --hal. */
+/* Prints a subcommand's options, with the back-ends' URLs under --hal. */
 static void print_options(const struct subcommand *s) {
     const char *urls = strstr(s->options, "%s");
     printf("\nOptions:\n%.*s", urls ? (int)(urls - s->options) : (int)strlen(s->options), s->options);

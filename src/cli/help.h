@@ -13,10 +13,10 @@ struct subcommand {
     int (*run)(int argc, char **argv);
 };
 
-/* NULL: no such subcommand. */
+/* Returns the subcommand of this name; NULL: there is none. */
 const struct subcommand *help_find(const char *name);
 
-/* The subcommand nearest to a misspelt name; NULL if none is near. */
+/* Returns the name of the subcommand nearest to a misspelt one; NULL if none is near. */
 const char *help_nearest(const char *name);
 
 void help_print(const struct subcommand *s);

@@ -12,12 +12,12 @@ struct log_analysis {
     struct verdict verdict;
     int64_t began_us;            /* start on the log's clock: since 1970, or in virtual time
                                   * since the start of the run */
-    int64_t cut;                 /* byte up to which it was readable; -1: the whole log */
+    int64_t cut;                 /* byte up to which the log was readable; -1: the whole log */
 };
 
-/* To be released by log_analysis_free(), also after a failure. -3: no log; -2: not a possible
- * machine, or nothing to identify. A truncated log causes a warning and is evaluated up to that
- * point. */
+/* Reads and analyses a log. To be released by log_analysis_free(), also after a failure. Returns
+ * -3: no log; -2: not a possible machine, or nothing to identify. A truncated log causes a warning
+ * and is evaluated up to that point. */
 int log_analysis_read(struct log_analysis *l, const struct options *o, const char *path, struct error *error);
 void log_analysis_free(struct log_analysis *l);
 

@@ -9,24 +9,28 @@
 #include "number_text.h"
 #include "units.h"
 
-/* Damping ratios wanted of a proposal; first those of the shipped machines. */
+/* Damping ratios that a proposed gain must reach at neutral and in all other poses, tried in this
+ * order; first those of the shipped machines. */
 static const struct wanted {
     double neutral, away;
-} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* the last one only at neutral */
+} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* the last one does not judge the other
+                                                         * poses */
 enum { WANTED = sizeof wanted / sizeof *wanted };
-static const double TRIED = 0.8;           /* share of the path to the nearest end of a stroke */
-static const double SEARCH = 10.0;         /* m, rad; longer than any stroke */
+static const double TRIED = 0.8;           /* share of the path from neutral to the nearest end of a
+                                            * stroke at which poses are checked */
+static const double SEARCH = 10.0;         /* m or rad; limit of the search for a pose at a stroke's
+                                            * end, longer than any stroke */
 enum { WAY = 8, PLACES = 1 + WAY + 2 * DOFS, HALVINGS = 30, STEPS_PER_DECADE = 20, DECADES = 4 };
 
 /* The loop in all poses where the machine may be held: neutral, down to parking, and at the
  * ends. */
 struct places {
     int count;
-    int way;                 /* the first so many: neutral and the way down */
+    int way;             /* number of places at the beginning that are neutral or on the way down */
     struct loop_place place[PLACES];
 };
 
-/* True if every leg is within its share of the path from neutral to either end. */
+/* True if every leg is within TRIED of the path from neutral to either end of its stroke. */
 static bool within(const struct kinematics *k, const struct params *p, const double pose[DOFS]) {
     double length_m[LEGS];
     ik_lengths(k, pose, length_m);
@@ -55,7 +59,7 @@ static void add(struct places *all, const struct params *p, int dof, double valu
     if (loop_place_find(&all->place[all->count], p, pose, delay_s)) all->count++;
 }
 
-/* False if the supply cannot hold the platform up at neutral. */
+/* Finds the poses to be checked. False if the supply cannot hold the platform up at neutral. */
 static bool find_places(struct places *all, const struct params *p, bool bus) {
     struct kinematics k;
     double delay_s = bus ? p->loop.period_s : 0.0;
@@ -74,7 +78,7 @@ static bool loop_grows(const struct loop_worst *w) { return !w->known || !(w->po
 
 static double damping_of(const struct loop_worst *w) { return w->known ? loop_pole_damping(&w->pole) : -1.0; }
 
-/* The least damping in all poses except neutral. */
+/* Returns the least damping in all poses except neutral. */
 static struct loop_worst worst_away(const struct places *all, const struct params *p, const double **pose) {
     struct loop_worst worst = {0};
     for (int i = 1; i < all->count; i++) {

@@ -19,25 +19,27 @@ enum loop_state {
     LOOP_UNKNOWN,        /* not computed: the supply cannot hold the platform up at neutral */
     LOOP_DAMPED,
     LOOP_UNSTABLE_AWAY,  /* damped at neutral, but unstable in another pose */
-    LOOP_WEAK,           /* at neutral, damping below LOOP_DAMPING_LEAST */
+    LOOP_WEAK,           /* damped at neutral, but by less than LOOP_DAMPING_LEAST */
     LOOP_NOISY,          /* stable, but its gains turn sensor noise into motion of the platform */
-    LOOP_UNSTABLE,       /* at neutral */
+    LOOP_UNSTABLE,       /* unstable at neutral */
 };
 
 struct loop_check {
     enum loop_state state;
-    struct loop_worst neutral, away;       /* away: least damping in all other poses */
-    double away_pose[DOFS];                /* and the pose in which it occurs */
+    struct loop_worst neutral, away;       /* least damping at neutral, and in all other poses */
+    double away_pose[DOFS];                /* pose in which the damping of `away` occurs */
     double noise_mps2, noise_most_mps2;    /* largest rms motion from sensor noise, at neutral and
                                             * on the way there, and its limit */
-    const char *key;     /* gain that alone corrects it, "control.kpf"; NULL: no single gain does */
-    double now, suits, damping;            /* its value, a suitable one, and the damping at
-                                            * neutral with that */
-    double kff_suits, out_mps, in_mps;     /* for the mean leg at neutral: feed-forward that
-                                            * matches its valve, and speeds at full opening */
+    const char *key;     /* gain that alone corrects the loop, "control.kpf"; NULL: no single gain
+                          * does */
+    double now, suits, damping;            /* current value of the gain `key`, a suitable value, and
+                                            * the damping at neutral with the suitable value */
+    double kff_suits, out_mps, in_mps;     /* for the mean leg at neutral: feed-forward that matches
+                                            * its valve, and speeds out and in at full opening */
 };
 
-/* bus: the machine is on a field bus, where commands act one cycle later. */
+/* Checks the closed loop. bus: the machine is on a field bus, where commands act one cycle
+ * later. */
 struct loop_check loop_check(const struct params *params, bool bus);
 
 /* Writes the finding and the remedy; "" if nothing needs to be done. */

@@ -10,16 +10,17 @@
 #include "reference.h"
 #include "trajectory_file.h"
 
-static const double stop_every = 0.1;   /* share of the ramp-out; its steepest part is hit to
-                                         * within a hundredth */
-/* cycles in a period from which on every period has cycles near all phases */
+static const double stop_every = 0.1;   /* interval between tried stops over the ramp-out; with a
+                                         * tenth, the effect of the ramp-out's steepest part is
+                                         * found to within a hundredth */
+/* a motion with so many cycles in a period or more has cycles near all phases in every period */
 enum { PERIOD_TICKS = 64 };
-/* halvings of the interval of the scale, down to a hundredth */
+/* halvings of an interval from 0 to 1 that find the scale to a hundredth */
 enum { SCALES = 7 };
 
 struct instant {
-    enum dof dof;                       /* test's axis */
-    double time_s;                      /* in the test */
+    enum dof dof;                       /* axis of the test */
+    double time_s;                      /* time in the test */
     bool stopped;                       /* stopped at stop_s */
     double stop_s;
 };
@@ -31,7 +32,7 @@ struct excess {
                                          * counted */
     const char *below, *above;          /* keys of the limits */
     int leg;
-    double share;                       /* share of the limit; above 1 */
+    double share;            /* deviation from `rest` over the deviation that is allowed; above 1 */
     struct instant at;
 };
 
@@ -41,14 +42,15 @@ struct walk {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
-    double scale;                       /* factor on the poses */
-    double length_m[3][LEGS];           /* in the last three cycles */
+    double scale;                       /* factor by which all poses are multiplied */
+    double length_m[3][LEGS];           /* lengths in the last three cycles */
     struct instant at;
     bool to_the_end;                    /* continue after an excess, to find the largest */
     struct excess worst;
 };
 
-/* Returns false, which ends the walk, if the value exceeds a limit or is NaN. */
+/* Compares a value with its limits and notes the worst excess. After an excess or NaN it returns
+ * false, which ends the walk, unless w->to_the_end is set. */
 static bool within(struct walk *w, int leg, struct excess e) {
     if (e.value >= e.least && e.value <= e.most) return true;
     e.share = (e.value - e.rest) / ((e.value < e.rest ? e.least : e.most) - e.rest);
@@ -85,7 +87,7 @@ static bool check_rate(struct walk *w, int leg, double rate_mps) {
                                   .above = "limits.leg_rate_mps"});
 }
 
-/* Checks force and flow; positive forces push the leg out. */
+/* Checks a leg's force and its valve's flow; positive forces push the leg out. */
 static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
     static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s and supply_pa";
     const struct hydraulics_params *h = &w->params->hydraulics;
@@ -99,7 +101,7 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
                            .most = fmin(push_n, most_n),
                            .below = most_n < pull_n ? "limits.force_n" : "hydraulics.supply_pa",
                            .above = most_n < push_n ? "limits.force_n" : "hydraulics.supply_pa"};
-    /* such a force leaves no flow */
+    /* a force beyond these limits leaves no flow to check */
     if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force);
     return within(w, leg,
                   (struct excess){.what = "rate",
@@ -204,7 +206,7 @@ static bool walk_all(struct walk *w, double scale) {
     return true;
 }
 
-/* The largest scale in hundredths with which the motion is within all limits; 0: none. */
+/* Returns the largest scale in hundredths with which the motion is within all limits; 0: none. */
 static double find_scale(struct walk *w) {
     int low = 0, high = 100;
     for (int i = 0; i < SCALES && high - low > 1; i++) {
@@ -223,7 +225,7 @@ static int refuse(struct walk *w, struct error *error) {
     const struct test_params *t = &w->params->tests;
     bool single = tests_single(t);
     char stopped[48] = "", remedy[200];
-    /* start of the trajectory's own time */
+    /* start of the trajectory's own time in the test */
     double scale = find_scale(w), from_s = w->trajectory ? t->ramp_s : 0.0;
     bool below = e.value < e.least;
     if (e.at.stopped) snprintf(stopped, sizeof stopped, " (stopped at %.3f s)", e.at.stop_s - from_s);

@@ -24,12 +24,13 @@
 #include "status.h"
 #include "trajectory.h"
 
-/* trajectory: NULL for sinusoids. -2 with the test, leg, time, value and limit, and the
- * necessary reduction of the motion. */
+/* Checks a motion. trajectory: NULL for sinusoids. Returns -2 with the test, leg, time, value and
+ * limit, and the necessary reduction of the motion. */
 int motion_check(const struct params *params, const struct trajectory *trajectory, struct error *error);
 
-/* Checks the configured tests. Loads their trajectory, if any (to be freed; knot NULL: none),
- * and sets tests.duration_s to its length. -2 as above; -3: the trajectory cannot be read. */
+/* Checks the configured tests. Loads their trajectory, if any (to be freed; knot NULL: none), and
+ * sets tests.duration_s to its length. Returns -2 as motion_check() does; -3: the trajectory cannot
+ * be read. */
 int motion_check_tests(struct params *params, struct trajectory *trajectory, struct error *error);
 
 #endif

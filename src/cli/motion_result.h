@@ -9,10 +9,10 @@
 
 struct motion_result {
     int64_t cycles;              /* cycles of such tests, in any phase */
-    int64_t samples, excluded;   /* in the evaluated part */
+    int64_t samples, excluded;   /* samples used, and samples excluded, of the evaluated part */
     double off_m, off_rad;       /* largest deviation from the reference on an axis */
     bool complete;
-    double test_time_s;          /* time of the last cycle */
+    double test_time_s;          /* time in the test at its last cycle */
 };
 
 /* Takes the next cycle, of any kind. */

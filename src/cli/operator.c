@@ -163,8 +163,8 @@ static void answer_move(struct operator *o, int64_t now_ns) {
     }
 }
 
-/* SAFETY: a stop waits for a stalled loop for any time. A stop that a later one replaced counts
- * as done when that is. */
+/* SAFETY: a stop waits for a stalled loop for any time. A stop that a later one replaced counts as
+ * done when the later one is done. */
 static void answer_stops(struct operator *o) {
     struct loop_acted acted = loop_acted(o->loop);
     for (int i = 0; i < OPERATOR_STOPS; i++) {
@@ -199,7 +199,8 @@ static void watch_lease(struct operator *o, struct operator_lease *lease, bool g
 }
 
 void operator_gone(struct operator *o, uint64_t peer, int64_t now_ns) {
-    answer_move(o, now_ns); /* the loop may have acted on it already, so that there is a lease */
+    answer_move(o, now_ns); /* the loop may already have acted on the peer's command, so that there
+                             * is a lease */
     if (o->moves && o->move.peer == peer) {
         withdraw(o);
         o->ports.say(o->ports.context, "the operator's connection has ended before the command was acted upon: taken back");

@@ -49,11 +49,11 @@ struct operator {
     const struct params *params;
     struct loop *loop;
     struct operator_ports ports;
-    bool moves;                                   /* move is pending */
-    struct operator_waiting move;                 /* engage, start or reset */
+    bool moves;                                   /* the request in `move` is pending */
+    struct operator_waiting move;               /* engage, start or reset that was requested last */
     struct operator_waiting stop[OPERATOR_STOPS]; /* stops whose answers are pending */
-    uint32_t stop_id;                             /* last stop or park in the mailbox */
-    enum command stop_command;                    /* 0: none */
+    uint32_t stop_id;                             /* id in the mailbox of the last stop or park */
+    enum command stop_command;                    /* last stop or park; 0: none yet */
     struct operator_lease lease[OPERATOR_LEASES];
     bool refused;                                 /* a refusal was reported */
     int64_t refused_ns;                           /* time of that report */
@@ -62,7 +62,7 @@ struct operator {
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports);
 
-/* Times are CLOCK_MONOTONIC. */
+/* Handles a request. now_ns is CLOCK_MONOTONIC in all calls. */
 void operator_take(struct operator *o, uint64_t peer, const struct command_request *request, bool may_move, int64_t now_ns);
 
 /* Called when the peer's connection has ended. */

@@ -11,12 +11,12 @@
 
 struct outlet {
     FILE *out;               /* write here, then outlet_flush(); any thread */
-    int from, to;            /* read end of the pipe; destination */
+    int from, to;            /* read end of the pipe, and destination of the text */
     pthread_t thread;
     _Atomic long copied;     /* number of writes to `to` */
 };
 
-/* Ordinary threads. 0, or -1 without a pipe or a thread. */
+/* Opens an outlet; ordinary threads. Returns 0, or -1 without a pipe or a thread. */
 int outlet_open(struct outlet *o, int to);
 
 /* Passes on the text since the last flush, or drops all of it. Up to 4096 bytes stay together. */

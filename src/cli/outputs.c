@@ -16,8 +16,8 @@ struct file {
     char text[PATH_MAX];     /* for a name made here */
     struct stat state;
     bool there, in_place;
-    char folder[PATH_MAX];   /* directory of the path, and the name in it */
-    const char *last;
+    char folder[PATH_MAX];   /* directory of the path */
+    const char *last; /* name in that directory */
 };
 
 struct use {
@@ -46,7 +46,7 @@ static void writes(struct use *u, const char *option, const char *name) {
 
 static bool same_file(const struct stat *a, const struct stat *b) { return a->st_dev == b->st_dev && a->st_ino == b->st_ino; }
 
-/* Devices and terminals can have several writers. */
+/* True for files that two writers would spoil; devices and terminals can have several writers. */
 static bool holds_data(const struct file *f) { return S_ISREG(f->state.st_mode) || S_ISFIFO(f->state.st_mode); }
 
 static bool same(const struct file *a, const struct file *b) {
@@ -83,7 +83,7 @@ static int check_reads(const struct use *u, const struct file *written, struct e
     return STATUS_OK;
 }
 
-/* gap.json and --json have the same content. */
+/* True for gap.json and --json, which may be one file because they have the same content. */
 static bool alike(const struct file *a, const struct file *b) {
     return a->what[1] == 'o' && !strcmp(b->what, "--json") && !strcmp(a->last, "gap.json");
 }

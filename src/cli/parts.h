@@ -14,13 +14,13 @@ struct parts {
     struct estimator estimator;
     struct equations *part;  /* [PARTS] */
     int count, joined;   /* each part[] but the last is the sum of `joined` parts, a power of two */
-    int in_last;             /* number of parts in the last one */
+    int in_last;             /* number of parts that the last part[] sums up */
     int all, left_out;       /* parts closed; parts without equations (at rest, or too short) */
     bool dropped;            /* the estimator's current motion was cleared */
     struct error why;        /* reason for the first part that was left out */
 };
 
-/* -3 on failure. To be freed even then. */
+/* Starts the estimator. Returns -3 on failure. To be freed even then. */
 int parts_init(struct parts *p, struct error *error);
 void parts_free(struct parts *p);
 

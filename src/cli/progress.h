@@ -19,18 +19,19 @@ struct progress {
     int64_t redraw_cycles;  /* cycles between updates of the live line */
     int64_t state_cycles;   /* cycles in the current state */
     const char *computing;  /* the last `what` of progress_compute(); NULL: none yet */
-    int64_t computing_ns;   /* when the first began */
+    int64_t computing_ns;   /* time when the first computation began */
 };
 
-/* to: standard output, or standard error if standard output carries the results. -1: no pipe or
- * thread. No function here delays its caller, whatever the terminal does (outlet.h). */
+/* Opens the outlets. to: standard output, or standard error if standard output carries the results.
+ * Returns -1 without a pipe or thread. No function here delays its caller, whatever the terminal
+ * does (outlet.h). */
 int progress_open(struct progress *p, const struct params *params, int to, bool virtual_time);
 /* Waits for the terminal as outlet_close() does. */
 bool progress_close(struct progress *p);
 void progress_state(struct progress *p, const struct cycle *c);
 /* Shows why `engage` would be refused. */
 void progress_interlock(struct progress *p, const char *why);
-/* cause and remedy: from failure_explain(). */
+/* Shows a fault with the cause and remedy of failure_explain(). */
 void progress_fault(struct progress *p, const struct cycle *c, const char *cause, const char *remedy);
 void progress_result(struct progress *p, const struct test_result *t);
 void progress_motion(struct progress *p, const struct motion_result *m);

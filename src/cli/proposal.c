@@ -11,19 +11,25 @@
 
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
 static const double SPREAD = 0.65;     /* lowest frequency of a multisine relative to its highest */
-static const double MARGIN = 0.5;          /* share of rates and of limits.following_m */
-static const double OF_PEAK = 0.75;        /* share of the speed of the survey's fastest leg; at
-                                            * other speeds the loop follows a little differently */
-static const double UNWANTED = 0.7;        /* share of checks.unwanted_pct */
-static const double LONGER = 4.0;          /* multiple of the shortest duration; two durations
-                                            * determine how the variance depends on it */
-static const double NEAR = 1.1;     /* relative to the floor; nearer, a longer test does not help */
+static const double MARGIN = 0.5;          /* share of limits.following_m, of the limit of rates and
+                                            * of checks.amplitude_pct that a proposal may take */
+static const double OF_PEAK = 0.75;        /* speed of the proposed sines' fastest leg over that of
+                                            * the survey's; at other speeds the loop follows a
+                                            * little differently */
+static const double UNWANTED = 0.7;      /* share of checks.unwanted_pct that a proposal may take */
+static const double LONGER = 4.0;          /* duration of the second prediction over the shortest
+                                            * duration; two durations determine how the variance
+                                            * depends on it */
+static const double NEAR = 1.1;     /* standard deviation over the floor that it approaches; below,
+                                     * a longer test does not help */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
                                            /* method C keeps 100 s of a test of an axis
                                             * (analysis.h), and 48 short segments of other
                                             * motions */
 static const double SEARCH_S = 8.0;
-static const double REACHED = 0.05; /* relative; accuracy of a prediction from so many draws */
+static const double REACHED = 0.05; /* difference between predicted and wanted deviation, over the
+                                     * wanted one, that counts as none; predictions from so many
+                                     * draws are no more exact */
 static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
 enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };
 
@@ -31,12 +37,14 @@ struct design {
     struct proposal_watch *watch;
     const struct loop_survey *survey;
     const struct params *params;
-    double leg_per_axis[DOFS];             /* largest |J| of a column, m per m or m per rad */
+    double leg_per_axis[DOFS];             /* largest magnitude in an axis's column of the Jacobian,
+                                            * m per m or m per rad */
     double jacobian[LEGS][DOFS];
-    double share[DOFS];                    /* shares of the rates, multisine */
+    double share[DOFS];                    /* multisine: shares of the axes in the legs' rate */
     struct params trial;
-    struct params exact;                /* with exact joint positions: excitation does not reduce
-                                         * the error of their tolerance, which is slow to compute */
+    struct params exact;                /* trial with exact joint positions: excitation does not
+                                         * reduce the error of their tolerance, which is slow to
+                                         * compute */
 };
 
 static double round_to(double step, double x) { return step * round(x / step); }
@@ -94,7 +102,7 @@ static void keep_apart(struct design *d) {
             }
 }
 
-/* Lag of the loop, with all peaks at once if the axes move at once. */
+/* Returns the largest lag of a leg in the loop, with all peaks at once if the axes move at once. */
 static double following_m(const struct design *d) {
     const struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -124,7 +132,8 @@ static int limit(struct design *d, struct error *error) {
     return status;
 }
 
-/* Predicts with amplitudes for this rate and the search's duration. */
+/* Predicts the deviations with amplitudes at which the legs reach this rate, for the search's
+ * duration. */
 static int try_rates(struct design *d, double rate_mps, struct excitation *e, struct error *error) {
     d->trial.tests.duration_s = SEARCH_S;
     set_amplitudes(d, rate_mps);
@@ -182,9 +191,9 @@ static double predict_for(struct design *d, double duration_s, struct excitation
 
 static bool close_enough(double found, double wanted) { return fabs(sqrt(found / wanted) - 1.0) < REACHED; }
 
-/* Reduces the amplitude if the shortest test is better than wanted, by a local power law of the
- * variance; its exponent is above 2 in magnitude, because dry friction matters more at lower
- * speeds. Amplitudes that are too small are discarded. */
+/* Reduces the amplitude until the shortest test is only as good as wanted: variance ~ amplitude^-n,
+ * n > 2, because dry friction matters more at lower speeds. Amplitudes that miss the wanted
+ * deviation are discarded. */
 static int find_amplitude(struct design *d, double wanted, double first, struct excitation *e, struct error *error) {
     struct test_params largest = d->trial.tests, best = largest;
     struct excitation of_best = *e;
@@ -201,14 +210,14 @@ static int find_amplitude(struct design *d, double wanted, double first, struct 
     return status;
 }
 
-/* Finds the duration: a short and a longer test give the part of the variance that falls with
- * the duration and the part that stays; then tries and corrects it. */
+/* Finds the duration: a short and a longer test give the part of the variance that falls with the
+ * duration and the part that stays; then tries and corrects the duration. */
 static int find_duration(struct design *d, double wanted, double first, double longer, struct excitation *e, struct error *error) {
     struct test_params *t = &d->trial.tests;
     int status = STATUS_OK;
     double least_s = shortest_s(t), noise = fmax(first - longer, 0.0) * least_s / (1.0 - 1.0 / LONGER);
     double rest = fmax(longer - noise / (LONGER * least_s), 0.0);
-    /* there it is near the floor */
+    /* with a longer test than this the deviation would already be near its floor */
     double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
     for (int i = 0; i < CORRECTIONS && !status; i++) {

@@ -25,22 +25,22 @@
 
 struct proposal {
     struct error none;              /* why there is no proposal; status 0: there is one */
-    struct test_params tests;       /* settle and ramps as configured */
+    struct test_params tests;       /* proposed tests; their settling and ramps are as configured */
     struct excitation predicted;
     double start_pct;               /* multisine: worst entry's deviation before the search, with
                                      * equal rates and the search's duration */
-    double best_pct;                /* the same after the search */
+    double best_pct;                /* multisine: worst entry's deviation after the search */
     bool reached;                   /* the wanted deviation is reached, within 5 % */
 };
 
 enum proposal_kind { PROPOSAL_SINES, PROPOSAL_MULTISINE, PROPOSALS };
 
-/* Who is told how far a long computation has come: before each prediction, the share from 0 to 1
- * of the most predictions that there may be. */
+/* Receives the progress of a long computation: share() is called before each prediction with the
+ * number of predictions made over the most that there may be. */
 struct proposal_watch {
     void (*share)(void *context, double share);
     void *context;
-    int done, most;        /* predictions */
+    int done, most;        /* numbers of predictions */
 };
 
 /* params: as configured for the tests, not the survey's; wanted_pct: as excitation.worst_pct.
@@ -48,7 +48,7 @@ struct proposal_watch {
 int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct,
             struct proposal_watch *watch, struct proposal *result, struct error *error);
 
-/* Writes the options that run it: "--set tests.... --set ...". */
+/* Writes the options that run the proposed tests: "--set tests.... --set ...". */
 void proposal_options(const struct proposal *proposal, char *text, int size);
 
 #endif

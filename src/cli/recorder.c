@@ -26,7 +26,7 @@ static void log_failed(struct recorder *r, const struct error *error) {
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
     const struct clock *clock = &r->loop->clock;
-    /* the log's clock follows the wall clock, even if cycles are lost */
+    /* a paced clock falls behind when the loop is late; the log's time follows the wall clock */
     int64_t stretched_ns = clock->kind == CLOCK_PACED ? r->analysis.behind_ns : 0;
     int64_t utime_us = clock->system_us + (r->analysis.last.in.time_ns + stretched_ns) / NS_PER_US;
     struct error error;
@@ -84,8 +84,8 @@ static void fault(struct recorder *r) {
     device(r);
 }
 
-/* Reports why `engage` would be refused; unknown inputs leave the report unchanged. Pressure may
- * take a second to disappear after the supply is off. */
+/* Reports why `engage` would be refused; unknown inputs leave the report unchanged. Pressure counts
+ * only after a second, because it may take that long to disappear after the supply is off. */
 static void interlocks(struct recorder *r, const struct cycle *c) {
     r->settled_cycles = c->state == STATE_SETTLED ? r->settled_cycles + 1 : 0;
     if (!r->settled_cycles || c->in.flags & (SAMPLE_IO | SAMPLE_INVALID)) return;
@@ -158,8 +158,8 @@ static void publish_estimate(struct recorder *r, bool wait) {
     free(w);
 }
 
-/* Starts method C after each test while recording continues; of tests that end meanwhile only
- * the last is used. In virtual time it waits, so that a log is the same every time. */
+/* Starts method C after each test while recording continues; if several tests end meanwhile, only
+ * the last one starts it again. In virtual time it waits, so that a log is the same every time. */
 static void estimate(struct recorder *r, bool wait) {
     struct recording copy;
     struct error none;
@@ -227,8 +227,8 @@ static void ask_keeper(struct recorder *r) {
     log_keeper_ask(r->keeper);
 }
 
-/* Calls log_keeper_take(). A run in virtual time waits for the keeper, so that its log is the
- * same every time, but not once the keeper has hung. */
+/* Takes the keeper's next part with log_keeper_take(). A run in virtual time waits for the keeper,
+ * so that its log is the same every time, but not once the keeper has hung. */
 static int take_part(struct recorder *r, struct log_part *next, struct error *error) {
     bool waits = r->loop->clock.kind == CLOCK_VIRTUAL && !r->keeper_error.status;
     int got = log_keeper_take(r->keeper, waits ? PART_PATIENCE_MS : 0, next, error);
@@ -239,9 +239,9 @@ static int take_part(struct recorder *r, struct log_part *next, struct error *er
 }
 
 /* Continues the log in the next part, beginning with this cycle, if the current one is large
- * enough, no test is split, and the file is ready. Only virtual time waits for it, for the same
- * log every time. A test without an end, such as a trajectory of hours, is split at twice the
- * size. If no part can be made, the log continues in the current one. */
+ * enough, no test is split, and the file is ready. Only virtual time waits for the file, so that a
+ * log is the same every time. A test without an end, such as a trajectory of hours, is split at
+ * twice the size. If no part can be made, the log continues in the current one. */
 static void rotate(struct recorder *r, const struct cycle *c) {
     struct error error;
     struct log_part next;
@@ -297,7 +297,7 @@ static void *recorder_thread(void *argument) {
     struct cycle c;
     crash_stack();
     for (;;) {
-        /* read before the ring, so that nothing is missed */
+        /* read before the ring, so that no record is missed */
         bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire);
         look_after_log(r);
         if (ring_pop(r->records, &c)) take(r, &c);

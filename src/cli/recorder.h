@@ -24,8 +24,8 @@ struct recorder {
                                       * to split a test */
     int64_t part_due_bytes;          /* size of this part at which the next is requested */
     int part;                        /* number of this part, from 1 */
-    char part_path[PATH_MAX];        /* its path; "" for the first */
-    bool over_quota;                 /* the operator was informed */
+    char part_path[PATH_MAX];        /* path of this part; "" for the first */
+    bool over_quota;                 /* the operator knows that the logs exceed the quota */
     const char *config;
     struct bus *bus;                 /* NULL: no bus */
     struct progress *progress;
@@ -34,14 +34,14 @@ struct recorder {
     struct analysis analysis;
     struct estimator estimator;      /* method C of the tests so far, for the bus */
     bool estimate_due;               /* a test has ended since the last estimate began */
-    int64_t estimate_ns;             /* current estimate: end of its last test, and number of its
-                                      * tests; 0: none */
-    int estimate_tests;
-    _Atomic bool computes;     /* it is computing, which may take longer than RECORDER_PATIENCE_S */
-    uint32_t request_id;             /* the last request reported */
+    int64_t estimate_ns;             /* time of the end of the last test in the current estimate */
+    int estimate_tests; /* number of tests in the current estimate; 0: none */
+    _Atomic bool computes;     /* the recorder is computing, which may take longer than
+                                * RECORDER_PATIENCE_S */
+    uint32_t request_id;             /* id of the last request reported */
     int64_t statistics_cycles;       /* interval between HEXID_LOOP_STATS */
     int64_t settled_cycles;          /* consecutive cycles in settled */
-    uint32_t interlocks_wrong;       /* last reported (interlock.h) */
+    uint32_t interlocks_wrong;       /* interlocks reported last as wrong (interlock.h) */
     int64_t checked_ns, asked_ns;    /* times of the last check of the log and of the last
                                       * request for a part */
     char device[200];                /* last reported condition of the connection to the machine */

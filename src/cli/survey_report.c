@@ -19,7 +19,7 @@ static double largest(const double *x) {
     return most;
 }
 
-/* Largest leg force for an acceleration of 1 m/s^2 or rad/s^2 of an axis: J'^-1 Mt. */
+/* Returns the largest leg force for an acceleration of an axis by 1 m/s^2 or rad/s^2: J'^-1 Mt. */
 static double leg_force_per_acceleration(const struct loop_survey *s, double j[LEGS][DOFS], enum dof dof) {
     double wrench[DOFS], force[LEGS], most = 0.0;
     for (int i = 0; i < DOFS; i++) wrench[i] = s->inertia.matrix.mt[i][dof];
@@ -55,7 +55,8 @@ static struct test_judgement judge(const struct survey_report *r, double j[LEGS]
     return t;
 }
 
-/* The steps, and the share of the time that was spent before each on the default machine. */
+/* Steps of the computation, each with the share of the whole time that passes before it on the
+ * default machine. */
 enum step { STEP_CONFIGURED, STEP_PROPOSAL, STEPS = STEP_PROPOSAL + PROPOSALS };
 static const struct {
     const char *what;
@@ -108,7 +109,8 @@ static void print_number(FILE *out, int width, int digits, double x) {
     else fprintf(out, " %*.*f", width, digits, x);
 }
 
-/* Remarks on a mode of the closed loop that rings, with what to look at. NaN is none. */
+/* Prints a remark on a mode of the closed loop that rings, with what to look at. NaN is no
+ * damping. */
 static void print_hardly_damped(const struct loop_survey *s, int mode, FILE *out) {
     const struct loop_mode *m = &s->loop[mode];
     if (!(m->damping < LOOP_DAMPING_LEAST)) return;

@@ -11,21 +11,21 @@
 /* One axis of a test: frequency in Hz, amplitude in m or rad. */
 struct test_judgement {
     double hz, amplitude;
-    double of_oil, of_loop;    /* frequency relative to the lowest eigenfrequency of the oil
-                                * columns, and of the loop; NaN: none */
-    double follow;             /* amplitude reached, relative to the reference's, in the survey */
-    double leg_m, leg_n;       /* length amplitude of the leg that moves most, and force
-                                * amplitude of the leg that pushes most */
-    double noise_m, noise_n;   /* rms noise of a sample of the worst leg; for lengths at least
-                                * the rounding */
-    bool below;                /* below both eigenfrequencies (the loop's only if it has one);
-                                * false without the oil columns' */
-    bool above_floor;          /* both amplitudes are above the noise */
+    double of_oil, of_loop;    /* frequency over the lowest eigenfrequency of the oil columns, and
+                                * over the loop's; NaN: no such eigenfrequency */
+    double follow;             /* amplitude reached in the survey over the reference's */
+    double leg_m, leg_n;       /* length amplitude of the leg that moves most, and force amplitude
+                                * of the leg that pushes most */
+    double noise_m, noise_n;   /* rms noise of a sample of the worst leg; for lengths at least the
+                                * rounding */
+    bool below;                /* the test is below both eigenfrequencies (the loop's only if it has
+                                * one); false if the oil columns have none */
+    bool above_floor;          /* the amplitudes of length and force are above the noise */
 };
 
 struct survey_report {
     struct loop_survey survey;
-    struct params asked;                      /* as configured, without the survey */
+    struct params asked;                      /* configured parameters, without the survey */
     struct test_judgement test[DOFS];         /* by axis */
     struct excitation configured;             /* prediction for the configured tests, if
                                                * no_prediction has status 0 */
@@ -34,14 +34,15 @@ struct survey_report {
     struct proposal proposal[PROPOSALS];
 };
 
-/* Called before each step with what is computed, and the share of all that is done, 0..1. */
+/* Receives the progress: step() gets the name of the current step, and the share of the whole work
+ * that is done, 0..1. */
 struct survey_watch {
     void (*step)(void *context, const char *what, double share);
     void *context;
 };
 
-/* `asked`: as configured, without the survey. -2 with the reason: the recording is not
- * sufficient; -3: no memory. */
+/* Computes all results. `asked`: configured parameters, without the survey. Returns -2 with the
+ * reason if the recording is not sufficient; -3: no memory. */
 int survey_report_make(struct survey_report *r, const struct multisine *multisine, const struct recording *recording,
                        const struct method_c *inertia, const struct params *asked, double wanted_pct, const struct survey_watch *watch,
                        struct error *error);

@@ -19,11 +19,8 @@ static void erase(struct terminal *t) {
     t->drawn = 0;
 }
 
-static double rounded(double x, double unit) {
-    return round(x / unit) * unit + 0.0;
-} /* + 0.0
-                                                                                       * avoids
-                                                                                       * -0.00 */
+/* + 0.0 avoids -0.00 */
+static double rounded(double x, double unit) { return round(x / unit) * unit + 0.0; }
 
 static void headline(const struct cycle *c) {
     char fault[FAULT_TEXT_SIZE];
@@ -36,7 +33,7 @@ static void headline(const struct cycle *c) {
 }
 
 static void pose(const struct params *p, const struct cycle *c) {
-    /* unit after the last value of its kind */
+    /* unit, printed after the last value that has it */
     static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"};
     if (p->mechanism == MECHANISM_AXIS) printf(" position %.2f mm", rounded(c->in.length_m[0] * 1e3, 0.01));
     else

@@ -20,7 +20,7 @@ TESTS = (
 
 # Exceptions to the file's tests: (file, first words of the mark, tests)
 BY_MARK = (
-    ("src/cli/cmd_run.c", "time is real on", ("paced.sh",)),
+    ("src/cli/cmd_run.c", "hardware gets real time,", ("paced.sh",)),
     ("src/cli/cmd_run.c", "checks the run's motion", ("motions.sh",)),
     ("src/cli/cmd_run.c", "if the log stalls", ("stop.sh",)),
     ("src/cli/cmd_run.c", "reports inputs that are", ("errors.sh", "service.sh")),
@@ -75,7 +75,7 @@ OTHERWISE = (
     (OPERATOR, "a machine must not", "post_stop(o, COMMAND_PARK);", ";"),
     (OPERATOR, "a machine must not", "bool out = gone || lease->expired ||", "bool out = lease->expired ||"),
     (OPERATOR, "a machine must not", "now_ns - lease->heard_ns > ns_from_seconds(o->params->lcm.lease_s);", "false;"),
-    (RUN, "time is real on", "return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;", "return CLOCK_PACED;"),
+    (RUN, "hardware gets real time,", "return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;", "return CLOCK_PACED;"),
     (RUN, "checks the run's motion", "return s->options.survey ? check_survey(s, error) : motion_check_tests(&s->params, &s->trajectory, error);",
      "return s->options.survey ? check_survey(s, error) : STATUS_OK;"),
     (RUN, "signals that would end", "pthread_sigmask(SIG_BLOCK, &set, NULL);", ""),
