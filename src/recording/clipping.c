@@ -6,16 +6,18 @@
 
 /* Least share of samples at the largest or smallest value for a channel to be clipped. */
 static const double CLIPPED = 0.12;
-/* Least ratio of that share to the share of a sinusoid read at the same resolution. */
+/* Share of samples at the largest value over that of a sinusoid read at the same resolution, above
+ * which the channel is clipped. */
 static const double CLIPPED_TIMES = 2.0;
-/* Least step onto a length's plateau over its largest step: friction stops a leg more softly. */
+/* Mean step onto a length's largest value over the length's largest step, above which an end stop
+ * stopped the leg: friction stops it more softly. */
 static const double ABRUPT = 0.3;
 
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);
 _Static_assert(sizeof(struct recording_sample) % sizeof(double) == 0, "samples are addressed as doubles");
 
-/* Number of samples at the largest value, or with sign -1 at the smallest; 0 unless they are more
- * than a sinusoid has there, and a smooth channel arrives there at speed. */
+/* Number of samples at the largest value, or, with sign -1, at the smallest. 0 if they are no more
+ * than a sinusoid has there, or if a smooth channel does not arrive there at speed. */
 static int plateau(const struct recording_test *t, const double *first, double sign, const struct recording_scale *scale) {
     double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL, before = NAN, entering = 0.0, fastest = 0.0;
     int there = 0, n = 0, entries = 0;
@@ -38,7 +40,8 @@ int recording_clipped(const struct recording_test *t, const double *first, const
     int clipped = 0, few = (t->end - t->first) / 50;
     for (int i = t->first; i < t->end; i++) clipped += first[(size_t)(i - t->first) * STRIDE] >= scale->top;
     if (clipped <= few) clipped = plateau(t, first, 1.0, scale);
-    /* Other channels rest at their low end: pressures at the tank's. */
+    /* Only lengths are clipped at their low end, too: pressures, for example, rest there at the
+     * tank's. */
     if (clipped <= few && scale->smooth) clipped = plateau(t, first, -1.0, scale);
     return clipped > few ? clipped : 0;
 }

@@ -4,15 +4,16 @@
 
 #include "recording.h"
 
-/* Range of a channel. */
+/* Range of a channel: it saturates at `top` and is read in steps of `step`. smooth: a length, which
+ * does not jump and saturates at both ends. */
 struct recording_scale {
     double top, step;
     bool smooth;
 };
 
 /* Number of good samples in the test's evaluated part at which the channel is saturated; 0 if they
- * are so few that the motion itself may have put them there. `first` points to the channel's value
- * in the first sample of that part. */
+ * are so few that the motion itself may have put them there. first: the channel's value in the
+ * first sample of that part. */
 int recording_clipped(const struct recording_test *t, const double *first, const struct recording_scale *scale);
 
 #endif

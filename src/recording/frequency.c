@@ -6,13 +6,17 @@
 #include "dense.h"
 #include "units.h"
 
-static const double OF_FREQUENCY = 0.5;  /* least share of the variance at the motion's frequency */
-static const double SEARCH_S = 10.0;     /* longest part searched: an hour would take too long */
-/* Relative difference below which the legs follow the reference: they may still be settling. */
+static const double OF_FREQUENCY = 0.5;  /* share of the variance at the stated frequency, above
+                                          * which no other is searched */
+static const double SEARCH_S = 10.0;     /* longest part that is searched for a frequency, unless it
+                                          * has fewer than SEARCH_CYCLES: an hour would take too
+                                          * long */
+/* Relative difference of frequencies below which the legs follow the reference; it is not 0,
+ * because they may still be settling. */
 static const double FOLLOWED = 1e-3;
 enum { ITERATIONS = 8, CYCLES_LEAST = 2, SEARCH_CYCLES = 8 };
 
-/* A group of channels: `count` numbers side by side in a sample. */
+/* A group of channels: `count` numbers side by side in a sample, `offset` bytes from its start. */
 struct signals {
     size_t offset;
     int count;
@@ -22,11 +26,11 @@ static double value_of(const struct recording_sample *s, struct signals of, int 
     return ((const double *)(const void *)((const char *)s + of.offset))[k];
 }
 
-/* The sinusoid s sin wt + c cos wt of one frequency in a signal, fitted by least squares together
+/* Sinusoid s sin wt + c cos wt of one frequency, as fitted to a signal by least squares together
  * with a constant. */
 struct wave {
     double s, c;
-    double variance; /* the signal's */
+    double variance; /* variance of the signal */
 };
 
 static struct wave wave_at(const struct recording_test *t, struct signals of, int k, double hz, double from_s, double until_s) {
@@ -48,7 +52,7 @@ static struct wave wave_at(const struct recording_test *t, struct signals of, in
     return (struct wave){g[1], g[2], fmax(square / n - mean * mean, 0.0)};
 }
 
-/* Share of the motion's variance at one frequency. */
+/* Share of one frequency in the variance of a group of channels. */
 static double share_at(const struct recording_test *t, struct signals of, double hz, double until_s) {
     double of_frequency = 0.0, all = 0.0;
     for (int k = 0; k < of.count; k++) {
@@ -58,8 +62,8 @@ static double share_at(const struct recording_test *t, struct signals of, double
     return all > 0.0 ? of_frequency / all : 0.0;
 }
 
-/* Frequency with the largest share in the channel that moves most, on a grid of a quarter of the
- * resolution 1 / span_s. */
+/* Frequency with the largest share of the variance in that channel of a group that moves most. The
+ * grid of frequencies is a quarter of the resolution 1 / span_s. */
 static double search(const struct recording_test *t, struct signals of, double span_s, double until_s) {
     double most = 0.0, best = 0.0, hz = (double)NAN;
     struct signals one = {of.offset, 1};
@@ -74,7 +78,7 @@ static double search(const struct recording_test *t, struct signals of, double s
     return hz;
 }
 
-/* Error of the frequency, Hz, from the phase between two halves of whole cycles. */
+/* Error of a frequency, Hz, from the phase between two halves of the span, each of whole cycles. */
 static double turn(const struct recording_test *t, struct signals of, double hz, double start_s, double span_s) {
     double half_s = floor(0.5 * span_s * hz) / hz;
     double along = 0.0, across = 0.0;
@@ -99,14 +103,14 @@ static double fit(const struct recording_test *t, struct signals of, double near
         window_s = fmin(span_s, fmax(SEARCH_S, SEARCH_CYCLES / near_hz));
         hz = search(t, of, window_s, start_s + window_s);
     }
-    /* the window grows as the frequency gets surer */
+    /* the window grows with the accuracy of the frequency, so that no cycle is counted wrongly */
     for (;; window_s = fmin(2.0 * window_s, span_s)) {
         hz = refine(t, of, hz, start_s, window_s);
         if (!(hz * window_s > CYCLES_LEAST)) return (double)NAN;
         if (window_s >= span_s) break;
     }
-    /* A machine that is still settling also turns its phase, but less and less: the second half is
-     * better. */
+    /* While a machine settles, its phase changes too, but less and less: the second half of the
+     * record gives a better frequency. */
     if (0.5 * span_s * hz >= SEARCH_CYCLES) hz = refine(t, of, hz, start_s + 0.5 * span_s, 0.5 * span_s);
     return hz;
 }

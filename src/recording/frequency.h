@@ -1,12 +1,12 @@
-/* The frequency at which the legs move in a test, whatever was stated; exact to 1e-5 on a sine.
- * Pure. */
+/* The frequency at which the legs move in a test, whatever was stated. On a sinusoid its relative
+ * error is below 1e-5. Pure. */
 #ifndef HEXID_FREQUENCY_H
 #define HEXID_FREQUENCY_H
 
 #include "recording.h"
 
-/* Fits the test's evaluated part. The search starts at near_hz and goes elsewhere only if that
- * frequency does not hold most of the motion. `reference` tells that the log has one: if the legs
+/* Finds the frequency of the test's evaluated part. The search starts at near_hz and goes elsewhere
+ * only if that frequency does not hold most of the motion. reference: the log has one; if the legs
  * follow it, its frequency is returned, which is exact even while the amplitude settles. NaN if no
  * frequency repeats at least twice. */
 double frequency_fit(const struct recording_test *t, int legs, bool reference, double near_hz);

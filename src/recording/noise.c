@@ -6,14 +6,19 @@
 
 enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 
-static const double FOURTH = 70.0;      /* sum of squares of 1 -4 6 -4 1: a fourth difference's
-                                         * variance */
-static const double ROUNDING = 1e-12;   /* relative; smaller differences are rounding, not steps */
-static const double MULTIPLE = 0.05;    /* distance from a whole number of steps in a multiple */
-static const double MULTIPLES = 0.95;   /* least share of differences that are multiples */
-static const double STEPS_MOST = 1e6;   /* beyond, every difference looks like a multiple */
+static const double FOURTH = 70.0;      /* variance of a fourth difference over that of white noise:
+                                         * the sum of the squares of 1 -4 6 -4 1 */
+static const double ROUNDING = 1e-12;   /* difference over a value's magnitude, up to which it is
+                                         * rounding, not a step */
+static const double MULTIPLE = 0.05;    /* distance of a difference from a whole number of steps, in
+                                         * steps, below which it is a multiple */
+static const double MULTIPLES = 0.95;   /* share of the differences that must be multiples of the
+                                         * smallest */
+static const double STEPS_MOST = 1e6;   /* difference in steps, above which every number looks like
+                                         * a multiple, so that none counts as one */
 
-/* White noise, rms: from the median over blocks of the mean square of fourth differences. */
+/* Rms of the white noise: from the median over blocks of the mean square of fourth differences. NaN
+ * without five finite values in a row. */
 static double white(int count, const double *x, size_t stride) {
     double block[BLOCKS], sum = 0.0;
     int size = count / BLOCKS + 1 > BLOCK_LEAST ? count / BLOCKS + 1 : BLOCK_LEAST, blocks = 0, n = 0;
@@ -30,7 +35,8 @@ static double white(int count, const double *x, size_t stride) {
     return sqrt(block[blocks / 2] / FOURTH);
 }
 
-/* The smallest difference above rounding, if nearly all others are multiples of it; else 0. */
+/* Smallest difference above rounding, if at least the share MULTIPLES of all differences are
+ * multiples of it; otherwise 0. */
 static double step_of(int count, const double *x, size_t stride) {
     double step = HUGE_VAL;
     int differences = 0, multiples = 0;
@@ -50,7 +56,7 @@ static double step_of(int count, const double *x, size_t stride) {
 
 struct noise noise_measure(int count, const double *x, size_t stride) {
     struct noise n = {.rms = white(count, x, stride), .step = step_of(count, x, stride)};
-    /* fmax skips NaN: too few values for the white part leave the quantization noise */
+    /* fmax skips NaN: with too few values for white noise only that of quantisation is left */
     if (n.step > 0.0) n.rms = fmax(n.rms, n.step / sqrt(12.0));
     return n;
 }

@@ -1,4 +1,4 @@
-/* Sensor noise of a signal that moves slowly against its sampling: white noise and quantization.
+/* Sensor noise of a signal that moves slowly against its sampling: white noise and quantisation.
  * Pure, no heap, any thread. */
 #ifndef HEXID_NOISE_H
 #define HEXID_NOISE_H
@@ -6,15 +6,17 @@
 #include <stddef.h>
 
 struct noise {
-    /* White part, from fourth differences, median over time: motion below a tenth of the sampling
-     * rate hardly counts. At least the quantization noise, step / sqrt(12), which stands alone if
-     * no five values in a row are finite; NaN if no step is seen either: nothing is known then. */
+    /* White noise, from fourth differences, as the median over time: motion slower than a tenth of
+     * the sampling rate hardly counts. At least the quantisation noise, step / sqrt(12), which
+     * stands alone if no five values in a row are finite. NaN if no step is seen either, so that
+     * nothing is known. */
     double rms;
-    /* Resolution of the sensor: all differences are multiples of it; 0 if none is seen. */
+    /* Resolution of the sensor, of which at least 95 % of the differences are multiples; 0 if none
+     * is seen. */
     double step;
 };
 
-/* Measures `count` values, `stride` doubles apart; values that are not finite are skipped. */
+/* Measures `count` values, `stride` doubles apart. Values that are not finite are skipped. */
 struct noise noise_measure(int count, const double *x, size_t stride);
 
 #endif

@@ -11,59 +11,70 @@
 
 const char *const piece_names[PIECE_KINDS] = {"rest", "steady", "moving"};
 
-/* The search works on an even grid, whose points are means of neighbouring samples. */
-static const double GRID_HZ = 400.0;     /* ten points in a cycle of the fastest motion */
-static const double POINTS_LEAST = 5.0;  /* points in a cycle */
+/* Grid points per second. The search works on an even grid, whose points are means of neighbouring
+ * samples; at this rate the fastest motion has ten points in a cycle. */
+static const double GRID_HZ = 400.0;
+static const double POINTS_LEAST = 5.0;  /* least number of points in a cycle */
 enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 
-/* Rest. */
-static const double REST_S = 0.5;        /* shorter rests are turning points */
-static const double NOISE_BAND = 5.0;    /* times the noise rms: white noise stays within for an
-                                          * hour */
-static const double REST_SHARE = 3e-3;   /* wander of a loop at rest, over the leg's range */
+static const double REST_S = 0.5;        /* shortest rest; a shorter one is a turning point */
+static const double NOISE_BAND = 5.0;    /* largest deviation of a leg at rest, in rms noise: white
+                                          * noise stays within it for an hour */
+static const double REST_SHARE = 3e-3;   /* largest wander of a leg at rest over its whole range; a
+                                          * position loop wanders by less */
 
-/* Steady motion. */
+/* Least number of cycles of a steady piece. */
 static const double CYCLES_LEAST = 4.0;
-/* Largest rms difference of successive cycles over the motion's rms, beyond the noise. */
+/* Largest rms difference of successive cycles over the motion's rms, beyond the noise, in steady
+ * motion. */
 static const double ALIKE = 0.05;
-/* The same while the period is not known well: a period error adds 2 pi times its relative size. */
+/* Largest rms difference of successive cycles over the motion's rms while the period is searched: a
+ * period error adds 2 pi times its relative size. */
 static const double SEARCHED = 0.2;
-/* Factor on the mean square difference of cycles: some loops hunt beside their motion. */
+/* Tolerance factor on the mean square difference of a run's cycles, since some loops hunt beside
+ * their motion. */
 static const double RESTLESS = 1.5;
-/* Period error at which a sine's cycles already differ by more than SEARCHED. */
+/* Relative period error, plus 1, at which the cycles of a sinusoid differ by more than SEARCHED. */
 static const double SEARCHED_RATIO = 1.04;
-static const double LAG_RATIO = 1.005;   /* ratio between successive trial periods */
-/* Largest share of the motion's variance that may fail to repeat, whatever the noise. */
+static const double LAG_RATIO = 1.005;   /* ratio of successive trial periods */
+/* Largest mean square difference of successive cycles over the motion's variance, whatever the
+ * noise. */
 static const double MOTION = 0.25;
-/* Largest change of period between both halves; a sweep that is cut off at ALIKE has 8e-3. */
+/* Largest relative change of period from the first to the second half of a run; a sweep that is cut
+ * off at ALIKE has 8e-3. */
 static const double SWEEP = 3e-3;
-static const double SWELL = 0.1;         /* the same for the amplitude */
+static const double SWELL = 0.1;         /* largest relative change of amplitude from the first to
+                                          * the second half of a run */
 /* Least share of a cycle's points that must be measured both in it and in the next; also the least
- * share of a rest's points. */
+ * share of a rest's points that must be measured. */
 static const double COMPARED = 0.25;
-/* Tolerance in standard deviations of a half's estimates, which scatter as its cycles do. */
+/* Tolerance of a change between halves of a run, in standard deviations of their estimates, which
+ * scatter as the cycles do. */
 static const double UNSURE = 2.0;
-/* Gain in length that justifies a longer period; a multiple of the true one gains less. */
+/* Gain in the length of a run that justifies a longer period; a multiple of the true period gains
+ * less. */
 static const double LONGER = 1.1;
 enum { WINDOW_POINTS = 64 };             /* points compared per cycle; those between are skipped */
-enum { PARTS = 32 };                     /* fractions of the period that are tried */
-enum { DEPTH = 64 };                     /* levels of pieces found between other pieces */
+enum { PARTS = 32 };                     /* fractions of a period that are tried: 1/32 to 1/2 */
+enum { DEPTH = 64 };                     /* levels of the search for runs beside longer runs */
 
 struct grid {
     int count, legs;
-    double start_s, step_s;    /* time of point 0; time between points */
-    double *x[LEGS];           /* means of the length, relative to the leg's first value */
-    double noise[LEGS];        /* rms noise of a point */
-    /* Points with a sample of their own; the others are interpolated. A second half is scratch. */
+    /* start_s: time of point 0. step_s: time between points. */
+    double start_s, step_s;
+    double *x[LEGS];           /* mean lengths at the points, relative to the leg's first length */
+    double noise[LEGS];        /* rms noise of each leg's points */
+    /* Points with a sample of their own; the others are interpolated. The array's second half is
+     * scratch memory. */
     unsigned char *measured;
     unsigned char *kind;       /* enum piece_kind of each point */
-    double *frequency;         /* frequency at each point of a steady piece */
-    double *low, *high;        /* scratch, as is sums */
+    double *frequency;         /* frequency at each point of a steady piece, Hz */
+    double *low, *high;        /* scratch memory of extremes() */
     struct sums *sums;
 };
 
-/* Prefix sums, over all points before one: squared differences to the value a period later, their
- * number, the value, and its square. */
+/* Sums over all points before a given one: the squared differences from the value a period later,
+ * the number of these differences, the values, and the values' squares. */
 struct sums {
     double difference, compared, x, square;
 };
@@ -81,7 +92,7 @@ static bool grid_alloc(struct grid *g) {
     return there;
 }
 
-/* Fills the grid points between two instants by linear interpolation. */
+/* Fills the grid points from *next up to the second of two instants by linear interpolation. */
 static void lay_line(struct grid *g, int leg, const double at[2], const double value[2], int *next) {
     double slope = at[1] > at[0] ? (value[1] - value[0]) / (at[1] - at[0]) : 0.0;
     for (; *next < g->count && g->start_s + *next * g->step_s <= at[1]; ++*next)
@@ -93,8 +104,8 @@ static int point_of(const struct grid *g, double t_s) {
     return point < 0.0 ? 0 : point >= g->count ? g->count - 1 : (int)point;
 }
 
-/* Averages the samples nearest to each grid point, and interpolates from their mean instant to the
- * point's. */
+/* Fills the grid for one leg. The samples nearest to each grid point are averaged, and the point is
+ * interpolated between their mean instants. */
 static void grid_fill(struct grid *g, const struct recording_test *t, int leg) {
     double zero = (double)NAN, at[2] = {0}, value[2] = {0}, sum_t = 0.0, sum_x = 0.0;
     int point = -1, n = 0, next = 0;
@@ -129,13 +140,13 @@ static int grid_make(struct grid *g, const struct recording_test *t, int legs, s
     for (int k = 0; k < legs; k++) {
         grid_fill(g, t, k);
         struct noise n = noise_measure(t->count, t->sample->length_m + k, sizeof *t->sample / sizeof(double));
-        /* At rest, quantization does not average out. */
+        /* The error of quantisation does not average out at rest. */
         g->noise[k] = isnan(n.rms) ? 0.0 : fmax(n.rms / sqrt(together), n.step / sqrt(12.0));
     }
     return STATUS_OK;
 }
 
-/* For each point, the least and greatest value of the `window` points from it on. */
+/* Finds, for each point, the least and the greatest value of the `window` points from it on. */
 static void extremes(struct grid *g, const double *x, int window) {
     memcpy(g->low, x, (size_t)g->count * sizeof *x), memcpy(g->high, x, (size_t)g->count * sizeof *x);
     for (int covered = 1, shift; covered < window; covered += shift) {
@@ -150,7 +161,7 @@ static void find_rests(struct grid *g) {
     int window = (int)ceil(REST_S / g->step_s) + 1;
     memset(g->kind, PIECE_MOVING, (size_t)g->count);
     if (window < 3) window = 3;
-    /* Windows, by their first point, in which some leg leaves its band. */
+    /* for each window's first point: does some leg leave its band in the window? */
     unsigned char *leaves = g->measured + g->count + 1;
     memset(leaves, 0, (size_t)g->count);
     for (int k = 0; k < g->legs; k++) {
@@ -159,12 +170,12 @@ static void find_rests(struct grid *g) {
         extremes(g, g->x[k], window);
         for (int i = 0; i < g->count; i++) leaves[i] |= !(g->high[i] - g->low[i] <= band);
     }
-    int seen = 0; /* measured points in the window from i on: a gap is no rest */
+    int seen = 0; /* number of measured points in the window from i on; a gap is no rest */
     for (int i = 0; i < window - 1 && i < g->count; i++) seen += g->measured[i];
     for (int i = 0, until = 0; i < g->count; i++) {
         seen += g->measured[i + window - 1 < g->count ? i + window - 1 : g->count];
         bool stays = i + window <= g->count && !leaves[i] && seen >= COMPARED * window;
-        /* The leg jumped from one resting place to another between two samples. */
+        /* The leg jumped from one place of rest to another between two samples. */
         bool jumps = stays && i == until && i > 0;
         if (stays) until = i + window;
         if (i < until && !jumps) g->kind[i] = PIECE_REST;
@@ -172,15 +183,15 @@ static void find_rests(struct grid *g) {
     }
 }
 
-/* A segment of the grid, points first..end-1, with the values and the noise of the leg that moves
- * most in it. */
+/* Points first..end-1 of the grid, with the values and the noise of the leg that moves most among
+ * them. */
 struct stretch {
     int first, end;
     const double *x;
     double noise;
 };
 
-/* Variance over the measured points. */
+/* Variance of a leg's values over the measured points first..end-1. */
 static double variance(const struct grid *g, const double *x, int first, int end) {
     double sum = 0.0, square = 0.0, n = 0.0;
     for (int i = first; i < end; i++) {
@@ -200,7 +211,8 @@ static struct stretch stretch_of(const struct grid *g, int first, int end) {
     return s;
 }
 
-/* Evaluates x between grid points, a lag of whole + fraction, by the cubic through four points. */
+/* A lag of whole + fraction points. A value between points is the sum of four neighbours with these
+ * weights (cubic interpolation). */
 struct lag {
     int whole;
     double weight[4];
@@ -214,10 +226,10 @@ static struct lag lag_of(double points) {
                          (f + 1.0) * f * (f - 1.0) / 6.0}};
 }
 
-static const double LAG_MARGIN = 2.0; /* extra points that the cubic needs */
+static const double LAG_MARGIN = 2.0; /* points beyond the lag that cubic interpolation needs */
 
-/* Difference between the value one lag later and the value at i. Returns false, with d = 0, if
- * either was not measured. */
+/* Finds the difference d between the value a lag later and the value at point i. Returns false,
+ * with d = 0, if either is not measured. */
 static bool differs(const struct grid *g, const struct stretch *s, int i, const struct lag *lag, double *d) {
     const double *x = s->x + i + lag->whole, *w = lag->weight;
     bool measured = g->measured[i] && g->measured[i + lag->whole + (w[2] > w[1])];
@@ -225,7 +237,7 @@ static bool differs(const struct grid *g, const struct stretch *s, int i, const 
     return measured;
 }
 
-/* Mean square of that difference over points first..end-1. */
+/* Mean square difference between values a period apart, over points first..end-1. */
 static double misfit(const struct grid *g, const struct stretch *s, int first, int end, double period) {
     struct lag lag = lag_of(period);
     double sum = 0.0, d;
@@ -235,7 +247,8 @@ static double misfit(const struct grid *g, const struct stretch *s, int first, i
     return n ? sum / n : HUGE_VAL;
 }
 
-/* The period, in points, near a trial period, at which the segment repeats best: golden section. */
+/* Period, in points, at which points first..end-1 repeat best near a trial period, by golden
+ * section search. */
 static double refine(const struct grid *g, const struct stretch *s, int first, int end, double period) {
     static const double golden = 0.6180339887498949;
     double low = period / SEARCHED_RATIO, high = period * SEARCHED_RATIO;
@@ -251,11 +264,11 @@ static double refine(const struct grid *g, const struct stretch *s, int first, i
 /* A run of cycles that are alike. */
 struct run {
     int first, end;
-    double period; /* in points */
+    double period; /* in grid points */
 };
 
-/* A fraction of the period, if it fits as well: a gap or a stumble may have hidden it from the
- * search. */
+/* Smallest fraction of a period with which the run repeats as well as with the whole, or the period
+ * itself. A gap or a single unlike cycle may have hidden the fraction from the search. */
 static double shortest_period(const struct grid *g, const struct stretch *s, const struct run *r, double period, double shortest) {
     double most = RESTLESS * misfit(g, s, r->first, r->end, period) + 4.0 * s->noise * s->noise;
     for (int part = PARTS; part > 1; part--)
@@ -264,7 +277,8 @@ static double shortest_period(const struct grid *g, const struct stretch *s, con
     return period;
 }
 
-/* Is the cycle that starts here like the next one? */
+/* True if the cycle that starts here is like the next one. from: sums at its first point; share:
+ * largest rms difference over the motion's rms. */
 static bool alike(const struct sums *from, int cycle, double share, double noise) {
     double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
     double e = (from[cycle].difference - from->difference) / n, mean = (from[2 * cycle].x - from->x) / points;
@@ -289,7 +303,8 @@ static void sum_up(const struct grid *g, const struct stretch *s, double period,
 
 static int run_points(const struct run *r) { return r->end - r->first; }
 
-/* The longest run with this period in the segment; empty if it is shorter than CYCLES_LEAST. */
+/* Longest run of alike cycles with this period in a stretch; empty if it is shorter than
+ * CYCLES_LEAST. */
 static struct run longest_run(const struct grid *g, const struct stretch *s, double period, double share) {
     int stride = (int)fmax(1.0, period / WINDOW_POINTS), cycle = (int)lround(period / stride);
     int points = (s->end - s->first) / stride, begin = -1;
@@ -308,13 +323,13 @@ static struct run longest_run(const struct grid *g, const struct stretch *s, dou
     return best;
 }
 
-/* Are period and amplitude the same in both halves of the run? */
+/* True if period and amplitude are the same in both halves of a run. */
 static bool holds(const struct grid *g, const struct stretch *s, const struct run *r) {
     int middle = (r->first + r->end) / 2, cycles = (int)(floor(0.5 * run_points(r) / r->period) * r->period);
     double first = variance(g, s->x, r->first, r->first + cycles), second = variance(g, s->x, r->end - cycles, r->end);
     double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
     double restless = fmax(misfit(g, s, r->first, middle, early), misfit(g, s, middle, r->end, late)) / fmin(first, second);
-    /* Tolerance of an amplitude ratio; of a phase, in radians. */
+    /* Noise of an amplitude ratio, and of a phase in radians. */
     double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r));
     return fabs(late / early - 1.0) < SWEEP + unsure / (2.0 * PI) && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
 }
@@ -337,7 +352,7 @@ static bool steady_run(const struct grid *g, const struct stretch *s, struct run
     return holds(g, s, best);
 }
 
-/* Finds the longest run first, then searches what lies before and behind it. */
+/* Marks the longest steady run in points first..end-1, then those before and behind it. */
 static void find_steady(struct grid *g, int first, int end, int depth) {
     struct stretch s = stretch_of(g, first, end);
     struct run r;
@@ -354,7 +369,7 @@ static int end_of(const struct grid *g, int first) {
     return end;
 }
 
-/* Joins a moving piece of less than half a cycle to the steady piece beside it. */
+/* Joins moving pieces of less than half a cycle to a steady piece beside them. */
 static void join_slivers(struct grid *g) {
     for (int first = 0, end; first < g->count; first = end) {
         end = end_of(g, first);
@@ -367,7 +382,8 @@ static void join_slivers(struct grid *g) {
     }
 }
 
-/* Frequency fitted to all legs, if it is close to the repetition rate; else the repetition rate. */
+/* Frequency of a steady piece, as fitted to all legs; the repetition rate if the fit is far from
+ * it. */
 static double exact_hz(const struct recording_test *t, int legs, const struct piece *p) {
     struct recording_test part = *t;
     part.first = p->first, part.end = p->end;
@@ -375,7 +391,7 @@ static double exact_hz(const struct recording_test *t, int legs, const struct pi
     return fabs(hz / p->frequency_hz - 1.0) < SEARCHED_RATIO - 1.0 ? hz : p->frequency_hz;
 }
 
-/* Rms of the motion, over all legs. */
+/* Rms of the motion in a piece, over all legs. */
 static double motion_of(const struct recording_test *t, int legs, const struct piece *p) {
     double all = 0.0;
     for (int k = 0; k < legs; k++) {
@@ -391,7 +407,8 @@ static double motion_of(const struct recording_test *t, int legs, const struct p
     return sqrt(all);
 }
 
-/* Do two neighbours continue the same motion? A stumble between them does not split it. */
+/* True if two neighbours continue the same steady motion, so that a few unlike cycles between runs
+ * do not split it. */
 static bool goes_on(const struct recording_test *t, int legs, const struct piece *a, const struct piece *b) {
     if (a->kind != PIECE_STEADY || b->kind != PIECE_STEADY || !(fabs(b->frequency_hz / a->frequency_hz - 1.0) < SWEEP)) return false;
     return fabs(motion_of(t, legs, b) / motion_of(t, legs, a) - 1.0) < SWELL;

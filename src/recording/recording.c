@@ -7,8 +7,10 @@
 #include "force.h"
 
 enum {
-    LONG = 400000,     /* samples: thirteen minutes at 2 ms */
-    BLOCK = LONG / 16  /* 50 s: whole pieces of any motion (motion.h) */
+    LONG = 400000,     /* samples of a test, at which every other block is dropped: thirteen minutes
+                        * at 2 ms */
+    BLOCK = LONG / 16  /* samples in a block: 50 s at 2 ms, which holds whole pieces of any motion
+                        * (motion.h) */
 };
 
 void recording_init(struct recording *r, const struct params *params) {
@@ -29,7 +31,7 @@ void recording_free(struct recording *r) {
     r->tests = 0;
 }
 
-/* Number of the current run's first test: one above the largest of the earlier runs. */
+/* Number of the current run's first test: one above the largest number in earlier runs. */
 static int tests_before(const struct recording *r) {
     int n = 0;
     for (int i = 0; i < r->tests; i++)
@@ -37,7 +39,8 @@ static int tests_before(const struct recording *r) {
     return n;
 }
 
-/* The test that the cycle belongs to: the last one, or a new one. NULL if there is no room. */
+/* The test that the cycle belongs to: the last one, or a new one. NULL if there is no room for
+ * it. */
 static struct recording_test *place(struct recording *r, const struct cycle *c) {
     struct recording_test *t = r->tests ? &r->test[r->tests - 1] : NULL;
     int run = r->runs - 1, test = tests_before(r) + c->test;
@@ -48,7 +51,8 @@ static struct recording_test *place(struct recording *r, const struct cycle *c) 
     const struct test_params *p = &r->run[run];
     t = &r->test[r->tests++];
     *t = (struct recording_test){.run = run, .test = test, .dof = c->dof, .first = -1};
-    bool axis = c->dof != DOF_NONE; /* a motion that is no single-axis test has neither */
+    bool axis = c->dof != DOF_NONE; /* a motion of several axes has neither frequency nor
+                                     * amplitude */
     t->frequency_hz = t->stated_hz = axis ? p->hz[c->dof] : (double)NAN;
     t->amplitude = axis ? p->amplitude[c->dof] : (double)NAN;
     return t;
@@ -77,7 +81,8 @@ struct recording_sample recording_sample_of(const struct params *params, const s
 
 int recording_append(struct recording_test *t, const struct recording_sample *s, struct error *error) {
     if (t->count == t->capacity) {
-        int capacity = t->capacity ? 2 * t->capacity : LONG / 128; /* LONG after seven doublings */
+        int capacity = t->capacity ? 2 * t->capacity : LONG / 128; /* LONG is reached after seven
+                                                                    * doublings */
         struct recording_sample *more = t->capacity < 1 << 29 ? realloc(t->sample, (size_t)capacity * sizeof *more) : NULL;
         if (!more) return error_set(error, STATUS_IO, "out of memory for the log's samples");
         t->sample = more, t->capacity = capacity;
@@ -86,11 +91,11 @@ int recording_append(struct recording_test *t, const struct recording_sample *s,
     return STATUS_OK;
 }
 
-/* Does the next sample fall into a dropped block? Blocks are counted in samples, not in time, so
- * that thinning halves their number whatever the time stamps say. */
+/* True if the next sample falls into a dropped block. Blocks are counted in samples, not in time,
+ * so that thinning halves their number whatever the time stamps say. */
 static bool left_out(struct recording_test *t) { return t->offered++ / BLOCK % (INT64_C(1) << t->thinned) != 0; }
 
-/* Drops every other block. The first block, which holds ramp-in, stays. */
+/* Drops every other block of a test. The first block, which holds the ramp-in, stays. */
 static void thin(struct recording_test *t) {
     int kept = 0, first = t->first, end = t->end;
     t->thinned++;
@@ -111,7 +116,8 @@ static void note_measured(struct recording_measured *m, const struct recording_s
 }
 
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
-    bool any = c->dof == DOF_NONE && c->test >= 0; /* an imported recording of any motion */
+    bool any = c->dof == DOF_NONE && c->test >= 0; /* an imported recording of any motion, which has
+                                                    * no phases */
     if (!any && (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE))) return STATUS_OK;
     struct recording_test *t = place(r, c);
     if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
@@ -193,6 +199,6 @@ double recording_clock(const struct recording *r, double *std) {
     }
     double ratio = xy / xx;
     *std = sqrt(fmax(yy - ratio * xy, 0.0) / (n - 1) / xx);
-    if (!(yy > 0.0)) return NAN; /* a stamp that stands still is no clock */
+    if (!(yy > 0.0)) return NAN; /* a time stamp that stands still is no clock */
     return ratio;
 }

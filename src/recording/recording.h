@@ -1,4 +1,4 @@
-/* The tests of a log as plain arrays of samples. Not real-time; uses the heap. */
+/* The tests of a log as plain arrays of samples. Ordinary threads; heap. */
 #ifndef HEXID_RECORDING_H
 #define HEXID_RECORDING_H
 
@@ -8,48 +8,53 @@
 #include "status.h"
 
 enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
-#define RECORDING_CLOCK_TOLERANCE 1e-4 /* relative error between the crystals of two clocks */
-#define RECORDING_FASTEST_HZ 40.0 /* no platform is moved faster */
+#define RECORDING_CLOCK_TOLERANCE 1e-4 /* relative difference between two clocks that their crystals
+                                        * explain */
+#define RECORDING_FASTEST_HZ 40.0 /* fastest motion of any platform */
 
 struct recording_sample {
-    double test_time_s;  /* controller's clock, from the start of the test */
-    double clock_s;      /* recorder's clock */
+    double test_time_s;  /* controller's clock, s from the start of the test */
+    double clock_s;      /* recorder's clock, s */
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];
-    double force_n[LEGS];/* A1 P1 - A2 P2; without pressures, from a force sensor or a drive */
-    double valve[LEGS];  /* command computed from this sample, held to the next */
+    double force_n[LEGS];/* A1 P1 - A2 P2; without pressures, the reading of a force sensor or a
+                          * drive */
+    double valve[LEGS];  /* commands computed from this sample and held to the next */
     double ref[DOFS];
-    bool good;           /* no flag, and every measured value is finite */
+    bool good;           /* no flag is set, and every measured value is finite */
 };
 
 struct recording_test {
-    int run;             /* run that it belongs to, from 0 */
-    int test;            /* place in the list of tests, counted through all runs */
+    int run;             /* index of the run that the test belongs to */
+    int test;            /* number in the list of tests, counted on through all runs */
     enum dof dof;
-    double frequency_hz; /* as stated; recording_check() puts the legs' own here if it differs */
+    double frequency_hz; /* frequency of the motion: as stated, or the measured one that
+                          * recording_check() puts here */
     double stated_hz, amplitude;
-    double piece_s, start_s; /* this piece of any motion; 0 for a steady sinusoid */
-    int piece;           /* number of the piece, from 0 */
+    double piece_s, start_s; /* length and start of a piece of any motion; piece_s 0: a steady
+                              * sinusoid */
+    int piece;           /* number of the piece in its record, from 0 */
     int count, capacity;
-    int64_t offered;     /* samples offered so far; a long test drops blocks of 25000 */
+    int64_t offered;     /* samples offered so far; those of a long test that fall into dropped
+                          * blocks are not kept */
     int thinned; /* times that every other block was dropped; the gaps look like lost samples */
     struct recording_sample *sample;
-    bool borrowed;       /* another piece owns the samples */
-    bool noisy;          /* the piece is mostly noise and not evaluated */
-    int first, end;      /* the evaluated part: first <= i < end */
+    bool borrowed;       /* the samples belong to another piece, which frees them */
+    bool noisy;          /* the piece is mostly noise and therefore not evaluated */
+    int first, end;      /* the evaluated part: samples first <= i < end */
 };
 
-/* Signals that the log has, beside the lengths, which are always there. A missing signal is zero in
+/* Signals that the log has, beside the lengths, which it always has. A missing signal is zero in
  * every sample, as are legs that the mechanism does not have. */
 struct recording_measured {
     bool force, pressures, valve, reference;
 };
 
-/* One machine, recorded in one or several runs; each run has its own tests: frequencies,
- * amplitudes, axes. */
+/* One machine, recorded in one or several runs. Each run has tests with frequencies, amplitudes and
+ * axes of its own. */
 struct recording {
-    const struct params *params; /* the model's parameters */
-    struct recording_measured measured; /* last run's; recording_check() requires that all runs
-                                         * agree */
+    const struct params *params; /* parameters of the configured model */
+    struct recording_measured measured; /* signals of the last run; recording_check() requires that
+                                         * all runs have the same */
     struct recording_measured measured_before;
     int runs;
     struct test_params run[RECORDING_RUNS];
@@ -62,11 +67,12 @@ void recording_init(struct recording *r, const struct params *params);
 void recording_free(struct recording *r);
 
 /* Starts a new run with these tests: cycles added after this call belong to it. Returns -2 if there
- * are RECORDING_RUNS already. */
+ * are RECORDING_RUNS runs already. */
 int recording_begin(struct recording *r, const struct test_params *tests, struct error *error);
 
-/* Takes one cycle: keeps those of ramp-in and of the evaluated part of every test, which must come
- * in order. A long motion is thinned evenly to at most 125 MB. Returns -3 without memory. */
+/* Adds one cycle. Cycles of the ramp-in and of the evaluated part of a test are kept, others
+ * ignored; they must come in order. A long motion is thinned evenly to at most 125 MB. Returns -2
+ * if there are too many tests or the order is wrong, -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
 void recording_remove(struct recording *r, int test);
@@ -78,20 +84,20 @@ struct recording_sample recording_sample_of(const struct params *params, const s
 /* Appends a sample to a test; times must increase. Returns -3 without memory. */
 int recording_append(struct recording_test *test, const struct recording_sample *sample, struct error *error);
 
-/* Finishes the recording after the last cycle: samples stay good only if all signals of the log are
- * finite, and missing signals become zero. */
+/* Finishes the recording after the last cycle. Samples stay good only if all signals that the log
+ * has are finite, and signals that it lacks become zero. */
 void recording_settle(struct recording *r);
 
-/* Index of the first sample at or after this time; count if all are earlier. */
+/* Index of the first sample at or after this time; t->count if all are earlier. */
 int recording_at(const struct recording_test *t, double test_time_s);
 
-/* Mean sampling period of a test's evaluated part, gaps left out. */
+/* Mean sampling period of a test's evaluated part, gaps left out, s. */
 double recording_step_s(const struct recording_test *t);
 
-/* The first test of this axis in this run, or NULL. */
+/* First test of this axis in this run, or NULL. */
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
 
-/* Rate of the recorder's clock over the controller's, fitted to all evaluated parts, and its
+/* Rate of the recorder's clock over the controller's, fitted to all evaluated parts. std: its
  * standard deviation. NaN unless there are two clocks. */
 double recording_clock(const struct recording *r, double *std);
 

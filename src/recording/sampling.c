@@ -12,7 +12,9 @@ struct sampling sampling_measure(const struct recording_test *t) {
     double span_s = t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s, square = 0.0, periods = 0.0;
     int whole = 0;
     s.step_s = span_s / (t->count - 1);
-    for (int pass = 0; pass < PASSES; pass++) { /* a step of two or more periods is a gap */
+    for (int pass = 0; pass < PASSES; pass++) { /* a step is counted as the whole number of periods
+                                                 * nearest to it, so that gaps do not lengthen the
+                                                 * period */
         periods = 0.0;
         for (int i = 1; i < t->count; i++) periods += fmax(1.0, round(step_at(t, i) / s.step_s));
         s.step_s = span_s / periods;

@@ -1,4 +1,4 @@
-/* Sampling of a test: rate, jitter and gaps, from the samples' own times. Pure; any thread. */
+/* Sampling of a test: period, jitter and gaps, from the samples' own times. Pure; any thread. */
 #ifndef HEXID_SAMPLING_H
 #define HEXID_SAMPLING_H
 
@@ -7,12 +7,12 @@
 struct sampling {
     double step_s;    /* sampling period, lost samples left out */
     double jitter_s;  /* rms deviation of the steps from step_s, gaps left out */
-    int64_t lost;     /* samples missing in gaps */
-    double gap_s;     /* the longest step */
+    int64_t lost;     /* number of samples missing in gaps */
+    double gap_s;     /* longest time between two samples */
 };
 
-/* Measures all samples of the test, whose times must increase. All zero with fewer than two
- * samples. */
+/* Measures all samples of the test, whose times must increase. All results are zero with fewer than
+ * two samples. */
 struct sampling sampling_measure(const struct recording_test *test);
 
 #endif

@@ -9,11 +9,11 @@
 #include "kinematics.h"
 #include "noise.h"
 
-static const double FULL_SCALE = 0.999; /* a pressure sensor's last count over its full scale */
+static const double FULL_SCALE = 0.999; /* last count of a pressure sensor over its full scale */
 
 const char *const survey_names[SURVEY_KINDS] = {"length", "reference", "p1", "p2", "force", "command"};
 
-/* Offset of each kind in a sample. */
+/* Offset of each kind's first channel in a sample, in bytes. */
 static const size_t offsets[SURVEY_KINDS] = {
     [SURVEY_LENGTH] = offsetof(struct recording_sample, length_m), [SURVEY_REFERENCE] = offsetof(struct recording_sample, ref),
     [SURVEY_P1] = offsetof(struct recording_sample, p1_pa),        [SURVEY_P2] = offsetof(struct recording_sample, p2_pa),
@@ -52,7 +52,8 @@ int survey_add(struct survey *s, const struct params *params, const struct cycle
         s->unplaced++;
         return STATUS_OK;
     }
-    /* Only a force sensor's reading is of interest; force from the pressures adds nothing. */
+    /* Only a force sensor's reading is kept; a force that is computed from the pressures would tell
+     * nothing more. */
     memcpy(sample.force_n, c->force_n, sizeof sample.force_n);
     sample.good = !c->in.flags;
     for (int k = 0; k < s->channel[SURVEY_LENGTH].of; k++) sample.good = sample.good && isfinite(sample.length_m[k]);
@@ -77,7 +78,8 @@ static void take_channel(const struct recording_test *t, enum survey_kind kind, 
     if (noise.step > 0.0) c->step = c->step > 0.0 ? fmin(c->step, noise.step) : noise.step;
 }
 
-/* Looks only where the machine moves: at rest, every reading stays at one value. */
+/* Finds saturated channels in the longest steady piece, or else the longest moving one: at rest,
+ * every reading stays at one value. */
 static void find_clipped(struct survey *s, const struct params *params) {
     const struct piece *p = pieces_longest(&s->pieces, PIECE_STEADY);
     struct recording_test part = s->test;
@@ -104,7 +106,7 @@ static bool lacks_number(const struct survey *s, const struct recording_sample *
     return false;
 }
 
-/* Position on the tested axis, or of a leg if no axis is tested. */
+/* Position on the tested axis, or length of a leg if no axis is tested; NaN for a bad sample. */
 static double place_of(const struct survey *s, const struct kinematics *k, const struct recording_sample *sample, int leg) {
     double pose[DOFS] = {0};
     if (!sample->good) return (double)NAN;
@@ -133,8 +135,8 @@ static void find_amplitude(struct survey *s, const struct params *params) {
         s->amplitude = fmax(s->amplitude, swing(s, &k, leg, p ? p->first : 0, p ? p->end : s->test.count));
 }
 
-/* The first cycle of a steady piece may still hold the end of the ramp, because cycles may differ
- * by 5 %; so one more period is added. */
+/* Finds whether the evaluated part begins before the motion is steady. A steady piece tolerates
+ * cycles that differ by 5 %, so its first may be the end of the ramp: one more period is added. */
 static void find_ramp(struct survey *s) {
     const struct piece *p = s->pieces.piece, *end = p + s->pieces.count;
     while (p < end && !(p->kind == PIECE_STEADY && p->end > s->evaluated)) p++;

@@ -1,5 +1,5 @@
-/* Inventory of a recording before it is evaluated: sampling, pieces in time, and each kind of
- * channel. It judges no effect and refuses nothing. Ordinary threads; heap. */
+/* Inventory of a recording before it is evaluated: its sampling, its pieces in time, and each kind
+ * of channel. It judges no effect and refuses nothing. Ordinary threads; heap. */
 #ifndef HEXID_SURVEY_H
 #define HEXID_SURVEY_H
 
@@ -12,48 +12,57 @@ extern const char *const survey_names[SURVEY_KINDS];
 
 enum { SURVEY_NAME = 256 };
 
-/* One kind of channel over all legs; the reference over all axes. */
+/* One kind of channel, over all legs, or, for the reference, over all axes. */
 struct survey_channel {
-    int of;                  /* channels that the mechanism has; a platform has no force channels */
-    unsigned there;          /* channels with a number in any sample, bit 0 is leg 1 */
-    unsigned dead, clipped;  /* never change (references excepted); saturate (recording_clipped) */
+    int of;                  /* number of channels that the mechanism has; a platform has no force
+                              * channels */
+    unsigned there;          /* channels with a number in any sample: bit 0 is leg 1 */
+    /* bits, as in `there`. dead: channels that never change (not references). clipped: channels
+     * that saturate (recording_clipped). */
+    unsigned dead, clipped;
     double low, high;        /* extremes of all samples; NaN if there are none */
-    double noise, step;      /* largest noise rms; smallest resolution, 0 if none is seen */
+    /* noise: largest rms noise of a channel. step: smallest resolution of a channel, 0 if none is
+     * seen. */
+    double noise, step;
 };
 
 struct survey {
-    char name[SURVEY_NAME];     /* the file's, or the axis's */
-    struct recording_test test; /* all samples of the file; good: no flag, all lengths finite */
+    char name[SURVEY_NAME];     /* name of the file, or of the axis */
+    struct recording_test test; /* all samples of the file; good: no flag, and all lengths are
+                                 * finite */
     enum mechanism_kind mechanism;
     double stated_hz, stated_amplitude; /* NaN if no axis is tested */
     double measured_hz;         /* frequency of the longest steady piece; NaN without one */
-    /* Half the swing in that piece, or in all samples without one: m or rad on the tested axis;
-     * without an axis, m of the leg that moves most. */
+    /* Half the swing in the longest steady piece, or in all samples without one: m or rad on the
+     * tested axis; without a tested axis, m of the leg that moves most. */
     double amplitude;
     int evaluated;              /* first sample of the evaluated part; -1 without one */
-    /* If the evaluated part begins too early: when the motion gets steady, and the least
-     * tests.ramp_s that would do. Else NaN. */
+    /* If the evaluated part begins before the motion is steady: the time when it gets steady, and
+     * the least tests.ramp_s that would do. Otherwise NaN. */
     double steady_s, ramp_least_s;
-    int flagged;                /* samples with a flag */
-    int not_a_number;           /* samples that lack a number in a channel that has some */
-    int unplaced; /* samples dropped because their time is missing or does not increase */
+    int flagged;                /* number of samples with a flag */
+    int not_a_number;           /* number of samples that lack a number in a channel that has
+                                 * numbers */
+    int unplaced; /* number of samples that were dropped because their time is missing or does not
+                   * increase */
     struct sampling sampling;
     struct pieces pieces;
     struct survey_channel channel[SURVEY_KINDS];
 };
 
-/* Starts an empty survey of a test of this axis, as the configuration states it. */
+/* Starts an empty survey of a test of this axis, with the configured frequency and amplitude as
+ * stated ones. */
 void survey_init(struct survey *s, const struct params *params, enum dof dof, const char *name);
 
 /* Adds the next cycle. Returns -3 without memory. */
 int survey_add(struct survey *s, const struct params *params, const struct cycle *cycle, struct error *error);
 
-/* Evaluates after the last cycle. Returns -3 without memory. */
+/* Evaluates the survey after the last cycle. Returns -3 without memory. */
 int survey_end(struct survey *s, const struct params *params, struct error *error);
 
 void survey_free(struct survey *s);
 
-/* Value i of a kind in a sample, SI units. */
+/* Value of channel i of a kind in a sample, SI units. */
 double survey_value(const struct recording_sample *sample, enum survey_kind kind, int i);
 
 /* Seconds from the first sample to the last. */
