@@ -42,7 +42,7 @@ claim "a deviation of nothing: refused" refused "--std 0 per cent" --survey --st
 claim "a survey and a trajectory: refused" refused "--survey --trajectory" --survey --trajectory x.csv
 claim "a survey of one axis: refused" refused "mechanism: axis six legs" -c config/axis.yaml --survey
 claim "a loop that is too slow for the lines: refused, with the key" refused "--survey loop.period_s" --survey --set loop.period_s=0.01 --set sim.substeps=40 \
-    --set limits.sensor_age_s=0.05 --set limits.blind_time_s=0.3
+    --set limits.sensor_age_s=0.05 --set limits.blind_time_s=0.3 --set control.kpf=1e-5
 claim "a survey beyond the stroke: refused before it moves, with leg, value, limit and key" \
     refused "--survey leg length limit limits.length_max_m limits.leg_rate_mps" --survey --set limits.length_max_m=1.833 --set tests.amplitude_m=0.0001 --set tests.amplitude_rad=0.0001
 
