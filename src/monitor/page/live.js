@@ -166,10 +166,10 @@ function loopRows(health) {
     }
     rows.push(["records lost by the recorder", String(s.lost_records)]);
   }
-  if (health.silence_s !== null) rows.push(Object.assign(["last message of its state", `${fixed(health.silence_s, 1)} s ago`],
-    { kind: health.silence_s > OLD_S ? "old" : "" }));
   rows.push(["messages of its state", String(health.messages)], ["lost on the way", String(health.lost)],
     ["not understood", String(health.dropped)]);
+  if (health.silence_s !== null) rows.push(Object.assign(["last message of its state", `${fixed(health.silence_s, 1)} s ago`],
+    { kind: health.silence_s > OLD_S ? "old" : "" }));
   return rows;
 }
 
