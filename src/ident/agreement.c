@@ -14,8 +14,8 @@ struct others {
     struct method_c result;
 };
 
-/* Uses Q(a + 1, x) = Q(a, x) + x^a exp(-x) / Gamma(a + 1), from Q(1/2, x) = erfc(sqrt(x)) or Q(1,
- * x) = exp(-x). */
+/* Sums Q(a + 1, x) = Q(a, x) + x^a exp(-x) / Gamma(a + 1), starting from Q(1/2, x) = erfc(sqrt(x))
+ * for odd degrees or Q(1, x) = exp(-x) for even ones. */
 double agreement_chi_square_above(double x, int degrees) {
     double half = 0.5 * x, sum = degrees % 2 ? erfc(sqrt(half)) : exp(-half);
     int sign;
@@ -31,7 +31,8 @@ static double deviation(const struct estimate *one, const struct estimate *other
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
-/* Compares a log with all others; without a solution of the others nothing is compared. */
+/* Compares a log's values with those of all other logs together. If the others have no solution,
+ * nothing is compared. */
 static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o,
                     struct agreement *a) {
     struct error none;
@@ -47,13 +48,15 @@ static void compare(int logs, const struct agreement_log *log, int l, const stru
     }
 }
 
-/* Normal equations for the common values, relative to the first log's, and the shared errors. */
+/* Normal equations whose unknowns are the values that all logs have in common, relative to the
+ * first log's, and the shared errors. square: weighted sum of squares of the right-hand sides. */
 struct joined {
     double product[JOINED][JOINED], with[JOINED], square;
 };
 
-/* Adds a log's values, relative to `from`, weighted by their noise alone. Returns their number, or
- * -1 if their covariance is not positive definite. */
+/* Adds a log's determined values, relative to `from`, to the normal equations, weighted by their
+ * noise alone. Returns the number of these values, or -1 if their covariance is not positive
+ * definite. */
 static int join(const struct agreement_log *log, const struct estimate *from, struct joined *n) {
     double covariance[VALUES * VALUES], difference[VALUES], column[JOINED][VALUES], solved[VALUES], std;
     int at[VALUES], count = 0;
@@ -87,7 +90,7 @@ static bool compare_whole(int logs, const struct agreement_log *log, struct agre
         a->degrees += count;
     }
     for (int c = 0; c < JOINED; c++) {
-        bool open = c < VALUES && !(n.product[c][c] > 0.0); /* no log determines it */
+        bool open = c < VALUES && !(n.product[c][c] > 0.0); /* no log determines this value */
         if (c < VALUES && !open) a->degrees--;
         if (c >= VALUES || open) n.product[c][c] += 1.0;
     }

@@ -11,25 +11,27 @@
 #include "method_c.h"
 
 enum { AGREEMENT_LOGS = 16 };
-/* Number of values compared: entries, viscous and dry friction, springs (equations.h). */
+/* Number of compared values: entries of the matrix, viscous and dry friction, and springs
+ * (equations.h). */
 enum { AGREEMENT_VALUES = UNKNOWN_SHAPE };
-/* A lower probability is disagreement: one false alarm in a thousand sets of logs with noise
- * alone. */
+/* Probability of a difference by noise alone, below which it is disagreement: one false alarm in a
+ * thousand sets of logs. */
 #define AGREEMENT_PROBABILITY 1e-3
 
 struct agreement {
     int logs;
-    double deviation[AGREEMENT_LOGS][AGREEMENT_VALUES]; /* NaN: not compared */
-    /* less probable than AGREEMENT_PROBABILITY, given how many are compared */
+    double deviation[AGREEMENT_LOGS][AGREEMENT_VALUES]; /* NaN: the value is not compared */
+    /* the deviation is less probable than AGREEMENT_PROBABILITY, given how many are compared */
     bool apart[AGREEMENT_LOGS][AGREEMENT_VALUES];
-    int compared;                                       /* number of deviations */
+    int compared;                                       /* number of deviations that are not NaN */
     double chi_square;
     int degrees;
-    /* Probability that noise alone makes so large a chi-square; 1 if nothing is compared. */
+    /* Probability that noise alone makes chi_square at least so large; 1 if nothing is compared. */
     double probability;
-    /* There was something to compare, and the comparison succeeded. */
+    /* At least one value was compared, and the overall test succeeded. */
     bool evaluated;
-    bool agree;                                         /* overall, and no value is apart */
+    bool agree;                                         /* the overall test finds agreement, and no
+                                                         * value is apart */
 };
 
 struct agreement_log {
@@ -38,10 +40,12 @@ struct agreement_log {
     const struct method_c *result;  /* NaN in values that are not determined */
 };
 
-/* Compares 2 to AGREEMENT_LOGS logs of a machine configured so. Returns -3 without memory. */
+/* Compares 2 to AGREEMENT_LOGS logs of one machine, all with this configuration. Returns -3 without
+ * memory. */
 int agreement_find(int logs, const struct agreement_log *log, const struct params *configured, struct agreement *a, struct error *error);
 
-/* Finds the largest deviation not yet `used` and marks it used. Returns false if none is left. */
+/* Place of a deviation, which agreement_worst() finds: the largest one that is not yet `used`. It
+ * marks the deviation as used, and returns false if none is left. */
 struct agreement_place {
     int log, value;
 };

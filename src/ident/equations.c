@@ -8,8 +8,10 @@
 #include "numeric.h"
 #include "shape_sizes.h"
 
-static const double LEAST_N = 1e-3;  /* least prior deviation of a shape */
-static const double OF_NO_WEIGHT = 1e-12; /* prior over the data's weight: no influence */
+static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basis function's
+                                      * coefficient */
+static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior over that of the data, which has no
+                                           * influence */
 
 void equations_entry(int unknown, int *row, int *column) {
     int i = 0;

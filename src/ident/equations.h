@@ -23,7 +23,8 @@
  * one for the pressures, and 15 for presliding, the deformation of a seal before it slides: five
  * lengths, each alone and times two functions of speed (friction_course.h). */
 enum { UNKNOWN_SHAPES = 22 };
-/* Places of the unknowns. Dry friction has two a leg: extending, retracting. */
+/* Indices of the first unknown of each kind, after the matrix entries. Each leg has two dry
+ * frictions: extending, then retracting. */
 enum {
     UNKNOWN_VISCOUS = MATRIX_ENTRIES,
     UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS,
@@ -34,59 +35,65 @@ enum {
 enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };
 
 struct equations {
-    /* X' W X, lower triangle; W is the rows' inverse covariance, noise enlarged to their
-     * scatter. */
+    /* X' W X, lower triangle; W is the inverse covariance of the coefficient rows, with their noise
+     * enlarged to the scatter that they have. */
     double product[UNKNOWNS][UNKNOWNS];
-    double with[UNKNOWNS];              /* X' W y */
-    /* Change of `with` by a joint coordinate that is off by one deviation, and by attenuation. */
+    double with[UNKNOWNS];              /* X' W y, y the right-hand side */
+    /* Change of `with` by a joint coordinate that is off by one standard deviation, or by
+     * attenuation. */
     double common[COMMON][UNKNOWNS];
-    /* Weighted sum of squared residuals, W from the noise alone. */
+    /* Sum of squared residuals, weighted by their noise alone. */
     double rest;
-    /* Degrees of freedom of `rest`: rows less unknowns; shapes, random by their prior, do not
-     * count. */
+    /* Degrees of freedom of `rest`: number of rows less that of unknowns. Coefficients of basis
+     * functions are random by their prior, and do not count. */
     int free;
-    double dry_n[LEGS];                 /* size of dry friction, N: unit of the shapes' prior */
-    /* Prior standard deviation of the springs, N/m and N m/rad; 0: no row has any. */
+    double dry_n[LEGS];                 /* size of each leg's dry friction, N: the unit of its basis
+                                         * functions' prior */
+    /* Prior standard deviation of each spring, N/m and N m/rad; 0: no such spring is fitted. */
     double spring[DOFS];
-    /* Scales of friction: rms of the varying part of a leg's force, and of its speed, in the leg
-     * and test where each is largest. */
+    /* Scales of friction: rms of the varying part of a leg's force, and rms speed of a leg, each in
+     * the leg and test where it is largest. */
     double force_n, rate_mps;
 };
 
-/* A prior keeps finite what the data leave undetermined. An entry's prior has the standard
- * deviation sqrt(M_ii M_jj) of the configured machine; the width of the shapes' prior comes from
- * all data together (shape_sizes.h). */
+/* Solution of the equations. A prior keeps finite what the data leave undetermined. The prior of a
+ * matrix entry has the standard deviation sqrt(M_ii M_jj) of the configured machine; the width of
+ * the basis functions' prior comes from all data together (shape_sizes.h). */
 struct estimate {
     double value[UNKNOWNS];
-    double noise[UNKNOWNS][UNKNOWNS];           /* covariance */
+    double noise[UNKNOWNS][UNKNOWNS];           /* covariance by noise */
     double common[COMMON][UNKNOWNS];            /* change of `value` by each shared error */
 };
 
-/* Row and column in the matrix, from 0, of an unknown that is an entry; row <= column. */
+/* Row and column of the matrix, from 0, with row <= column, for an unknown that is a matrix
+ * entry. */
 void equations_entry(int unknown, int *row, int *column);
 
-/* Names, except for shapes: "Mt15", "viscous leg 2", "dry leg 3 extending", "spring theta". */
+/* Name of an unknown that is no basis function: "Mt15", "viscous leg 2", "dry leg 3 extending",
+ * "spring theta". */
 enum { EQUATIONS_NAME = 32 };
 void equations_name(int unknown, char name[EQUATIONS_NAME]);
 
-/* Rms residual of the rows over their noise. NaN unless there are more rows than unknowns. */
+/* Rms residual of the coefficient rows over their noise. NaN unless there are more rows than
+ * unknowns. */
 double equations_scatter(const struct equations *e);
 
-/* Prior variance of the unknown UNKNOWN_SHAPE + i, N^2; size: relative size of each kind of shape,
- * in units of dry friction. */
+/* Prior variance, N^2, of the unknown UNKNOWN_SHAPE + i. size: relative size of each kind of basis
+ * function, in units of dry friction. */
 double equations_shape_variance(const struct equations *e, int i, const double size[UNKNOWN_SHAPES]);
 
-/* Adds the equations of another log of the same configured machine. */
+/* Adds the equations of another log of the same machine and configuration. */
 void equations_add(struct equations *sum, const struct equations *e);
 
-/* Solves for the values alone; nominal: Mt as configured. Returns false if some unknown occurs in
+/* Solves for the values alone. nominal: Mt as configured. Returns false if some unknown occurs in
  * no row, or a value is not finite. */
 bool equations_values(const struct equations *e, double nominal[DOFS][DOFS], double value[UNKNOWNS]);
 
-/* Solves for values and covariance; otherwise like equations_values(). */
+/* Solves for the values and their covariance. nominal: Mt as configured. Returns false if some
+ * unknown occurs in no row, or a value is not finite. */
 bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], struct estimate *estimate);
 
-/* Covariance of two unknowns, both parts. */
+/* Covariance of two unknowns, by noise and by shared errors. */
 double estimate_covariance(const struct estimate *e, int a, int b);
 
 #endif

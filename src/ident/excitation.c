@@ -10,21 +10,21 @@
 #include "recording_check.h"
 #include "reference.h"
 
-/* The surveyed machine as it is simulated. */
+/* The surveyed machine, as it is simulated. */
 struct imagined {
     const struct loop_survey *survey;
-    /* with the tests asked for, the viscous friction found, and no effects */
+    /* configuration with the tests asked for and the viscous friction found, without effects */
     struct params params;
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
-    double follow[DOFS];            /* amplitude reached over amplitude asked for */
+    double follow[DOFS];            /* amplitude that each axis reaches over the one asked for */
     double dry_n[LEGS];
-    double length_m[3][LEGS];       /* the last three cycles */
+    double length_m[3][LEGS];       /* lengths of the last three cycles, oldest first */
     uint64_t random;
 };
 
-/* Uniform noise with this standard deviation. */
+/* Uniform random number with mean zero and this standard deviation. */
 static double noise(struct imagined *m, double std) {
     m->random = m->random * 6364136223846793005u + 1442695040888963407u;
     return sqrt(3.0) * std * (double)(int64_t)m->random / 9223372036854775808.0;
@@ -49,15 +49,16 @@ static int init(struct imagined *m, const struct loop_survey *survey, const stru
     return status;
 }
 
-/* A length with noise and rounding. The survey's noise already contains the rounding, which is
- * therefore subtracted first. */
+/* Reads a length with noise and rounding. The survey's noise contains the rounding, which is
+ * therefore subtracted from it first. */
 static double read_length(struct imagined *m, int leg, double length_m) {
     double step_m = m->params.sensors.enabled ? m->params.sensors.position_resolution_m : 0.0;
     double jitter = sqrt(fmax(pow(m->survey->noise_m[leg], 2.0) - step_m * step_m / 12.0, 0.0)), read = length_m + noise(m, jitter);
     return step_m > 0.0 ? step_m * round(read / step_m) : read;
 }
 
-/* The sample of the cycle before the last one. Returns false if no pose has these lengths. */
+/* Makes the sample of the cycle before the last one, whose acceleration is known. Returns false if
+ * no pose has these lengths. */
 static bool sample_of(struct imagined *m, double test_time_s, const double ref[DOFS], struct recording_sample *s) {
     struct inverse_dynamics_input in = {0};
     double dt_s = m->params.loop.period_s, force_n[LEGS];
@@ -79,7 +80,8 @@ static bool sample_of(struct imagined *m, double test_time_s, const double ref[D
     return true;
 }
 
-/* Simulates one test, ramp-in and evaluated part, in the form that recording_add() gives it. */
+/* Simulates one test, its ramp-in and evaluated part, and adds it in the form that recording_add()
+ * gives it. */
 static int add_test(struct imagined *m, int place, struct recording *recording, struct error *error) {
     const struct test_params *t = &m->params.tests;
     enum dof dof = tests_single(t) ? t->order[place] : DOF_NONE;
@@ -107,7 +109,8 @@ static int add_test(struct imagined *m, int place, struct recording *recording, 
     return STATUS_OK;
 }
 
-/* An entry's deviation in per cent of sqrt(M_ii M_jj); infinite if it is not determined. */
+/* Standard deviation of an entry of the matrix in per cent of sqrt(M_ii M_jj); infinite if it is
+ * not determined. */
 static double entry_pct(const struct method_result *m, int i, int j) {
     double pct = 100.0 * m->mt_std[i][j] / sqrt(m->mt[i][i] * m->mt[j][j]);
     return m->evaluated && isfinite(pct) ? pct : (double)INFINITY;
@@ -136,7 +139,7 @@ struct excitation excitation_of(int draws, const struct method_result *matrix) {
     return e;
 }
 
-/* Simulates one recording and runs method C on it. */
+/* Simulates one recording of all tests and runs method C on it. */
 static int identify(struct imagined *m, struct recording *recording, struct method_c *c, struct error *error) {
     int status = STATUS_OK;
     recording_init(recording, &m->params);
@@ -148,8 +151,8 @@ static int identify(struct imagined *m, struct recording *recording, struct meth
     return status;
 }
 
-/* The joints' tolerance adds the same variance in every draw and takes most of the time, so it is
- * found only once, with the first draw. */
+/* Finds the variance that the joints' tolerance adds to each entry. It is the same in every draw
+ * and takes most of the time, so it is found only once, with the first draw. */
 static int find_joints(struct imagined *m, const struct method_result *exact, struct recording *recording, struct method_c *c,
                        double variance[DOFS][DOFS], struct error *error) {
     int status = identify(m, recording, c, error);

@@ -14,8 +14,9 @@ struct excitation {
     /* Largest standard deviation of an entry, in per cent of sqrt(M_ii M_jj); infinite if some
      * entry is not determined. */
     double worst_pct;
-    enum dof row, column;  /* the entry whose mean is largest, row <= column */
-    double axis_pct[DOFS]; /* largest of each row */
+    enum dof row, column;  /* the entry whose mean standard deviation is largest, row <= column */
+    double axis_pct[DOFS]; /* largest standard deviation of an entry in the row of each axis, in per
+                            * cent */
 };
 
 /* Simulates the tests, six sinusoids one after another or a multisine, with `draws` draws of the
@@ -23,7 +24,8 @@ struct excitation {
 int excitation_predict(const struct loop_survey *survey, const struct params *params, const struct test_params *tests, int draws,
                        struct excitation *result, struct error *error);
 
-/* The same figures for matrices that were identified from `draws` recordings of one test. */
+/* Makes the figures of struct excitation for matrices that were identified from `draws` recordings
+ * of one test. */
 struct excitation excitation_of(int draws, const struct method_result *matrix);
 
 #endif

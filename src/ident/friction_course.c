@@ -11,24 +11,28 @@ enum { STRIBECKS = 6, SEALS = 5, SLOW = 2 };
 enum { STRIBECK = 0, LOAD = STRIBECK + STRIBECKS, SLOW_SEAL = LOAD + 1, SEAL = SLOW_SEAL + SLOW * SEALS };
 _Static_assert(SEAL + SEALS == (int)UNKNOWN_SHAPES, "every shape is an unknown");
 
-/* Spacing: least squares in these shapes, a constant and v reproduces exp(-(v / s)^2) for any s
- * between two of them to 2e-3, over a sinusoid of 0.1 m/s. */
+/* Speeds of the Stribeck functions. They are spaced so that a least squares fit of these functions,
+ * a constant and v reproduces exp(-(v / s)^2) for any s between two of them to 2e-3, over a
+ * sinusoid of 0.1 m/s. */
 static const double LOW_MPS[STRIBECKS] = {0.005, 0.008, 0.0125, 0.02, 0.032, 0.05};
-/* Spacing: these reproduce any length between two of them to 1e-3. */
+/* Presliding lengths. They are spaced so that their functions reproduce that of any length between
+ * two of them to 1e-3. */
 static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6};
-static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* speed scales of presliding */
-static const double RESOLVED = 0.125; /* resolution over the highest harmonic's period */
+static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* speeds of the functions by which presliding
+                                                       * is multiplied */
+static const double RESOLVED = 0.125; /* time that the series cannot resolve, in periods of its
+                                       * highest harmonic */
 static const double NO_DOUBT = 1e-9, LEAST = 1e-300;
 
-/* Position, rate and acceleration of each leg at each phase, and the variance of the rate. */
+/* leg: position, rate and acceleration of each leg at each phase. variance: of each leg's rate. */
 struct motion {
     double leg[PHASES][LEGS][3], variance[LEGS];
-    /* Rate of reversals, all legs together: rms acceleration over rms speed. */
+    /* Rate at which the legs reverse: rms acceleration over rms speed, all legs together. */
     double turns_radps;
 };
 
-/* Share of each harmonic of each leg's length that is motion, not noise (Wiener). The motion is the
- * mean square over the legs, and at least that of a higher harmonic. */
+/* Finds the share of each harmonic of each leg's length that is motion, not noise (Wiener). The
+ * mean square of the motion is taken over all legs, and as at least that of any higher harmonic. */
 static void find_kept(const struct residual_test *t, double noise[LEGS][SPECTRUM_SIZE], double kept[LEGS][SPECTRUM_SIZE]) {
     const struct spectrum *s = &t->spectrum;
     double motion = 0.0;
@@ -52,7 +56,8 @@ static void find_motion(struct motion *m, const struct residual_test *t, const s
     find_kept(t, noise, kept);
     double rates = 0.0, accelerations = 0.0;
     for (int k = 0; k < LEGS; k++) {
-        bool piece = s->cycles == 0; /* the coefficients of a piece are not independent */
+        bool piece = s->cycles == 0; /* Wiener's shares are for independent coefficients, which
+                                      * those of a piece are not */
         memcpy(row, s->mean[CHANNEL_LENGTH][k], sizeof row);
         m->variance[k] = piece ? square(s->speed_gain * s->noise[CHANNEL_LENGTH][k]) : 0.0;
         for (int a = 1; a < 1 + 2 * s->harmonics && !piece; a++) {
@@ -73,9 +78,9 @@ static void find_direction(struct friction_course *c, const struct residual_test
     for (int i = 0; i < t->phases; i++) {
         double most_mps = resolution_s * m->leg[i][leg][2], lag_mps = t->spectrum.cycles ? 0.5 * most_mps : 0.0;
         double rate = m->leg[i][leg][1] + lag_mps;
-        /* Variance of two errors that are uniform in +-(most - lag) and +-SLOW. */
+        /* Variance of the sum of two errors that are uniform in +-(most - lag) and in +-SLOW. */
         double uniform = (square(most_mps - lag_mps) + square(INVERSE_DYNAMICS_SLOW_MPS)) / 3.0;
-        /* Twice the probability of the other direction. */
+        /* Twice the probability that the leg moves in the other direction. */
         double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform)));
         c->rate_mps[i][leg] = m->leg[i][leg][1];
         c->direction[i][leg] = copysign(1.0 - other, rate);
@@ -89,8 +94,8 @@ static void find_direction(struct friction_course *c, const struct residual_test
     c->round[leg] = t->spectrum.cycles ? at : (double)INFINITY;
 }
 
-/* Integrates Dahl's law, dz = (direction - z) |dx| / give, after each step of the motion. A cycle
- * starts from the state that repeats, a piece from a leg that slides. */
+/* Integrates Dahl's law, dz = (direction - z) |dx| / give, over each step of the motion. A cycle
+ * starts from the state that repeats, a piece from that of a leg that slides. */
 static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
     int n = t->phases;
     bool cycle = t->spectrum.cycles > 0;
@@ -105,10 +110,10 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
     for (int i = 0; i < n; i++) z[i] = state += (toward[i] - state) * step[i];
 }
 
-/* Shapes of dry friction: higher at low speed (Stribeck); proportional to the pressures; and
- * presliding, the transition from one direction to the other while the seal deforms, alone and
- * times functions of speed, because bristles that slide harder when slow, or are damped (LuGre),
- * make the two a product. */
+/* Fills the basis functions of a leg's dry friction: higher at low speed (Stribeck); proportional
+ * to the pressures; and presliding, the transition from one direction to the other while the seal
+ * deforms. Presliding is fitted alone and times functions of speed, because bristles that hold
+ * harder when slow, or are damped (LuGre), make the two a product. */
 static void find_shapes(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];
@@ -150,7 +155,7 @@ void friction_course_covariance(const struct friction_course *c, const struct re
                                 double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     memset(covariance, 0, RESIDUAL_SIZE * sizeof covariance[0]);
     for (int i = 0; i < t->phases; i++) {
-        /* covariance of the row with the error at this phase */
+        /* covariance of each coefficient of the row with the error at phase i */
         double alike[RESIDUAL_SIZE] = {0};
         if (c->doubt[i][leg] < NO_DOUBT) continue;
         for (int j = 0; j < t->phases; j++) {

@@ -32,17 +32,19 @@
 
 struct friction_course {
     double rate_mps[PHASES][LEGS];
-    double direction[PHASES][LEGS];                     /* mean, -1..1 */
-    /* 1 - direction^2, computed without cancellation */
+    double direction[PHASES][LEGS];                     /* mean direction of each leg, -1..1 */
+    /* Variance of the direction, 1 - direction^2, computed without cancellation. */
     double doubt[PHASES][LEGS];
-    /* Errors at two phases correlate by exp(-|difference of these|). */
+    /* Course of atanh(direction) along the motion: errors at two phases correlate by
+     * exp(-|difference of these|). */
     double lasting[PHASES][LEGS];
-    /* Whole cycle in these units: errors also correlate the other way round; a piece: infinite. */
+    /* Change of `lasting` over a whole cycle, whose errors also correlate the other way round;
+     * infinite for a piece. */
     double round[LEGS];
     double shape[UNKNOWN_SHAPES][PHASES][LEGS];
 };
 
-/* Mean P1 + P2 over all tests and legs, Pa; 0 if not measured. */
+/* Mean P1 + P2 over all tests and legs, Pa; 0 if pressures are not measured. */
 double friction_course_load(const struct residual_data *d);
 
 /* Finds the direction and the shapes of one test. load_pa is the P1 + P2 at which friction that
@@ -51,7 +53,8 @@ double friction_course_load(const struct residual_data *d);
  * measured. */
 void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params, double load_pa);
 
-/* Covariance of the row of a leg's dry friction of 1 N, caused by the uncertain direction. */
+/* Covariance of the coefficient row of a leg's dry friction, per N^2 of dry friction, by the
+ * uncertain direction. */
 void friction_course_covariance(const struct friction_course *c, const struct residual_test *t, int leg,
                                 double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]);
 

@@ -15,7 +15,8 @@ void harmonics_reset(struct harmonics *h, double omega, int harmonics, int chann
     *h = (struct harmonics){.harmonics = harmonics, .channels = channels, .regressors = 2 + 2 * harmonics, .omega = omega};
 }
 
-/* Fills [1, t, sin, cos, ...]: one sincos, then a rotation by w t for each harmonic. */
+/* Fills [1, t, sin wt, cos wt, ...]. Each harmonic after the first is the one before, rotated by w
+ * t. */
 static void regressors(const struct harmonics *h, double t_s, double *g) {
     double sine, cosine;
     sincos(h->omega * t_s, &sine, &cosine);
@@ -38,15 +39,15 @@ void harmonics_add(struct harmonics *h, double t_s, const double *values) {
     regressors(h, t_s, row);
     for (int c = 0; c < h->channels; c++) channel[c] = values[c] - h->offset[c];
     for (int c = 0; c < CHANNELS_MAX; c++) h->square[c] += channel[c] * channel[c];
-    /* Whole rows, whose length the compiler knows, are faster than the triangle alone. */
+    /* Whole rows, whose length the compiler knows, take less time than the triangle alone. */
     for (int r = 0; r < h->regressors; r++)
         for (int c = 0; c < COLUMNS; c++) h->product[r][c] += row[r] * row[c];
 }
 
-/* The normal equations with scaled regressors: the drift has unit length; the others are scaled by
- * the length of the constant, so that a sine sampled only in its zeros stays short and is noticed.
- * The right-hand sides are the channels, then two unit vectors for the fundamental, whose solutions
- * are two columns of the inverse. */
+/* Normal equations with scaled regressors. The drift has unit length; the others are scaled by the
+ * length of the constant, so that a sine which is sampled only at its zeros stays short and is
+ * noticed. The right-hand sides are the channels, then two unit vectors for the fundamental, whose
+ * solutions are two columns of the inverse. */
 struct normal_equations {
     double gram[REGRESSORS_MAX * REGRESSORS_MAX];
     double right[REGRESSORS_MAX * (CHANNELS_MAX + 2)], solution[REGRESSORS_MAX * (CHANNELS_MAX + 2)];

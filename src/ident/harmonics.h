@@ -16,23 +16,28 @@ enum { HARMONICS_MAX = 6, REGRESSORS_MAX = 2 + 2 * HARMONICS_MAX, CHANNELS_MAX =
 
 struct harmonics {
     int harmonics, channels, regressors;
-    double omega;                /* rad/s */
-    /* Time of the first sample: the drift counts from here, the sines from t = 0. */
+    double omega;                /* fundamental, rad/s */
+    /* Time of the first sample: the drift counts from there, sines and cosines from t = 0. */
     double origin_s;
     int64_t samples;
-    double offset[CHANNELS_MAX]; /* first sample, subtracted against cancellation */
-    /* Row of a regressor: its products with all regressors (lower triangle) and all channels. */
+    double offset[CHANNELS_MAX]; /* first sample of each channel, which is subtracted against
+                                  * cancellation */
+    /* Row of a regressor: sums of its products with all regressors (lower triangle), then with all
+     * channels. */
     double product[REGRESSORS_MAX][REGRESSORS_MAX + CHANNELS_MAX];
-    double square[CHANNELS_MAX]; /* sum of squares after the offset is subtracted */
+    double square[CHANNELS_MAX]; /* sum of squares of each channel, less its offset */
 };
 
 struct harmonics_fit {
-    double constant[CHANNELS_MAX], drift_per_s[CHANNELS_MAX]; /* constant: at t = origin_s */
+    /* constant: at t = origin_s */
+    double constant[CHANNELS_MAX], drift_per_s[CHANNELS_MAX];
     double sine[CHANNELS_MAX][HARMONICS_MAX], cosine[CHANNELS_MAX][HARMONICS_MAX];
-    double rms[CHANNELS_MAX];    /* residual */
-    /* Standard deviation of a fundamental coefficient (rms of both), if the residual is white. */
+    double rms[CHANNELS_MAX];    /* rms residual */
+    /* Standard deviation of a coefficient of the fundamental (rms of both), if the residual is
+     * white. */
     double std[CHANNELS_MAX];
-    double condition;            /* the regressor matrix's, columns scaled (harmonics.c) */
+    double condition;            /* condition of the regressors' matrix, with scaled columns
+                                  * (harmonics.c) */
 };
 
 /* Starts a fit of 1 .. HARMONICS_MAX harmonics to 1 .. CHANNELS_MAX channels. */
@@ -41,8 +46,9 @@ void harmonics_reset(struct harmonics *h, double omega, int harmonics, int chann
 /* Adds one sample; all values must be finite. */
 void harmonics_add(struct harmonics *h, double t_s, const double *values);
 
-/* Returns false, and *fit all NaN, with fewer samples than unknowns + 1, or if the unknowns cannot
- * be told apart (condition above 1e5: too short a time, a harmonic at half the sampling rate). */
+/* Ends the fit. Returns false, and *fit all NaN, if there are not more samples than unknowns, or if
+ * the unknowns cannot be told apart (condition above 1e5: too short a time, a harmonic at half the
+ * sampling rate). */
 bool harmonics_solve(const struct harmonics *h, struct harmonics_fit *fit);
 
 #endif

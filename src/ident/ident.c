@@ -7,7 +7,8 @@
 
 enum { CHANNELS = 2 * DOFS };
 
-/* Share of the evaluated part that makes a test complete; the rest allows for rounded times. */
+/* Share of the evaluated part that must be seen in a complete test; the rest allows for rounded
+ * times. */
 static const double complete_share = 0.999;
 
 const struct ident_entry ident_entries[IDENT_ENTRIES] = {
@@ -34,8 +35,8 @@ int ident_init(struct ident *id, const struct params *params, struct error *erro
     return status;
 }
 
-/* Legs whose length this test moves by more than two of the sensor's steps: at least two changes a
- * period. */
+/* Finds the legs whose length this test moves by more than two of the sensor's steps, so that the
+ * reading changes at least twice a period. */
 static void find_moving(const struct ident *id, enum dof dof, bool moves[LEGS]) {
     double pose[DOFS] = {0}, high_m[LEGS], low_m[LEGS];
     pose[dof] = id->params->tests.amplitude[dof];
@@ -58,7 +59,7 @@ static void open_test(struct ident *id, const struct cycle *c) {
     harmonics_reset(&id->fit, 2.0 * PI * hz, id->params->tests.harmonics, CHANNELS);
 }
 
-/* Pose and wrench of one sample. Returns false if it has none. */
+/* Computes pose and wrench of a sample. Returns false if it has none. */
 static bool measure(struct ident *id, const struct cycle *c, double values[CHANNELS], double force_n[LEGS]) {
     if (!isfinite(c->test_time_s) || !fk_solve(&id->kinematics, c->in.length_m, id->pose).converged) return false;
     for (int i = 0; i < LEGS; i++) force_n[i] = leg_force(&id->areas, i, c->in.p1_pa[i], c->in.p2_pa[i]);
@@ -79,7 +80,8 @@ static void take(struct ident *id, const struct cycle *c) {
     else id->excluded++;
 }
 
-/* A second test of an axis replaces the first: the machine may have been changed in between. */
+/* Makes room for a test's result. A second test of an axis replaces the first, because the machine
+ * may have been changed in between. */
 static struct test_result *append(struct identification *r, enum dof dof) {
     int kept = 0;
     for (int i = 0; i < r->tests; i++)

@@ -19,16 +19,19 @@
 #include "params.h"
 
 struct identification {
-    int tests;                    /* results present */
-    /* One an axis, in the order in which they ended; a new test of an axis replaces the old one. */
+    int tests;                    /* number of results in `test` */
+    /* At most one test for each axis, in the order in which they ended; a new test of an axis
+     * replaces the old one. */
     struct test_result test[DOFS];
-    double nominal_mt[DOFS][DOFS];/* at neutral */
+    double nominal_mt[DOFS][DOFS];/* configured inertia matrix at neutral */
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
-    struct error no_method_c;     /* why method C is not evaluated */
-    /* Parts of a long motion, and those without a result; 0 if it was evaluated as a whole. */
+    struct error no_method_c;     /* why method C was not evaluated */
+    /* Number of parts of a long motion, and of those without a result; 0 if the motion was
+     * evaluated as a whole. */
     int parts, parts_left_out;
-    /* Agreement of the parts; many parts are joined with their neighbours to `logs` groups. */
+    /* Agreement of the parts over time. Many parts are joined with their neighbours to groups,
+     * over_time.logs of them. */
     struct agreement over_time;
 };
 
@@ -36,32 +39,36 @@ struct ident {
     const struct params *params;
     struct kinematics kinematics;
     struct cylinder_areas areas;
-    struct harmonics fit;         /* the running test: 12 channels, pose and wrench */
-    struct witness witness;       /* are the readings consistent with each other? */
-    double pose[DOFS];            /* starting point of the next forward kinematics */
-    int running;                  /* test under way; -1: none */
+    struct harmonics fit;         /* least squares of the running test: 12 channels, pose and
+                                   * wrench */
+    struct witness witness;       /* check that the running test's readings are consistent */
+    double pose[DOFS];            /* last pose, from which the next forward kinematics starts */
+    int running;                  /* number of the test under way; -1: none */
     enum dof dof;
-    int64_t seen, excluded;       /* cycles of the test's evaluated part */
-    double first_s, last_s;       /* their span of test time */
+    int64_t seen, excluded;       /* cycles in the running test's evaluated part, and those of them
+                                   * that were left out */
+    double first_s, last_s;       /* test time of the running test's first and last evaluated
+                                   * cycle */
     struct identification result;
 };
 
-/* Starts an identification. Returns -2, naming the key, for an impossible machine. */
+/* Starts an identification. Returns -2, naming the key, if no machine can be as configured. */
 int ident_init(struct ident *id, const struct params *params, struct error *error);
 
 /* Takes one cycle. Returns true if it ended a test, whose result is then the last of
  * id->result.test[0 .. tests-1]. */
 bool ident_feed(struct ident *id, const struct cycle *cycle);
 
-/* Ends the stream: closes a test under way (not `complete` unless its evaluated part was over).
- * Returns true as ident_feed(). */
+/* Ends the stream and closes a test under way, which is not `complete` unless its evaluated part
+ * was over. Returns true if there was one, whose result is then the last of id->result.test[0 ..
+ * tests-1]. */
 bool ident_end(struct ident *id);
 
 /* Computes methods A, modified A and B if all six axes have complete tests. Otherwise returns
  * false, with the methods' `evaluated` false. */
 bool ident_solve(struct ident *id);
 
-/* The entries shown to users: Tian 2015 Tables 3 to 5. */
+/* Entries of the matrix that users are shown: those of Tian 2015 Tables 3 to 5. */
 enum { IDENT_ENTRIES = 10 };
 struct ident_entry {
     const char *name;
@@ -70,11 +77,11 @@ struct ident_entry {
 };
 extern const struct ident_entry ident_entries[IDENT_ENTRIES];
 
-/* Relative difference of an entry to the nominal one, per cent; negative: too small in magnitude.
- * Meaningless if the nominal entry is near zero. */
+/* Relative difference of an entry from the nominal one, per cent; negative: too small in magnitude.
+ * It means nothing if the nominal entry is near zero. */
 double ident_error_pct(const struct identification *id, const struct method_result *method, const struct ident_entry *entry);
 
-/* Scale for differences of an entry: sqrt(Mii Mjj); on the diagonal, the entry itself. */
+/* Scale for differences of an entry: sqrt(Mii Mjj), which on the diagonal is the entry itself. */
 double ident_scale(const double mt[DOFS][DOFS], const struct ident_entry *entry);
 
 #endif

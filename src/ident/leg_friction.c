@@ -9,12 +9,15 @@
 
 extern const struct effect external_stiffness;
 
-/* Share of a piece's phases dropped at either end, where its neighbours contribute. */
+/* Share of a piece's phases that is left out at either end, where neighbouring pieces
+ * contribute. */
 static const double EDGE = 0.12;
 
 struct work {
-    struct params machine;              /* matrix_bare_machine() with the springs found */
-    double more[MATRIX_ENTRIES];        /* found entries less configured ones */
+    struct params machine;              /* the configuration without friction and effects
+                                         * (matrix_bare_machine), with the springs found */
+    double more[MATRIX_ENTRIES];        /* entries of the matrix as found, less the configured
+                                         * ones */
     struct inverse_dynamics dynamics;
 };
 
@@ -39,7 +42,8 @@ static int begin(struct work *w, const struct recording *recording, const struct
     return STATUS_OK;
 }
 
-/* Leg forces that the motion at a phase needs without friction, and the legs' rates. */
+/* Finds the leg forces that the motion at a phase needs without friction, and the legs' rates.
+ * False: no pose has these lengths. */
 static bool needed(struct work *w, const struct residual_test *t, int phase, double force_n[LEGS], double rate_mps[LEGS]) {
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
@@ -57,7 +61,8 @@ static bool needed(struct work *w, const struct residual_test *t, int phase, dou
     return true;
 }
 
-/* Evaluates the residual rows of method C's equation (residual.h) at the phases of the test. */
+/* Finds the friction at the phases of a test, from the residual of method C's equation without
+ * friction (residual.h). False: no pose has these lengths. */
 static bool find_test(struct work *w, const struct residual_test *t, struct leg_friction_test *f) {
     double row[LEGS][RESIDUAL_SIZE], rate_mps[PHASES][LEGS];
     if (!t->chambers || !residual_staircase(t, &w->machine, row)) memset(row, 0, sizeof row);

@@ -11,8 +11,8 @@
 #include "residual.h"
 
 struct leg_friction_test {
-    int of;                      /* its place in the recording */
-    bool cycle;                  /* a closed curve */
+    int of;                      /* index of the test in the recording */
+    bool cycle;                  /* the points form a closed curve */
     int points;
     double rate_mps[LEGS][PHASES], force_n[LEGS][PHASES];
 };
@@ -22,8 +22,8 @@ struct leg_friction {
     struct leg_friction_test *test;
 };
 
-/* Finds the friction in a recording that method C has evaluated. Returns -2 if no pose has these
- * lengths, -3 without memory. Free the result also after an error. */
+/* Finds each leg's friction in a recording that method C has evaluated. Returns -2 if no pose has
+ * these lengths, -3 without memory. Free the result also after an error. */
 int leg_friction_find(struct leg_friction *f, const struct recording *recording, const struct method_c *found, struct error *error);
 void leg_friction_free(struct leg_friction *f);
 

@@ -9,20 +9,23 @@
 #include "lin.h"
 #include "vec.h"
 
-static const double FAST_MPS = 1.0; /* speed for viscous friction: dry friction is flat */
-static const double REST_SHARE = 1e-3;   /* share of full opening: a valve at its centre */
+static const double FAST_MPS = 1.0; /* speed at which viscous friction is evaluated: at such a speed
+                                     * dry friction no longer changes */
+static const double REST_SHARE = 1e-3;   /* opening over full opening, up to which a valve is near
+                                          * its centre */
 static const double RESTS_PER_S = 1e-3;
 
-/* One leg at rest: pressures that hold the force, and the opening that makes up for leakage. */
+/* A leg at rest: the pressures that hold its force, and the opening that makes up for leakage. */
 struct rest {
     double p1_pa, p2_pa, opening;
 };
 
-/* One chamber takes in as much as the other gives off, through two edges of the same opening, so
- * both pressure drops are in the ratio of the squared gains of the edges. */
+/* Finds a leg's pressures at rest. One chamber takes in as much oil as the other gives off, through
+ * two edges of the same opening, so the ratio of the pressure drops is that of the squared gains of
+ * the edges. */
 static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
     double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);
-    struct rest r[2]; /* fed through port A, and through port B */
+    struct rest r[2]; /* solutions with supply pressure at port A, and at port B */
     for (int back = 0; back < 2; back++) {
         double from_pa = back ? mains->tank_pa : mains->supply_pa, to_pa = back ? mains->supply_pa : mains->tank_pa;
         double p1 = (from_pa + ratio * (force_n / c->a2_m2 + to_pa)) / (1.0 + ratio * c->a1_m2 / c->a2_m2);
@@ -30,12 +33,14 @@ static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mai
         double flow = c->leakage_m3_per_s_pa * (p1 - p2), edge = a * sqrt(fabs(from_pa - p1));
         r[back] = (struct rest){p1, p2, edge > 0.0 ? flow / edge : 0.0};
     }
-    /* Leakage flows from high to low pressure, so the spool feeds the chamber that it leaves. */
+    /* Leakage flows from high to low pressure, so the spool feeds the chamber from which oil
+     * leaks. */
     return r[0].opening > 0.0 || r[1].opening >= 0.0 ? r[0] : r[1];
 }
 
-/* Flow into each chamber per opening, and its slope over the chamber's own pressure. A spool that
- * rests near its centre meets both pairs of edges in turn, so their mean counts there. */
+/* Finds the flow into each chamber per opening, and its slope over the chamber's own pressure. A
+ * spool that rests near its centre meets both pairs of edges in turn, so their mean counts
+ * there. */
 static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double open[PORTS], double by_pa[PORTS]) {
     double ps = mains->supply_pa, pt = mains->tank_pa;
     const double fed[PORTS] = {sqrt(fmax(ps - r->p1_pa, 0.0)), sqrt(fmax(r->p2_pa - pt, 0.0))};
@@ -78,7 +83,7 @@ static bool linearise(const struct cylinder_model *m, int leg, double length_m, 
     return true;
 }
 
-/* Speeds at full opening: incompressible flow in and out through two edges. */
+/* Finds a leg's speeds at full opening, from incompressible flow in and out through two edges. */
 static void find_speeds(const struct cylinder_model *m, int leg, struct loop_place *p) {
     const struct cylinder_leg *c = &m->leg[leg];
     struct mains mains = cylinder_mains(m);
@@ -89,8 +94,8 @@ static void find_speeds(const struct cylinder_model *m, int leg, struct loop_pla
     p->in_mps[leg] = pull_n > 0.0 ? sqrt(pull_n / cubes) : 0.0;
 }
 
-/* The axis that moves most in a mode, with angles times the upper joints' distance; reach_m: how
- * far the platform moves. */
+/* Axis that moves most in a mode, with angles counted at the upper joints' distance arm_m. reach_m:
+ * motion of the platform in the mode. */
 static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double arm_m, double *reach_m) {
     double inverse[DOFS][LEGS], most = 0.0, square = 0.0;
     enum dof dof = DOF_Z;
@@ -106,7 +111,7 @@ static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double 
     return dof;
 }
 
-/* Solves in leg coordinates: inertia against the stiffness of the oil. */
+/* Finds the modes of inertia against the stiffness of the oil, in leg coordinates. */
 static bool find_modes(struct loop_place *p, const struct inverse_dynamics *d, const struct kinematics *k) {
     double inertia[LEGS][LEGS], spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
     inverse_dynamics_inertia(d, inertia);
@@ -148,10 +153,11 @@ bool loop_place_find(struct loop_place *p, const struct params *params, const do
     return find_modes(p, &d, &k);
 }
 
-/* An integrator without gain, or pressures that no leakage equalises, make a pole at zero. */
+/* True for a pole at zero, which an integrator without gain makes, or pressures that no leakage
+ * equalises. */
 static bool rests(const struct loop_pole *pole) { return hypot(pole->decay_per_s, pole->radps) < RESTS_PER_S; }
 
-/* Is the first pole worse? */
+/* True if a pole is worse than another: it grows faster, or, if both decay, it is less damped. */
 static bool worse(const struct loop_pole *pole, const struct loop_pole *than) {
     if (pole->decay_per_s < 0.0 || than->decay_per_s < 0.0) return pole->decay_per_s < than->decay_per_s;
     return loop_pole_damping(pole) < loop_pole_damping(than);

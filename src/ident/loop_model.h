@@ -8,17 +8,19 @@
 #include "loop_poles.h"
 #include "status.h"
 
-/* The machine in one pose, without its controller. */
+/* The machine in one pose, linearised, without its controller. */
 struct loop_place {
     double pose[DOFS];
     struct loop_leg leg[LEGS];
-    double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns */
-    enum dof dof[DOFS];                       /* axis that moves most in each */
-    /* Motion of the platform for one unit of the mode, m: norm of the origin's and arm_m *
-     * angles. */
+    double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns: motion of the legs in
+                                               * each, and mass per squared motion */
+    enum dof dof[DOFS];                       /* axis that moves most in each mode */
+    /* Motion of the platform in each mode per unit of it, m: norm of the origin's motion and of
+     * arm_m times the rotation. */
     double reach[DOFS];
-    double force_n[LEGS];                     /* forces that hold the platform up */
-    /* Speed at full opening under that force, extending and retracting; 0: it cannot be held. */
+    double force_n[LEGS];                     /* forces of the legs that hold the platform up */
+    /* Speeds of each leg at full opening under its force, extending and retracting; 0: the supply
+     * cannot move it that way. */
     double out_mps[LEGS], in_mps[LEGS];
 };
 
@@ -31,12 +33,12 @@ bool loop_place_find(struct loop_place *place, const struct params *params, cons
 struct loop_worst {
     struct loop_pole pole;
     enum dof dof;
-    bool known;           /* false: the loop is not finite */
+    bool known;           /* false: the loop has values that are not finite */
 };
 struct loop_worst loop_place_worst(const struct loop_place *place, const struct params *params);
 
-/* Acceleration of the platform caused by the sensors' errors in a stable loop, m/s^2 rms: norm of
- * the origin's and kinematics.arm_m times the angular one. */
+/* Acceleration of the platform that the sensors' errors cause in a stable loop, m/s^2 rms: norm of
+ * the origin's acceleration and of kinematics.arm_m times the angular one. */
 double loop_place_noise_mps2(const struct loop_place *place, const struct params *params);
 
 #endif

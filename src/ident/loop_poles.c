@@ -7,29 +7,32 @@
 #include "lin.h"
 #include "units.h"
 
-/* Pressures are in units of UNIT_PA, the spool's rate in units of its bandwidth, for
- * conditioning. */
+/* States of the sampled loop: first the plant's, then the controller's, then commands on their way.
+ * For conditioning, pressures are in units of UNIT_PA and the spool's rate is in units of its
+ * bandwidth. */
 enum { LENGTH, RATE, P1, P2, SPOOL, SPOOL_RATE, PLANT, INTEGRAL = PLANT, DERIVATIVE, ERROR, FORCE_LP, SENT, INPUT = PLANT };
 enum { READ_LENGTH, READ_FORCE, READINGS };
-enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* a memory of 2^24 cycles */ };
+enum { HALVINGS = 10, TERMS = 12, DOUBLINGS = 24 /* 2^24 cycles are added up */ };
 static const double UNIT_PA = 1e7;
-static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error uniform over 1 */
+static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error that is uniform over an
+                                                  * interval of 1 */
 static const double LEAST_LAG_S = 1e-4;
 static const double OSCILLATES = 0.95; /* damping ratio above which a step shows no overshoot */
 
-/* One cylinder and the mass that it moves. */
+/* One cylinder with the mass that it moves. */
 struct cylinder_loop {
     double mass_kg;
     struct loop_leg leg;
     double a1_m2, a2_m2;
 };
 
-/* One cycle of the loop as a linear map. Its states are those of the enum above, then commands on
- * their way, then lengths not yet read, newest first. */
+/* One cycle of the loop as a linear map of its states: those of the enum above, then commands on
+ * their way, then lengths that are not yet read, newest first. */
 struct cycle_map {
     int sent, read, size;
     double map[LOOP_POLES][LOOP_POLES];
-    double noise[READINGS][LOOP_POLES]; /* states after a reading's error of 1 m or 1 N */
+    double noise[READINGS][LOOP_POLES]; /* change of the states by an error of a reading: 1 m or
+                                         * 1 N */
 };
 
 static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
@@ -53,7 +56,7 @@ static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const
     return c;
 }
 
-/* Rates of the plant's states; the last column is for the command. */
+/* Fills the matrix of the plant's state equation; its last column is for the command. */
 static void fill_rates(const struct cylinder_loop *c, double a[PLANT + 1][PLANT + 1]) {
     const struct oil_chamber *chamber = c->leg.chamber;
     double bandwidth = c->leg.spool_radps;
@@ -78,7 +81,8 @@ static void multiply(double a[PLANT + 1][PLANT + 1], double b[PLANT + 1][PLANT +
     memcpy(product, sum, sizeof sum);
 }
 
-/* exp(a t): halves the argument until the series converges quickly, then squares as often. */
+/* Computes exp(a t): halves the argument until the series converges quickly, then squares the
+ * result as often. */
 static void exponential(double rates[PLANT + 1][PLANT + 1], double t_s, double result[PLANT + 1][PLANT + 1]) {
     double sum[PLANT + 1][PLANT + 1] = {{0}}, term[PLANT + 1][PLANT + 1] = {{0}}, a[PLANT + 1][PLANT + 1], norm = 0.0;
     for (int i = 0; i <= PLANT; i++) {
@@ -100,7 +104,7 @@ static void exponential(double rates[PLANT + 1][PLANT + 1], double t_s, double r
     memcpy(result, sum, sizeof sum);
 }
 
-/* A delay in cycles: whole ones and a fraction. */
+/* A delay as a number of whole cycles and a part of one. */
 struct delay {
     int whole;
     double part;
@@ -111,13 +115,13 @@ static struct delay delay_cycles(double delay_s, double dt_s) {
     return (struct delay){.whole = (int)whole, .part = fmax(cycles - whole, 0.0)};
 }
 
-/* Number of commands kept: those of the whole cycles, and one that still acts in part of a
+/* Number of commands in a delay: one for each whole cycle, and one that still acts in part of a
  * cycle. */
 static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 
-/* Fills the length that is read, and the command computed from it, as combinations of the states at
- * a sample, and the rows of the controller's states. The controller is pid.h without its limits,
- * with a constant reference. */
+/* Fills the rows of the controller's states, and the command, each as a combination of the states
+ * at a sample. The controller is pid.h without its limits, with a constant reference. error: change
+ * of the command by an error of each reading. */
 static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
                             struct cycle_map *m, double command[LOOP_POLES], double error[READINGS]) {
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
@@ -145,8 +149,8 @@ static void fill_controller(const struct cylinder_loop *c, const struct control_
     error[READ_FORCE] = -kpf * (1.0 - low_pass);
 }
 
-/* Fills the plant's rows for one cycle: the older command acts for `part` of it, then the newer
- * one. */
+/* Fills the rows of the plant's states for one cycle, in which the older command acts for `part` of
+ * the cycle and the newer one for the rest. */
 static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay d, const double command[LOOP_POLES],
                        const double error[READINGS], struct cycle_map *m) {
     double rates[PLANT + 1][PLANT + 1], first[PLANT + 1][PLANT + 1], then[PLANT + 1][PLANT + 1], all[PLANT + 1][PLANT + 1];
@@ -165,7 +169,7 @@ static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay 
     }
 }
 
-/* Fills the map from one sample to the next. */
+/* Fills the map of the states from one sample to the next. */
 static void fill_cycle(const struct cylinder_loop *c, const struct params *params, struct cycle_map *m) {
     double dt_s = params->loop.period_s, command[LOOP_POLES] = {0}, error[READINGS];
     struct delay sent = delay_cycles(c->leg.command_delay_s, dt_s), late = delay_cycles(c->leg.length_delay_s, dt_s);
@@ -196,8 +200,8 @@ int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *sha
     return count;
 }
 
-/* Mean square errors of a mode's readings. Each leg errs independently: its length by rounding, its
- * force by noise and rounding of both pressures. */
+/* Mean square errors of a mode's length and force. Each leg errs independently: its length by
+ * rounding, its force by noise and rounding of both pressures. */
 static void mean_errors(const struct loop_shape *shape, const struct params *params, double square[READINGS]) {
     const struct sensor_params *s = &params->sensors;
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
@@ -213,7 +217,8 @@ static void mean_errors(const struct loop_shape *shape, const struct params *par
     }
 }
 
-/* Doubles the number of cycles: sum += map sum map', then map = map map. */
+/* Doubles the number of cycles whose errors are added up: sum += map sum map', then map = map
+ * map. */
 static void double_cycles(int n, double map[LOOP_POLES][LOOP_POLES], double sum[LOOP_POLES][LOOP_POLES]) {
     double half[LOOP_POLES][LOOP_POLES] = {{0}}, squared[LOOP_POLES][LOOP_POLES] = {{0}};
     for (int i = 0; i < n; i++)

@@ -10,25 +10,28 @@
 
 #include "oil_columns.h"
 
-/* One leg about its working point. */
+/* One leg, linearised about its working point. */
 struct loop_leg {
-    struct oil_chamber chamber[2];       /* uses push, other, open and sag */
-    double viscous;                      /* N s/m */
-    double feedback_cut; /* share by which the controller reduces kpf (force.h), 0..1 */
-    double spool_radps, spool_damping;   /* second order */
-    double command_delay_s; /* delay from the sample that the command was computed from */
-    double length_delay_s;               /* the reading's delay; cycles need not be whole */
+    struct oil_chamber chamber[2];       /* push, other, open and sag are used */
+    double viscous;                      /* viscous friction, N s/m */
+    double feedback_cut; /* share, 0..1, by which the controller reduces the gain kpf (force.h) */
+    double spool_radps, spool_damping;   /* spool as a system of second order */
+    double command_delay_s; /* delay of the command's effect from the sample that it was computed
+                             * from */
+    double length_delay_s;               /* delay of the reading, in which cycles need not be
+                                          * whole */
 };
 
-/* One mode: how far the legs move in it, and its mass per squared motion. */
+/* One mode: motion of the legs in it, and mass per squared motion. */
 struct loop_shape {
-    const double *motion;                /* [LEGS] */
+    const double *motion;                /* [LEGS]: motion of each leg */
     double mass_kg;
 };
 
 /* A pole of the sampled loop, as a rate in continuous time. */
 struct loop_pole {
-    /* decay_per_s < 0: it grows; radps: 0 to half the sampling frequency */
+    /* decay_per_s: negative if the pole's motion grows. radps: from 0 to half the sampling
+     * frequency. */
     double decay_per_s, radps;
 };
 
@@ -38,15 +41,15 @@ enum { LOOP_DELAY_MOST = 14, LOOP_POLES = 10 + 2 * (LOOP_DELAY_MOST + 1) };
 int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]);
 
-/* Rms acceleration of the mode caused by the sensors' own errors in a stable loop; in an unstable
- * one, a huge number or NaN. The unit is that of 1 / motion. Errors are taken as white. */
+/* Rms acceleration of a mode that the sensors' errors, taken as white, cause in a stable loop; in
+ * an unstable loop a huge number or NaN. The unit is m/s^2 per unit of the legs' motion. */
 double loop_noise(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params);
 
-double loop_pole_hz(const struct loop_pole *pole);      /* |s| / 2 pi */
+double loop_pole_hz(const struct loop_pole *pole);      /* magnitude |s| / 2 pi, Hz */
 double loop_pole_damping(const struct loop_pole *pole); /* damping ratio; negative: unstable */
 
 struct loop_mode {
-    double hz, damping; /* the lowest oscillating pair of poles; NaN: none */
+    double hz, damping; /* lowest oscillating pair of poles; NaN: there is none */
 };
 
 /* Poles of a surveyed mode, which must be determined. viscous: friction of each leg, N s/m. The

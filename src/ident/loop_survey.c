@@ -7,7 +7,8 @@
 #include "kinematics.h"
 #include "lin.h"
 
-/* Converts amplitudes of the lengths to those of the pose by the Jacobian: motions are small. */
+/* Finds the response of the axes. Amplitudes of the lengths become those of the pose by the
+ * Jacobian at neutral, because the motions are small. */
 static int find_follow(struct loop_survey *s, const struct multisine_mean *mean, const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0};
     const struct multisine *m = &s->multisine;
@@ -44,7 +45,7 @@ static void find_floor(struct loop_survey *s, const struct multisine_mean *mean)
 }
 
 static void find_modes(struct loop_survey *s, const struct params *params) {
-    /* A matrix that was not evaluated is zero: no inertia, so nothing is determined. */
+    /* A matrix that was not evaluated is zero, and then nothing is determined. */
     struct method_result *matrix = &s->inertia.matrix;
     s->determined = oil_columns_modes(s->leg, params, matrix->mt, matrix->mt_std, s->mode);
     for (int i = 0; i < DOFS; i++)

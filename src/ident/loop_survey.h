@@ -10,30 +10,30 @@ struct loop_survey {
     struct multisine multisine;
     struct method_c inertia;
     struct oil_leg leg[LEGS];
-    bool determined; /* the six modes are; else their frequencies are NaN */
-    struct oil_mode mode[DOFS];               /* ascending */
-    struct loop_mode loop[DOFS];              /* each mode's; NaN: none oscillates */
-    /* Pose of every axis over the reference of the tone's axis. */
+    bool determined; /* all six modes are determined; otherwise their frequencies are NaN */
+    struct oil_mode mode[DOFS];               /* modes of the oil columns, by ascending frequency */
+    struct loop_mode loop[DOFS];              /* closed loop in each mode; NaN: none oscillates */
+    /* Amplitude of every axis at each tone, over the reference of the tone's own axis. */
     double complex follow[MULTISINE_LINES][DOFS];
-    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms of a sample, from pass to pass */
+    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms noise of a sample, from pass to pass */
     double mean_pa[2][LEGS];
 };
 
-/* Evaluates the recording of a survey's run, whose first test is used, with method C's result for
- * it. Returns -2 without pressures or commands, or if a sample is missing in every pass, -3 without
- * memory. */
+/* Evaluates the first test of a recording, the survey's run, with method C's result for it.
+ * Returns -2 without pressures or commands, or if some sample is missing in every pass, -3
+ * without memory. */
 int loop_survey(struct loop_survey *s, const struct multisine *multisine, const struct recording *recording, const struct method_c *inertia,
                 struct error *error);
 
-/* The lowest determined eigenfrequencies; NaN: none. */
+/* Lowest eigenfrequency of the oil columns, and of the closed loop, Hz; NaN: none is determined. */
 double loop_survey_oil_hz(const struct loop_survey *s);
 double loop_survey_loop_hz(const struct loop_survey *s);
 
-/* Pose of an axis over the reference of the driven one at a frequency: interpolated between the
- * neighbouring tones of the driven axis; beyond them, that of the nearest tone. */
+/* Amplitude of axis `dof` over the reference of axis `driven` at a frequency. It is interpolated
+ * between the neighbouring tones of the driven axis; beyond them it is that of the nearest tone. */
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz);
 
-/* Response of the driven axis itself. */
+/* Amplitude of an axis over its own reference at a frequency. */
 double complex loop_survey_follow(const struct loop_survey *s, enum dof dof, double hz);
 
 #endif

@@ -6,13 +6,13 @@
 #include "equations.h"
 #include "inverse_dynamics.h"
 
-/* Reduces a configuration to its bodies: no friction, no effects. A simulated machine's log carries
- * its effects in the configuration, but they are to be found. */
+/* Takes friction and effects out of a configuration, so that its bodies are left. The log of a
+ * simulated machine carries its effects in the configuration, but they are to be found. */
 void matrix_bare_machine(struct params *params);
 
-/* Forces along the legs for one unit of each entry (equations_entry), at a pose and an acceleration
- * (inverse_dynamics_move): inertia, and the weight of the payload that the entry implies. Returns
- * false if the Jacobian is singular. */
+/* Finds the forces along the legs for one unit of each matrix entry (equations_entry), at a pose
+ * and an acceleration (inverse_dynamics_move): inertia, and the weight of the payload that the
+ * entry implies. Returns false if the Jacobian is singular. */
 bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
                    double force_n[][LEGS]);
 

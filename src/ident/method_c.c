@@ -22,13 +22,16 @@ enum {
     SHAPES = UNKNOWN_SHAPES
 };
 enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
-/* The coordinates of a leg's two joints are the keys of geometry_error. */
+/* Coordinates of a leg's two joints: the keys of geometry_error. */
 enum { COORDINATES = JOINT_COORDINATES / LEGS };
 
-static const double FIRST_SHARE = 0.5; /* first guess of dry friction over the force's variation */
-static const double MODEL_ERROR = 1e-4; /* any model's error over the force's variation */
+static const double FIRST_SHARE = 0.5; /* first guess of dry friction over the rms of the force's
+                                        * variation */
+static const double MODEL_ERROR = 1e-4; /* error of any model over the rms of the force's
+                                         * variation */
 
-/* One test or piece: rows of all legs; the last column is the right-hand side. */
+/* Coefficient rows of one test or piece, all legs. A column belongs to an unknown; the last one is
+ * the right-hand side. */
 struct rows {
     int count;
     double column[COLUMNS][ROWS];
@@ -36,33 +39,36 @@ struct rows {
 };
 
 struct work {
-    const struct params *params; /* from matrix_bare_machine() */
+    const struct params *params; /* the configuration without friction and effects
+                                  * (matrix_bare_machine) */
     struct residual_data data;
     struct rows rows;
-    struct equations *sum;  /* equations of this pass */
-    double square;          /* weighted square of the right-hand side */
-    int count;              /* number of rows */
-    double (*staircase)[LEGS][RESIDUAL_SIZE];          /* each test's, N */
-    struct friction_course *course;                    /* each test's */
+    struct equations *sum;  /* equations of the pass under way */
+    double square;          /* sum of squares of the right-hand side, weighted by the inverse
+                             * covariance */
+    int count;              /* number of coefficient rows */
+    double (*staircase)[LEGS][RESIDUAL_SIZE];          /* [tests]: ripple of the force by held
+                                                        * commands, N */
+    struct friction_course *course;                    /* [tests] */
     double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
-    /* covariance^-1 columns, of each test in the last pass */
+    /* [tests]: covariance^-1 times the columns, as in the last pass */
     double (*gain)[UNKNOWNS][ROWS];
     double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
-    double along[DOFS][LEGS];                          /* leg forces of a unit wrench at neutral */
+    double along[DOFS][LEGS];                          /* leg forces of unit wrenches at neutral */
     double x[UNKNOWNS];
 };
 
 extern const struct effect geometry_error, external_stiffness;
 static const char no_pose[] = "method C: no pose of this machine has these lengths";
 
-/* Measured motion of the legs at a phase. */
+/* Measured motion of the legs at a phase: length, rate and acceleration of each. */
 static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3]) {
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
     for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, leg[k]);
 }
 
-/* Leg forces for one unit of each spring. */
+/* Finds the leg forces for one unit of each spring. False: the Jacobian is singular. */
 static bool springs_at(const struct work *w, const struct inverse_dynamics *d, double j[LEGS][DOFS], double value[COLUMNS][LEGS]) {
     double pose[DOFS];
     rigid_pose(&d->state, pose);
@@ -78,7 +84,8 @@ static bool springs_at(const struct work *w, const struct inverse_dynamics *d, d
     return true;
 }
 
-/* Coefficients of all unknowns along the legs at a phase. */
+/* Finds the coefficients of all unknowns in the force of each leg at a phase, and the force that no
+ * unknown changes. False: no pose has these lengths. */
 static bool values_at(struct work *w, struct inverse_dynamics *d, const struct residual_test *t, int phase, double value[COLUMNS][LEGS],
                       const struct friction_course *course) {
     struct inverse_dynamics_input in = {0};
@@ -122,11 +129,11 @@ static bool fill_columns(struct work *w, const struct params *machine, int test)
 
 static void expect_friction(struct work *w, int pass) {
     for (int k = 0; k < LEGS; k++) {
-        /* The mean of both directions is free of a constant error of the force. */
+        /* A constant error of the force does not change the mean of both directions. */
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]);
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
         w->sum->dry_n[k] = FIRST_SHARE * sqrt(most);
-        /* A leg that hardly moves may yield any value: the first guess is its limit. */
+        /* A leg that hardly moves may yield any value, so the first guess is its limit. */
         if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean);
     }
 }
@@ -174,9 +181,9 @@ static bool accumulate(struct work *w, int test) {
     return true;
 }
 
-/* Adds the attenuation: the noise n of a leg's acceleration is in the entries' columns, T_c n, and
- * with the configured mass in the right-hand side, -L n; this is the mean of their product. Call it
- * after accumulate(), which leaves the covariance factored. */
+/* Adds the attenuation. The noise n of a leg's acceleration is in the entries' columns, as T_c n,
+ * and with the configured mass in the right-hand side, as -L n; the mean of their product is a
+ * bias. Call this after accumulate(), which leaves the covariance factored. */
 static void add_attenuation(struct work *w, const struct residual_test *t) {
     const struct rows *r = &w->rows;
     for (int a = 0; a < t->size; a++)
@@ -210,8 +217,8 @@ static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
     return ok;
 }
 
-/* Prepares each test's staircase, of the configured machine (it is a small part of the force), and
- * its course of friction. */
+/* Prepares the ripple of each test's force by held commands, which is small and therefore taken
+ * from the configured machine, and its course of friction. */
 static int prepare_tests(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
     w->gain = calloc((size_t)w->data.tests + 1, sizeof *w->gain);
@@ -246,7 +253,8 @@ static int pass(struct work *w, int number, struct error *error) {
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
 
-/* Residual rows of a test for a machine with moved joints. Returns false if it cannot move so. */
+/* Finds the residual rows of a test at the estimate, for a machine with moved joints. Returns false
+ * if it cannot move as measured. */
 static bool find_left(struct work *w, const struct params *machine, int test, double left[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
@@ -265,7 +273,8 @@ static bool find_left(struct work *w, const struct params *machine, int test, do
     return true;
 }
 
-/* Adds the gradient of the fit's sum of squares at the estimate. Returns false as find_left(). */
+/* Adds the gradient of the fit's sum of squares at the estimate, times `sign`. Returns false if the
+ * machine cannot move as measured. */
 static bool add_gradient(struct work *w, const struct params *machine, double sign, double gradient[UNKNOWNS]) {
     double left[ROWS];
     for (int i = 0; i < w->data.tests; i++) {
@@ -276,7 +285,8 @@ static bool add_gradient(struct work *w, const struct params *machine, double si
     return true;
 }
 
-/* First-order effect of joints off by one standard deviation, one coordinate at a time. */
+/* Finds the first-order effect of joints that are off by one standard deviation, one coordinate at
+ * a time. */
 static int move_joints(struct work *w, const struct params *configured, struct error *error) {
     struct params *machine = malloc(sizeof *machine);
     double configured_too[UNKNOWNS] = {0};
@@ -296,7 +306,7 @@ static int move_joints(struct work *w, const struct params *configured, struct e
     return status;
 }
 
-/* Rows that scatter by more than their noise get less weight. */
+/* Reduces the weight of rows that scatter by more than their noise. */
 static void weigh_scatter(struct equations *e) {
     double weight = 1.0 / square(fmax(equations_scatter(e), 1.0));
     for (int c = 0; c < UNKNOWNS; c++) {
@@ -306,8 +316,9 @@ static void weigh_scatter(struct equations *e) {
     }
 }
 
-/* x minimises the sum of residuals and prior, so y' W y less x' X' W y is the square of y weighted
- * by its covariance with the shapes' included. */
+/* Finds the weighted sum of squared residuals. Since x minimises the sum of residuals and prior, y'
+ * W y less x' X' W y is the square of y weighted by a covariance that includes that of the basis
+ * functions. */
 static void find_rest(struct work *w) {
     w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SPRING;
     for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;

@@ -42,24 +42,28 @@
 #include "payload.h"
 #include "recording.h"
 
-/* The matrix away from neutral, from the payload found and the legs as configured. */
+/* The matrix away from neutral, computed from the payload as found and the legs as configured. */
 struct matrix_at_pose {
-    /* determined: all ten parameters of the payload are */
+    /* determined: all ten parameters of the payload are determined */
     bool asked, determined;
     double pose[DOFS], mt[DOFS][DOFS];
 };
 
 struct method_c {
-    /* Symmetric; entries that are not determined are NaN; damping is below. The condition number is
-     * the normal matrix's, entries in units of sqrt(M_ii M_jj), friction eliminated. */
+    /* Symmetric. Entries that are not determined are NaN, and damping stands in `viscous`. The
+     * condition number is that of the normal matrix, entries in units of sqrt(M_ii M_jj), with
+     * friction eliminated. */
     struct method_result matrix;
-    double viscous[LEGS], viscous_std[LEGS];     /* N s/m */
-    double dry[LEGS][2], dry_std[LEGS][2];       /* N, extending and retracting */
-    bool springs;                                /* model.tolerance allows some */
-    double spring[DOFS], spring_std[DOFS];       /* N/m, N m/rad */
+    double viscous[LEGS], viscous_std[LEGS];     /* viscous friction of each leg, N s/m */
+    double dry[LEGS][2], dry_std[LEGS][2];       /* dry friction of each leg, N: extending, then
+                                                  * retracting */
+    bool springs;                                /* model.tolerance allows springs */
+    double spring[DOFS], spring_std[DOFS];       /* springs on the coordinates of the pose, N/m and
+                                                  * N m/rad */
     struct payload payload;
     struct matrix_at_pose at_pose;
-    /* rms of the rows over their noise: about 1 if the model holds, less with dry friction */
+    /* rms residual of the coefficient rows over their noise: about 1 if the model holds, less with
+     * dry friction */
     double scatter;
 };
 
@@ -67,25 +71,26 @@ struct method_c {
  * pose has these lengths or a leg does not move, -3 without memory. */
 int method_c_equations(const struct recording *recording, struct equations *equations, struct error *error);
 
-/* Refuses data that pass recording_check() but are useless to method C: returns -2, with the leg
- * and the remedy, if a valve's command is at its limit for a good part of a test. The motion then
- * follows the limit, much the same whatever was asked. */
+/* Refuses recordings that pass recording_check() but are useless to method C: if a valve's command
+ * is at its limit for much of a test, the motion follows the limit, whatever was asked. Returns -2
+ * then, with the leg and the remedy. */
 int method_c_check(const struct recording *recording, struct error *error);
 
-/* Solves one recording's equations, or the sum of several recordings' of one machine. `result` has
- * the determined values, `estimate` all of them. Returns -2 if some leg does not move both ways, or
- * no entry is determined. */
+/* Solves the equations of one recording, or the sum of those of several recordings of one machine.
+ * result: the determined values; estimate: all values. Returns -2 if some leg does not move both
+ * ways, or no entry is determined. */
 int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error);
 
-/* method_c_equations() and method_c_solve() for one checked recording. */
+/* Computes and solves the equations of one checked recording, by method_c_equations() and
+ * method_c_solve(). */
 int method_c(const struct recording *recording, struct method_c *result, struct error *error);
 
-/* Fills at_pose. Returns -2 if a leg's stroke does not reach the pose. */
+/* Fills m->at_pose for this pose. Returns -2 if a leg's stroke does not reach it. */
 int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error);
 
-/* Value of an unknown below UNKNOWN_SHAPE, by its place in the equations, and its standard
- * deviation; NaN: not determined. */
+/* Value and standard deviation of an unknown below UNKNOWN_SHAPE, given by its index in the
+ * equations; NaN: not determined. */
 double method_c_value(const struct method_c *m, int unknown, double *std);
 
 #endif

@@ -8,12 +8,15 @@
 #include "lin.h"
 #include "nominal.h"
 
-static const double UNDETERMINED = 0.2;          /* share of sqrt(M_ii M_jj) */
-static const double UNDETERMINED_FRICTION = 0.1; /* share of the varying force */
-static const double UNDETERMINED_SPRING = 0.5;   /* share of its prior deviation */
+static const double UNDETERMINED = 0.2;          /* standard deviation of an entry over sqrt(M_ii
+                                                  * M_jj), above which it is not determined */
+static const double UNDETERMINED_FRICTION = 0.1; /* standard deviation of friction over the varying
+                                                  * force, above which it is not determined */
+static const double UNDETERMINED_SPRING = 0.5;   /* standard deviation of a spring over its prior's,
+                                                  * above which it is not determined */
 
-/* Condition of the entries' normal matrix, the inverse of their noise covariance, in units of
- * sqrt(M_ii M_jj), friction eliminated. */
+/* Condition number of the entries' normal matrix, the inverse of their noise covariance, in units
+ * of sqrt(M_ii M_jj), with friction eliminated. */
 static double condition_of(const struct estimate *e, double nominal[DOFS][DOFS]) {
     double scaled[MATRIX_ENTRIES][MATRIX_ENTRIES], scale[MATRIX_ENTRIES], eigenvalue[MATRIX_ENTRIES];
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
@@ -46,7 +49,8 @@ static bool any(const struct method_result *m) {
     return known;
 }
 
-/* Friction whose deviation is a good part of the force's whole variation was not measured. */
+/* Stores the friction of the legs. Values whose standard deviation is a good part of the force's
+ * whole variation were not measured, and are left NaN. */
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
     for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SPRING; c++) {
         bool viscous = c < UNKNOWN_DRY;

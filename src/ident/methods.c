@@ -9,14 +9,14 @@
 
 enum { N_MAX = 2 * DOFS };
 
-/* X U = H with n unknowns a row and n columns of tests. Rows of U are divided by `unit`, so the
- * solution is in multiples of 1/unit. */
+/* Equations X U = H with n unknowns in each row of X; columns belong to tests. Rows of U are
+ * divided by `unit`, so that the solution is in multiples of 1 / unit. */
 struct equations {
     int n;
     double u[N_MAX * N_MAX], inverse[N_MAX * N_MAX];
     double h[DOFS][N_MAX];
     double unit[N_MAX];
-    double x[DOFS][N_MAX]; /* solution, SI; NaN if U is singular */
+    double x[DOFS][N_MAX]; /* solution, SI units; NaN if U is singular */
 };
 
 static double omega(const struct test_result *t) { return 2.0 * PI * t->frequency_hz; }
@@ -32,15 +32,16 @@ static struct lin_report equations_solve(struct equations *e) {
     return report;
 }
 
-/* From dX = (dH - X dU) U^-1: standard deviation of x[.][k] from the variances of dH - X dU in that
- * row. */
+/* Standard deviation of an entry x[.][k], from the variances of dH - X dU in its row, since dX =
+ * (dH - X dU) U^-1. */
 static double entry_std(const struct equations *e, int k, const double variance[N_MAX]) {
     double sum = 0.0;
     for (int c = 0; c < e->n; c++) sum += variance[c] * square(e->inverse[c * e->n + k]);
     return sqrt(sum) / e->unit[k];
 }
 
-/* Variance of either coefficient of wrench - Mt acceleration - Bt velocity in one row. */
+/* Variance of either coefficient of wrench - Mt acceleration - Bt velocity, in one row of the
+ * matrices. */
 static double row_variance(const struct test_result *t, int row, const double m[DOFS], const double b[DOFS]) {
     double w = omega(t), sum = square(t->wrench_std[row]);
     for (int j = 0; j < DOFS; j++) sum += (square(w * w * m[j]) + square(w * b[j])) * square(t->pose_std[j]);
@@ -102,7 +103,7 @@ struct method_result method_modified_a(const struct method_result *a, double nom
     return r;
 }
 
-/* Parts of a channel in phase with the tested axis, and a quarter period ahead of it. */
+/* Parts of a channel in phase with the tested axis, and a quarter of a period ahead of it. */
 struct phasor {
     double in_phase, quadrature;
 };
@@ -124,7 +125,8 @@ static void fill_b(struct equations *e, const struct test_result *const test[DOF
     }
 }
 
-/* row_variance(), plus the effect of the tested axis' phase error on the parts in quadrature. */
+/* Variance as by row_variance(), and in addition the effect that a phase error of the tested axis
+ * has through the parts in quadrature. */
 static double row_variance_b(const struct test_result *t, int row, const double m[DOFS]) {
     static const double no_damping[DOFS] = {0};
     double phase_std = t->pose_std[t->dof] / t->achieved_amplitude, w = omega(t);

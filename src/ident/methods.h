@@ -21,41 +21,48 @@
 #include "witness.h"
 
 struct test_result {
-    int test;                    /* place in the list of tests */
+    int test;                    /* number in the list of tests */
     enum dof dof;
-    double frequency_hz, amplitude; /* commanded: m or rad */
-    double achieved_amplitude;   /* the tested axis' */
-    double phase_deg;            /* the tested axis' against sin(w t), test time */
-    /* Amplitude of each axis over the one that its own test has; 0 for the tested axis. */
+    double frequency_hz, amplitude; /* commanded frequency and amplitude, the latter in m or rad */
+    double achieved_amplitude;   /* amplitude of the tested axis */
+    double phase_deg;            /* phase of the tested axis against sin(w t), t the test time */
+    /* Amplitude of each axis over the one that its own test commands, per cent; 0 for the tested
+     * axis. */
     double unwanted_pct[DOFS];
-    /* used; left out because flagged, not finite or without a pose */
+    /* samples: used ones. excluded: those left out because they are flagged, not finite or without
+     * a pose. */
+
     int64_t samples, excluded;
-    double pose[DOFS][2];        /* fundamental [sin, cos]: A_d */
-    double wrench[DOFS][2];      /* H_d */
-    double pose_rms[DOFS], wrench_rms[DOFS]; /* residual */
-    double pose_std[DOFS], wrench_std[DOFS]; /* fundamental coefficients', if residual is white */
-    struct testimony witness;    /* are the readings consistent with each other? */
-    bool complete;               /* the whole evaluated part was seen, and the fit is good */
+    double pose[DOFS][2];        /* coefficients [sin, cos] of each axis' fundamental: A_d */
+    double wrench[DOFS][2];      /* coefficients [sin, cos] of the wrench's fundamental: H_d */
+    double pose_rms[DOFS], wrench_rms[DOFS]; /* rms residuals of the fit */
+    double pose_std[DOFS], wrench_std[DOFS]; /* standard deviations of the fundamental's
+                                              * coefficients, if the residual is white */
+    struct testimony witness;    /* result of the check that the readings are consistent */
+    bool complete;               /* 99.9 % of the evaluated part was seen, and the fit is well
+                                  * conditioned */
 };
 
 struct method_result {
     bool evaluated;
-    double mt[DOFS][DOFS], bt[DOFS][DOFS]; /* bt: method A only */
+    /* mt: inertia matrix. bt: damping matrix, by method A only. */
+    double mt[DOFS][DOFS], bt[DOFS][DOFS];
     double mt_std[DOFS][DOFS], bt_std[DOFS][DOFS];
     double condition_number;
 };
 
-/* Tests are given by axis: test[d] is the test of axis d; their frequencies may differ. If the
- * motions are singular, `evaluated` stays false and every entry is NaN. */
+/* For the methods below: test[d] is the test of axis d, and frequencies may differ between tests.
+ * If the motions are singular, `evaluated` stays false and every entry is NaN. */
 
-/* Method A: [Mt, Bt] U = H with U_d = [-w^2 A_d; w A_d Q], 72 equations. */
+/* Method A: solves [Mt, Bt] U = H, 72 equations, with U_d = [-w^2 A_d; w A_d Q]. */
 struct method_result method_a(const struct test_result *const test[DOFS]);
 
-/* Method A with m_qz = (|Mt(1,5)| + |Mt(4,2)|) / 2 as coupling entries, with nominal signs. */
+/* Modified method A: as method A, but all coupling entries have the magnitude m_qz = (|Mt(1,5)| +
+ * |Mt(4,2)|) / 2 and nominal signs. */
 struct method_result method_modified_a(const struct method_result *a, double nominal_mt[DOFS][DOFS]);
 
-/* Method B (Koekebakker 2001): only wrench and acceleration in phase with the tested axis, Mt = F_t
- * Xddot_t^-1. */
+/* Method B (Koekebakker 2001): uses only the parts of wrench and acceleration that are in phase
+ * with the tested axis, Mt = F_t Xddot_t^-1. */
 struct method_result method_b(const struct test_result *const test[DOFS]);
 
 #endif

@@ -9,9 +9,11 @@
 #include "units.h"
 
 static const double PERIOD_S = 4.0, LOW_HZ = 1.0, HIGH_HZ = 32.0;
-/* Highest tone over the loop's rate: there, half a cycle's delay is a fifth of a radian. */
+/* Frequency of the highest tone over the loop's rate: a delay of half a cycle is a fifth of a
+ * radian there. */
 static const double OF_RATE = 1.0 / 16.0;
-/* Rms over the highest rate of the legs; peaks are about four times that. */
+/* Rms rate of the fastest leg over the highest rate of the legs; peaks are about four times as
+ * high. */
 static const double SHARE = 1.0 / 25.0;
 static const double neutral[DOFS] = {0};
 
@@ -26,7 +28,7 @@ double multisine_rate_limit_mps(const struct params *p) {
     return least;
 }
 
-/* Gives all tones the same speed of the legs, and scales them to the total wanted. */
+/* Gives all tones the same speed of the legs, and scales their sum to SHARE of the highest rate. */
 static void scale(struct multisine *m, const struct params *params, double j[LEGS][DOFS]) {
     double most = 0.0, rate_mps = SHARE * multisine_rate_limit_mps(params);
     for (int i = 0; i < m->lines; i++) {
@@ -42,7 +44,7 @@ static void scale(struct multisine *m, const struct params *params, double j[LEG
     for (int i = 0; i < m->lines; i++) m->line[i].amplitude *= rate_mps / sqrt(most);
 }
 
-/* Peak rate of the legs; such small motions have the Jacobian of neutral. */
+/* Peak rate of the fastest leg. The motion is so small that the Jacobian is that of neutral. */
 static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
     double most = 0.0;
     for (int n = 0; n < m->samples; n++) {
@@ -58,7 +60,7 @@ static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
 }
 
 int multisine_init(struct multisine *m, const struct params *params, struct error *error) {
-    /* Neighbouring tones move different legs. */
+    /* Axes of successive tones, in an order that makes neighbouring tones move different legs. */
     static const enum dof turn[DOFS] = {DOF_X, DOF_PHI, DOF_Y, DOF_THETA, DOF_Z, DOF_PSI};
     struct kinematics k;
     double j[LEGS][DOFS], dt_s = params->loop.period_s;
@@ -96,7 +98,7 @@ int multisine_trajectory(const struct multisine *m, struct trajectory *t, struct
     return trajectory_bend(t) ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-/* Number of values averaged in a sample. */
+/* Number of values of a sample that are averaged. */
 enum { VALUES = 4 * LEGS + DOFS };
 
 static void values_of(const struct recording_sample *s, double value[VALUES]) {
@@ -116,7 +118,7 @@ static void set_values(struct recording_sample *s, const double value[VALUES]) {
     s->good = true;
 }
 
-/* Sums at one place of the pass, relative to its first value. */
+/* Sums at one instant of the pass, relative to the first value there. */
 struct place {
     int count;
     double first[VALUES], sum[VALUES], square[VALUES];
@@ -129,7 +131,7 @@ static void add_sample(struct place *p, const struct recording_sample *s) {
     for (int v = 0; v < VALUES; v++) p->sum[v] += value[v] - p->first[v], p->square[v] += pow(value[v] - p->first[v], 2.0);
 }
 
-/* Takes the mean, and adds the squares about it. */
+/* Finds the mean sample of an instant of the pass, and adds the squares about it to `square`. */
 static void take_mean(const struct place *p, double square[VALUES], struct recording_sample *mean) {
     double value[VALUES];
     for (int v = 0; v < VALUES; v++) {

@@ -18,7 +18,7 @@ enum { MULTISINE_LINES = 36, MULTISINE_PASSES = 4 };
 
 struct multisine_line {
     enum dof dof;
-    double hz, amplitude, phase; /* amplitude sin(2 pi hz t + phase): m, rad */
+    double hz, amplitude, phase; /* the tone is amplitude sin(2 pi hz t + phase), m or rad */
 };
 
 struct multisine {
@@ -29,35 +29,37 @@ struct multisine {
     double peak_mps;             /* peak rate of the fastest leg */
 };
 
-/* Computes the motion. Returns -2 for no platform (mechanism: axis), impossible geometry, or a loop
- * too slow for six tones an axis. */
+/* Computes the motion. Returns -2 for a single axis (mechanism: axis), impossible geometry, or a
+ * loop that is too slow for six tones an axis. */
 int multisine_init(struct multisine *m, const struct params *params, struct error *error);
 
-/* Highest rate that every leg can reach: the least of limits.leg_rate_mps and the rates of the
- * valves at control.output_limit without load, in the slower direction. */
+/* Highest rate that every leg can reach: the least of limits.leg_rate_mps and of the valves' rates
+ * at control.output_limit without load, in the slower direction. */
 double multisine_rate_limit_mps(const struct params *params);
 
-/* A knot for each cycle of one pass, to be run in MULTISINE_PASSES passes; release it by
- * trajectory_free(). Returns -3 without memory. */
+/* Makes the trajectory of one pass, a knot for each cycle, to be run in MULTISINE_PASSES passes.
+ * Release it by trajectory_free(). Returns -3 without memory. */
 int multisine_trajectory(const struct multisine *m, struct trajectory *trajectory, struct error *error);
 
-/* The mean of the passes after the first. */
+/* Mean of the passes after the first. */
 struct multisine_mean {
     const struct multisine *multisine;
-    struct recording_sample *sample; /* [samples]; test_time_s counts from the start of a pass */
-    double complex *wave;                     /* [lines][samples]: 2 / samples exp(-i w t) */
-    int passes;                               /* number averaged */
-    /* rms of single samples about their mean at the same place of the pass */
+    struct recording_sample *sample; /* [samples]: mean samples; test_time_s counts from the start
+                                      * of a pass */
+    double complex *wave;                     /* [lines][samples]: 2 / samples exp(-i w t) of each
+                                               * tone */
+    int passes;                               /* number of passes that were averaged */
+    /* rms deviation of single samples from the mean at the same instant of the pass */
     double noise_m[LEGS], noise_pa[2][LEGS];
 };
 
-/* Averages the recorded test; begin_s: test time at which its passes begin. Returns -2 if no pass
- * has a good sample at some place, -3 without memory. Free the mean also after an error. */
+/* Averages the passes of a recorded test, which begin at the test time begin_s. Returns -2 if some
+ * instant has no good sample in any pass, -3 without memory. Free the mean also after an error. */
 int multisine_average(struct multisine_mean *mean, const struct multisine *m, const struct recording_test *test, double begin_s,
                       struct error *error);
 void multisine_free(struct multisine_mean *mean);
 
-/* Complex amplitude of a tone in a series with one value per sample of the pass. */
+/* Complex amplitude of a tone in a series that has a value for each sample of the pass. */
 double complex multisine_amplitude(const struct multisine_mean *mean, int line, const double *value);
 
 #endif

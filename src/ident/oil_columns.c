@@ -12,25 +12,26 @@
 
 enum { PUSH, GAIN, OWN, OTHER, UNKNOWNS };
 enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16 };
-/* 24 steps are 12 ms: a valve of 20 Hz, or three cycles of 2 ms on a bus. */
+/* Step of the delays that are tried. 24 steps are 12 ms: a valve of 20 Hz, or three cycles of 2 ms
+ * on a bus. */
 static const double DELAY_STEP_S = 0.5e-3;
-static const double FLOW_ERROR = 0.02;     /* error of the root law over the piston's flow */
+static const double FLOW_ERROR = 0.02;     /* error of the square-root law over the piston's flow */
 static const double UNDETERMINED = 0.05, MISFIT_MOST = 2.0;
 static const double GOLDEN = 0.61803398874989485;
 
-/* One leg's tones. */
+/* Data of one leg: amplitudes of its tones, and series over a pass. */
 struct leg_data {
     const struct multisine_mean *mean;
     const struct params *params;
     int leg;
     double complex length[MULTISINE_LINES], pressure[2][MULTISINE_LINES];
-    double *flow;           /* [samples] */
-    double *opening;        /* [samples] */
+    double *flow;           /* [samples]: flow into the chamber; also scratch for other series */
+    double *opening;        /* [samples]: delayed command */
 };
 
 static double root(double drop_pa) { return sqrt(fmax(drop_pa, 0.0)); }
 
-/* The flow q of a chamber. */
+/* Flow q into a chamber (oil_columns.h), by the square-root law. */
 static double flow_of(const struct hydraulics_params *h, int chamber, double opening, double pressure_pa) {
     double filling = root(h->supply_pa - pressure_pa), emptying = root(pressure_pa - h->tank_pa);
     double extends = fmax(opening, 0.0), retracts = fmin(opening, 0.0);
@@ -48,13 +49,14 @@ static void delay_command(struct leg_data *d, double delay_s) {
     }
 }
 
-/* Standard deviation of one component of an amplitude: noise, which the mean of the passes reduces,
- * and rounding, which may be the same in all passes. */
+/* Standard deviation of either component of an amplitude. Noise is reduced by the mean over the
+ * passes; rounding is not, because it may be the same in all passes. */
 static double amplitude_std(const struct multisine_mean *mean, double noise, double step) {
     return hypot(noise / sqrt(mean->passes), step / sqrt(12.0)) * sqrt(2.0 / mean->multisine->samples);
 }
 
-/* Standard deviation of a tone's row, Pa/s: both sensors' noise, and the root law's error. */
+/* Standard deviation of a tone's equation, Pa/s: noise of both sensors, and error of the
+ * square-root law. */
 static double row_std(const struct leg_data *d, int chamber, int line, double push, double complex rate) {
     const struct sensor_params *s = &d->params->sensors;
     double w = 2.0 * PI * d->mean->multisine->line[line].hz, step_m = s->enabled ? s->position_resolution_m : 0.0;
@@ -63,7 +65,8 @@ static double row_std(const struct leg_data *d, int chamber, int line, double pu
     return hypot(hypot(pressure, piston), FLOW_ERROR * push * cabs(rate));
 }
 
-/* A chamber's row at a tone, as complex numbers: coefficients, then the right-hand side. */
+/* Fills a chamber's equation at a tone, as complex numbers: coefficients of the unknowns, then the
+ * right-hand side. */
 static void fill_row(const struct leg_data *d, int chamber, int line, double complex flow, double complex row[UNKNOWNS + 1]) {
     double complex jw = CMPLX(0.0, 2.0 * PI * d->mean->multisine->line[line].hz), rate = jw * d->length[line];
     row[PUSH] = chamber ? rate : -rate;
@@ -74,10 +77,12 @@ static void fill_row(const struct leg_data *d, int chamber, int line, double com
 }
 
 struct fit {
-    double value[UNKNOWNS], std[UNKNOWNS], square; /* square: weighted sum of squared residuals */
+    /* square: weighted sum of squared residuals */
+    double value[UNKNOWNS], std[UNKNOWNS], square;
 };
 
-/* Scales the columns to unit length first, because their units differ widely. */
+/* Solves the least squares. Columns are first scaled to unit length, because their units differ
+ * widely. */
 static bool solve(int rows, double a[][UNKNOWNS + 1], struct fit *fit) {
     double size[UNKNOWNS] = {0}, product[UNKNOWNS][UNKNOWNS] = {{0}}, x[UNKNOWNS] = {0};
     for (int c = 0; c < UNKNOWNS; c++) {
@@ -131,7 +136,7 @@ static double fit_delayed(struct leg_data *d, double delay_s, struct fit fit[2])
     return fit_chamber(d, 0, &fit[0]) && fit_chamber(d, 1, &fit[1]) ? fit[0].square + fit[1].square : HUGE_VAL;
 }
 
-/* Finds the delay that fits both chambers best, because they share one spool. */
+/* Finds the delay that fits both chambers best together, because they share one spool. */
 static double find_delay(struct leg_data *d, struct fit fit[2]) {
     double best_s = 0.0, least = HUGE_VAL;
     for (int i = 0; i <= DELAYS; i++) {
@@ -148,7 +153,7 @@ static double find_delay(struct leg_data *d, struct fit fit[2]) {
     return isfinite(least) ? 0.5 * (low + high) : (double)NAN;
 }
 
-/* Linearises about the mean command and pressures. */
+/* Finds the slopes of a chamber's law at the mean command and pressures. */
 static void linearise(const struct leg_data *d, int chamber, struct oil_chamber *c) {
     const struct hydraulics_params *h = &d->params->hydraulics;
     double opening = 0.0, pressure_pa = 0.0, step = 1e-3, step_pa = 1e3;
@@ -208,7 +213,7 @@ int oil_columns_find(const struct multisine_mean *mean, const struct params *par
     return status;
 }
 
-/* Scales the mode to 1 in its largest axis, and finds the legs' motion in it. */
+/* Scales a mode to 1 in its largest axis, and finds the legs' motion in it. */
 static void describe(struct oil_mode *mode, const struct kinematics *k, double j[LEGS][DOFS]) {
     double most = 0.0;
     for (int i = 0; i < DOFS; i++) {
@@ -223,7 +228,9 @@ static void describe(struct oil_mode *mode, const struct kinematics *k, double j
     }
 }
 
-/* First order: the squared frequency is a quotient of two quadratic forms in the shape. */
+/* Finds a mode's mass and frequency, and its standard deviation to first order. The squared
+ * frequency is a quotient of two quadratic forms in the mode's shape, so the shape's error has no
+ * effect in first order. */
 static void measure(struct oil_mode *mode, const struct oil_leg leg[LEGS], double mt[DOFS][DOFS], double mt_std[DOFS][DOFS]) {
     double mass = 0.0, mass_variance = 0.0, spring = 0.0, spring_variance = 0.0, motion = 0.0;
     for (int i = 0; i < DOFS; i++)

@@ -22,36 +22,38 @@
 #include "multisine.h"
 
 struct oil_chamber {
-    double push, push_std;  /* c, Pa/m */
-    double gain, own, other;/* g, sqrt(Pa)/s; a and b, 1/s */
-    /* At the mean command and pressures: slope of P' over the opening, Pa/s, and over -P, 1/s. */
+    double push, push_std;  /* c of the chamber's law, Pa/m */
+    double gain, own, other;/* g of the chamber's law, sqrt(Pa)/s; then a and b, 1/s */
+    /* Slopes of P' at the mean command and pressures: over the opening, Pa/s, and over -P, 1/s. */
     double open, sag;
 };
 
 struct oil_leg {
     struct oil_chamber chamber[2];
-    /* Delay from the command's sample: the spool's, plus half a cycle of holding. */
+    /* Delay from the sample of a command to its effect: that of the spool, and half a cycle of
+     * holding. */
     double delay_s;
-    double stiffness, stiffness_std; /* N/m; both NaN: not determined */
-    double misfit;          /* rms residual of the tones, in units of the weights */
+    double stiffness, stiffness_std; /* N/m; both are NaN if not determined */
+    double misfit;          /* rms residual of the tones' equations over their standard deviation */
 };
 
-/* Finds the stiffness of each leg. It is not determined if its deviation exceeds a twentieth, its
- * delay 12 ms, or its misfit 2. Returns -3 without memory. */
+/* Finds the stiffness of each leg. It is not determined if its standard deviation exceeds a
+ * twentieth of it, its delay 12 ms, or its misfit 2. Returns -3 without memory. */
 int oil_columns_find(const struct multisine_mean *mean, const struct params *params, struct oil_leg leg[LEGS], struct error *error);
 
 struct oil_mode {
     double hz, hz_std;      /* NaN: not determined */
-    /* m, rad; the largest axis is 1, with angles counted at the upper joints' radius */
+    /* Motion of the axes, m and rad: 1 in the largest axis, with angles counted at the upper
+     * joints' radius. */
     double shape[DOFS];
-    double motion[LEGS];    /* the legs' in that shape, m */
-    /* mass per squared motion of the legs: shape' Mt shape / sum of motion^2 */
+    double motion[LEGS];    /* motion of the legs in that shape, m */
+    /* Mass per squared motion of the legs: shape' Mt shape / sum of motion^2, kg. */
     double mass_kg;
-    enum dof dof;           /* the largest axis */
+    enum dof dof;           /* axis that moves most in the mode */
 };
 
-/* Finds the modes, ascending. Returns false, and all NaN, if an entry of Mt or a stiffness is not
- * determined, or Mt is not positive definite. */
+/* Finds the modes, by ascending frequency. Returns false, and all frequencies NaN, if an entry of
+ * Mt or a stiffness is not determined, or Mt is not positive definite. */
 bool oil_columns_modes(const struct oil_leg leg[LEGS], const struct params *params, double mt[DOFS][DOFS], double mt_std[DOFS][DOFS],
                        struct oil_mode mode[DOFS]);
 

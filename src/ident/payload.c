@@ -11,11 +11,14 @@ const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x
                                                    "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
 
 enum { BODY = 4, STEPS = 200 };
-static const double UNDETERMINED_MASS = 0.1; /* over the mass: else no centre is known */
-/* over the mean principal inertia, or its radius of gyration */
+static const double UNDETERMINED_MASS = 0.1; /* standard deviation of the mass over the mass,
+                                              * above which nothing is determined: no centre is
+                                              * known then */
+/* Standard deviation above which a value is not determined: of an inertia over the mean principal
+ * inertia, of a centre over the radius of gyration. */
 static const double UNDETERMINED = 0.2;
 
-/* Ten numbers in which the matrix is linear: m, h, Io in the order of payload_names. */
+/* Ten numbers in which the payload's matrix is linear: m, h, Io in the order of payload_names. */
 typedef double linear[PAYLOAD_VALUES];
 
 static void matrix_of(const linear x, double m[DOFS][DOFS]) {
@@ -45,7 +48,8 @@ static void legs_of(const struct params *params, const struct kinematics *k, dou
     entries_of(m, entry);
 }
 
-/* Adds the covariance caused by the legs' masses, uniform within their tolerance. */
+/* Adds the covariance that errors of the legs' masses cause, which are uniform within their
+ * tolerance. */
 static void add_legs(const struct params *params, const struct kinematics *k, double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     double legs[MATRIX_ENTRIES], heavier[MATRIX_ENTRIES], share = params->model.tolerance.mass / sqrt(3.0);
     legs_of(params, k, legs);
@@ -59,16 +63,16 @@ static void add_legs(const struct params *params, const struct kinematics *k, do
     }
 }
 
-/* Row and column of the six inertias in the tensor. */
+/* Row and column in the tensor of each of the six inertias. */
 static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
 
-/* Parallel axis theorem: entry i of m (c'c 1 - c c'). */
+/* Parallel axis theorem: inertia i of m (c'c 1 - c c'). */
 static double steiner(double mass, const double c[3], int i) {
     double square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     return mass * ((row[i] == column[i] ? square : 0.0) - c[row[i]] * c[column[i]]);
 }
 
-/* Converts to the reported values: mass, centre and inertia about it. */
+/* Converts the ten numbers to the reported values: mass, centre, and inertia about the centre. */
 static void for_people(const linear x, double value[PAYLOAD_VALUES]) {
     double m = x[PAYLOAD_MASS], *c = value + PAYLOAD_CENTER;
     value[PAYLOAD_MASS] = m;
@@ -84,7 +88,7 @@ static void from_people(const double value[PAYLOAD_VALUES], linear x) {
     for (int i = 0; i < 6; i++) x[PAYLOAD_INERTIA + i] = value[PAYLOAD_INERTIA + i] + steiner(m, c, i);
 }
 
-/* Integrals over the body of x_i x_j, of x_i and of 1. */
+/* Pseudo-inertia: integrals over the body of x_i x_j, of x_i and of 1. */
 static void pseudo_inertia(const linear x, double j[BODY * BODY]) {
     const double *io = x + PAYLOAD_INERTIA, half = 0.5 * (io[0] + io[1] + io[2]);
     const double s[BODY][BODY] = {{half - io[0], -io[3], -io[4], x[1]},
@@ -94,7 +98,7 @@ static void pseudo_inertia(const linear x, double j[BODY * BODY]) {
     memcpy(j, s, sizeof s);
 }
 
-/* The ten numbers of the pseudo-inertia L L'; l is the lower triangle of L row by row. */
+/* Computes the ten numbers of the pseudo-inertia L L'; l is the lower triangle of L, row by row. */
 static void from_factor(const double l[PAYLOAD_VALUES], linear x) {
     double s[BODY][BODY] = {{0}}, f[BODY][BODY] = {{0}};
     int n = 0;
@@ -108,7 +112,7 @@ static void from_factor(const double l[PAYLOAD_VALUES], linear x) {
     memcpy(x, of, sizeof of);
 }
 
-/* (x - best)' weight (x - best) */
+/* Squared distance (x - best)' weight (x - best). */
 static double distance(const linear x, const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES]) {
     double sum = 0.0;
     for (int i = 0; i < PAYLOAD_VALUES; i++)
@@ -116,7 +120,8 @@ static double distance(const linear x, const linear best, double weight[PAYLOAD_
     return sum;
 }
 
-/* Tries one Levenberg-Marquardt step on the factor. Returns false if no damping gets nearer. */
+/* Tries one Levenberg-Marquardt step on the Cholesky factor l. Returns false if no damping brings
+ * it nearer to `best`. */
 static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], double *damping) {
     linear x, moved;
     double jacobian[PAYLOAD_VALUES][PAYLOAD_VALUES], product[PAYLOAD_VALUES * PAYLOAD_VALUES], step[PAYLOAD_VALUES], next[PAYLOAD_VALUES];
@@ -150,7 +155,8 @@ static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weig
     return false;
 }
 
-/* Starts from a round body of the same mass. */
+/* Finds the body of positive density that is nearest to the ten numbers `best`. The search starts
+ * from a round body of the same mass. */
 static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], linear nearest) {
     double size = sqrt(fmax(fabs(best[4]) + fabs(best[5]) + fabs(best[6]), 1e-6) / 6.0), mass = sqrt(fmax(best[PAYLOAD_MASS], 1e-6));
     double l[PAYLOAD_VALUES] = {size, 0.0, size, 0.0, 0.0, size, 0.0, 0.0, 0.0, mass}, damping = 1e-3;
@@ -159,7 +165,7 @@ static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOA
     from_factor(l, nearest);
 }
 
-/* Weighted least squares fit of the ten linear numbers to the payload's part of the matrix. */
+/* Weighted least squares fit of the ten numbers to the payload's part of the matrix. */
 struct least_squares {
     double base[PAYLOAD_VALUES][MATRIX_ENTRIES];
     double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], factor[PAYLOAD_VALUES * PAYLOAD_VALUES];
@@ -167,7 +173,8 @@ struct least_squares {
     double misfit;
 };
 
-/* `covariance` comes factored. Returns false if not determined. */
+/* Solves the least squares. covariance: factored. Returns false if the ten numbers are not
+ * determined. */
 static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     double solved[MATRIX_ENTRIES], rest[MATRIX_ENTRIES], square = 0.0;
     memset(s, 0, sizeof *s);
@@ -200,8 +207,8 @@ static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], do
     return true;
 }
 
-/* First-order standard deviations, along ten directions in which the linear numbers scatter
- * independently: columns of the inverse of the transposed factor. */
+/* Finds standard deviations to first order, along ten directions in which the ten numbers scatter
+ * independently: the columns of the inverse of the transposed factor. */
 static void find_std(const struct least_squares *s, const double value[PAYLOAD_VALUES], double std[PAYLOAD_VALUES]) {
     static const double part = 1e-3;
     for (int i = 0; i < PAYLOAD_VALUES; i++) {
@@ -218,7 +225,7 @@ static void find_std(const struct least_squares *s, const double value[PAYLOAD_V
     }
 }
 
-/* Sets values that these data do not determine to NaN. */
+/* Sets values that the data do not determine to NaN. */
 static void leave_out(struct payload *p, const struct payload_params *configured) {
     double inertia = (configured->inertia_xx_kg_m2 + configured->inertia_yy_kg_m2 + configured->inertia_zz_kg_m2) / 3.0;
     double radius_m = sqrt(inertia / configured->mass_kg);
@@ -256,7 +263,8 @@ struct payload payload_find(const struct params *params, const struct kinematics
     return p;
 }
 
-/* Turns the payload's matrix at neutral into the pose: each 3x3 block B becomes T B T'. */
+/* Adds the payload's matrix at neutral, turned into the pose, to that of the legs: each 3x3 block B
+ * becomes T B T'. */
 void payload_matrix(const struct payload *p, const struct params *params, const struct kinematics *k, const double pose[DOFS],
                     double mt[DOFS][DOFS]) {
     double t[3][3], body[DOFS][DOFS];

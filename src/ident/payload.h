@@ -15,31 +15,36 @@
 #include "kinematics.h"
 #include "params.h"
 
-enum { MATRIX_ENTRIES = DOFS * (DOFS + 1) / 2 }; /* (1,1) (1,2) .. (1,6) (2,2) .. (6,6) */
+enum {
+    MATRIX_ENTRIES = DOFS * (DOFS + 1) / 2
+}; /* order of the entries: (1,1) (1,2) .. (1,6) (2,2)
+                                                  * .. (6,6) */
 enum { PAYLOAD_MASS, PAYLOAD_CENTER, PAYLOAD_INERTIA = PAYLOAD_CENTER + 3, PAYLOAD_VALUES = PAYLOAD_INERTIA + 6 };
-/* "mass_kg", "center_x_m" .., "inertia_xx_kg_m2" yy zz xy xz yz */
+/* "mass_kg", "center_x_m" .., "inertia_xx_kg_m2", then yy zz xy xz yz */
 extern const char *const payload_names[PAYLOAD_VALUES];
 
 struct payload {
     bool evaluated;                     /* false: not even the mass is determined */
-    /* All ten are determined. Else the others are NaN, and `possible` and `nearest` mean
-     * nothing. */
+    /* All ten values are determined. Otherwise those that are not are NaN, and `possible` and
+     * `nearest` mean nothing. */
     bool whole;
-    /* Centre from the configured one, in {M}; inertias about it, xy xz yz as in the tensor. */
+    /* Mass; centre, relative to the configured one, in {M}; inertias about the centre, with xy xz
+     * yz signed as in the tensor. */
     double value[PAYLOAD_VALUES];
     double std[PAYLOAD_VALUES];
-    bool possible;                      /* a body of positive density has these */
-    /* the nearest such body's values; equals `value` if possible */
+    bool possible;                      /* a body of positive density can have these values */
+    /* Values of the nearest body of positive density; equal to `value` if that is possible. */
     double nearest[PAYLOAD_VALUES];
-    /* rms difference of the matrix to that of one body, in standard deviations: about 1 */
+    /* Rms difference of the matrix from that of one body, in standard deviations: about 1 if the
+     * payload is one. */
     double misfit;
 };
 
-/* Finds the payload; entry: entries of Mt; covariance: theirs. */
+/* Finds the payload. entry: entries of Mt. covariance: covariance of the entries. */
 struct payload payload_find(const struct params *params, const struct kinematics *k, const double entry[MATRIX_ENTRIES],
                             double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]);
 
-/* Inertia matrix of the configured legs and this payload in any pose, about {M}'s origin, in
+/* Inertia matrix of the configured legs with this payload in any pose, about the origin of {M}, in
  * {B}. */
 void payload_matrix(const struct payload *p, const struct params *params, const struct kinematics *k, const double pose[DOFS],
                     double mt[DOFS][DOFS]);

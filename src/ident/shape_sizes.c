@@ -6,10 +6,11 @@
 #include "dense.h"
 
 enum { SHAPES = UNKNOWNS - UNKNOWN_SHAPE, STEPS = 20 };
-/* In units of dry friction. MOST exceeds 1: neighbours may fit a value by opposite signs. */
+/* First, least and largest size, in units of dry friction. The largest exceeds 1, because
+ * neighbouring basis functions may fit a value by opposite signs. */
 static const double FIRST = 0.3, LEAST = 1e-3, MOST = 4.0;
 
-/* The normal equations of the shapes alone, with all unknowns before them eliminated. */
+/* Normal equations of the basis functions alone, with all other unknowns eliminated. */
 struct reduced {
     double product[SHAPES][SHAPES], with[SHAPES];
 };

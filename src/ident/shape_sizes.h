@@ -1,19 +1,19 @@
-/* Sizes of the dry friction shapes (equations.h), one for each kind, common to all six legs. Thus a
- * shape that no leg has costs next to no accuracy, and one that the machine has is hardly held back
- * by its prior.
+/* Sizes of the basis functions ("shapes") of dry friction (equations.h), one for each kind and
+ * common to all six legs. With them a function that no leg has costs next to no accuracy, and one
+ * that the machine has is hardly held back by its prior.
  *
- * The coefficients of a kind are draws of mean 0 and standard deviation size times the leg's dry
- * friction. The sizes maximise the likelihood of all logs' data, with all fitted values integrated
- * out (restricted maximum likelihood, Patterson and Thompson 1971; evidence, MacKay 1992, whose
- * fixed-point steps are used): size^2 = sum (x / dry)^2 over the number of coefficients that the
- * data determine, sum (1 - variance / prior variance). Pure, no heap. */
+ * The coefficients of a kind are draws of mean 0 whose standard deviation is its size times the
+ * leg's dry friction. The sizes maximise the likelihood of all logs' data, with all fitted values
+ * integrated out (restricted maximum likelihood, Patterson and Thompson 1971; evidence, MacKay
+ * 1992, whose fixed-point steps are used): size^2 = sum (x / dry)^2 over the number of coefficients
+ * that the data determine, sum (1 - variance / prior variance). Pure, no heap. */
 #ifndef HEXID_SHAPE_SIZES_H
 #define HEXID_SHAPE_SIZES_H
 
 #include "equations.h"
 
-/* Finds the sizes. prior: inverse variance of each unknown before UNKNOWN_SHAPE. Returns false if
- * one of these occurs in no row. */
+/* Finds the sizes. prior: inverse prior variance of each unknown before UNKNOWN_SHAPE. Returns
+ * false if one of these unknowns occurs in no row. */
 bool shape_sizes_find(const struct equations *e, const double prior[UNKNOWN_SHAPE], double size[UNKNOWN_SHAPES]);
 
 #endif

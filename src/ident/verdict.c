@@ -22,7 +22,7 @@ void verdict_add(struct verdict *v, enum verdict_status status, const char *form
     va_end(args);
 }
 
-/* The conditions are negated so that NaN fails. */
+/* Conditions are negated, so that NaN fails a check. */
 static void check_test(struct verdict *v, const struct params *params, const struct test_result *t) {
     const struct check_params *limit = &params->checks;
     const struct testimony *w = &t->witness;
@@ -52,7 +52,8 @@ static void check_test(struct verdict *v, const struct params *params, const str
                     w->force_n, limit->force_wander_n);
 }
 
-/* At neutral a leg's load is the same in every test; the mean over part of a test is no load. */
+/* Checks that each leg's mean force, its load at neutral, is the same in all complete tests. The
+ * mean over part of a test is no load. */
 static void check_load(struct verdict *v, const struct check_params *limit, const struct identification *id) {
     for (int leg = 0; leg < LEGS; leg++) {
         double low_n = INFINITY, high_n = -INFINITY;

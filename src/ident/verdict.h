@@ -13,20 +13,20 @@ enum { VERDICT_REASONS = 24, VERDICT_TEXT = 160 };
 
 struct verdict {
     enum verdict_status status;
-    const char *scope; /* the checks that it covers, and those that it does not */
+    const char *scope; /* names the checks that the verdict covers, and those that it does not */
     int reasons;
-    /* checks that failed or could not be done, with value and limit */
+    /* Checks that failed or could not be done, each with value and limit. */
     char reason[VERDICT_REASONS][VERDICT_TEXT];
 };
 
-extern const char *const verdict_names[]; /* pass, fail, not_evaluated */
+extern const char *const verdict_names[]; /* "pass", "fail", "not_evaluated" */
 
 /* Judges a run. sinusoids: each test moves one axis; any other motion need not yield a matrix.
- * cycles and overruns are the run's totals. A failed check outweighs one that was not evaluated. */
+ * cycles, overruns: totals of the run. A check that failed outweighs one that could not be done. */
 struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles,
                              int64_t overruns);
 
-/* Adds a reason. NOT_EVALUATED replaces a pass; FAIL outweighs both. */
+/* Adds a reason to a verdict. NOT_EVALUATED replaces a pass; FAIL outweighs both. */
 __attribute__((format(printf, 3, 4))) void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...);
 
 void verdict_print(const struct verdict *v, FILE *out);

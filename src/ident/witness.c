@@ -30,7 +30,7 @@ static void wander_close(struct wander *w, int64_t samples, bool whole) {
 }
 
 static void close_block(struct witness *w) {
-    /* A partial block is not used: its mean would hold part of the motion. */
+    /* A block that is not whole does not count, because its mean would hold part of the motion. */
     bool whole = (double)w->block_samples > w->block_full - 1.0;
     for (int i = 0; i < LEGS; i++) {
         wander_close(&w->length[i], w->block_samples, whole);
@@ -61,12 +61,13 @@ static void wander_add(struct wander *w, bool first, const double base[WITNESS_T
 
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good) {
     const double base[WITNESS_TERMS] = {1.0, sin(w->omega * since_s), cos(w->omega * since_s)};
-    double block = floor(since_s / w->block_s + 1e-6); /* some logs have rounded times */
+    double block = floor(since_s / w->block_s + 1e-6); /* the small term allows for rounded times of
+                                                        * some logs */
     if (!isfinite(block)) return;
     if (block != w->block) close_block(w);
     w->block = block;
     w->block_samples++;
-    if (!good && w->samples == 0) return; /* counts as the first good one, which is zero */
+    if (!good && w->samples == 0) return; /* without a good sample the last one is unknown */
     w->samples += good;
     for (int i = 0; i < LEGS; i++) {
         if (good) read_leg(w, i, sample, force_n[i]);
@@ -76,7 +77,7 @@ void witness_add(struct witness *w, double since_s, const struct hal_sample *sam
     }
 }
 
-/* Finds the leg whose terms, from `term` on, change most. */
+/* Finds the leg of which one term, from number `term` on, changes most from block to block. */
 static void worst(const struct wander w[LEGS], int term, double *largest, int *leg) {
     for (int i = 0; i < LEGS; i++)
         for (int k = term; k < WITNESS_TERMS; k++)

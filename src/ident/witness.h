@@ -17,38 +17,45 @@
 
 #include "types.h"
 
-/* Readings: length, P1, P2 of a leg. Terms: mean, sine and cosine of a block. */
+/* Readings of a leg: length, P1, P2. Terms of a block: mean, sine and cosine. */
 enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
 struct wander {
-    double first;                /* subtracted, because a block is no whole number of samples */
-    /* Sums of the block under way; extremes over whole blocks. */
+    double first;                /* first value, subtracted from all, because a block is no whole
+                                  * number of samples */
+    /* sum: of the block under way. low, high: extremes over whole blocks. */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
 struct witness {
-    double omega, block_s, block_full; /* block_full: samples in a whole block, not an integer */
+    /* block_full: samples in a whole block, not an integer */
+    double omega, block_s, block_full;
     bool moves[LEGS];
-    double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* readings and force */
+    double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* last good readings and force of each
+                                                        * leg */
     int64_t same[LEGS][WITNESS_READINGS], longest[LEGS];
     int64_t samples, block_samples;
-    /* An integer; a double, because times from a log may exceed any integer type. */
+    /* Number of the block under way. It is a double, because times from a log may exceed any
+     * integer type. */
     double block;
     struct wander length[LEGS], force[LEGS];
     double total_n[LEGS];
 };
 
 struct testimony {
-    int still_leg, length_leg, force_leg; /* legs that did worst, 0..5 */
+    int still_leg, length_leg, force_leg; /* legs with the largest still_samples, length_m and
+                                           * force_n, 0..5 */
     int64_t still_samples;       /* most samples in a row with the same reading */
-    /* Largest change of a length's fundamental between two whole blocks; 0 with fewer. */
+    /* Largest change of a length's fundamental between two whole blocks, m; 0 with fewer blocks. */
     double length_m;
-    double force_n;              /* the same for a force's mean or fundamental, N */
-    double mean_n[LEGS];         /* mean over the whole test; NaN without a sample */
+    double force_n;              /* largest change of a force's mean or fundamental between two
+                                  * whole blocks, N */
+    double mean_n[LEGS];         /* mean force of each leg over the whole test; NaN without a
+                                  * sample */
 };
 
-/* Starts a test. moves: legs whose length is to change by more than its sensor's resolution; other
- * lengths may stand still. */
+/* Starts a test. moves: legs whose length is to change by more than its sensor's resolution;
+ * lengths of other legs may stand still. */
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
 /* Adds one evaluated sample, since_s after the first one. A bad sample (not `good`) counts in its
