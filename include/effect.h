@@ -19,16 +19,17 @@ struct effect_key {
     const char *name;  /* unit included: force_extend_n */
     const char *unit;
     double min, max;
-    double neutral;    /* value that adds nothing; a usual value for a key of shape (a speed, a
-                        * diameter) */
+    double neutral;    /* value at which the effect adds nothing; for a key that only shapes the law
+                        * (a speed, a diameter) a usual value */
     double typical;    /* value in an ordinary machine that has the effect: plain to see, far from
                         * breaking the machine */
-    bool per_leg;      /* may be a list of six */
+    bool per_leg;      /* the key may be a list of six values */
     bool shape;        /* only shapes the law; the strength is another key */
-    bool reciprocal;   /* the reciprocal grows with the effect: a lowest frequency, a softest oil */
+    bool reciprocal;   /* the effect grows with the reciprocal of the value, as for a lowest
+                        * frequency or a softest oil */
 };
 
-/* Values in use, value[k][leg]; all six are alike unless a list was given. */
+/* Values of an effect's keys, value[key][leg]; all six are alike unless a list was given. */
 struct effect_values {
     bool on;
     double value[EFFECT_KEYS][LEGS];
@@ -40,7 +41,8 @@ struct leg_motion {
                          * would move it */
     double speed_mps;   /* >= 0 */
     double p1_pa, p2_pa;
-    double deflection;  /* seals: -1 sliding in .. 1 sliding out; 0 without */
+    double deflection;  /* deflection of the seals: -1 sliding in .. 1 sliding out; 0 without
+                         * seals */
     double a1_m2, a2_m2; /* piston areas, rodless and rod side */
 };
 
@@ -49,22 +51,24 @@ struct leg_motion {
  * viscous part vanishes at rest. */
 struct friction {
     double dry;     /* N, or N m about a joint's axis */
-    double viscous; /* same unit: the force at this speed, not a coefficient */
-    double elastic; /* same unit: force of deflected seals against extension, either sign */
+    double viscous; /* viscous part at this speed, in the unit of `dry`; not a coefficient */
+    double elastic; /* force of deflected seals against extension, in the unit of `dry`; either
+                     * sign */
 };
 
 /* A parameter of the base model, identified by its offset in struct params, which is never 0:
- * PARAMETER(payload.mass_kg). For six legs it is that of the first. Needs params.h. */
+ * PARAMETER(payload.mass_kg). A parameter with a value for each leg is identified by the first
+ * leg's. Needs params.h. */
 #define PARAMETER(member) offsetof(struct params, member)
 
 /* Experiment that tells an effect from another one, or from a parameter of the base. */
 struct effect_experiment {
-    const struct effect *from; /* NULL: a parameter */
-    size_t from_parameter;     /* 0: an effect */
+    const struct effect *from; /* the other effect; NULL: it is a parameter */
+    size_t from_parameter;     /* the other parameter, PARAMETER(); 0: it is an effect */
     const char *record;        /* measurement; options of `hexid run` in backquotes; the new log
                                 * goes to `hexid gap` with the same --set */
-    const char *record_axis;   /* record for one axis, which hexid does not drive; NULL: the same
-                                * words */
+    const char *record_axis;   /* measurement for one axis, which hexid does not drive; NULL: the
+                                * same words */
     const char *shows;         /* reason: "a delay's phase grows with frequency" */
 };
 
@@ -73,24 +77,26 @@ struct effect {
     const char *plain;      /* everyday name: "air in the oil" */
     const char *law;        /* one line, with the formula */
     const char *signature;  /* visible sign: channel, harmonic, feature */
-    double law_error;       /* error of this law on a real machine, as a share of the effect's
-                             * contribution */
+    double law_error;       /* expected error of this law on a real machine, as a share of what the
+                             * effect changes */
     struct effect_key keys[EFFECT_KEYS]; /* ended by a NULL name */
 
     /* Relations to other effects; lists that end with zeros. Another effect is named by its object,
      * declared in the file, so that the linker knows whether it exists. */
 
-    /* Parameters of the base that do nearly the same; none is fitted beside the effect
-     * (src/gap/hypothesis.h). */
+    /* Parameters of the base model whose changes look nearly the same; none of them is fitted
+     * beside the effect (src/gap/hypothesis.h). */
     size_t parallel_to[EFFECT_TIES];
-    /* Effects that are limits of this one. If both explain the same, the other is preferred. */
+    /* Limiting cases of this effect; if one explains the data as well, it is preferred to this
+     * one. */
     const struct effect *contains[EFFECT_TIES];
-    /* A pair stands in the file of the effect written later (of two written together, the first by
-     * name), so that a new effect changes no other file. A pair without an experiment gets general
-     * advice (src/gap/experiment.h). */
+    /* Experiments that tell this effect from others. A pair of effects stands in the file of the
+     * effect written later (of two written together, the first by name), so that a new effect
+     * changes no other file. A pair without an experiment gets general advice
+     * (src/gap/experiment.h). */
     struct effect_experiment told_apart[EFFECT_TIES];
 
-    /* Hooks; any may be NULL. Values are those of an effect that is on. */
+    /* Hooks; any may be NULL. They are called only while the effect is on. */
 
     /* Changes constants of the machine: masses, joint positions, gravity, valves, oil, seals,
      * hoses, sensors, timing. */
@@ -101,10 +107,10 @@ struct effect {
     void (*joint_friction)(const struct effect_values *v, int leg, double speed_radps, struct friction *add);
     /* Adds a wrench on the platform in a pose, about the origin of {M}, in {B}. */
     void (*wrench)(const struct effect_values *v, const double pose[DOFS], double wrench[DOFS]);
-    /* Opening of the valve, -1..1, for a spool position -1..1. */
+    /* Returns the opening of the valve, -1..1, for a spool position -1..1. */
     double (*opening)(const struct effect_values *v, int leg, double spool);
-    /* Command that reaches the spool's servo. *memory belongs to this effect and leg and starts at
-     * 0. It is called again while a command holds. */
+    /* Returns the command that reaches the spool's servo. *memory belongs to this effect and leg
+     * and starts at 0. The hook is called again while a command holds. */
     double (*command)(const struct effect_values *v, int leg, double command, double *memory);
 };
 
@@ -112,14 +118,15 @@ struct effect {
  * sim/effects/. */
 extern const struct effect *const effect_table[];
 
-/* Place of the effect in the table, or -1. */
+/* Returns the effect's place in the table, or -1. */
 int effect_find(const char *name);
 
-/* Values of the effect at a strength: 0 adds nothing, 1 is typical; others are in proportion,
- * within each key's range. */
+/* Sets the values of the effect's keys for a strength: 0 adds nothing, 1 is typical; other values
+ * are in proportion, within each key's range. */
 void effect_at(const struct effect *effect, double strength, struct effect_values *values);
 
-/* effect_neutral: true if all legs' values are neutral. effect_acts: true if a strength is not. */
+/* effect_neutral() is true if the key's values of all legs are neutral; effect_acts() is true if
+ * the value of a key of strength is not. */
 bool effect_neutral(const struct effect_key *key, const double value[LEGS]);
 bool effect_acts(const struct effect *effect, const struct effect_values *values);
 

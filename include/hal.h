@@ -18,15 +18,16 @@ struct hal; /* each back-end embeds this as its first member */
 struct hal_ops {
     const char *scheme;  /* part of the URL before ':' */
     const char *usage;   /* line for --help: form of the URL and what it reaches */
-    bool simulated;      /* no machine behind it: --rt defaults to try, --fast is allowed */
+    bool simulated;      /* there is no real machine behind it: --rt defaults to try, --fast is
+                          * allowed */
     bool reconnects;     /* restores a lost connection by itself, which takes new sockets or
                           * files */
     bool reopens_can;    /* reopens its CAN socket on an interface that was made again */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
-    /* Reads the sample of this cycle, latched at or before now_ns (the loop's clock). 0, or -1 if
-     * nothing can be read (FAULT_IO). */
+    /* Reads the sample of this cycle, latched at or before now_ns (the loop's clock). Returns 0, or
+     * -1 if nothing can be read (FAULT_IO). */
     int (*read)(struct hal *hal, int64_t now_ns, struct hal_sample *sample);
-    /* Writes the command of this cycle. 0, or -1 if nothing can be written (FAULT_IO). */
+    /* Writes the command of this cycle. Returns 0, or -1 if nothing can be written (FAULT_IO). */
     int (*write)(struct hal *hal, const struct hal_command *command);
     /* SAFETY: centres the valves at once, whatever else is broken, and leaves the supply output as
      * it is. Called on every fault and at the end. Signal-safe. */
@@ -44,7 +45,7 @@ struct hal {
 /* Opens "scheme:address". On error: the URL, the reason and the remedy; nothing has moved. */
 int hal_open(struct hal **hal, const char *url, const struct params *params, uint64_t seed, struct error *error);
 
-/* Back-end that a URL names; NULL if none. */
+/* Returns the back-end that a URL names; NULL if there is none. */
 const struct hal_ops *hal_find(const char *url);
 
 /* All back-ends, ended by NULL. */

@@ -1,5 +1,5 @@
-/* Latency histogram from 1 ns to 1 h: 16 linear steps per power of two of nanoseconds, so that a
- * quantile is right to 6 %. No heap. */
+/* Latency histogram from 1 ns to 9.8 h: 16 linear steps per power of two of nanoseconds, so that a
+ * quantile is right to 6.25 %. No heap. */
 #ifndef HEXID_HISTOGRAM_H
 #define HEXID_HISTOGRAM_H
 
@@ -15,7 +15,7 @@ struct histogram {
 
 static inline void histogram_add(struct histogram *h, int64_t ns) {
     uint64_t value = ns > 0 ? (uint64_t)ns : 0;
-    /* leaves a number in 16..31 */
+    /* value >> shift is then in 16..31, or the value itself below 16 */
     int shift = value < HISTOGRAM_STEPS ? 0 : 59 - __builtin_clzll(value);
     uint64_t bin = (uint64_t)shift * HISTOGRAM_STEPS + (value >> shift);
     h->bin[bin < HISTOGRAM_BINS ? bin : HISTOGRAM_BINS - 1]++;
@@ -23,7 +23,8 @@ static inline void histogram_add(struct histogram *h, int64_t ns) {
     if (ns > h->max_ns) h->max_ns = ns;
 }
 
-/* Upper edge of the bin that holds the quantile q (0..1), at most the maximum; 0 when empty. */
+/* Returns the upper edge of the bin that holds the quantile q (0..1), at most the maximum; 0 if the
+ * histogram is empty. */
 static inline int64_t histogram_quantile(const struct histogram *h, double q) {
     uint64_t seen = 0, wanted = (uint64_t)(q * (double)h->count);
     for (int bin = 0; bin < HISTOGRAM_BINS; bin++) {

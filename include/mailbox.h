@@ -1,6 +1,6 @@
-/* Latest-value mailbox for a struct request, world -> loop: one 64-bit atomic, so neither
- * side ever waits. Several writers are allowed; a reader sees the newest request and tells a
- * new one by its id. */
+/* Latest-value mailbox for a struct request, from ordinary threads to the loop: one 64-bit atomic,
+ * so neither side ever waits. Several writers are allowed; a reader sees the newest request and
+ * tells a new one by its id. */
 #ifndef HEXID_MAILBOX_H
 #define HEXID_MAILBOX_H
 
@@ -12,7 +12,7 @@ struct mailbox {
     _Atomic uint64_t word; /* id in the upper half, command in the lower */
 };
 
-/* Returns the request's id. */
+/* Posts a request and returns its id. */
 static inline uint32_t mailbox_post(struct mailbox *m, enum command command) {
     uint64_t old = atomic_load_explicit(&m->word, memory_order_relaxed), next;
     do next = (((old >> 32) + 1) << 32) | (uint32_t)command;

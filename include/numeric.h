@@ -1,4 +1,4 @@
-/* Arithmetic that has a name. Pure, RT. */
+/* Arithmetic helpers. Pure, RT. */
 #ifndef HEXID_NUMERIC_H
 #define HEXID_NUMERIC_H
 

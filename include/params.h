@@ -11,7 +11,7 @@ enum { PARAMS_TEXT_SIZE = 256 };  /* size of every text */
 
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
-/* Vectors of the legs, as drawn. */
+/* One vector for each leg, in the coordinates of the drawing. */
 struct leg_vectors {
     bool given;
     double leg[LEGS][3];
@@ -25,7 +25,8 @@ struct geometry_params {          /* Tian 2015 Table 1 */
     double upper_half_angle_rad;  /* alpha */
     double lower_half_angle_rad;  /* beta */
     /* In the drawings of platform and base: x forward, y right, z down. */
-    struct leg_vectors upper, lower; /* joints, m; not given: on a circle, by the numbers above */
+    struct leg_vectors upper, lower; /* joints, m; not given: on a circle, by the radii and angles
+                                      * above */
     struct leg_vectors upper_axis, lower_axis; /* first axis of each universal joint, fixed in
                                                 * platform or base, any length; not given: level,
                                                 * tangential to the joint circle */
@@ -37,7 +38,7 @@ struct payload_params {           /* Tian 2015 Table 2 */
     double inertia_xx_kg_m2, inertia_yy_kg_m2, inertia_zz_kg_m2;
     double inertia_xy_kg_m2, inertia_xz_kg_m2, inertia_yz_kg_m2;
     double center_height_m;       /* h: mass centre above the upper joint plane */
-    double center_x_m, center_y_m;/* and its place in the platform's drawing */
+    double center_x_m, center_y_m;/* mass centre in the platform's drawing */
     double gravity_mps2;
 };
 
@@ -61,7 +62,8 @@ struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertia
     double mid_stroke_m[LEGS];    /* length at mid-stroke less that at neutral */
     double upper_mass_kg[LEGS], lower_mass_kg[LEGS];             /* ma rod, mb cylinder */
     double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* ia, ib: transverse */
-    /* ra from the upper joint, rb from the lower */
+    /* distance of the rod's mass centre from the upper joint (ra), and of the cylinder's from the
+     * lower joint (rb) */
     double upper_center_m[LEGS], lower_center_m[LEGS];
 };
 
@@ -71,18 +73,20 @@ struct hydraulics_params {
     double valve_drop_pa;
     double valve_frequency_hz, valve_damping[LEGS];
     double bulk_modulus_pa[LEGS];
-    double dead_volume_m3[LEGS];      /* dead volume of each side */
-    double dead_volume_difference_m3[LEGS]; /* excess of the rod side */
+    double dead_volume_m3[LEGS];      /* dead volume of each side at its end of the stroke */
+    double dead_volume_difference_m3[LEGS]; /* dead volume of the rod side less dead_volume_m3 */
     double leakage_m3_per_s_pa[LEGS]; /* across the piston */
-    double viscous_n_s_per_m[LEGS];   /* base; the effect cylinder_viscous_friction adds */
+    double viscous_n_s_per_m[LEGS];   /* viscous friction of the base model; the effect
+                                       * cylinder_viscous_friction adds to it */
     double stop_stiffness_n_per_m, stop_damping_n_s_per_m; /* end stops of the stroke */
 };
 
 struct sensor_params {            /* sensors of the simulated machine */
     bool enabled;                 /* false: exact values */
     double position_resolution_m;
-    double adc_bits, adc_range_v; /* +- range */
-    double pressure_full_scale_pa;/* at adc_range_v */
+    double adc_bits, adc_range_v; /* bits of the converter over its range, -adc_range_v to
+                                   * adc_range_v */
+    double pressure_full_scale_pa;/* pressure at which the sensor gives adc_range_v */
     double pressure_noise_v;      /* peak to peak, uniform */
 };
 
@@ -90,9 +94,9 @@ enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
 
 struct sim_params {
     enum engine_kind engine;
-    int substeps;                 /* per cycle; a substep is at most 0.25 ms */
+    int substeps;                 /* integration steps per cycle; one is at most 0.25 ms long */
     double base_hz, base_mass_kg; /* base on springs (sim/surroundings.h); 0 Hz: rigid */
-    double ripple_pa, ripple_hz;  /* ripple of the pump */
+    double ripple_pa, ripple_hz;  /* amplitude and frequency of the pump's pressure ripple */
     double smooth_friction_mps;   /* 0: true stick; otherwise dry friction of the cylinders is F
                                    * tanh(v / this), as in models without stick */
 };
@@ -101,20 +105,22 @@ struct control_params {           /* exact law: src/core/pid.h */
     double kp, ki, kd;            /* 1/m, 1/(m s), s/m */
     double kff;                   /* s/m, gain of the reference's leg rate */
     double kpf;                   /* 1/N, gain of the high-passed leg force */
-    double tf, tp;                /* s, filters of derivative and force */
+    double tf, tp;                /* s, time constants of the filters of derivative and force */
     double integral_limit;        /* largest integral part, share of full opening */
     double output_limit;          /* largest output, share of full opening */
 };
 
 struct motion_params {
-    double engage_s, park_s;      /* durations of the moves, longer if these limits need it: */
-    double rate_mps, accel_mps2;  /* speed of the origin, or of the upper joints in a turn */
+    double engage_s, park_s;      /* durations of the moves up and down; longer if rate_mps or
+                                   * accel_mps2 require it */
+    double rate_mps, accel_mps2;  /* largest speed and acceleration in a move: of the origin, or of
+                                   * the upper joints in a turn */
     double park_z_m;              /* pose z at which the platform is put down; z points down */
     double hold_s;                /* time at neutral before the first test */
     bool automatic;               /* engage, test and park without commands */
 };
 
-struct limit_params {             /* SAFETY: beyond any the supervisor centres the valves */
+struct limit_params {     /* SAFETY: beyond any of these limits the supervisor centres the valves */
     double length_min_m[LEGS], length_max_m[LEGS];
     double leg_rate_mps;
     double following_m;           /* |leg reference - leg length| while engaged */
@@ -123,7 +129,7 @@ struct limit_params {             /* SAFETY: beyond any the supervisor centres t
     double force_n;               /* |A1 P1 - A2 P2| per leg */
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* plausible sensor range */
-    int bad_cycles;               /* leaky bucket: bad cycles less good ones for a fault */
+    int bad_cycles;        /* leaky bucket: bad cycles less good ones at which a fault is latched */
     double blind_time_s;          /* upper limit of blind_time() */
     double oscillation_mps2;      /* acceleration of the platform beyond 1.8 times what is asked
                                    * for: src/core/oscillation.h */
@@ -145,7 +151,7 @@ struct test_params {
     double hz[DOFS];              /* frequency of each axis */
     double amplitude[DOFS];       /* m; rad */
     double settle_s, ramp_s, duration_s, ramp_out_s; /* duration_s: the evaluated part */
-    int harmonics;                /* harmonics regressed with the fundamental */
+    int harmonics;                /* number of harmonics regressed with the fundamental */
     bool multisine;               /* all axes of `order` at once, in one test */
     char trajectory[PARAMS_TEXT_SIZE]; /* file of poses over time, which takes the
                                         * sinusoids' place; "": none */
@@ -162,14 +168,15 @@ static inline const char *tests_name(const struct test_params *t, enum dof dof) 
 
 struct check_params {             /* percent, but where a unit is named; beyond any of these the run
                                    * fails */
-    double amplitude_pct;         /* achieved relative to commanded amplitude */
-    double unwanted_pct;          /* motion of the other axes */
+    double amplitude_pct; /* difference between achieved and commanded amplitude, over the latter */
+    double unwanted_pct;         /* motion of another axis in a test, over its own test amplitude */
     double overruns_pct;          /* share of the cycles */
     double excluded_pct;          /* share of the evaluated samples */
     double length_wander_m;       /* change of a leg length's fundamental between test periods */
     double force_wander_n;        /* change of a leg's mean force and its fundamental from period to
                                    * period; of the mean also from test to test */
-    double period_s;             /* a longer one puts the command's staircase into the matrix */
+    double period_s;             /* longest loop.period_s; a longer one puts the command's staircase
+                                  * into the matrix */
     double symmetry_pct;          /* |Mt - Mt'| relative to sqrt of the diagonal's product */
 };
 
@@ -178,7 +185,8 @@ struct tolerance_params {         /* tolerances of the model's parameters that h
     double mass;                  /* every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
     double joints_m;              /* each coordinate of a joint */
-    double springs_n_per_m, springs_nm_per_rad; /* hoses, cables: on x, y, z and on the angles */
+    double springs_n_per_m, springs_nm_per_rad; /* stiffness of hoses and cables, on x, y, z and on
+                                                 * the angles */
 };
 
 struct model_params {
@@ -262,7 +270,7 @@ struct params {
     struct device_params device;
     struct can_params can;
     struct modbus_params modbus;
-    struct effect_values effects[EFFECTS_MAX]; /* by place in effect_table */
+    struct effect_values effects[EFFECTS_MAX]; /* in the order of effect_table */
 };
 
 static inline int params_legs(const struct params *p) { return p->mechanism == MECHANISM_AXIS ? 1 : LEGS; }

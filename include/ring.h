@@ -1,5 +1,6 @@
-/* Single-producer single-consumer ring of fixed-size elements, lock-free, no heap after init:
- * loop -> world. push: producer thread only, RT, bounded. pop: consumer thread only. */
+/* Single-producer single-consumer ring of fixed-size elements, lock-free, no heap after init: from
+ * the real-time loop to ordinary threads. push: producer thread only, RT, bounded. pop: consumer
+ * thread only. */
 #ifndef HEXID_RING_H
 #define HEXID_RING_H
 

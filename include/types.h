@@ -25,11 +25,11 @@ enum {
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle and held its command
                                * too long */
     SAMPLE_IO = 1u << 5,      /* the hardware abstraction layer could not read, or could not write
-                               * the command before */
+                               * the previous command */
     SAMPLE_FOREIGN = 1u << 6, /* another master commands this machine */
     SAMPLE_OPEN = 1u << 7,    /* a needed interlock is open */
-    SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, but the command before was
-                                 * not written */
+    SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, but the previous command
+                                 * was not written */
     SAMPLE_TWIN = 1u << 9,      /* two devices answer as one (hal_sample.twins) */
     SAMPLE_FLAGS = 10,
 };
@@ -42,8 +42,8 @@ enum {
     INPUT_SUPPLY = 1u << 3,       /* the supply has pressure */
     INPUTS = 4,
     INPUTS_ALL = (1u << INPUTS) - 1,
-    INPUT_LINGERS = 1u << INPUTS,   /* no input: beside open inputs, the supply has pressure
-                                     * although it is off */
+    INPUT_LINGERS = 1u << INPUTS,   /* not an input, but set beside open inputs: the supply has
+                                     * pressure although it is off */
 };
 
 /* Sample of the hardware abstraction layer: lengths and pressures latched together at one instant,
@@ -56,7 +56,8 @@ struct hal_sample {
                              * repeat or a step back a stale one */
     uint32_t flags;         /* SAMPLE_... */
     uint32_t inputs;        /* INPUT_... */
-    uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other: open */
+    uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
+                             * open */
     int64_t missed;         /* deadlines that the loop missed before this cycle */
     uint32_t twins;         /* beside SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0 if
                              * for the inputs or an unknown leg */
@@ -123,7 +124,8 @@ static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg)
 struct fault_measure {
     int leg;             /* leg furthest beyond its limit, 0..5; -1: no leg */
     double value, limit;
-    double explained;    /* part of the limit that the reference explains; the rest is the key's */
+    double explained;    /* part of the limit that the reference explains; the rest is the
+                          * configured limit */
     uint32_t inputs;     /* INPUT_... whose contacts contradict each other; 0: not about inputs */
 };
 
@@ -131,7 +133,8 @@ enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAN
 static inline bool command_stops(enum command command) { return command == COMMAND_STOP || command == COMMAND_PARK; }
 extern const char *const command_names[COMMANDS];
 
-/* Request from world to loop, through a mailbox; the loop acts on it once, when id changes. */
+/* Request from ordinary threads to the loop, through a mailbox; the loop acts on it once, when id
+ * changes. */
 struct request {
     uint32_t id;
     enum command command;

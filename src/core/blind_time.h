@@ -19,11 +19,11 @@
  * older than A; then the command is held for B cycles (supervisor_judge()) and the valves are
  * centred (loop.c, safe()) by a command that is under way for A. The age is checked once a cycle.
  *     A + (B + 1) T + A
- * Commands that cannot be written count as bad samples at once (loop.c, unwritten), and take no
- * longer than "dead".
+ * Commands that cannot be written count as bad samples at once (loop.c, unwritten), and the valves
+ * are then centred no later than in "dead".
  *
  * late: the loop stops for a while and comes back. After up to N - 1 deadlines missed in a row it
- * continues, with a step in the command; the Nth is a fault in its first cycle (platform.c,
+ * goes on, and the command jumps; the Nth is a fault in its first cycle (platform.c,
  * count_overruns()). That cycle's command is under way for A. The device's watchdog may be shorter,
  * but is not counted, since the returning loop does not know that it has expired.
  *     (N + 1) T + A
@@ -33,7 +33,7 @@
  * effective with the next SYNC.
  *     W + t + (B + 2) T
  *
- * can.heartbeat_s is in none of them: a lost node or daemon is noticed by its missing PDOs
+ * can.heartbeat_s is in none of the sums: a lost node or daemon is noticed by its missing PDOs
  * first. */
 #ifndef HEXID_BLIND_TIME_H
 #define HEXID_BLIND_TIME_H
@@ -42,12 +42,12 @@
 
 struct blind_time {
     double s;
-    const char *when;   /* "the daemon is killed or stopped" */
+    const char *when;   /* the case in words: "a daemon that is killed or stopped" */
     const char *sum;    /* the keys in the sum: "limits.sensor_age_s + device.watchdog_s + 1 ms" */
     bool allowed;       /* within limits.blind_time_s */
 };
 
-/* Returns the longest of the four. */
+/* Returns the longest of the four cases. */
 struct blind_time blind_time(const struct params *params);
 
 #endif

@@ -8,23 +8,23 @@
 
 #include "types.h"
 
-/* The platform's automatic reaction. SAFETY: after failures that control can tolerate the
- * platform is parked slowly; after those that it cannot, and after those that may mean danger to
- * people, the valves are centred and the supply is switched off at once. */
+/* The platform's automatic reaction. SAFETY: after failures that control can tolerate the platform
+ * is parked slowly; after all others, and after failures that may mean danger to people, the valves
+ * are centred and the supply is switched off at once. */
 enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 
 struct failure {
     uint32_t fault;       /* FAULT_...; 0: not a fault of the supervisor */
     const char *name;     /* fault's name or words, as the operator sees them */
     const char *what;
-    const char *detected; /* by which check */
+    const char *detected; /* check that detects the failure */
     const char *within;
     enum reaction reaction;
     const char *platform; /* the platform's reaction in words */
     const char *cause;    /* likely causes */
     const char *remedy;   /* steps before the platform may move again */
-    const char *least_key, *most_key; /* keys of its limits; NULL: no such limit */
-    const char *unit;     /* unit of the value for people; NULL: nothing is measured */
+    const char *least_key, *most_key; /* keys of the fault's limits; NULL: no such limit */
+    const char *unit;     /* unit of the measured value in messages; NULL: nothing is measured */
     double per_si;        /* factor from SI to that unit */
 };
 
@@ -32,13 +32,13 @@ struct failure {
  * in the same cycle. */
 extern const struct failure failure_table[];
 
-/* The first row with one of these faults; NULL if there is none. */
+/* Returns the first row with one of these faults; NULL if there is none. */
 const struct failure *failure_of(uint32_t faults);
 
-/* Name of the first of these faults; "none" for 0. */
+/* Returns the name of the first of these faults; "none" for 0. */
 const char *fault_name(uint32_t faults);
 
-/* Those of these faults that have this reaction. */
+/* Returns those of the given faults that have this reaction. */
 uint32_t failures_with(enum reaction reaction, uint32_t faults);
 
 /* Writes the name of the first fault and its legs: "following_error, leg 3", "kinematics". */
@@ -55,9 +55,9 @@ const char *fault_measured(uint32_t first_fault, const struct fault_measure *mea
 enum { FAULT_LINE_SIZE = FAULT_TEXT_SIZE + 2 + FAULT_MEASURE_SIZE };
 void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]);
 
-/* Explains a fault at length: what was seen and the likely cause; then the remedy, up to moving
- * again (which an automatic run cannot do). missed, longest_s: deadlines missed in a row and the
- * longest delay, for an overrun. */
+/* Explains a fault at length: in `cause` what was seen and the likely cause, in `remedy` the steps
+ * up to moving again (which an automatic run cannot do). missed, longest_s: deadlines missed in a
+ * row and the longest delay, for an overrun. */
 enum { FAILURE_TEXT_SIZE = 400 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);

@@ -2,8 +2,8 @@
 
 #include "units.h"
 
-/* Relative stiffness of the oil (1 at neutral) up to which control.kpf is not reduced. All tests
- * of the shipped machines stay below it. */
+/* Stiffness of the oil over that at neutral up to which control.kpf is not reduced. All tests of
+ * the shipped machines stay below it. */
 static const double stiffer_most = 1.5;
 
 struct cylinder_areas cylinder_areas(const struct actuator_params *actuator) {

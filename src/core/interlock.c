@@ -58,7 +58,7 @@ const char *interlock_why(uint32_t wrong) {
     return wrong & INPUT_LINGERS ? "the supply has pressure although it is off: look at its relay and the dump valve" : NULL;
 }
 
-/* Appends the names of the inputs in the mask, and of the output. */
+/* Writes the names of the inputs in the mask, and of the supply output. Returns their number. */
 static int list(uint32_t inputs, bool supply, char *text, size_t size) {
     int count = 0;
     *text = '\0';

@@ -41,21 +41,21 @@ struct interlock_watch {
  * at the same instant. */
 uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s);
 
-/* INPUT_... of the wired inputs. */
+/* Returns INPUT_... of the wired inputs. */
 uint32_t interlock_wired(const struct interlock_params *p);
 
-/* Inputs in a wrong state: required ones that are open; the supply's pressure is required only
- * with the supply on. SAFETY: with the supply off, and both its input and output wired, pressure
- * is wrong too (INPUT_LINGERS): a welded relay or a stuck dump valve. */
+/* Returns the inputs in a wrong state: required ones that are open; the supply's pressure is
+ * required only with the supply on. SAFETY: with the supply off, and both its input and output
+ * wired, pressure is wrong too (INPUT_LINGERS): a welded relay or a stuck dump valve. */
 uint32_t interlock_wrong(const struct interlock_params *p, bool powered, uint32_t inputs);
 
 /* True if any input or output is wired, so that there is a device to talk to. */
 bool interlock_any(const struct interlock_params *p);
 
-/* FAULT_... of open inputs. */
+/* Returns the FAULT_... of open inputs. */
 uint32_t interlock_faults(uint32_t open);
 
-/* The first wrong input in words; NULL for 0. */
+/* Describes the first wrong input in words; NULL for 0. */
 const char *interlock_why(uint32_t wrong);
 
 /* Lists inputs by name: "emergency stop, door". */

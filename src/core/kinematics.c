@@ -14,11 +14,11 @@
  *  E       angular velocity = E [phi theta psi]dot     -     {B} */
 
 static const double tolerance_m = 1e-13;
-static const double last_step_m = 1e-7; /* after so small a step, Newton's error (its square over
-                                         * a leg length) is below the tolerance */
+static const double last_step_m = 1e-7; /* Newton step after which the remaining error (its square
+                                         * over a leg length) is below the tolerance */
 
-static const double LEG_THIN = 0.01;   /* share of a leg's length; axes closer than this collide,
-                                        * as no leg is thinner */
+static const double LEG_THIN = 0.01;   /* distance of two legs' axes over the leg's length below
+                                        * which they collide, as no leg is thinner */
 static const double LEG_MIDDLE = 0.45; /* share of a leg's length on either side of its middle
                                         * that counts for collisions */
 /* Sine of the smallest angle between a joint's axis and its leg at neutral: 20 degrees, of which
@@ -212,7 +212,7 @@ static double fk_equations(const struct kinematics *k, const double length_m[LEG
         m[i][4] = scale * (cs * moment[1] - ss * moment[0]);
         m[i][5] = scale * moment[2];
         m[i][6] = error;
-        /* once NaN, it stays NaN */
+        /* once `largest` is NaN, it stays NaN */
         if (fabs(error) > largest || isnan(error)) largest = fabs(error);
     }
     return largest;

@@ -26,8 +26,9 @@ struct fk_result {
 /* Fills in joints and neutral lengths, without checks. */
 void kinematics_place(struct kinematics *k, const struct params *params);
 
-/* The same with checks: the neutral pose lies within the legs' strokes and is not singular, no
- * two legs collide, and no joint's axis is along its leg. -2 and the key to change otherwise. */
+/* Does what kinematics_place() does, with checks: the neutral pose lies within the legs' strokes
+ * and is not singular, no two legs collide, and no joint's axis is along its leg. Returns -2 and
+ * the key to change otherwise. */
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
 
 /* Leg lengths at the ends and the middle of the stroke. */

@@ -7,12 +7,13 @@
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05;
-/* Largest white noise subtracted from the command's acceleration, in units of the limit. It is
- * bounded because a command that changes its sign in every cycle also looks like white noise. */
+/* Largest white noise subtracted from the command's acceleration, over limits.oscillation_mps2. It
+ * is bounded because a command that changes its sign in every cycle also looks like white noise. */
 static const double white_most = 2.0;
 
-/* Share of the bound for isolated steps of a reading (lag^-3 of the mean square over one cycle).
- * White noise would need 1 / lag of it; slow quantised readings lie between. */
+/* Factor on the noise subtracted for steps of the readings: isolated steps would need lag^-3 of the
+ * mean square over one cycle, white noise lag times as much; slow quantised readings lie
+ * between. */
 static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };
@@ -56,7 +57,8 @@ static double valve_lags(double speed_mps, double follows, double period_s, doub
     return (*valve_mps - before) / period_s;
 }
 
-/* Mean square of the acceleration from white commands: sum of squares of the impulse response. */
+/* Returns the mean square of the acceleration from white commands: the sum of squares of the
+ * impulse response. */
 static double white_gain(double follows, double period_s) {
     double half = 0.0, valve = 0.0, sum = 0.0;
     for (int n = 0; n < WHITE_CYCLES; n++) {
@@ -169,7 +171,7 @@ static uint32_t swinging_legs(const struct oscillation *o) {
         most = fmax(most, leg[i]);
     }
     for (int i = 0; i < LEGS; i++)
-        if (leg[i] >= 0.25 * most) legs |= fault_leg(i); /* half of the largest amplitude */
+        if (leg[i] >= 0.25 * most) legs |= fault_leg(i); /* half of the largest amplitude or more */
     return legs;
 }
 

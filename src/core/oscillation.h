@@ -23,7 +23,8 @@
 
 #include "kinematics.h"
 
-/* Factor on the requested acceleration: a loop that follows badly makes 1.5 times as much. */
+/* Factor on the requested acceleration above which the measured one counts as an oscillation; a
+ * loop that follows badly reaches 1.5. */
 #define OSCILLATION_ASKED 1.8
 
 enum {
@@ -34,8 +35,10 @@ enum {
 /* Mean squares over a block, (m/s^2)^2. */
 struct oscillation_block {
     double measured, commanded;
-    double white; /* share of `commanded` that is noise, if its fourth difference were only noise */
-    double asked_measured, asked_commanded; /* the reference's, filtered like each of the two */
+    double white; /* part of `commanded` that would be noise if its fourth difference were only
+                   * noise */
+    double asked_measured, asked_commanded; /* acceleration of the reference, filtered as `measured`
+                                             * and as `commanded` */
     double leg[LEGS];        /* commanded acceleration of each leg */
 };
 
@@ -43,33 +46,35 @@ struct oscillation {
     /* constants of a configuration */
     double limit_mps2, period_s;
     double arm_m;            /* kinematics.arm_m, converts angles to lengths */
-    double to_platform[LEGS][DOFS]; /* rate of a leg -> of the platform, angles times arm_m */
+    double to_platform[LEGS][DOFS]; /* converts leg rates to rates of the platform, angles times
+                                     * arm_m */
     double speed_mps[LEGS];  /* a leg's speed at full opening, with half the supply on each port */
-    double follows;          /* share of the distance to its command that each of a valve's two
-                              * lags covers in a cycle */
+    double follows;          /* share of the remaining distance to its input that each of a valve's
+                              * two lags covers in a cycle */
     double white;            /* mean square of the acceleration from white commands, relative to
                               * their fourth difference, 1/s^2 */
-    int lag, every;          /* 16 ms and a block, in cycles */
+    int lag, every;          /* number of cycles in 16 ms, and in a block */
     int past;                /* number of poses kept: 2 lag + 1 */
     /* since driving began */
     double pose[OSCILLATION_PAST][DOFS], ref[OSCILLATION_PAST][DOFS];
-    double asked_mps[LEGS][5];            /* leg speeds that the commands stand for, newest first */
-    double half_mps[LEGS], valve_mps[LEGS]; /* after the valve's first and second lag */
+    double asked_mps[LEGS][5];        /* leg speeds that correspond to the commands, newest first */
+    double half_mps[LEGS], valve_mps[LEGS]; /* leg speeds after the valve's first and second lag */
     int newest, in_block;    /* place of the newest pose; cycles of the block so far */
-    struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* newest first */
+    struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* sums of the current block; last
+                                                              * blocks, newest first */
     /* values of the worse estimate after the last block */
     double found_mps2, allowed_mps2;
     uint32_t legs;          /* fault_leg() of the legs whose valves swing most; 0: no oscillation */
 };
 
-/* k must come from kinematics_init, so that it is regular at neutral. */
+/* Initialises the monitor. k must come from kinematics_init(), so that it is regular at neutral. */
 void oscillation_init(struct oscillation *o, const struct params *params, const struct kinematics *k);
 
-/* Restarts when driving begins, at rest in this pose. */
+/* Restarts the monitor when driving begins, at rest in this pose. */
 void oscillation_reset(struct oscillation *o, const double pose[DOFS]);
 
-/* Adds a cycle with a trusted sample: its pose, the reference at the same time and the command
- * that follows. Other cycles are omitted in all three. Returns true if the platform oscillates
+/* Adds a cycle with a trusted sample: its pose, the reference at the same time and the command that
+ * follows. Cycles without a trusted sample are left out. Returns true if the platform oscillates
  * according to the complete blocks. */
 bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS]);
 

@@ -28,8 +28,8 @@ struct pid {
     bool saturated;        /* last u was clamped */
 };
 
-/* Bumpless start: no error, no reference rate, force filter settled; a first step with Lref = L
- * gives 0. */
+/* Starts without a bump: no error, no reference rate, force filter settled; a first step with Lref
+ * = L gives 0. */
 void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);

@@ -8,7 +8,7 @@
 
 enum {
     GOOD_SAMPLES = 50,     /* consecutive good samples before the sensors are trusted */
-    INIT_PATIENCE = 1000,  /* bad samples while waiting for the sensors before that is a fault */
+    INIT_PATIENCE = 1000,  /* bad samples that are tolerated while waiting for the sensors */
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error) {
@@ -52,8 +52,8 @@ static double age_s(const struct platform *p, const struct hal_sample *in) {
 struct judgement {
     uint32_t faults;              /* FAULT_... and the bits of their legs */
     uint32_t asked;               /* fault that is to be measured, 0: none */
-    double beyond;                /* distance of its furthest value beyond the limit, */
-    struct fault_measure measure; /* and that value */
+    double beyond;           /* how far the furthest value of the asked fault is beyond its limit */
+    struct fault_measure measure; /* leg, value and limit of that furthest value */
 };
 
 /* Judges one value by its limits. leg: -1 for a value that belongs to no leg. NaN counts as the
@@ -139,7 +139,7 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
     if (in->flags & SAMPLE_TWIN) suspect |= FAULT_TWIN | (in->twins << FAULT_LEG_SHIFT & FAULT_LEGS);
     if (p->contradicted) suspect |= FAULT_ANTIVALENCE;
-    /* checked even if nothing was read */
+    /* checked even if no sample was read */
     if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
@@ -170,8 +170,8 @@ static void count_overruns(struct platform *p, const struct hal_sample *in) {
     p->overruns = in->missed > 0 ? (int)(count < limit ? count : limit) : 0;
 }
 
-/* A leg with doubtful pressures keeps its last force: the high-pass filter in the controller
- * then lets its share decay to zero. */
+/* A leg with doubtful pressures keeps its last force: the high-pass filter in the controller then
+ * lets the force's share of the command decay to zero. */
 static void observe_forces(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     for (int i = 0; i < LEGS; i++)
         if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
@@ -201,8 +201,8 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* Number of bad samples tolerated before a fault. Overruns are counted elsewhere, and an
- * oscillation has been observed for a quarter of a second. SAFETY: none with two masters,
+/* Returns the number of bad samples tolerated before a fault. Overruns are counted elsewhere, and
+ * an oscillation has been observed for a quarter of a second. SAFETY: none with two masters,
  * because neither knows where the platform goes next, and none for switches, because a person
  * operated them on purpose. */
 static int patience(const struct platform *p, uint32_t suspect) {
@@ -225,7 +225,7 @@ static enum trigger commanded(struct platform *p, struct request request) {
 
 static double in_state_s(const struct platform *p) { return (double)p->ticks * p->params->loop.period_s; }
 
-/* Requests that `motion.automatic` makes by itself: engage, test, park. */
+/* Returns the request that `motion.automatic` makes by itself: engage, test, park. */
 static enum trigger automatic(struct platform *p) {
     bool left = p->test < tests_count(&p->params->tests);
     /* SAFETY: closing the last interlock must not start the machine. */
@@ -244,7 +244,7 @@ static void move_to(struct platform *p, double z_m, double duration_s) {
     reference_move(&p->reference, &from, (const double[DOFS]){[DOF_Z] = z_m}, &limits);
 }
 
-/* Bumpless: the reference starts at the measured pose. */
+/* Starts the move up without a bump: the reference starts at the measured pose. */
 static void engage(struct platform *p) {
     memcpy(p->ref, p->pose, sizeof p->ref);
     memset(p->ref_rate, 0, sizeof p->ref_rate);
@@ -281,7 +281,7 @@ static void enter(struct platform *p, const struct transition *row) {
         test_begin(p);
         break;
     case STATE_PARKING:
-        /* otherwise the move down follows the ramp-out */
+        /* if a test is ramped out first, the move down begins after that */
         if (!row->ramp_out) move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
         break;
     default: p->automatic = false; break;
@@ -354,14 +354,14 @@ static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }
 
-/* Reacts to a latched fault: stops at once, or parks the platform. */
+/* Reacts to a fault: stops at once, or parks the platform while one is latched. */
 static void react(struct platform *p, enum reaction reaction) {
     if (reaction == REACTION_STOP) apply(p, TRIGGER_FAULT);
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);
 }
 
-/* Waits for pressure with a good sample; without an input for it, for the longest time it may
- * take. Returns FAULT_SUPPLY if there is none in time. */
+/* Waits for pressure and a good sample; without an input for pressure, for the longest time that it
+ * may take. Returns FAULT_SUPPLY if there is no pressure in time. */
 static uint32_t await_pressure(struct platform *p, bool good) {
     const struct interlock_params *i = &p->params->interlocks;
     bool over = in_state_s(p) >= i->pressure_s;
@@ -390,7 +390,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (s->first_fault != headline) p->measure = measure_of(p, in, s->first_fault);
     react(p, reaction);
     if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
-    /* a cause that stands latches the fault again */
+    /* a cause that still stands latches the fault again, so the reset had no effect */
     if (asked == TRIGGER_RESET && s->state == STATE_FAULT) p->request_taken = false;
     p->ticks++;
 

@@ -27,12 +27,12 @@ struct platform {
     /* the last good sample */
     double pose[DOFS];           /* start value of the forward kinematics */
     double length_m[LEGS], force_n[LEGS]; /* force: from the last trusted pressures */
-    double still_m[LEGS];        /* previous reading, */
-    double still_low_m[LEGS], still_high_m[LEGS]; /* and range of the leg's reference since the
-                                                   * reading last changed */
-    int64_t good_seq, good_ns;   /* its cycle (-1: none yet) and its time */
-    uint64_t device_seq;         /* count of the previous sample, */
-    int64_t anew_seq;            /* and the cycle in which it last increased */
+    double still_m[LEGS];        /* length in the previous sample */
+    double still_low_m[LEGS], still_high_m[LEGS]; /* range of the leg's reference since the length
+                                                   * in the samples last changed */
+    int64_t good_seq, good_ns;   /* cycle of the last good sample (-1: none yet), and its time */
+    uint64_t device_seq;         /* the device's count in the previous sample */
+    int64_t anew_seq;            /* cycle in which the device's count last increased */
     struct fault_measure measure; /* measure of supervisor.first_fault */
     int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
     /* last reference and command */
@@ -53,7 +53,7 @@ struct platform {
 
 int platform_init(struct platform *p, const struct params *params, struct error *error);
 
-/* Inputs that are wrong in this state: INPUT_... (interlock_wrong). */
+/* Returns the inputs that are wrong in this state: INPUT_... (interlock_wrong()). */
 uint32_t platform_wrong(const struct platform *p);
 
 /* Computes one cycle. SAFETY: out->out.enable is false and all valves are 0 in every state that

@@ -10,7 +10,7 @@ static const double brake_least_s = 0.25;
 
 static int64_t ticks_of(double seconds, double dt_s) { return llround(seconds / dt_s); }
 
-/* 3q^2 - 2q^3 from 0 to 1 over [0, length]. */
+/* Returns 3q^2 - 2q^3, which rises from 0 to 1 over [0, length]. */
 static double smooth(int64_t ticks, int64_t length) {
     if (ticks <= 0) return 0.0;
     if (ticks >= length) return 1.0;
@@ -99,8 +99,8 @@ static double sinusoid(const struct test_params *t, enum dof dof, double time_s)
     return t->amplitude[dof] * sin(2.0 * PI * t->hz[dof] * time_s);
 }
 
-/* A test's motion without its envelope. SAFETY: a test that is neither a sinusoid, a multisine
- * nor a trajectory stays at neutral. */
+/* Computes a test's motion without its envelope. SAFETY: a test that is neither a sinusoid, a
+ * multisine nor a trajectory stays at neutral. */
 static void motion(const struct reference *r, const struct test_params *t, double time_s, double begin_s, double pose[DOFS]) {
     if (r->trajectory) trajectory_at(r->trajectory, time_s - begin_s, pose);
     for (int i = 0; i < t->count && r->dof == DOF_NONE && !r->trajectory && t->multisine; i++)

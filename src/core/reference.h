@@ -39,11 +39,11 @@ struct reference {
     int64_t ticks;               /* cycles since the start of the move, or of the test's ramp-in;
                                   * a count keeps time exact */
     double from[DOFS], to[DOFS]; /* ends of a move; a hold stays at `to` */
-    double rate_from[DOFS], accel_from[DOFS]; /* at the start of a move */
+    double rate_from[DOFS], accel_from[DOFS]; /* rate and acceleration at the start of a move */
     double brake_s, travel_s;    /* durations of the two parts of a move */
     double turn[DOFS];           /* pose between the two parts */
     enum dof dof;                /* tested axis; DOF_NONE: several */
-    const struct trajectory *trajectory; /* a test's; NULL: none */
+    const struct trajectory *trajectory; /* trajectory of the test; NULL: none */
     int64_t ramp_out_tick;       /* cycle at which a test's ramp-out begins */
 };
 
@@ -51,7 +51,7 @@ struct reference_sample {
     double pose[DOFS];
     enum phase phase;            /* PHASE_NONE outside a test */
     double test_time_s;
-    bool done;                   /* the move or test has ended; from here on it holds */
+    bool done;                   /* the move or test has ended; from here on the reference holds */
 };
 
 void reference_hold(struct reference *r, const double pose[DOFS]);
@@ -62,7 +62,7 @@ struct move_limits {
     double arm_m;                /* kinematics.arm_m, converts angles to lengths */
 };
 
-/* Pose, rate and acceleration of the previous cycle. */
+/* Pose, rate and acceleration from which a move starts: those of the previous cycle. */
 struct move_start {
     const double *pose, *rate, *accel; /* [DOFS] */
 };
@@ -70,8 +70,8 @@ struct move_start {
 /* Begins a move to rest at `to`, which is reached exactly. */
 void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits);
 
-/* Duration of a move of this distance from rest to rest; and of one between the parked pose and
- * neutral, for a requested duration. */
+/* Return durations: of a move of this distance from rest to rest, and of a move between the parked
+ * pose and neutral for a requested duration. */
 double reference_travel_s(double distance_m, const struct move_limits *limits);
 double reference_park_s(const struct motion_params *motion, double asked_s);
 

@@ -32,7 +32,7 @@ struct supervisor {
     enum state state;
     uint32_t faults, first_fault; /* latched */
     int bad;                      /* leaky bucket of samples with faults that stop */
-    int doubtful;                 /* and of samples with faults that park */
+    int doubtful;                 /* leaky bucket of samples with faults that park */
     int good;                     /* consecutive good samples */
     uint32_t request_id;          /* last request acted on */
 };
@@ -45,7 +45,7 @@ struct transition {
     bool ramp_out;                /* the current test first ends early, by its ramp-out */
 };
 
-/* The row for a trigger in a state; NULL: the trigger has no effect there. */
+/* Returns the row for a trigger in a state; NULL: the trigger has no effect there. */
 const struct transition *supervisor_find(enum state state, enum trigger trigger);
 
 /* Tells the operator why a command has no effect in this state and with these wrong inputs

@@ -81,7 +81,7 @@ static double pass_s(const struct trajectory *t) { return t->knot[t->knots - 1].
 
 double trajectory_s(const struct trajectory *t) { return t->passes * pass_s(t); }
 
-/* The last knot at or before the time, but never the very last. */
+/* Returns the last knot at or before the time, but never the trajectory's last knot. */
 static int find(const struct trajectory *t, double time_s) {
     int low = 0, high = t->knots - 1;
     while (high - low > 1) {

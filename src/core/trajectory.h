@@ -11,7 +11,7 @@
 struct trajectory_knot {
     double time_s;          /* the first knot has 0 */
     double pose[DOFS];      /* m, rad */
-    double bend[DOFS];      /* second derivative */
+    double bend[DOFS];      /* second derivative of the pose */
 };
 
 struct trajectory {
@@ -27,8 +27,8 @@ bool trajectory_bend(struct trajectory *t);
 /* Duration of all passes. */
 double trajectory_s(const struct trajectory *t);
 
-/* Pose at a time since the beginning of the first pass; outside the passes a straight line at
- * the rate of the end. RT: a search of at most 32 steps, no heap. */
+/* Computes the pose at a time since the beginning of the first pass; outside the passes it moves in
+ * a straight line at the rate of the end. RT: a search of at most 32 steps, no heap. */
 void trajectory_at(const struct trajectory *t, double time_s, double pose[DOFS]);
 
 #endif

@@ -7,8 +7,9 @@
 
 enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 
-static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* step along a path, as a
-                                                                   * share of it */
+static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* longest and shortest step along
+                                                                   * a path, over the path's
+                                                                   * length */
 
 static double condition(const struct kinematics *k, const double pose[DOFS]) {
     double j[LEGS][DOFS], value[DOFS];
@@ -19,7 +20,7 @@ static double condition(const struct kinematics *k, const double pose[DOFS]) {
     return value[0] / value[DOFS - 1];
 }
 
-/* Lengths of a leg retracted, at neutral and extended. */
+/* Finds each leg's shortest, neutral and longest length within both stroke and limits. */
 static void places(const struct kinematics *k, const struct params *p, double length_m[LEGS][PLACES]) {
     for (int i = 0; i < LEGS; i++) {
         struct stroke stroke = kinematics_stroke(k, &p->actuator, i);
@@ -32,7 +33,7 @@ static void places(const struct kinematics *k, const struct params *p, double le
 /* A path from neutral: how far it went, and its worst pose. */
 struct way {
     double gone, condition;
-    double pose[DOFS], worst_pose[DOFS]; /* end of the path */
+    double pose[DOFS], worst_pose[DOFS]; /* end of the path, and its worst pose */
 };
 
 static void look(const struct kinematics *k, struct way *w) {

@@ -7,18 +7,19 @@
 
 struct workspace {
     int corners;  /* number of tried combinations of legs retracted, at neutral and extended: 3^6 */
-    int reached;                /* number of them that were reached from neutral, all legs moving
-                                 * in proportion, without meeting a singular pose */
+    int reached;                /* number of combinations that were reached from neutral, all legs
+                                 * moving in proportion, without meeting a singular pose */
     double neutral_condition;   /* condition of the Jacobian at neutral (largest over smallest
                                  * singular value), angles in units of 1/arm_m */
-    double worst_condition;     /* largest condition on the paths that reached their corner */
+    double worst_condition;  /* largest condition of the Jacobian on paths that reached their end */
     double worst_pose[DOFS];
-    double nearest;   /* share of a path at which the nearest singular pose ends it; 1: none does */
+    double nearest;   /* share of a path from neutral after which it meets the nearest singular
+                       * pose; 1: none does */
     double nearest_pose[DOFS];
 };
 
-/* Searches leg lengths between limits.length_min_m and length_max_m, including the ends of the
- * strokes. k: from kinematics_init. */
+/* Follows paths to all combinations of each leg's shortest, neutral and longest length within both
+ * stroke and limits. k: from kinematics_init. */
 struct workspace workspace_find(const struct kinematics *k, const struct params *params);
 
 #endif

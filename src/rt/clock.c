@@ -6,8 +6,8 @@
 #include "monotonic.h"
 #include "units.h"
 
-static const int64_t yield_ns = NS_PER_S / 1000; /* sleep, not spin: a spinning real-time thread
-                                                  * starves others */
+static const int64_t yield_ns = NS_PER_S / 1000; /* pause of a waiting loop; it sleeps, because a
+                                                  * spinning real-time thread starves others */
 
 static void sleep_until(int64_t at_ns) {
     struct timespec t = {.tv_sec = at_ns / NS_PER_S, .tv_nsec = at_ns % NS_PER_S};

@@ -16,9 +16,9 @@ enum clock_kind { CLOCK_REAL, CLOCK_PACED, CLOCK_VIRTUAL };
 
 struct clock {
     enum clock_kind kind;
-    int64_t start_ns;        /* CLOCK_MONOTONIC at zero; later by the time that a paced clock was
-                              * stretched */
-    int64_t system_us;       /* CLOCK_REALTIME at zero; 0 on a virtual clock */
+    int64_t start_ns;        /* CLOCK_MONOTONIC at the loop's start, plus the time by which a paced
+                              * clock was stretched */
+    int64_t system_us;       /* CLOCK_REALTIME at the loop's start; 0 on a virtual clock */
     int64_t woke_ns;         /* CLOCK_MONOTONIC at the end of the last wait; 0 on a virtual clock */
     _Atomic int64_t now_ns;  /* paced and virtual: the time */
 };
@@ -26,17 +26,17 @@ struct clock {
 void clock_start(struct clock *c, enum clock_kind kind);
 int64_t clock_now(const struct clock *c);
 
-/* Sleeps until the absolute time, in spite of signals; returns the time, and by how much the
- * host woke the thread too late (0 on a virtual clock). */
+/* Sleeps until the absolute time, in spite of signals. Returns the time, and in *late_ns by how
+ * much the host woke the thread too late (0 on a virtual clock). */
 int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns);
 
 /* Stretches a paced clock: shifts all later times by the host's delay. */
 void clock_stretch(struct clock *c, int64_t by_ns);
 
-/* Host's time since the end of the last wait; 0 on a virtual clock. */
+/* Returns the host's time since the end of the last wait; 0 on a virtual clock. */
 int64_t clock_since_wake(const struct clock *c);
 
-/* Lets other threads run; for loops that wait for one on a paced or virtual clock. */
+/* Lets other threads run; for a loop that waits for another thread on a paced or virtual clock. */
 void clock_yield(void);
 
 #endif

@@ -23,14 +23,15 @@
 #endif
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
-/* LOWEST: usual vm.mmap_min_addr of distributions */
+/* LOWEST: lowest address that may be mapped, as distributions set vm.mmap_min_addr. PLACES: how
+ * many addresses are tried */
 enum { PAGE = 4096, LOWEST = 0x10000, PLACES = 64 };
 
 void confine_thread(void) {
     struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
     struct __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {0};
     if (SANITIZED) return;
-    /* dropping capabilities is always allowed; ambient ones go with the permitted */
+    /* a thread may always drop its capabilities; ambient ones go with the permitted ones */
     syscall(SYS_capset, &header, none);
 }
 
@@ -141,7 +142,7 @@ static int allow_can(scmp_filter_ctx filter) {
     for (size_t i = 0; i < COUNT(requests) && !failed; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(ioctl), 1, SCMP_A1(SCMP_CMP_EQ, requests[i]));
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_CAN));
-    if (!failed) /* used for queries only: connecting it is denied */
+    if (!failed) /* internet socket for queries of an interface: connecting it is denied */
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 2, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_INET),
                                   SCMP_A1(SCMP_CMP_EQ, SOCK_DGRAM | SOCK_CLOEXEC));
     return failed;

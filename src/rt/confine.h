@@ -25,20 +25,21 @@
 #include "status.h"
 
 struct confinement {
-    struct output *result; /* still to be written; its paths are moved. NULL: none */
+    struct output *result; /* result that is still to be written; confine() moves its paths. NULL:
+                            * none */
     bool reconnects;       /* the back-end reconnects to its device */
     bool reopens_can;      /* the back-end reopens its CAN socket */
 };
 
-/* Main thread, once, when everything is open and all threads run; permanent. Sets no_new_privs,
- * the filter for all threads (SECCOMP_FILTER_FLAG_TSYNC), and calls confine_thread(). Takes a
- * few ms. STATUS_UNSAFE: the kernel refused; after a partial refusal the process is not
- * confined. */
+/* Confines the process. Main thread, once, when everything is open and all threads run; permanent.
+ * Sets no_new_privs, the filter for all threads (SECCOMP_FILTER_FLAG_TSYNC), and calls
+ * confine_thread(). Takes a few ms. STATUS_UNSAFE: the kernel refused; after a partial refusal the
+ * process is not confined. */
 int confine(const struct confinement *c, struct error *error);
 
-/* Any thread, for itself: drops all capabilities, because no system call drops them for other
- * threads. SCHED_FIFO and locked memory stay. The filter denies whatever a thread could do with
- * the capabilities that it still has. RT: one system call. */
+/* Drops all capabilities of the calling thread, because no system call drops those of other
+ * threads. Threads that do not call it keep theirs, but the filter denies the calls that need them.
+ * SCHED_FIFO and locked memory stay. RT: one system call. */
 void confine_thread(void);
 
 #endif

@@ -16,13 +16,13 @@ static void on_crash(int number) {
     nanosleep(&send, NULL);
     guarded->ops->safe(guarded); /* again, because the loop may have written one more command */
     nanosleep(&send, NULL);
-    raise(number); /* SA_RESETHAND: now without the handler */
+    raise(number); /* SA_RESETHAND: the signal now has its default effect */
 }
 
 void crash_stack(void) {
     static _Thread_local unsigned char stack[1 << 15];
     stack_t there;
-    /* a sanitizer's stack, which it removes itself */
+    /* keeps the stack that a sanitizer has set up, because the sanitizer removes it itself */
     if (!sigaltstack(NULL, &there) && !(there.ss_flags & SS_DISABLE)) return;
     sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
 }

@@ -7,12 +7,12 @@
 
 #include "hal.h"
 
-/* Main thread, before the loop starts; hal and abort must outlive the process's threads. The
- * handler sets *abort. */
+/* Installs the handler, which sets *abort. Main thread, before the loop starts; hal and abort must
+ * outlive the process's threads. */
 void crash_guard(struct hal *hal, _Atomic bool *abort);
 
-/* To be called first in every thread: gives its handler a separate stack, so that a stack
- * overflow is handled like other crashes. */
+/* To be called first in every thread: gives the signal handler a separate stack in this thread, so
+ * that a stack overflow is handled like other crashes. */
 void crash_stack(void);
 
 #endif

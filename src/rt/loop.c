@@ -8,14 +8,16 @@
 #include "thread.h"
 #include "units.h"
 
-/* True if told to end, or after an automatic run; never while the valves hold the platform up. */
+/* True if the loop was told to end or an automatic run is over, and the valves no longer hold the
+ * platform up. After `abort` it is true at once. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
     return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_powers(l->platform.supervisor.state);
 }
 
-/* Handles missed deadlines; true if the machine missed their commands. */
+/* Handles missed deadlines. Returns how many commands the machine missed; on a paced clock none,
+ * because time is stretched instead. */
 static int64_t overrun(struct loop *l, int64_t late_ns) {
     int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = late_ns / period_ns;
     if (l->clock.kind == CLOCK_PACED) {

@@ -1,12 +1,12 @@
 /* The loop: every period, wake at an absolute deadline, read, decide, write, pass on the record.
  * loop_cycle() and platform_step() are the daemon.
  *
- * Overruns: a cycle that begins a whole period or more after its deadline. On the real clock missed
- * cycles are skipped, never caught up in a burst: the next deadline is the next one of the original
- * grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier excludes it), and
- * loop.overrun_limit deadlines missed in a row are a fault. On the paced clock an overrun is the
- * host's delay, which the machine does not see: time stretches by the periods missed. The reference
- * counts cycles, so it never jumps.
+ * An overrun is a cycle that begins a whole period or more after its deadline. On the real clock
+ * missed cycles are skipped, never caught up in a burst: the next deadline is the next one of the
+ * original grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier excludes it),
+ * and loop.overrun_limit deadlines missed in a row are a fault. On the paced clock an overrun is
+ * the host's delay, which the machine does not see: time stretches by the periods missed. The
+ * reference counts cycles, so it never jumps.
  *
  * The record ring: on the real clock a full ring loses the record (counted, and visible as a gap
  * in seq), never the deadline; on the other clocks the loop waits for room, so that only an
@@ -27,38 +27,38 @@
 struct loop {
     const struct params *params;
     struct hal *hal;
-    struct ring *records;            /* struct cycle, to the recorder */
-    struct mailbox requests;         /* any thread -> loop */
-    _Atomic bool quit;               /* any thread -> loop, by loop_quit() */
-    _Atomic bool abort;              /* any thread -> loop: centre the valves and end now */
-    _Atomic bool ended;              /* loop -> world: the last record is in the ring */
-    _Atomic uint64_t lost;           /* loop -> world: records lost because the ring was full */
-    _Atomic uint64_t acted;          /* loop -> world: loop_acted() */
+    struct ring *records;            /* records (struct cycle) from the loop to the recorder */
+    struct mailbox requests;         /* requests from any thread to the loop */
+    _Atomic bool quit;         /* the loop is to park and end; set by any thread with loop_quit() */
+    _Atomic bool abort;        /* the loop is to centre the valves and end now; set by any thread */
+    _Atomic bool ended;              /* the last record is in the ring; set by the loop */
+    _Atomic uint64_t lost;   /* number of records lost because the ring was full; set by the loop */
+    _Atomic uint64_t acted;          /* packed result of loop_acted(); set by the loop */
     struct clock clock;
     struct platform platform;
     int64_t deadline_ns;
-    int64_t overruns;                /* deadlines missed on the real clock */
+    int64_t overruns;                /* number of deadlines missed on the real clock */
     bool unwritten;                  /* the last command was not written */
     enum realtime_mode mode;
     pthread_t thread;
     sem_t started;
-    int realtime;                    /* result of realtime_enter, */
-    struct error realtime_error;     /* and its message */
+    int realtime;                    /* result of realtime_enter() */
+    struct error realtime_error;     /* message of realtime_enter() if it was refused */
 };
 
-/* Main thread. The hal, the ring and params must outlive the loop. */
+/* Initialises the loop. Main thread. The hal, the ring and params must outlive the loop. */
 int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, enum clock_kind clock,
               struct error *error);
 
-/* Starts the loop thread. With REALTIME_REQUIRE, if real time is refused: STATUS_UNSAFE, and
- * nothing runs. With REALTIME_TRY a refusal is in l->realtime and l->realtime_error. */
+/* Starts the loop's thread. If real time is refused: with REALTIME_REQUIRE returns STATUS_UNSAFE,
+ * and nothing runs; with REALTIME_TRY the refusal is in l->realtime and l->realtime_error. */
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error);
 void loop_join(struct loop *l);
 
-/* Results of requests, as of the last cycle. Any thread. */
+/* Results of requests, as of the loop's last cycle. Any thread. */
 struct loop_acted {
-    uint32_t request_id;             /* the last request that was processed */
-    bool taken;                      /* it had an effect in the state at that time */
+    uint32_t request_id;             /* id of the last request that was processed */
+    bool taken;                      /* that request had an effect in the state at that time */
     bool stopped;                    /* the latest tests were ended by a stop, or are ending */
     enum state state;                /* current state */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
@@ -66,14 +66,15 @@ struct loop_acted {
 };
 struct loop_acted loop_acted(const struct loop *l);
 
-/* The same packed in a word, for tests that act as the loop. Pure, RT. */
+/* Packs struct loop_acted in a word, for tests that act as the loop. Pure, RT. */
 uint64_t loop_acted_word(const struct loop_acted *acted);
 
 /* SAFETY: parks in spite of any later request, and ends as soon as nothing is driven. Any
  * thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 
-/* One cycle; false after the last. RT: no heap, no lock, no system call but sleep (and clock). */
+/* Runs one cycle; false after the last one. RT: no heap, no lock, no system call but sleep (and
+ * clock). */
 bool loop_cycle(struct loop *l);
 
 #endif

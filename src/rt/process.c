@@ -16,7 +16,8 @@ static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;
         int got = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-        if (got < 0) got = open("/", O_PATH); /* without /dev; not readable or writable either */
+        /* if /dev is missing: O_PATH refuses reads and writes too */
+        if (got < 0) got = open("/", O_PATH);
         if (got != file)
             return error_set(error, STATUS_IO, "descriptor %d is closed, and /dev/null cannot take its place: %s", file, strerror(errno));
     }
@@ -37,7 +38,8 @@ static void close_to_others(void) {
     umask(asked | S_IWOTH);
 }
 
-/* A soft limit is mostly another's habit: it is raised as far as the hard limit allows. */
+/* Raises a soft limit as far as wanted and the hard limit allows, because soft limits are mostly
+ * defaults of the calling shell. */
 static void raise_limit(int resource, rlim_t wanted) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= wanted) return;
@@ -45,7 +47,8 @@ static void raise_limit(int resource, rlim_t wanted) {
     setrlimit(resource, &limit);
 }
 
-/* unit: that of the message; the kernel counts stacks in bytes. */
+/* Checks that a limit is at least `least`. unit: size of the message's unit, because the kernel
+ * counts stacks in bytes. */
 static int need(int resource, rlim_t least, rlim_t unit, const char *what, const char *remedy, struct error *error) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= least) return STATUS_OK;

@@ -24,10 +24,12 @@
 
 enum {
     PROCESS_STACK = 8 << 20, /* bytes; `hexid gap` needs most, but less than this (stack.sh) */
-    PROCESS_FILES = 128,     /* descriptors; a run has fewer than 32, and 66 for operators */
+    PROCESS_FILES = 128,     /* a run opens fewer than 32 descriptors, and 66 more for clients of
+                              * `hexid command` */
 };
 
-/* Main thread, first of all. STATUS_IO: a standard descriptor is closed and cannot be opened. */
+/* Brings the process into the state described above. Main thread, first of all. STATUS_IO: a
+ * standard descriptor is closed and cannot be opened. */
 int process_start(struct error *error);
 
 /* After process_start(): checks that the limits suffice. STATUS_IO with limit, value and remedy if

@@ -8,14 +8,15 @@
 
 enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
 
-/* Limits malloc to one heap; to be called before any other thread starts. Each further heap
- * would reserve 64 MB of locked memory, and before returning memory of one malloc reads a file
- * of /proc, which a confined process may not. */
+/* Limits malloc to one heap; to be called before any other thread starts. Each further heap would
+ * reserve 64 MB of locked memory, and before returning memory of such a heap malloc reads a file of
+ * /proc, which a confined process may not. */
 void realtime_heap(void);
 
-/* For the calling thread. 0: everything was granted, and read back. Otherwise STATUS_UNSAFE with
- * the refused part and the remedy; with REALTIME_TRY the thread continues with what was granted
- * and the caller shows the message. SAFETY: a refusal is never reported only in a log. */
+/* Makes the calling thread real-time. Returns 0 if everything was granted and read back. Otherwise
+ * STATUS_UNSAFE with the refused part and the remedy; with REALTIME_TRY the thread continues with
+ * what was granted and the caller shows the message. SAFETY: a refusal is never reported only in a
+ * log. */
 int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error);
 
 /* Sets SCHED_FIFO for the calling thread, with a priority `below` that of the loop; if refused,

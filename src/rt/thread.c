@@ -27,7 +27,7 @@ int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *
                      what, stack_bytes >> 10, strerror(refused));
 }
 
-/* pthread_clockjoin_np() would suffice, but ThreadSanitizer reports false races. */
+/* pthread_clockjoin_np() would suffice, but ThreadSanitizer reports false races with it. */
 bool thread_join_within(pthread_t thread, int seconds) {
     int64_t until = monotonic_ns() + seconds * NS_PER_S;
     while (pthread_tryjoin_np(thread, NULL)) {

@@ -11,13 +11,15 @@
 #include "status.h"
 
 enum {
-    THREAD_STACK_COPY = 128 << 10,     /* bytes; copies lines */
-    THREAD_STACK_REALTIME = 512 << 10, /* realtime_enter() prefaults half of it */
-    THREAD_STACK_IDENTIFY = 2 << 20,   /* recorder and estimators: identification */
-    THREAD_STACK_FIT = 8 << 20,        /* `hexid gap`: nested fits */
+    THREAD_STACK_COPY = 128 << 10,     /* bytes; for threads that copy text or watch an interface */
+    THREAD_STACK_REALTIME = 512 << 10, /* for threads in real time; realtime_enter() prefaults half
+                                        * of it */
+    THREAD_STACK_IDENTIFY = 2 << 20,   /* for recorder and estimators, which identify */
+    THREAD_STACK_FIT = 8 << 20,        /* for `hexid gap`, which nests fits */
 };
 
-/* Any thread. STATUS_IO with its name ("loop"), the reason and the remedy. */
+/* Starts a thread; any thread. STATUS_IO with the new thread's name ("loop"), the reason and the
+ * remedy. */
 int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *(*run)(void *), void *argument, struct error *error);
 
 /* Waits up to `seconds` for the end of a thread; false: it still runs, and can be waited for

@@ -12,17 +12,19 @@ enum { WAKEUP_EDGES = 16 };
 extern const int wakeup_edge_us[WAKEUP_EDGES]; /* 1, 2, 5, 10, ... */
 
 struct wakeups {
-    struct histogram late;             /* ns behind the deadline */
+    struct histogram late;             /* delays of the wake-ups after their deadlines, ns */
     int64_t count[WAKEUP_EDGES + 1];   /* wake-ups later than the previous edge and earlier than
                                         * this one; last: later than all */
-    int64_t half;        /* wake-ups late by at least half a period, late samples for a field bus */
+    int64_t half;        /* wake-ups late by at least half a period, which make late samples on a
+                          * field bus */
     int64_t missed;       /* deadlines missed, as the loop counts them: one for each whole period */
-    int64_t missed_in_row;          /* the most of them in a row, which loop.overrun_limit limits */
-    int realtime; /* STATUS_OK: SCHED_FIFO, memory locked, pinned if requested; else the refusal: */
-    struct error realtime_error;
+    int64_t missed_in_row;     /* most deadlines missed in a row, which loop.overrun_limit limits */
+    int realtime; /* STATUS_OK: SCHED_FIFO, memory locked, pinned if requested; else it was
+                   * refused */
+    struct error realtime_error; /* reason for the refusal */
 };
 
-/* Adds a wake-up. */
+/* Adds a wake-up to the counts. */
 void wakeups_add(struct wakeups *w, int64_t late_ns, int64_t period_ns);
 
 /* Measures in a separate thread, which continues if real time is refused; duration_s 0: requests
