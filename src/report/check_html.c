@@ -7,8 +7,8 @@
 #include "html.h"
 #include "page.h"
 
-/* Styles of a sentence: only what asks for action has the colour of a warning, as in the terminal
- * only that has a '!'. */
+/* Styles of a sentence. Only one that asks for action has the colour of a warning, as only such a
+ * line has a '!' on the terminal. */
 static const char fact[] = "", to_do[] = " class=\"notice\"";
 
 static void head_cells(FILE *out, const char *const *names) {
@@ -43,7 +43,7 @@ static void section_tests(FILE *out, const struct check_report *r) {
     fputs("</table></div>\n<p class=\"small\">Noise, below: one standard deviation of a sample of the worst channel.</p>\n", out);
 }
 
-/* Writes the numbers of faulty legs: "1, 2, 5". */
+/* Writes a table cell with the numbers of faulty legs: "1, 2, 5". */
 static void legs_cell(FILE *out, unsigned bits) {
     const char *before = "<td class=\"n\"><span class=\"notice\">";
     for (int i = 0; i < LEGS; i++)

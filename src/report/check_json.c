@@ -13,7 +13,7 @@ static json_t *text(const char *words) {
     return json_string(printable);
 }
 
-/* Legs as numbers from 1. */
+/* List of the legs whose bits are set, as numbers from 1. */
 static json_t *legs(unsigned bits) {
     json_t *array = json_array();
     for (int i = 0; i < LEGS; i++)

@@ -9,7 +9,8 @@ enum { POINTS = 500, WIDTH = 1100, PANEL = 165, HEAD = 22, FOOT = 50, GROUNDS_MO
 
 static bool is_axis(const struct survey *s) { return s->mechanism == MECHANISM_AXIS; }
 
-/* An axis shows its reference in the panel of its position. */
+/* True if a kind of channel has a panel of its own. A single axis shows its reference in the panel
+ * of its position. */
 static bool has_panel(const struct survey *s, int kind) {
     return s->channel[kind].there && !(is_axis(s) && kind == SURVEY_REFERENCE && s->channel[SURVEY_LENGTH].there);
 }
@@ -18,7 +19,7 @@ static double start_s(const struct survey *s) { return s->test.sample[0].test_ti
 
 static double width_s(const struct survey *s) { return fmax(survey_seconds(s), 1e-9); }
 
-/* Samples of a channel that fall on one pixel: first and last value, minimum and maximum. */
+/* Values of a channel's samples that fall on one pixel: first and last, minimum and maximum. */
 struct ends {
     double first, last, low, high;
 };
@@ -39,8 +40,8 @@ static void write_row(FILE *script, double t_s, const struct ends *ends, int cou
     fputc('\n', script);
 }
 
-/* Columns: time, then each channel. One row a sample, or two rows a pixel if it has more samples. A
- * pixel without samples leaves a gap. */
+/* Writes the data of a kind in columns: time, then each channel. There is one row for each sample,
+ * or two for each pixel if it has more samples. A pixel without samples leaves a gap. */
 static void write_data(FILE *script, const struct survey *s, enum survey_kind kind) {
     const struct recording_test *t = &s->test;
     int count = s->channel[kind].of;
@@ -76,7 +77,7 @@ static void write_grounds(FILE *script, const struct survey *s) {
     }
 }
 
-/* Writes the pieces' labels between the key and the first panel. */
+/* Writes labels of the pieces above the first panel, below the key. */
 static void write_labels(FILE *script, const struct survey *s, double at) {
     int drawn = 0;
     for (const struct piece *p = s->pieces.piece; p < s->pieces.piece + s->pieces.count && drawn < GROUNDS_MOST; p++) {

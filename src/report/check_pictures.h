@@ -6,9 +6,9 @@
 
 #include "survey.h"
 
-/* Draws all channels present over the test's time, one panel for each kind. If there are more
- * samples than pixels, a curve is the band from minimum to maximum. Rests have a grey background,
- * steady pieces a blue one with their frequency. */
+/* Draws all channels with data over the test's time, in one panel for each kind. If there are more
+ * samples than pixels, a curve is the band from minimum to maximum. The background is grey at rest,
+ * and blue with the frequency in steady motion. */
 void check_picture(FILE *script, const struct survey *survey);
 
 #endif

@@ -35,7 +35,7 @@ void check_ramp(const struct survey *s, char text[CHECK_RAMP_SIZE]) {
                  s->test.sample[s->evaluated].test_time_s, s->steady_s, ceil(10.0 * s->ramp_least_s) / 10.0);
 }
 
-/* Prints a name in NAME_COLUMNS columns, cut if it is longer. */
+/* Prints a name in NAME_COLUMNS columns; a longer one is cut. */
 static void print_name(FILE *out, const char *name) {
     char text[SURVEY_NAME];
     size_t length = text_printable(name, text, sizeof text), shown = 0, columns = 0;
@@ -43,7 +43,7 @@ static void print_name(FILE *out, const char *name) {
     fprintf(out, "  %.*s%*s", (int)shown, text, (int)(NAME_COLUMNS - columns), "");
 }
 
-/* Prints a number in a column; "-" if it is not known. */
+/* Prints a number in so many columns; "-" if it is not known. */
 static void print_number(FILE *out, int columns, int digits, double value) {
     char text[40];
     if (isfinite(value)) snprintf(text, sizeof text, "%.*g", digits, value);
@@ -100,7 +100,7 @@ static void print_pieces(FILE *out, const struct survey *s) {
     words_print(out, label, text);
 }
 
-/* Merges a channel over all tests: widest range, largest noise, smallest step. */
+/* Merges a kind of channel over all tests: widest range, largest noise, smallest step. */
 static struct survey_channel all_of(const struct check_report *r, enum survey_kind kind) {
     struct survey_channel all = r->survey[0].channel[kind];
     for (int i = 1; i < r->surveys; i++) {
@@ -139,7 +139,7 @@ static void print_fault(FILE *out, const struct survey *s, const char *text) {
     words_print(out, label, text);
 }
 
-/* Prints faults such as "p1 of leg 2 never changes". */
+/* Prints a test's faults, such as "p1 of leg 2 never changes". */
 static void print_faults(FILE *out, const struct survey *s) {
     char text[LINE], ramp[CHECK_RAMP_SIZE];
     check_ramp(s, ramp);

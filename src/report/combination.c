@@ -5,7 +5,7 @@
 #include "identification_table.h"
 #include "printable.h"
 
-enum { NAMED = 8 /* values that the verdict names */, COLUMN = 12 };
+enum { NAMED = 8 /* most values that the verdict names */, COLUMN = 12 };
 
 const char *combination_unit(int value) {
     static const char *const of_entries[] = {"kg", "kg m", "kg m^2"};
@@ -29,7 +29,7 @@ static void judge_agreement(const struct agreement *a, struct verdict *v) {
     verdict_add(v, VERDICT_FAIL, "the logs disagree: chi-square %.1f of %d degrees of freedom, by noise alone with probability %.1g",
                 a->chi_square, a->degrees, a->probability);
     for (int i = 0; i < NAMED && agreement_worst(a, used, &place); i++) {
-        /* If the logs disagree only as a whole, the worst value is named anyway. */
+        /* If the logs disagree only as a whole, the worst value is named all the same. */
         if (i && !a->apart[place.log][place.value]) return;
         equations_name(place.value, name);
         verdict_add(v, VERDICT_FAIL, "%s of log %d is %+.1f standard deviations from the others", name, place.log + 1,

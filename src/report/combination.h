@@ -1,5 +1,5 @@
-/* Several logs of one machine: each log's result beside that of all logs together (equations.h),
- * and whether they agree (agreement.h). */
+/* Several logs of one machine: the result of each log beside that of all logs together
+ * (equations.h), and whether they agree (agreement.h). */
 #ifndef HEXID_COMBINATION_H
 #define HEXID_COMBINATION_H
 
@@ -10,32 +10,34 @@
 
 struct combination_log {
     const char *path;
-    const struct identification *id;  /* its method C is evaluated */
+    const struct identification *id;  /* result of the log, which has a matrix by method C */
     const struct verdict *verdict;
     struct loop_statistics loop;
 };
 
 struct combination {
-    int logs;                         /* 2 to AGREEMENT_LOGS */
+    int logs;                         /* number of logs, 2 to AGREEMENT_LOGS */
     struct combination_log log[AGREEMENT_LOGS];
     struct method_c all;
     struct agreement agreement;
     struct verdict verdict;
 };
 
-/* Fails if the logs disagree, naming the values that are apart, or if a log's own verdict fails; is
- * not evaluated if entries remain undetermined. */
+/* Judges several logs. The verdict fails if the logs disagree, and names the values that are
+ * apart; it also fails if a log's own verdict fails. It is not evaluated if entries remain
+ * undetermined. */
 struct verdict combination_verdict(const struct combination *c);
 
-/* Prints one column a log, then one for all logs together and one for its standard deviation, with
- * a star at values that are apart; then the verdict. */
+/* Prints one column for each log, then one for all logs together and one for its standard
+ * deviation, with a star at values that are apart; then the verdict. */
 void combination_table_print(FILE *out, const struct combination *c);
 
-/* Schema hexid.identifications/1: "logs", each a hexid.identification/1 with its path as "log";
- * "combined"; "agreement"; "verdict". The caller frees it. NULL without memory. */
+/* The result as JSON, schema hexid.identifications/1: "logs", each a hexid.identification/1 with
+ * its path as "log"; "combined"; "agreement"; "verdict". The caller frees the text. NULL without
+ * memory. */
 char *combination_json(const struct combination *c);
 
-/* Unit of an entry, a friction or a spring, by its place in the equations. */
+/* Unit of a matrix entry, a friction or a spring, given by its index in the equations. */
 const char *combination_unit(int value);
 
 #endif

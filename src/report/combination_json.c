@@ -9,7 +9,7 @@ static json_t *log_json(const struct combination_log *log) {
     return report_set(report_identification(log->id, log->verdict, &log->loop), "log", json_string(path));
 }
 
-/* Deviation of each log's values from the other logs'; null if not compared. */
+/* Deviation of each log's values from those of the other logs; null if it is not compared. */
 static json_t *deviations(const struct agreement *a) {
     json_t *object = json_object();
     for (int i = 0; i < AGREEMENT_VALUES; i++) {
@@ -37,7 +37,7 @@ static json_t *apart(const struct agreement *a) {
 
 char *combination_json(const struct combination *c) {
     const struct agreement *a = &c->agreement;
-    json_object_seed(1); /* as in identification_json() */
+    json_object_seed(1); /* fixed seed, for the reason in identification_json() */
     json_t *logs = json_array();
     for (int l = 0; l < c->logs; l++) logs = report_append(logs, log_json(&c->log[l]));
     json_t *agreement = report_set(report_set(report_agreement(a), "apart", apart(a)), "deviations", deviations(a));

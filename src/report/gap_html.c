@@ -23,8 +23,13 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
 };
 
-/* How many of the effects found are in the model already, with another size. */
-enum given { NONE_GIVEN, SOME_GIVEN, ALL_GIVEN }; /* SOME also if an effect is in doubt */
+/* Whether the configuration has the effects found, with another size: none of them, some or all. */
+enum given {
+    NONE_GIVEN,
+    SOME_GIVEN,
+    ALL_GIVEN
+}; /* SOME_GIVEN also counts if an effect is in
+                                                   * doubt */
 
 static enum given given(const struct gap_result *r) {
     int there = 0;
@@ -111,7 +116,8 @@ static void missing_card(FILE *out, const struct gap_result *r) {
     fputs("</div>\n", out);
 }
 
-/* The best effect that is neither named, nor a rival of the named one, nor contains it. */
+/* The best candidate that is neither named nor a rival of a named effect, nor contains a named
+ * effect as a special case. NULL: there is none. */
 static const struct gap_candidate *runner_up(const struct gap_result *r) {
     for (int i = 0; i < r->candidates; i++) {
         bool other = true;
@@ -221,7 +227,7 @@ static void next_steps(FILE *out, const struct gap_report *report) {
     }
     if (!r->effects) return;
     fputs("<p class=\"next\"><b>Use it:</b> <code>", out);
-    /* hexid does not drive an axis */
+    /* hexid does not drive a single axis */
     bool axis = report->result->model.mechanism == MECHANISM_AXIS;
     html_text(out, axis ? "hexid gap -c %s --measured ..." : "hexid run -c %s", report->model_file);
     fprintf(out, "</code>, the configuration given with %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",

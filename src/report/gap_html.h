@@ -1,5 +1,5 @@
-/* The result of hexid gap as one HTML page: no scripts, no network, pictures embedded. Ordinary
- * threads; heap; gnuplot as a child process. */
+/* The result of `hexid gap` as one HTML page, without scripts or other files: pictures are
+ * embedded. Ordinary threads; heap; gnuplot as a child process. */
 #ifndef HEXID_GAP_HTML_H
 #define HEXID_GAP_HTML_H
 
@@ -8,15 +8,17 @@
 struct gap_report {
     const struct gap_result *result;
     const struct recording *measured;
-    /* from the closed loop if the result is simulated, else from the measured motion */
+    /* from simulations in closed loop if the result is simulated, otherwise from the measured
+     * motion */
     const struct waves *waves;
     const struct waves *motion;
-    const char *const *measured_file; /* one a run, for the heading */
-    const char *validate_file, *config_file, *model_file; /* validate_file may be NULL */
+    const char *const *measured_file; /* [runs]: file names for the heading */
+    /* validate_file: NULL without a validation log */
+    const char *validate_file, *config_file, *model_file;
 };
 
-/* Writes the page; the caller frees *page. Returns 0, or -3 with the reason: without memory (*page
- * is NULL), or the page lacks its pictures and says so. */
+/* Writes the page; the caller frees *page. Returns 0, or -3 with the reason: no memory (*page is
+ * NULL), or the page lacks pictures and says so. */
 int gap_html(const struct gap_report *report, char **page, struct error *error);
 
 #endif

@@ -7,7 +7,7 @@
 
 static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
 
-/* One number if all legs are alike, else a list. */
+/* One number if all legs have the same value, otherwise a list. */
 static json_t *legs(const double x[LEGS]) {
     bool alike = true;
     for (int k = 1; k < LEGS; k++) alike = alike && x[k] == x[0];
@@ -68,7 +68,8 @@ static json_t *rejected(const struct gap_result *r) {
     return array;
 }
 
-/* One object a value, or a list of six if it is a leg's, with null for legs without one. */
+/* The base's values: one object for each, or a list of six for values of the legs, with null for
+ * legs without one. */
 static json_t *base(const struct gap_result *r) {
     json_t *object = json_object();
     for (int i = 0; i < r->base_values; i++) {
@@ -100,8 +101,8 @@ static json_t *matrix(const double m[DOFS][DOFS]) {
     return array;
 }
 
-/* Matrices from the measurement, from the model before and after, and from the measurement with the
- * friction found subtracted. */
+/* Matrices from the measurement, from the model before and after, and from the measurement less the
+ * effect of the friction found. */
 static json_t *matrices(const struct gap_result *r) {
     return json_pack("{so so so so}", "measured", r->matrices ? matrix(r->measured_mt) : json_null(), "before",
                      r->matrices ? matrix(r->before_mt) : json_null(), "after", r->matrices ? matrix(r->after_mt) : json_null(), "repaired",
@@ -122,7 +123,7 @@ char *gap_json(const struct gap_result *r, const char *model) {
     for (int i = 0; i < r->places; i++) json_array_append_new(where, place(&r->where[i]));
     json_t *doubted = r->ambiguous ? json_string(effect_table[r->effect[r->in_doubt].effect]->name) : json_null();
     json_t *path = json_string(model);
-    /* json_string() refuses a path that is not UTF-8. */
+    /* json_string() refuses a path that is not UTF-8 */
     if (!path) path = json_string("model.yaml");
     json_t *white = json_pack("{so so}", "before", number(r->white_before), "after", number(r->white_after));
     json_t *root = json_pack("{ss ss ss so so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",

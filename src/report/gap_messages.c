@@ -8,7 +8,7 @@
 
 enum { PARAMETERS = GAP_EFFECTS * EFFECT_KEYS * LEGS, NAME_SIZE = 80 };
 
-/* The cast is safe: liblcm only reads the text. */
+/* Casts a constant string to char *. That is safe, because liblcm only reads the text. */
 static char *text(const char *constant) { return (char *)(uintptr_t)constant; }
 
 struct lists {

@@ -14,7 +14,7 @@ const struct picture_unit picture_units[GAP_CHANNELS] = {
 
 static const char *const labels[GAP_CHANNELS] = {"length - mean", "force", "P1", "P2", "valve command"};
 
-/* Step for about four tics between -size and size. */
+/* Distance of tics so that about four fit between -size and size. */
 static double tic_step(double size) {
     double power = pow(10.0, floor(log10(size / 2.0))), lead = size / 2.0 / power;
     return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
@@ -28,22 +28,23 @@ static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *
     return value[0];
 }
 
-/* Rate from the equations' harmonics: a higher one is mostly noise once differentiated. */
+/* Rate of change from those harmonics that the equations use: after differentiation a higher one is
+ * mostly noise. */
 static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];
     spectrum_value(row, t->piece_s > 0.0 ? SPECTRUM_HARMONICS : RESIDUAL_HARMONICS, t->omega, t_s, value);
     return value[1];
 }
 
-/* Mean over the plotted range. */
+/* Mean of a curve over the plotted time. */
 static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
     double sum = 0.0;
     for (int i = 0; i < POINTS; i++) sum += value_at(row, t, time_at(t, i)) / POINTS;
     return sum;
 }
 
-/* Columns: ms, measured, before, after, measured less before, measured less after. Returns the
- * largest difference shown. */
+/* Writes columns: ms, measured, before, after, measured less before, measured less after. Returns
+ * the largest difference in them. */
 static double wave_data(FILE *script, const struct picture *p, enum gap_channel channel) {
     const struct wave *w = &p->test->wave[channel][p->leg];
     const struct picture_unit *u = &picture_units[channel];
@@ -60,7 +61,8 @@ static double wave_data(FILE *script, const struct picture *p, enum gap_channel 
     return largest > 0.0 ? largest : 1.0;
 }
 
-/* Plots $data by columns "x:y": measured (may be NULL), before, and after if there is one. */
+/* Plots $data by pairs of columns such as "1:2": measured (may be NULL), before, and after if there
+ * is one. */
 static void plot(FILE *script, const struct picture *p, const char *measured, const char *before, const char *after) {
     fputs("plot ", script);
     if (measured) fprintf(script, "$data using %s with lines ls 1 title 'measured', ", measured);
@@ -100,7 +102,7 @@ void picture_wave(FILE *script, const struct picture *p, enum gap_channel channe
     plot(script, p, NULL, "1:5", "1:6");
 }
 
-/* Range of the values so far. */
+/* Range of the values plotted so far. */
 struct reach {
     double low, high;
 };
@@ -112,12 +114,13 @@ static double within(struct reach *r, double value) {
     return value;
 }
 
-/* Sets only as many tics as have room for their numbers. */
+/* Sets no more tics than have room for their numbers. */
 static void set_xtics(FILE *script, const struct reach *r) {
     if (r->high > r->low) fprintf(script, "set xtics %g\n", tic_step(0.5 * (r->high - r->low)));
 }
 
-/* Columns: velocity, force measured, before, after, measured less before, measured less after. */
+/* Writes columns: velocity, force measured, before, after, measured less before, measured less
+ * after. */
 static void force_data(FILE *script, const struct picture *p) {
     const struct wave *force = &p->test->wave[GAP_FORCE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
     struct reach rate = nowhere;
@@ -151,7 +154,7 @@ void picture_rest_loop(FILE *script, const struct picture *p) {
     plot(script, p, NULL, "1:5", "1:6");
 }
 
-/* Columns: valve and velocity, for measured, before, after. */
+/* Writes pairs of columns, valve and velocity: measured, before, after. */
 static void valve_data(FILE *script, const struct picture *p) {
     const struct wave *valve = &p->test->wave[GAP_VALVE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
     const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};

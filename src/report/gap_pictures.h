@@ -1,6 +1,7 @@
-/* The pictures of a gap report as gnuplot scripts (plot.h), SVG to standard output. Measured is
- * black, the model before grey and dashed, the model after in the accent colour, so that they
- * differ without colour too. All over one mean cycle, in display units. */
+/* The pictures of a gap report as gnuplot scripts (plot.h), which write SVG to standard output. The
+ * measured curve is black, that of the model before grey and dashed, that of the model after in the
+ * accent colour, so that they also differ without colour. All show one mean cycle or segment, in
+ * display units. */
 #ifndef HEXID_GAP_PICTURES_H
 #define HEXID_GAP_PICTURES_H
 
@@ -12,21 +13,22 @@
 struct picture {
     const struct wave_test *test;
     int leg;
-    bool after;   /* false: no model after to show */
+    bool after;   /* false: there is no model after to show */
 };
 
-/* Plots a channel's waveform; below it measurement less model, with a sample's noise as a band. */
+/* Plots a channel's waveform, and below it measurement less model, with the noise of a sample as a
+ * band. */
 void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel);
 
-/* Plot force over velocity: the loop, and what the models leave of it. For waves_motion. */
+/* Plot force over velocity from waves_motion: the loop, and what the models leave of it (rest). */
 void picture_force_loop(FILE *script, const struct picture *p);
 void picture_rest_loop(FILE *script, const struct picture *p);
 
-/* Plots valve command over velocity, each model with its own motion. For waves_closed_loop. */
+/* Plots velocity over valve command from waves_closed_loop, each model with its own motion. */
 void picture_valve_loop(FILE *script, const struct picture *p);
 
-/* Display unit of a channel in pictures, tables and on the terminal: SI value times scale, in unit.
- * Differences of two values may have another unit. */
+/* Display unit of a channel in pictures, tables and on the terminal: an SI value times `scale` is
+ * in `unit`. Differences of two values may have another unit. */
 struct picture_unit {
     double scale, difference_scale;
     const char *unit, *difference_unit;

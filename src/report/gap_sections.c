@@ -20,7 +20,7 @@ const char *section_channel_words(int legs, enum gap_channel channel) {
     return words[channel];
 }
 
-/* Words such as ", leg force of leg 3"; for a single axis ", force". */
+/* Words for a channel's place, such as ", leg force of leg 3"; ", force" for a single axis. */
 static const char *place_words(int legs, enum gap_channel channel, int leg, char words[PLACE_WORDS]) {
     int length = snprintf(words, PLACE_WORDS, ", %s", section_channel_words(legs, channel));
     if (legs > 1) snprintf(words + length, (size_t)(PLACE_WORDS - length), " of leg %d", leg + 1);
@@ -48,7 +48,8 @@ static void shape_words(FILE *out, int shape) {
     if (shape == SHAPE_EACH) html_text(out, " (each leg its own)");
 }
 
-/* Puts words into the singular for an axis, which has one cylinder, valve and sensor. */
+/* Writes words for a platform in the singular, for a single axis with one cylinder, valve and
+ * sensor. */
 static void singular(FILE *out, const char *plain) {
     static const char *const words[][2] = {
         {"cylinders", "cylinder"}, {"pistons", "piston"}, {"slower spools", "a slower spool"},     {"spools", "spool"},
@@ -99,12 +100,12 @@ static void draw(struct page *p, script_writer *writer, const struct picture *pi
     free(script);
 }
 
-/* One channel of one leg in one test. */
+/* One channel of one leg in one test, as the subject of a picture. */
 struct spot {
     const struct wave_test *test;
     enum gap_channel channel;
     int leg;
-    double size; /* rms difference before, over the channel's variation */
+    double size; /* rms difference before, over the rms variation of the channel */
 };
 
 static double spot_size(const struct waves *w, const struct wave_test *t, int channel, int leg, bool after) {
@@ -117,7 +118,8 @@ static int by_size(const void *a, const void *b) {
     return x->size < y->size ? 1 : x->size > y->size ? -1 : 0;
 }
 
-/* All spots of the waves, largest difference first. Free the list. */
+/* Lists the spots of all tests, channels and legs, largest difference first. The caller frees the
+ * list. */
 static struct spot *spots(const struct waves *w, int *count) {
     struct spot *spot = malloc(((size_t)w->tests * GAP_CHANNELS * LEGS + 1) * sizeof *spot);
     *count = 0;
@@ -131,7 +133,7 @@ static struct spot *spots(const struct waves *w, int *count) {
     return spot;
 }
 
-/* Words for a test: "x"; of several runs "x at 4 Hz"; of any motion "at 3.21 s". */
+/* Names a test: "x"; with several runs "x at 4 Hz"; a piece of a motion "at 3.21 s". */
 static const char *test_words(const struct page *p, int test, enum dof dof, double at_s, double piece_s, char words[TEST_WORDS]) {
     const struct recording *r = p->report->measured;
     if (piece_s > 0.0) {
@@ -152,8 +154,8 @@ static const struct wave_test *find_test(const struct waves *w, const struct gap
     return NULL;
 }
 
-/* Candidates for a picture, in order: the places of the gap, which are weighted by noise; then the
- * largest differences. Free the list. */
+/* Lists candidates for a picture in order: first the places of the gap, which are weighted by
+ * noise, then the largest differences. The caller frees the list. */
 static struct spot *list_spots(const struct page *p, int *count) {
     const struct waves *w = p->report->waves;
     const struct gap_result *r = p->report->result;
@@ -172,7 +174,8 @@ static struct spot *list_spots(const struct page *p, int *count) {
     return list;
 }
 
-/* Chooses the first spots, no channel too often, no channel of a test twice. */
+/* Chooses the first spots of the list, but no channel too often, and no channel of a test twice.
+ * Returns their number. */
 static int choose(const struct page *p, const struct spot *list, int count, struct spot chosen[PICTURES]) {
     int channels = 0, taken[GAP_CHANNELS] = {0}, n = 0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += p->report->waves->evaluated[ch];
@@ -206,7 +209,8 @@ void section_waveforms(struct page *p) {
     free(list);
 }
 
-/* Place of the largest error of the force balance over its noise; NULL if there is none. */
+/* Place of the largest gap in a force, or, if there is none in a force, of the largest gap. NULL:
+ * there is none. */
 static const struct gap_place *loop_place(const struct gap_result *r) {
     for (int i = 0; i < r->places; i++)
         if (r->where[i].channel == GAP_FORCE) return &r->where[i];
@@ -238,7 +242,8 @@ void section_loops(struct page *p) {
 
 /* --- disagreement map */
 
-/* Value of the full colour: the largest difference, or the noise of a sample if that is larger. */
+/* Difference that has the full colour: the largest one, or the noise of a sample if that is
+ * larger. */
 static double full_colour(const struct page *p) {
     const struct waves *w = p->report->waves;
     double full = 0.0;
@@ -251,7 +256,8 @@ static double full_colour(const struct page *p) {
     return full;
 }
 
-/* White to the accent to nearly black: lightness falls all the way, for every eye and on paper. */
+/* Colour of a share, from white through the accent to nearly black. Lightness only falls, so that
+ * it can be read by every eye and on paper. */
 static void colour(double share, int rgb[3]) {
     static const double stops[3][3] = {{255, 255, 255}, {86, 164, 209}, {0, 52, 96}};
     double place = 2.0 * fmin(fmax(share, 0.0), 1.0);
@@ -259,7 +265,7 @@ static void colour(double share, int rgb[3]) {
     for (int i = 0; i < 3; i++) rgb[i] = (int)(stops[from][i] + (place - from) * (stops[from + 1][i] - stops[from][i]));
 }
 
-/* Relative luminance as WCAG 2 defines it: below 0.179 white text has more contrast than black. */
+/* Relative luminance as WCAG 2 defines it: below 0.179, white text has more contrast than black. */
 static double luminance(const int rgb[3]) {
     static const double weight[3] = {0.2126, 0.7152, 0.0722};
     double sum = 0.0;

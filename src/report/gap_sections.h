@@ -4,24 +4,25 @@
 
 #include "gap_html.h"
 
-/* A page being written. */
+/* A page while it is written. */
 struct page {
     FILE *out;
     const struct gap_report *report;
-    struct error picture;  /* why the first picture was not drawn; status 0: all were */
+    struct error picture;  /* why the first picture was not drawn; status 0: all were drawn */
 };
 
-void section_map(struct page *p);         /* tests x channels x legs, and the list of places */
-void section_waveforms(struct page *p);   /* the largest disagreements */
-void section_loops(struct page *p);       /* force and valve over velocity */
+void section_map(struct page *p);         /* disagreement by test, channel and leg, and the list of
+                                           * places */
+void section_waveforms(struct page *p);   /* plots of the largest disagreements */
+void section_loops(struct page *p);       /* plots of force and valve over velocity */
 
-/* Writes words such as "dry friction in the cylinders (leg 3 only)". shape as in gap.h. */
+/* Writes words such as "dry friction in the cylinders (leg 3 only)". shape: as in gap.h. */
 void section_effect_words(FILE *out, int effect, int shape, int legs);
 
-/* Words such as "leg length"; a single axis has a "position". */
+/* Words for a channel, such as "leg length"; "position" for a single axis. */
 const char *section_channel_words(int legs, enum gap_channel channel);
 
-/* Words for a feature: "velocity_reversal" -> "where the velocity reverses". */
+/* Words for a feature: "where the velocity reverses" for "velocity_reversal". */
 const char *section_feature_words(const char *feature);
 
 #endif

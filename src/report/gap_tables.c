@@ -91,14 +91,15 @@ static bool is_named(const struct gap_result *r, int effect) {
     return false;
 }
 
-/* Place of the best candidate that is named; 0 if none is. */
+/* Index of the best candidate that is named; 0 if none is. */
 static int first_named(const struct gap_result *r) {
     for (int i = 0; i < r->candidates; i++)
         if (is_named(r, r->candidate[i].effect)) return i;
     return 0;
 }
 
-/* Outcome of a candidate; of one that is better alone than the named ones, why it is not named. */
+/* Outcome of a candidate, or "". If it is better alone than those that are named, this is the
+ * reason why it is not named. */
 static const char *fate(const struct gap_result *r, int place) {
     int effect = r->candidate[place].effect;
     if (is_named(r, effect)) return "named";
@@ -130,7 +131,7 @@ static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     fprintf(out, "<td>%s</td></tr>\n", end);
 }
 
-/* Lists the candidates without any gain by name only. */
+/* Lists candidates without any gain, by name only. */
 static void list_rest(FILE *out, const struct gap_result *r) {
     int rest = 0;
     for (int i = 0; i < r->candidates; i++)
@@ -170,7 +171,7 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
 
 /* --- numbers */
 
-/* Writes a row in units suited to differences. */
+/* Writes a row of the table of differences, in units that suit them. */
 static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
     char format[] = "%.0f";
     format[2] = (char)('0' + decimals);
@@ -246,7 +247,8 @@ void table_base(FILE *out, const struct gap_result *r) {
 
 /* --- inertia matrix */
 
-/* Compares two matrices with a reference, entry by entry. */
+/* Writes a reference and two matrices, entry by entry, with their differences from the
+ * reference. */
 static void matrix_table(FILE *out, const char *const names[3], const double (*reference)[DOFS], const double (*first)[DOFS],
                          const double (*second)[DOFS]) {
     fprintf(out,

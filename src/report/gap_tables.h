@@ -1,19 +1,20 @@
-/* Sections of a gap report below its first screen: the figures, as tables. */
+/* Sections of a gap report below its first screen: figures in tables. */
 #ifndef HEXID_GAP_TABLES_H
 #define HEXID_GAP_TABLES_H
 
 #include "gap_html.h"
 
 void table_hypotheses(FILE *out, const struct gap_result *r);
-/* each channel, SI and normalised */
+/* Gap in each channel, in SI units and normalised by the measured variation. */
 void table_numbers(FILE *out, const struct gap_report *report);
 void table_base(FILE *out, const struct gap_result *r);
-/* writes nothing if no matrix was identified */
+/* Writes nothing if no matrix was identified. */
 void table_matrix(FILE *out, const struct gap_result *r);
 
-/* Keys, values and uncertainties of an effect found. If each leg has its own values, their spread;
- * table_legs() lists them all. */
+/* Writes keys, values and uncertainties of an effect found; the spread of the values if each leg
+ * has its own. table_legs() lists these. */
 void table_parameters(FILE *out, const struct gap_effect *e);
-void table_legs(FILE *out, const struct gap_result *r); /* writes nothing if all legs are alike */
+void table_legs(FILE *out, const struct gap_result *r); /* writes nothing if no effect has a value
+                                                         * for each leg */
 
 #endif

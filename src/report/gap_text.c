@@ -33,7 +33,8 @@ static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
     for (int key = 0; key < e->keys; key++) print_parameter(out, e, key);
 }
 
-/* An effect that is named, a rival of the named one, or contains it is no runner-up. */
+/* True for an effect that is named, is a rival of a named one, or contains one as a special case.
+ * It is no runner-up. */
 static bool named(const struct gap_result *r, int effect) {
     bool found = false;
     for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == effect || hypothesis_contains(effect, r->effect[i].effect);
@@ -51,7 +52,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         if (named(r, r->candidate[i].effect)) continue;
         const char *name = effect_table[r->candidate[i].effect]->name;
         double percent = 100.0 * r->candidate[i].share_explained;
-        /* Candidates were tried alone: several effects together are no measure for them. */
+        /* Candidates were tried alone, so several effects together are no measure for them. */
         if (r->effects > 1) fprintf(out, "  %s alone would explain %.1f %%\n", name, percent);
         else fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", name, percent, gap_short(r, &r->candidate[i]));
         shown++;

@@ -7,7 +7,7 @@
 #include "hexid_method_c_t.h"
 #include "hexid_test_result_t.h"
 
-/* The cast is safe: liblcm only reads the text. */
+/* Casts a constant string to char *. That is safe, because liblcm only reads the text. */
 static char *text(const char *constant) { return (char *)(uintptr_t)constant; }
 
 int test_result_encode(const struct test_result *t, int64_t time_ns, unsigned char *buffer, int capacity) {

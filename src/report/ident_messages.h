@@ -1,5 +1,5 @@
-/* Results as LCM messages (lcmtypes/README.md). Each function returns the size, or -1 if it does
- * not fit. Ordinary threads, no heap. */
+/* Results of an identification as LCM messages (lcmtypes/README.md). Each function returns the
+ * message's size, or -1 if it does not fit the buffer. Ordinary threads, no heap. */
 #ifndef HEXID_IDENT_MESSAGES_H
 #define HEXID_IDENT_MESSAGES_H
 
@@ -9,11 +9,11 @@
 
 int test_result_encode(const struct test_result *t, int64_t time_ns, unsigned char *buffer, int capacity);
 
-/* Values not evaluated are NaN. */
+/* Values that were not evaluated are NaN. */
 int identification_encode(const struct identification *id, const struct verdict *verdict, int64_t time_ns, unsigned char *buffer,
                           int capacity);
 
-/* tests: how many so far; values not determined are NaN. */
+/* tests: number of tests evaluated so far. Values that are not determined are NaN. */
 int method_c_encode(const struct method_c *c, int tests, int64_t time_ns, unsigned char *buffer, int capacity);
 
 int loop_stats_encode(const struct loop_statistics *s, int64_t time_ns, unsigned char *buffer, int capacity);

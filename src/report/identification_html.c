@@ -9,7 +9,7 @@
 #include "identification_tables.h"
 #include "page.h"
 
-/* September 2001; an earlier time is from a clock that started at 0. */
+/* September 2001, us since 1970: an earlier time is that of a clock which started at 0. */
 static const int64_t DATED_US = 1000000000000000;
 
 static const char *file_name(const char *path) {
@@ -33,7 +33,7 @@ static void fact_date(FILE *out, const struct identification_log *l) {
     fputs(dated ? text : "no date: of a run in virtual time", out);
 }
 
-/* Writes "63 mm", or "60 to 63 mm" if the legs differ. */
+/* Writes a value of the legs, "63 mm", or "60 to 63 mm" if they differ. */
 static void range(FILE *out, const double value[LEGS], double scale, const char *unit) {
     double least = value[0], most = value[0];
     for (int i = 1; i < LEGS; i++) least = fmin(least, value[i]), most = fmax(most, value[i]);
@@ -183,7 +183,7 @@ static void friction(struct report_page *p) {
     fputs("</div>\n", p->out);
 }
 
-/* Springs (hoses and cables), only for machines whose configuration allows them. */
+/* Writes the springs (hoses and cables), if the configuration allows any. */
 static void springs(struct report_page *p) {
     bool asked = false;
     for (int i = 0; i < p->report->logs; i++) asked = asked || p->report->log[i].id->method_c.springs;

@@ -28,7 +28,7 @@ static json_t *matrix(double m[DOFS][DOFS]) {
     return array;
 }
 
-/* Fundamental as {sin, cos}, one number an axis. */
+/* Fundamental of a pose or wrench: a sine and a cosine coefficient for each axis. */
 static json_t *fundamental(double c[DOFS][2]) {
     double sine[DOFS], cosine[DOFS];
     for (int i = 0; i < DOFS; i++) sine[i] = c[i][0], cosine[i] = c[i][1];
@@ -54,7 +54,8 @@ static json_t *method(const struct method_result *source, bool damping) {
     return damping ? report_set(report_set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
-/* Dry friction of six legs in one direction, from pairs. */
+/* Dry friction of the six legs in one direction; x: pairs of both directions, from that direction
+ * on. */
 static json_t *strided(const double *x) {
     double value[LEGS];
     for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];
@@ -119,7 +120,7 @@ json_t *report_agreement(const struct agreement *a) {
                      report_number(a->chi_square), "degrees", a->degrees, "probability", report_number(a->probability));
 }
 
-/* Adds the parts; only a long motion has any. */
+/* Adds the parts of a long motion; other motions have none. */
 static json_t *with_parts(json_t *root, const struct identification *id) {
     if (!id->parts) return root;
     return report_set(root, "parts",

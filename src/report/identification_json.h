@@ -1,5 +1,6 @@
-/* The result as JSON, schema hexid.identification/1: matrices are 6x6 row-major arrays of arrays,
- * SI units, order x y z phi theta psi; values not evaluated are null. Numbers read back exactly. */
+/* The result of an identification as JSON, schema hexid.identification/1. Matrices are 6x6
+ * row-major arrays of arrays in SI units, in the order x y z phi theta psi; values that were not
+ * evaluated are null. Numbers read back exactly. */
 #ifndef HEXID_IDENTIFICATION_JSON_H
 #define HEXID_IDENTIFICATION_JSON_H
 
@@ -9,14 +10,16 @@
 struct loop_statistics {
     int64_t cycles, overruns, lost;
     double period_s;
-    bool timed;                     /* false on a virtual clock: the times below mean nothing */
-    double wake_us[4], exec_us[4];  /* p50, p99, p99.9, max */
-    double pace;                    /* the loop's own time over the host's, 1 if it kept up */
-    int64_t stalls;                 /* wake-ups a period or more late */
+    bool timed;                     /* false: the clock was virtual, and the times below mean
+                                     * nothing */
+    double wake_us[4], exec_us[4];  /* percentiles p50, p99, p99.9 and maximum */
+    double pace;                    /* time of the loop over that of the host; 1 if the loop kept
+                                     * up */
+    int64_t stalls;                 /* number of wake-ups that were late by a period or more */
     double longest_stall_s;
 };
 
-/* The caller frees the text. NULL without memory. */
+/* The result as text, which the caller frees; NULL without memory. */
 char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop);
 
 #endif

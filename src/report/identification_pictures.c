@@ -11,7 +11,7 @@ enum { TEST_POINTS = 180, PERIODS = 3, PIECES = 6, FRICTION_TESTS = 12, FRICTION
 
 /* --- entries */
 
-/* One method of one log. */
+/* Results of one method for one log. */
 struct series {
     const struct identification_log *log;
     const struct method_result *method;
@@ -88,8 +88,8 @@ static void test_row(FILE *script, const struct recording_sample *s, const doubl
     fputc('\n', script);
 }
 
-/* Columns: time in s; pose and reference in mm and mrad; forces in N. Samples not evaluated leave a
- * gap. */
+/* Writes columns: time in s; pose and reference in mm and mrad; forces in N. Samples that are not
+ * evaluated leave a gap. */
 static void test_data(FILE *script, const struct picture_test *p, const struct kinematics *k) {
     const struct recording_test *t = &p->log->recording->test[p->test];
     double pose[DOFS] = {0};
@@ -106,7 +106,7 @@ static void test_data(FILE *script, const struct picture_test *p, const struct k
     fputs("EOD\n", script);
 }
 
-/* Places a panel below the others, with a line of key above it. */
+/* Sets the place of a panel, below those with lower numbers, with one line for its key above it. */
 static void panel(FILE *script, int number, int panels, const char *label) {
     double height = (1.0 - 0.27 / panels) / panels, top = 1.0 - number * height, key = 0.16 / panels;
     bool last = number == panels - 1;
@@ -144,7 +144,7 @@ void picture_test(FILE *script, const void *subject) {
     struct error error;
     int axis = t->dof != DOF_NONE, panels = axis ? 2 : 3;
     plot_begin(script, 540, axis ? 380 : 520);
-    /* gnuplot then draws nothing, and the page says so. */
+    /* without a script gnuplot draws nothing, and the page says so */
     if (kinematics_init(&k, p->log->params, &error)) return;
     test_data(script, p, &k);
     fputs("set multiplot\nset lmargin at screen 0.13\nset rmargin at screen 0.98\nset offsets 0,0,graph 0.05,graph 0.05\n"
@@ -173,7 +173,7 @@ static void friction_data(FILE *script, const struct leg_friction_test *t, int l
     fputc('\n', script);
 }
 
-/* The largest rate and force of all legs. */
+/* Finds the largest rate and the largest force of all legs. */
 static void friction_range(const struct leg_friction *f, double *rate_mps, double *force_n) {
     *rate_mps = *force_n = 0.0;
     for (int i = 0; i < f->tests; i++)

@@ -7,22 +7,24 @@
 #include "identification_report.h"
 #include "leg_friction.h"
 
-/* Plots a struct identification_report: difference of each of ident_entries from nominal, in per
- * cent of sqrt(Mii Mjj), with its 95 % interval; methods A and C and all logs in turn. */
+/* Plots a struct identification_report: for each of ident_entries the difference from nominal, in
+ * per cent of sqrt(Mii Mjj), with its 95 % interval, for methods A and C and all logs. */
 void picture_entries(FILE *script, const void *report);
 
-/* First periods of a test's evaluated part, or some pieces from the middle of any motion. */
+/* Time to be plotted: the first periods of a test's evaluated part, or some pieces from the middle
+ * of any motion. */
 struct picture_test {
     const struct identification_log *log;
-    int test;              /* index in log->recording */
+    int test;              /* index of the test in log->recording */
     double from_s, seconds;
 };
 
-/* Selects them for a test with an evaluated part; a motion in pieces is given by its first one. */
+/* Chooses the time to be plotted of a test with an evaluated part. A motion in pieces is given by
+ * its first piece. */
 struct picture_test picture_of_test(const struct identification_log *log, int test);
 
-/* Plots a struct picture_test: the tested axis, or all, measured and commanded; below, leg
- * forces. */
+/* Plots a struct picture_test: measured and commanded pose, of the tested axis or of all, and below
+ * it the leg forces. */
 void picture_test(FILE *script, const void *test);
 
 struct picture_friction {
@@ -31,8 +33,8 @@ struct picture_friction {
     int leg;
 };
 
-/* Plots a struct picture_friction: measured force over rate, with method C's result drawn over it.
- * All legs have one scale. */
+/* Plots a struct picture_friction: a leg's measured friction over its rate, with method C's result
+ * drawn over it. All legs have one scale. */
 void picture_friction(FILE *script, const void *friction);
 
 #endif

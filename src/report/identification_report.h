@@ -1,4 +1,5 @@
-/* Contents of `hexid report`: the identification from one log, or from several side by side. */
+/* Contents of `hexid report`: the identification from one log, or those from several side by
+ * side. */
 #ifndef HEXID_IDENTIFICATION_REPORT_H
 #define HEXID_IDENTIFICATION_REPORT_H
 
@@ -8,42 +9,47 @@
 #include "verdict.h"
 
 enum { REPORT_LOGS = 6 };
-#define REPORT_SURE 1.96 /* standard deviations to either side: a 95 % interval */
+#define REPORT_SURE 1.96 /* half a 95 % interval, in standard deviations */
 
-/* A test that is not of a single axis: a multisine, a trajectory. */
+/* A motion that is no single-axis test: a multisine or a trajectory. */
 struct identification_motion {
     bool there;
     const char *name;
     int64_t samples, excluded;
-    double off_m, off_rad;        /* largest deviations from the reference on an axis */
+    double off_m, off_rad;        /* largest deviations from the reference, of any position and of
+                                   * any angle */
     bool complete;
 };
 
 struct identification_log {
     const char *path;
-    int64_t began_us;             /* since 1970; a run in virtual time counts from its start */
-    int64_t cut;                  /* byte up to which the log could be read; -1: whole */
+    int64_t began_us;             /* time when the log begins, us since 1970; in virtual time since
+                                   * the run's start */
+    int64_t cut;                  /* byte up to which the log could be read; -1: to its end */
     const struct params *params;
-    const char *config;           /* params as text */
-    bool sinusoids;               /* one axis after another, for methods A and B */
+    const char *config;           /* the parameters, as text of a configuration */
+    bool sinusoids;               /* the tests move one axis after another, as methods A and B need
+                                   * it */
     const struct identification *id;
     const struct verdict *verdict;
     struct loop_statistics loop;
-    /* the complete tests, as method C used them: any motion cut into pieces */
+    /* complete tests, as method C used them: any other motion is cut into pieces */
     const struct recording *recording;
     struct identification_motion motion;
-    const int64_t *flagged;       /* [SAMPLE_FLAGS], in the evaluated parts */
-    const char *fault;            /* the first one; NULL: none */
+    const int64_t *flagged;       /* [SAMPLE_FLAGS]: number of samples with each flag in the
+                                   * evaluated parts */
+    const char *fault;            /* name of the first fault; NULL: there was none */
 };
 
 struct identification_report {
-    const char *version;          /* hexid's */
-    int logs;                     /* 1 .. REPORT_LOGS */
+    const char *version;          /* version of hexid */
+    int logs;                     /* number of logs, 1 .. REPORT_LOGS */
     struct identification_log log[REPORT_LOGS];
 };
 
-/* Writes one page without scripts or other files; free *page. Returns -3 without memory (*page is
- * NULL), or if pictures could not be drawn (*page is complete but for them). */
+/* Writes the report as one page without scripts or other files; the caller frees *page. Returns -3
+ * without memory (*page is NULL), or if pictures could not be drawn (*page is complete but for
+ * them). */
 int identification_html(const struct identification_report *report, char **page, struct error *error);
 
 #endif

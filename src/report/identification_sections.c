@@ -124,7 +124,8 @@ static void test_figure(struct report_page *p, const struct identification_log *
     page_draw(p->out, picture_test, &picture, caption, &p->picture);
 }
 
-/* Earlier parts of a long motion are not kept (src/cli/parts.h). False: nothing to draw. */
+/* Says which part of a long motion the pictures show: earlier ones are not kept (src/cli/parts.h).
+ * False: there is nothing to draw. */
 static bool long_motion(FILE *out, const struct identification_log *l) {
     if (!l->id->parts) return true;
     fputs(l->recording->tests ? "<p class=\"small\">The motion is long: the numbers are of all of it, the pictures of what came after "
@@ -154,7 +155,7 @@ void section_tests(struct report_page *p, int log) {
 
 /* --- friction */
 
-/* Appends words such as "viscous 2000 ± 60 N s/m". */
+/* Appends a quantity to a text, such as "viscous 2000 ± 60 N s/m". */
 static void add_quantity(char *text, size_t size, const char *before, double value, double std, int decimals, const char *after) {
     size_t used = strlen(text);
     if (isfinite(value)) snprintf(text + used, size - used, "%s%.*f ± %.*f%s", before, decimals, value, decimals, REPORT_SURE * std, after);
@@ -245,7 +246,8 @@ static void exclusions(FILE *out, const struct identification_log *l) {
     fputs("</ul>\n", out);
 }
 
-/* The largest asymmetry of method A's matrix, as the verdict computes it, and its place. */
+/* Largest asymmetry of method A's matrix, computed as the verdict does, and its row and column,
+ * from 1. */
 static double asymmetry_pct(const struct method_result *a, int *row, int *column) {
     double most = -1.0;
     for (int i = 0; i < DOFS; i++)
@@ -322,7 +324,7 @@ void section_checks(struct report_page *p, int log) {
 void section_configuration(struct report_page *p, int log) {
     title(p, log, "Configuration");
     fputs("<details><summary>Everything that the evaluation was configured with</summary>\n<pre>", p->out);
-    /* line by line: html_text() cuts long texts */
+    /* written line by line, because html_text() cuts long texts */
     for (const char *line = p->report->log[log].config; *line;) {
         int length = (int)strcspn(line, "\n");
         html_text(p->out, "%.*s", length, line);

@@ -4,17 +4,19 @@
 
 #include "identification_report.h"
 
-/* A page being written. */
+/* A page while it is written. */
 struct report_page {
     FILE *out;
     const struct identification_report *report;
-    struct error picture;  /* why the first picture was not drawn; status 0: all were */
+    struct error picture;  /* why the first picture was not drawn; status 0: all were drawn */
 };
 
 void section_matrices(struct report_page *p, int log);
-void section_tests(struct report_page *p, int log);         /* positions and forces */
-void section_friction(struct report_page *p, int log);      /* friction over the legs' rates */
-void section_checks(struct report_page *p, int log); /* excluded samples, verdict, loop times */
+void section_tests(struct report_page *p, int log);         /* positions and leg forces over time */
+void section_friction(struct report_page *p, int log);      /* friction over the rates of the
+                                                             * legs */
+void section_checks(struct report_page *p, int log); /* excluded samples, verdict and times of the
+                                                      * loop */
 void section_configuration(struct report_page *p, int log);
 
 #endif

@@ -28,7 +28,7 @@ static void print_error_note(FILE *out) {
 
 static void row(FILE *out, const char *what, int count, const double *value, const double *std, int stride, const char *unit) {
     fprintf(out, "%-24s", what);
-    double most = NAN; /* over the determined values */
+    double most = NAN; /* largest standard deviation of the determined values */
     for (int k = 0; k < count; k++) {
         if (isnan(value[k * stride])) fprintf(out, "       -");
         else fprintf(out, " %7.1f", value[k * stride]);
@@ -39,7 +39,7 @@ static void row(FILE *out, const char *what, int count, const double *value, con
     fprintf(out, "\n");
 }
 
-/* Prints some of the payload's numbers and their largest standard deviation. */
+/* Prints `count` numbers of a payload, from `first` on, and their largest standard deviation. */
 static void group(FILE *out, const struct payload *p, int first, int count, double scale, int digits, const char *unit) {
     double most = NAN;
     for (int i = first; i < first + count; i++) {
@@ -69,7 +69,7 @@ static void print_payload(FILE *out, const struct payload *p) {
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
     int decimals = identification_decimals(m);
-    double least = 0.5 * pow(10.0, -decimals); /* smaller values print as 0, without a sign */
+    double least = 0.5 * pow(10.0, -decimals); /* smaller values are printed as 0, without a sign */
     for (int i = 0; i < DOFS; i++) {
         fprintf(out, "  %-6s", dof_names[i]);
         for (int j = 0; j < DOFS; j++)
@@ -87,8 +87,8 @@ void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at) {
     if (at->determined) print_matrix(out, at->mt);
 }
 
-/* Marks the axes that must move more to determine an entry: of its row's and its column's axis, the
- * ones that do not even determine their own inertia, or both if they do. */
+/* Marks the axes that must move more before an entry is determined: of the axes of its row and
+ * column, those whose own inertia is not determined, or both if it is for both. */
 static void note_missing(const struct method_c *c, int row, int column, bool missing[DOFS]) {
     bool still[2] = {isnan(c->matrix.mt[row][row]), isnan(c->matrix.mt[column][column])}, none = !still[0] && !still[1];
     missing[row] = missing[row] || still[0] || none;
@@ -157,7 +157,8 @@ static void print_method_c(FILE *out, const struct identification *id) {
     identification_determined_print(out, c, id->nominal_mt);
     print_parts(out, id);
     fprintf(out, "%-4s %-6s %8s  %16s %7s\n", "", "unit", "nominal", "method C error %", "std C");
-    for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* symmetric: Mt42 is Mt24, Mt51 is Mt15 */
+    for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* the matrix is symmetric: Mt42 is Mt24, Mt51 is
+                                                   * Mt15 */
         const struct ident_entry *e = &ident_entries[i];
         fprintf(out, "%-4s %-6s %8.*f", e->name, e->unit, decimals, id->nominal_mt[e->row][e->col]);
         if (isnan(c->matrix.mt[e->row][e->col])) fprintf(out, "  not determined by these tests");
@@ -209,7 +210,8 @@ void identification_table_print(FILE *out, const struct identification *id, bool
     print_method_c(out, id);
 }
 
-/* One row of the brief table, a number for each entry of the diagonal; NaN is not determined. */
+/* Prints a row of the brief table, with a number for each entry of the diagonal; "-" for NaN, which
+ * is not determined. */
 static void brief_row(FILE *out, const char *name, const double value[DOFS], const char *format, const char *unit) {
     fprintf(out, "%-9s", name);
     for (int i = 0; i < DOFS; i++) {
@@ -238,7 +240,7 @@ void identification_brief_print(FILE *out, const struct identification *id, bool
         return;
     }
     fprintf(out, "%-9s", "");
-    for (int i = 0; i < DOFS; i++) { /* the first of ident_entries are the diagonal */
+    for (int i = 0; i < DOFS; i++) { /* the first DOFS of ident_entries are the diagonal */
         nominal[i] = id->nominal_mt[i][i], found[i] = c->matrix.mt[i][i];
         error_pct[i] = 100.0 * (found[i] / nominal[i] - 1.0);
         interval_pct[i] = isnan(found[i]) ? (double)NAN : 100.0 * REPORT_SURE * c->matrix.mt_std[i][i] / nominal[i];

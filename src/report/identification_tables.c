@@ -14,14 +14,16 @@ struct quantity {
 
 typedef struct quantity quantity_of(const struct identification_log *log, int row);
 
-/* A table with rows of quantities, and columns of configured and found values, log beside log. */
+/* A table with a row for each quantity, and columns of configured and found values, log beside
+ * log. */
 struct comparison {
     const char *head;
     int rows;
     void (*label)(FILE *out, int row);
     const char *configured_name;
-    quantity_of *configured;       /* NULL: none */
-    /* Value that is 100 % for a difference from the configured one; 0: no percentage. */
+    quantity_of *configured;       /* NULL: there is no configured column */
+    /* Value that is 100 % for a difference from the configured one; 0: differences have no
+     * percentage. */
     double (*whole)(const struct identification_log *log, int row);
     int methods;
     struct {
@@ -51,7 +53,7 @@ static bool same_configured(const struct identification_report *r, const struct 
     return true;
 }
 
-/* Writes an estimate with "+0.13 %, 1.2 σ from log 1" below it. */
+/* Writes a cell with an estimate, and "+0.13 %, 1.2 σ from log 1" below it. */
 static void found_cell(FILE *out, const struct identification_report *r, const struct comparison *c, int method, int log, int row) {
     struct quantity x = c->method[method].found(&r->log[log], row), first = c->method[method].found(&r->log[0], row);
     struct quantity configured = c->configured ? c->configured(&r->log[log], row) : (struct quantity){(double)NAN, 0.0};
@@ -75,12 +77,13 @@ static void log_cells(FILE *out, int columns) {
     for (int i = 0; i < columns; i++) fprintf(out, columns > 1 ? "<th class=\"n%s\">log %d</th>" : "<th></th>", i ? "" : " group", i + 1);
 }
 
-/* Writes a comparison. Returns false, with nothing written, if no method found anything. */
+/* Writes a table of comparison. Returns false, with nothing written, if no method found
+ * anything. */
 static bool compare(FILE *out, const struct identification_report *r, const struct comparison *c) {
     bool found[COLUMNS] = {0}, any = false;
     for (int m = 0; m < c->methods; m++) found[m] = any_found(r, c, m), any = any || found[m];
     if (!any) return false;
-    /* Without a configured column, the "methods" are kinds of friction, which stay together. */
+    /* Without a configured column the "methods" are kinds of friction, which stay together. */
     for (int m = 0; m < c->methods && !c->configured; m++) found[m] = true;
     int configured = !c->configured ? 0 : same_configured(r, c) ? 1 : r->logs;
     fprintf(out, "<div class=\"wide\"><table class=\"values\">\n<tr><th>%s</th>", c->head);
@@ -150,7 +153,8 @@ static struct quantity payload_configured(const struct identification_log *log, 
     return (struct quantity){value[row], 0.0};
 }
 
-/* 100 % of a product of inertia is the geometric mean of its two moments. */
+/* Value that is 100 % for a difference of a payload's value. For a product of inertia it is the
+ * geometric mean of its two moments. */
 static double payload_whole(const struct identification_log *log, int row) {
     const struct payload_params *p = &log->params->payload;
     const double moment[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};
@@ -224,7 +228,8 @@ bool table_springs(FILE *out, const struct identification_report *r) {
 static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], const double std[DOFS][DOFS]) {
     static const char *const axis[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
     int decimals = identification_decimals(mt);
-    double least = 0.5 * pow(10.0, -decimals); /* avoids "-0.000" */
+    double least = 0.5 * pow(10.0, -decimals); /* smaller values are written as 0, to avoid
+                                                * "-0.000" */
     fprintf(out, "<div><h3>%s</h3>\n<div class=\"wide\"><table class=\"matrix\">\n<tr><th></th>", name);
     for (int j = 0; j < DOFS; j++) fprintf(out, "<th class=\"n\">%s</th>", axis[j]);
     fputs("</tr>\n", out);

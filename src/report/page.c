@@ -10,7 +10,8 @@ static const char style[] =
     "--accent:" PICTURE_ACCENT ";--off:#b34a00}\n"
     "@media(prefers-color-scheme:dark){"
     ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--shade:#fff6;--accent:#6db9ee;--off:#f59a5c}\n"
-    "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* white turns dark, hues stay */
+    "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* in dark mode white turns dark,
+                                                                 * and hues stay */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
     "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:var(--paper)}\n"
@@ -56,7 +57,8 @@ static const char style[] =
     ".sizes i{display:block;height:12px}\n"
     ".sizes b{grid-column:1/4;font-weight:600;margin-top:2px}\n";
 
-static const char more_style[] = /* C limits the length of a string constant */
+static const char more_style[] = /* a string of its own, because C limits the length of a string
+                                  * constant */
     ".beside{display:grid;grid-template-columns:minmax(0,1fr) minmax(0,1fr);gap:8px 40px;align-items:start}\n"
     ".third{display:grid;grid-template-columns:repeat(auto-fill,minmax(300px,1fr));gap:8px 24px}\n"
     ".n small{display:block;color:var(--soft)}\n"
@@ -64,31 +66,32 @@ static const char more_style[] = /* C limits the length of a string constant */
     ".group{border-left:1px solid var(--line);padding-left:12px}\n"
     "th.group:not(.n){text-align:center}\n"
     ".off small{font-weight:400}\n"
-    /* a key breaks only if it must */
+    /* A key is broken only if it must be. */
     "td code{overflow-wrap:break-word}.facts code{overflow-wrap:anywhere}\n"
     ".facts th,.values td:first-child{white-space:nowrap}\n"
     ".facts td{min-width:170px}\n"
     "table.matrix{font-size:12.5px}\n"
     "table.matrix td,table.matrix th{padding:2px 0 2px 8px}\n"
     "table.matrix td:first-child,table.matrix th:first-child{padding-left:0}\n"
-    /* A name is not broken at every word, and stays in sight while the rest is scrolled. */
+    /* The name of a test is not broken at every word, and stays in sight while the rest of its row
+     * is scrolled. */
     ".survey th{vertical-align:bottom}\n"
     ".survey td:first-child,.survey th:first-child{position:sticky;left:0;background:var(--paper)}\n"
     ".survey span{display:inline-block;width:max-content;max-width:38vw;overflow-wrap:anywhere}\n"
     "details{margin:10px 0}\n"
     "summary{cursor:pointer}\n"
-    /* A shade marks a table that can be scrolled: its covers move with the table. */
+    /* A shade marks a table that can be scrolled; the covers of the shade move with the table. */
     ".wide,pre{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 50%,transparent) 0 0/36px 100% no-repeat local,"
     "linear-gradient(270deg,var(--paper) 50%,transparent) 100% 0/36px 100% no-repeat local,"
     "linear-gradient(90deg,var(--shade),transparent) 0 0/18px 100% no-repeat scroll,"
     "linear-gradient(270deg,var(--shade),transparent) 100% 0/18px 100% no-repeat scroll}\n"
     "pre{font:12px/1.4 ui-monospace,'DejaVu Sans Mono','Liberation Mono',monospace;overflow-wrap:normal}\n"
-    /* Backgrounds carry data here, so they are printed, and a map fits on A4. */
+    /* Backgrounds carry data here, so they are printed; a map is made to fit on A4. */
     "@media print{*{print-color-adjust:exact;-webkit-print-color-adjust:exact}body{max-width:none;padding:0}section{break-inside:avoid}"
     ".wide,pre{overflow:visible;background:none}"
     "table.map{width:100%;font-size:9px}table.map td{width:auto;min-width:0;height:18px}table.map th{padding:1px}}\n"
     "@media(max-width:800px){.picture{overflow-x:auto}"
-    ".panels img{width:800px;max-width:none}" /* narrower, their labels cannot be read */
+    ".panels img{width:800px;max-width:none}" /* the labels cannot be read in a narrower picture */
     ".cards,.two,.loops,.beside{grid-template-columns:minmax(0,1fr)}body{padding:12px}th.n{white-space:normal}"
     ".survey th.n{white-space:nowrap}}\n";
 

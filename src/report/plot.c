@@ -28,7 +28,7 @@ void plot_begin(FILE *script, int width, int height) {
     fprintf(script, "set terminal svg noenhanced size %d,%d font 'sans-serif,12' background '#ffffff'\n%s", width, height, style);
 }
 
-/* Files in memory for all three streams: no pipe can fill, nothing is left on disk. */
+/* Files in memory for all three streams, so that no pipe can fill and nothing is left on disk. */
 struct child_files {
     int in, out, err;
 };
@@ -47,9 +47,9 @@ static void files_close(const struct child_files *f) {
     if (f->err >= 0) close(f->err);
 }
 
-/* Returns the exit status, or -1 with errno if it could not be started. */
+/* Runs gnuplot. Returns its exit status, or -1 with errno if it could not be started. */
 static int run(const struct child_files *f) {
-    char *argv[] = {"gnuplot", "-d", NULL}; /* -d ignores the user's own settings */
+    char *argv[] = {"gnuplot", "-d", NULL}; /* -d: ignores the user's own settings */
     posix_spawn_file_actions_t actions;
     pid_t child;
     int status;
@@ -75,7 +75,7 @@ static char *contents(int file, size_t *size) {
     return text;
 }
 
-/* Reports gnuplot's own words on one line. */
+/* Reports gnuplot's own error message, in one line. */
 static void complain(int status, int file, struct error *error) {
     size_t size;
     char *said = contents(file, &size);
@@ -85,7 +85,8 @@ static void complain(int status, int file, struct error *error) {
     free(said);
 }
 
-/* Removes empty groups, which gnuplot leaves at every change of style: a quarter of a picture. */
+/* Removes empty groups, which gnuplot leaves at every change of style: they make a quarter of a
+ * picture. */
 static void drop_empty_groups(char *svg, size_t *size) {
     char *to = svg;
     for (const char *from = svg; *from;) {

@@ -1,4 +1,4 @@
-/* Values as jansson has them, for reports. Private to src/report. */
+/* Values of reports as objects of jansson. Private to src/report. */
 #ifndef HEXID_REPORT_JSON_H
 #define HEXID_REPORT_JSON_H
 
@@ -6,11 +6,11 @@
 
 #include "identification_json.h"
 
-/* A number that JSON cannot hold becomes null. */
+/* A number as JSON; null if JSON cannot hold it. */
 json_t *report_number(double x);
 
-/* Both take over the value. They return NULL if either is NULL or memory is short, so that
- * everything built upon it is NULL too, never a part of the result. */
+/* Add a value to an array or an object, and take it over. Both return NULL if an argument is NULL
+ * or memory is short, so that everything built upon it is NULL, too, never a part of the result. */
 json_t *report_append(json_t *array, json_t *value);
 json_t *report_set(json_t *object, const char *key, json_t *value);
 
@@ -19,7 +19,8 @@ json_t *report_agreement(const struct agreement *a);
 json_t *report_method_c(const struct method_c *c);
 json_t *report_identification(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop);
 
-/* Turns the object into text and releases it. The caller frees the text. NULL without memory. */
+/* Turns an object into text and releases the object. The caller frees the text. NULL without
+ * memory. */
 char *report_text(json_t *object);
 
 #endif

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* Length of a word; text in backquotes is one word, so that it can be copied whole. */
+/* Length of the next word. Text in backquotes is one word, so that it can be copied whole. */
 static int word_length(const char *text) {
     const char *quote = *text == '`' ? strchr(text + 1, '`') : NULL;
     size_t quoted = quote ? (size_t)(quote - text) : 0;

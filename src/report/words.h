@@ -1,4 +1,4 @@
-/* Sentences on a terminal. */
+/* Prints sentences on a terminal. */
 #ifndef HEXID_WORDS_H
 #define HEXID_WORDS_H
 
@@ -6,7 +6,8 @@
 
 enum { WORDS_COLUMNS = 80 };
 
-/* Prints text after a label, broken between words and indented; backquoted text is not broken. */
+/* Prints a text after a label, broken between words, with its lines indented. Text in backquotes is
+ * not broken. */
 void words_print(FILE *out, const char *label, const char *text);
 
 #endif
