@@ -10,8 +10,8 @@ enum { AREAS_TEXT_SIZE = 200 };
 /* False for a single axis whose configuration does not state its cylinder's diameters. */
 bool areas_stated(const struct params *params);
 
-/* "31.17 cm^2 on the rodless side, 15.27 cm^2 on the rod side (piston 63 mm, rod 45 mm)", or
- * which diameters are not stated. */
+/* Writes the areas: "31.17 cm^2 on the rodless side, 15.27 cm^2 on the rod side (piston 63 mm, rod
+ * 45 mm)", or which diameters are not stated. */
 void areas_text(const struct params *params, char text[AREAS_TEXT_SIZE]);
 
 #endif

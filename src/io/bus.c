@@ -24,7 +24,7 @@ enum { HEADER = 8, DATAGRAM_MAX = 65507, HOST_ADDRESSES_MAX = 32, UDP_HEADER = 8
 
 struct bus {
     struct sockaddr_in group;
-    int out, in;                /* sockets; in: -1 until bus_listen() */
+    int out, in;                /* sockets for sending and receiving; in: -1 until bus_listen() */
     _Atomic uint32_t number;    /* sequence number of the next message */
     enum bus_source source;
     struct in_addr host[HOST_ADDRESSES_MAX];
@@ -78,7 +78,7 @@ static bool number(const char **text, int least, int most, int *value) {
     return good;
 }
 
-/* [HOST[:PORT]][?ttl=N] */
+/* Parses "[HOST[:PORT]][?ttl=N]". */
 static bool parse_address(const char *text, struct sockaddr_in *group, int *ttl) {
     char host[16] = "239.255.76.67";
     size_t length = strcspn(text, ":?");
@@ -134,7 +134,7 @@ int bus_open(struct bus **bus, const char *url, struct error *error) {
     return status;
 }
 
-/* Index of the interface of the kernel's route to the group; 0: none. */
+/* Returns the index of the interface on the kernel's route to the group; 0: there is none. */
 static unsigned route_interface(struct in_addr group) {
     struct {
         struct nlmsghdr head;
@@ -249,7 +249,7 @@ static bool open_receiver(struct bus *b, const char *prefix) {
     int yes = 1, no = 0, room = BUS_RECEIVE_BUFFER;
     b->in = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (b->in < 0) return false;
-    /* the system may grant less */
+    /* the system may grant a smaller buffer */
     setsockopt(b->in, SOL_SOCKET, SO_RCVBUF, &room, sizeof room);
     return !setsockopt(b->in, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) &&
            !setsockopt(b->in, IPPROTO_IP, IP_MULTICAST_ALL, &no, sizeof no) && drop_others(b->in, prefix) &&
@@ -298,9 +298,9 @@ int bus_allow(struct bus *b, const char *addresses, struct error *error) {
 
 int bus_fd(const struct bus *b) { return b->in; }
 
-/* True for senders on this host: their addresses cannot come from outside. The kernel accepts
- * 127.0.0.0/8 and this host's own addresses from no network, and 0.0.0.0 (a sender on a loopback
- * route) only for the groups 224.0.0.0/24. */
+/* True if the sender is on this host: the addresses that count cannot come from outside. The kernel
+ * accepts 127.0.0.0/8 and this host's own addresses from no network, and 0.0.0.0 (a sender on a
+ * loopback route) only for the groups 224.0.0.0/24. */
 static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender) {
     uint32_t address = ntohl(sender->sin_addr.s_addr), group = ntohl(b->group.sin_addr.s_addr);
     if (address >> 24 == IN_LOOPBACKNET || (address == INADDR_ANY && group >> 8 != INADDR_UNSPEC_GROUP >> 8)) return true;

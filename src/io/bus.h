@@ -25,7 +25,7 @@ struct bus_message {
     int size;
 };
 
-/* Senders from whom messages are accepted. */
+/* Senders whose messages are accepted. */
 enum bus_source { BUS_ANYONE, BUS_THIS_HOST };
 
 /* Size of the receive buffer requested from the system, which grants at most net.core.rmem_max. */
@@ -41,12 +41,12 @@ void bus_close(struct bus *bus);
  * there is none. */
 bool bus_network(char name[BUS_INTERFACE_SIZE]);
 
-/* Shell commands that add a multicast route: by a network's interface if this host has one, else
- * by the loopback. SAFETY: on a host with a network address, a route by lo makes LCM's programs
- * deaf to each other. */
+/* Writes the shell commands that add a multicast route: by a network's interface if this host has
+ * one, else by the loopback. SAFETY: on a host with a network address, a route by lo makes LCM's
+ * programs deaf to each other. */
 void bus_remedy(char *text, size_t size);
 
-/* The kernel's route to the group; messages are sent by it. */
+/* The kernel's route to the group, by which messages are sent. */
 struct bus_route {
     char group[16];      /* 239.255.76.67 */
     int port, ttl;       /* ttl 0: stays on this host */
@@ -59,29 +59,29 @@ struct bus_route bus_route(const struct bus *bus);
  * watching, so the caller goes on. Several threads may publish. */
 int bus_publish(struct bus *bus, const char *channel, const void *data, int size);
 
-/* Receives the channels whose names begin with the prefix from now on. SAFETY: a datagram that
- * was not sent to the group, or with BUS_THIS_HOST comes from an address that is not this
- * host's, is dropped. */
+/* Receives from now on the channels whose names begin with the prefix. SAFETY: a datagram is
+ * dropped if it was not sent to the group, or with BUS_THIS_HOST if it comes from an address that
+ * is not this host's. */
 int bus_listen(struct bus *bus, const char *prefix, enum bus_source source, struct error *error);
 
-/* Also accepts messages from these hosts, whatever the source: up to BUS_OTHERS_MAX addresses
- * separated by blanks or commas, "10.0.0.7 10.0.0.8". STATUS_USAGE: malformed list. An address
- * does not prove who sent a message. */
+/* Accepts messages from these hosts, too, whatever `source` bus_listen() was given: up to
+ * BUS_OTHERS_MAX addresses separated by blanks or commas, "10.0.0.7 10.0.0.8". STATUS_USAGE:
+ * malformed list. An address does not prove who sent a message. */
 enum { BUS_OTHERS_MAX = 16 };
 int bus_allow(struct bus *bus, const char *addresses, struct error *error);
 
-/* For poll(); -1 before bus_listen(). */
+/* Returns the receiving descriptor, for poll(); -1 before bus_listen(). */
 int bus_fd(const struct bus *bus);
 
-/* Takes the next datagram. 1: a message; BUS_DROPPED: malformed or from an unaccepted sender; 0:
- * none waits; STATUS_IO: the socket is broken. */
+/* Takes the next datagram. Returns 1: a message; BUS_DROPPED: malformed or from a sender that is
+ * not accepted; 0: none waits; STATUS_IO: the socket is broken. */
 enum { BUS_DROPPED = 2 };
 int bus_receive(struct bus *bus, struct bus_message *message);
 
 /* Waits for a datagram, at most timeout_ms. Returns 1, 0 or STATUS_IO. */
 int bus_wait(struct bus *bus, int timeout_ms);
 
-/* Parses a datagram of the protocol; false unless it is one whole short message. Pure; the
+/* Parses a datagram of the protocol. Returns false unless it is one whole short message. Pure; the
  * message points into the datagram. */
 bool bus_parse(const unsigned char *datagram, int size, struct bus_message *message);
 

@@ -5,9 +5,9 @@
 
 #include "monotonic.h"
 
-enum { AT_ONCE = 64 /* answers that wake it; others are checked in turns */, TURN_MS = 2 };
+enum { AT_ONCE = 64 /* answers that end the wait; more machines are only looked at in turns */, TURN_MS = 2 };
 
-/* Errors that may be temporary: the machine's queue is full, or this process has no free
+/* True for errors that may be temporary: the machine's queue is full, or this process has no free
  * descriptor until another machine has answered. */
 static bool passes(int why) { return why == EAGAIN || why == EMFILE || why == ENFILE || why == ENOBUFS || why == ENOMEM; }
 

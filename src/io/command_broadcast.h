@@ -10,8 +10,8 @@
 /* A machine to be told. */
 struct command_told {
     struct command_client client; /* initialised with the machine, fd -1 and zeros */
-    enum command_news news;       /* finally NEWS_NONE: no answer */
-    int unreached;                /* errno of the failure to reach it; 0: reached */
+    enum command_news news;       /* news from the machine; at the end NEWS_NONE: no answer */
+    int unreached;                /* errno of the failure to reach the machine; 0: reached */
 };
 
 /* Returns when all have answered or ended, or after patience_ms; closes all connections. */

@@ -38,8 +38,8 @@ int command_client_send(struct command_client *c, enum command command, bool ren
     return send(c->fd, packet, sizeof packet, MSG_NOSIGNAL) == (ssize_t)sizeof packet ? 0 : -1;
 }
 
-/* Receives a packet. A connection closed with an unread request first reports that; packets sent
- * before it was closed can still be read after that. */
+/* Receives a packet. A connection that was closed with an unread request reports that first;
+ * packets sent before it was closed can still be read afterwards. */
 static ssize_t receive(int fd, unsigned char packet[COMMAND_ANSWER_SIZE]) {
     ssize_t size = recv(fd, packet, COMMAND_ANSWER_SIZE, MSG_DONTWAIT);
     return size < 0 && errno == ECONNRESET ? recv(fd, packet, COMMAND_ANSWER_SIZE, MSG_DONTWAIT) : size;

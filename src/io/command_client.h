@@ -16,7 +16,7 @@ struct command_client {
     bool answered;                /* answer is valid */
 };
 
-/* Connects; retries for patience_ms while the daemon is busy. 0, or -1 with errno as
+/* Connects; retries for patience_ms while the daemon is busy. Returns 0, or -1 with errno as
  * machine_connect(). */
 int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms);
 

@@ -62,8 +62,8 @@ int command_server_open(struct command_server *s, const char *name, const struct
     return status;
 }
 
-/* True only if the file is certainly gone: other errors prove nothing, because the confined
- * daemon may not look into some directories. */
+/* True only if the socket's file is certainly gone: other errors prove nothing, because the
+ * confined daemon may not look into some directories. */
 static bool missing(const struct command_server *s, enum command_socket kind) {
     struct sockaddr_un address;
     struct stat file;
@@ -91,14 +91,15 @@ static bool hung_up(int fd) {
     return poll(&p, 1, 0) != 0;
 }
 
-/* Takes a waiting packet, if any. False: the connection has ended. SAFETY: a stop counts even if
- * its sender has gone meanwhile; a moving command does not, because nobody waits for it. */
+/* Takes a packet from the connection if one waits. False: the connection has ended. SAFETY: a stop
+ * counts even if its sender has gone meanwhile; a moving command does not, because nobody waits for
+ * it. */
 static bool take_packet(struct command_server *s, struct command_place *c, enum command_socket kind) {
     unsigned char packet[PACKET_ROOM];
     struct command_request r;
     ssize_t size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
-    /* reported first if the client has not read an answer; its packets can still be read after
-     * that */
+    /* if the client has not read an answer, the closed connection is reported first; its packets
+     * can still be read afterwards */
     if (size < 0 && errno == ECONNRESET) size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
     if (size <= 0 || !command_request_decode(packet, (size_t)size, &r)) return false;
@@ -143,7 +144,7 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     struct ucred peer = {.uid = (uid_t)-1};
     socklen_t length = sizeof peer;
     int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    /* out of descriptors: closes a connection that is not needed */
+    /* out of descriptors: a connection that is not needed is closed */
     bool none = fd < 0 && (errno == EMFILE || errno == ENFILE), short_of = none || (fd < 0 && (errno == ENOBUFS || errno == ENOMEM));
     struct command_place *c = fd >= 0 ? free_place(s, kind) : none ? least_needed(s, kind) : NULL;
     bool sheds = none && c && c->fd >= 0;

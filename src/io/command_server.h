@@ -26,7 +26,7 @@ enum {
 /* Callbacks for received requests. A peer is a connection: a number from 1, never used twice. */
 struct command_handler {
     void *context;
-    /* A request; may_move: it came over NAME, which the kernel opens only to the group. */
+    /* Takes a request; may_move: it came over NAME, which the kernel opens only to the group. */
     void (*take)(void *context, uint64_t peer, const struct command_request *request, bool may_move);
     void (*gone)(void *context, uint64_t peer);
     /* True if this peer waits for an answer or holds a lease; its connection is then not closed
@@ -38,25 +38,27 @@ struct command_place {
     int fd; /* -1: free */
     uint64_t peer;
     uid_t user;
-    int64_t heard; /* value of the count of packets and connections when it was last heard */
-    bool broken;   /* does not read its answers */
+    int64_t heard; /* value of command_server.heard when a packet last came on this connection */
+    bool broken;   /* the client does not read its answers */
 };
 
 struct command_server {
     struct machine machine;
-    int lock, listener[COMMAND_SOCKETS]; /* -1: closed */
+    int lock, listener[COMMAND_SOCKETS]; /* descriptors of the name's lock and of the listeners; -1:
+                                          * closed */
     struct {
         dev_t device;
         ino_t inode;
     } file[COMMAND_SOCKETS];       /* file to which the listener was bound */
-    bool rests[COMMAND_SOCKETS];   /* left out of one poll() */
+    bool rests[COMMAND_SOCKETS];   /* this listener is left out of the next poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
     uint64_t peers;
     int64_t heard;
     const struct command_handler *handler;
 };
 
-/* Marks everything as closed, so that close() may be called before open(). */
+/* Marks everything as closed, so that command_server_close() may be called before
+ * command_server_open(). */
 void command_server_init(struct command_server *s);
 
 /* Calls machine_claim() and opens both sockets: NAME.stop for everybody, NAME for its user
@@ -64,22 +66,22 @@ void command_server_init(struct command_server *s);
  * server. */
 int command_server_open(struct command_server *s, const char *name, const struct command_handler *handler, struct error *error);
 
-/* Descriptors to poll; those of free places are -1. */
+/* Fills in the descriptors to poll; those of free places are -1. */
 void command_server_polls(const struct command_server *s, struct pollfd polls[COMMAND_POLLS]);
 
 /* Returns the first socket whose file was deleted or replaced, so that no client can connect to
  * it; COMMAND_SOCKETS: none. Looks up two paths in a local file system. */
 enum command_socket command_server_missing(const struct command_server *s);
 
-/* To be called after poll(); takes packets of NAME.stop first. Returns the number of packets and
- * new connections. */
+/* Takes packets and connections, those of NAME.stop first; to be called after poll(). Returns the
+ * number of packets and new connections. */
 int command_server_serve(struct command_server *s, const struct pollfd polls[COMMAND_POLLS]);
 
 /* Sends an answer. Does nothing if the peer is gone. */
 void command_server_answer(struct command_server *s, uint64_t peer, const struct command_answer *answer);
 
-/* Sends a last answer to all connected and waiting clients, and closes the sockets, so that
- * later clients find no daemon. */
+/* Sends `last_words` to all connected and waiting clients, and closes the sockets, so that later
+ * clients find no daemon. */
 void command_server_close(struct command_server *s, const struct command_answer *last_words);
 
 #endif

@@ -107,9 +107,9 @@ static int add_scalar(struct reader *r, const struct config_key *key, const yaml
                 config_key_depth(key) == 2 ? "points of three coordinates" : "values", CONFIG_ITEM_SIZE);
 }
 
-/* Reads a scalar, a list of scalars, or a list of points. */
+/* Reads a value: a scalar, a list of scalars, or a list of points. */
 static int read_items(struct reader *r, const struct config_key *key, struct config_value *value) {
-    int depth = 0, begun = 0; /* number of values before the current point */
+    int depth = 0, begun = 0; /* begun: number of values before the current point */
     do {
         yaml_event_t e;
         int status = next_event(r, &e);
@@ -169,7 +169,7 @@ static int read_mapping(struct reader *r, const char *prefix) {
         const char *word = e.type == YAML_SCALAR_EVENT ? (const char *)e.data.scalar.value : "";
         bool name = *word && strlen(word) == e.data.scalar.length, end = e.type == YAML_MAPPING_END_EVENT;
         size_t line = e.start_mark.line + 1;
-        char path[CONFIG_PATH_SIZE]; /* if truncated, it is still longer than any key */
+        char path[CONFIG_PATH_SIZE]; /* if truncated, the path is still longer than any key */
         snprintf(path, sizeof path, "%s%s%s", prefix, *prefix ? "." : "", word);
         yaml_event_delete(&e);
         if (end) return STATUS_OK;
@@ -178,7 +178,7 @@ static int read_mapping(struct reader *r, const char *prefix) {
     }
 }
 
-/* The next event must be of this type. */
+/* Fails unless the next event is of this type; otherwise: message for that. */
 static int expect(struct reader *r, yaml_event_type_t type, const char *otherwise) {
     yaml_event_t e;
     int status = next_event(r, &e);
@@ -280,7 +280,7 @@ int config_override(struct params *params, const char *name, const char *const *
     bool platform = params->mechanism != MECHANISM_AXIS;
     int status = apply_settings(params, settings, count, error);
     if (!status && platform && params->mechanism == MECHANISM_AXIS) {
-        /* the platform's diameters are not the axis's; diameters among the settings count, in
+        /* diameters of the default platform do not suit an axis; those among the settings count, in
          * any order */
         params->actuator.stated.piston = params->actuator.stated.rod = false;
         status = apply_settings(params, settings, count, error);
@@ -320,7 +320,7 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
     }
     fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);
     if (key->effect < 0) fprintf(out, "%s\n", key->meaning);
-    /* the law itself stands above, beside the effect's name */
+    /* an effect's law is printed above, beside the effect's name */
     else fprintf(out, "%s %s\n", key->shape ? "usually" : "adds nothing at", key->value);
 }
 
@@ -363,7 +363,7 @@ static void print_section_head(FILE *out, const char *section) {
     if (title) fprintf(out, "\n%s.\n", title);
 }
 
-/* Length of the path before its last dot; of the whole path without a dot. */
+/* Returns the length of the path before its last dot; of the whole path if it has no dot. */
 static size_t last_dot(const char *path) {
     const char *dot = strrchr(path, '.');
     return dot ? (size_t)(dot - path) : strlen(path);

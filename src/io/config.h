@@ -9,27 +9,27 @@
 #include "params.h"
 #include "status.h"
 
-/* The values of config/tian2015.yaml (a test holds the two together), all effects off. */
+/* Sets the values of config/tian2015.yaml (a test keeps the two equal), with all effects off. */
 void config_default(struct params *params);
 
-/* Loads defaults, then the file (NULL: none), then the "key=value" settings in order; then runs
- * the checks that involve several keys. 0 or -2. */
+/* Loads defaults, then the file (NULL: none), then the "key=value" settings in order; then runs the
+ * checks that involve several keys. Returns 0 or -2. */
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
 
-/* Checks that only a run needs, since evaluating a log moves nothing: ramps; legs whose shortest
- * length is within the limits; and a machine that cannot move without a controller for longer
- * than limits.blind_time_s (blind_time.h). 0 or -2. */
+/* Makes the checks that only a run needs, since evaluating a log moves nothing: ramps; legs whose
+ * shortest length is within the limits; and a machine that cannot move without a controller for
+ * longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
 /* Loads YAML text from memory, such as that in a log; `name` stands for the file in messages. */
 int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error);
 
-/* Applies the "key=value" settings in order to existing params, then runs the checks; `name` as
- * above. 0 or -2. */
+/* Applies the "key=value" settings in order to existing params, then runs the checks; `name` stands
+ * for the configuration in messages. Returns 0 or -2. */
 int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error);
 
-/* YAML text that config_parse turns back into the same params, bit for bit; only effects that
- * are on. To be freed by the caller. */
+/* Returns YAML text that config_parse() turns back into the same params, bit for bit; it has only
+ * effects that are on. To be freed by the caller. */
 char *config_text(const struct params *params);
 
 /* Finds the first key within these sections (names such as "payload", ended by NULL) whose

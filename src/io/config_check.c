@@ -11,8 +11,9 @@
 #include "machine.h"
 #include "units.h"
 
-static const double substep_max_s = 0.25e-3; /* with longer steps, errors of the first-order
-                                              * engine matter: docs/method.md section 4 */
+static const double substep_max_s = 0.25e-3; /* largest substep; with longer steps, errors of the
+                                              * first-order engine matter: docs/method.md section
+                                              * 4 */
 
 static const double ramp_min_s = 0.05;
 
@@ -23,7 +24,7 @@ enum { SAID = 32 };
 struct checker {
     const char *name;
     struct error *error;
-    int status; /* not 0: some requirement is violated */
+    int status; /* not 0: a requirement is violated */
     const char *said[SAID]; /* formats of requirements reported so far, each once, for the first
                              * leg or axis */
     int count;
@@ -97,14 +98,14 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     require(c, parked >= shortest,
             "motion.park_z_m %g makes leg %d %.4g m long, and its stroke ends at %.4g m (%.4g m at neutral): park higher (smaller z)", drop,
             i + 1, parked, shortest, neutral);
-    /* a park position higher than this leaves the leg at least as long as when retracted */
+    /* a park position higher than this one leaves the leg at least as long as when retracted */
     require(c, fmax(parked, shortest) > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long, limits.length_min_m is %g: lower that below the leg that is in, %.4g m, or park "
             "higher (smaller z)",
             drop, i + 1, parked, l->length_min_m[i], shortest);
 }
 
-/* False if the legs cannot move at all. */
+/* Checks each leg's stroke and limits. False if the legs cannot move at all. */
 static bool check_legs(struct checker *c, const struct params *p) {
     struct kinematics k;
     int wrong = c->count;
@@ -144,7 +145,8 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
-/* Distance in which no leg reaches an end of its stroke, if every joint moves by at most this. */
+/* Returns the distance in which no leg reaches an end of its stroke, if every joint moves by at
+ * most this. */
 static double room_m(const struct params *p, const struct kinematics *k) {
     double room = (double)INFINITY;
     for (int i = 0; i < LEGS; i++) {
@@ -188,7 +190,7 @@ static void check_frequency(struct checker *c, const struct params *p, enum dof 
             t->duration_s, hz, name, 2 / hz);
 }
 
-/* Checks each tested axis by itself. reach: also check that the legs reach the amplitudes. */
+/* Checks each tested axis by itself. reach: also checks that the legs reach the amplitudes. */
 static void check_tests(struct checker *c, const struct params *p, bool reach) {
     const struct test_params *t = &p->tests;
     double rate_hz = 1 / p->loop.period_s, samples = t->duration_s * rate_hz;
@@ -254,8 +256,8 @@ static void check_channel(struct checker *c, const char *section, const struct c
     }
 }
 
-/* Refuses shape parameters of a law without its strength: they have no effect, and the user
- * meant something by them. */
+/* Refuses parameters of a law's shape without its strength: they have no effect, and the user meant
+ * something by them. */
 static void check_effects(struct checker *c, const struct params *p) {
     for (int e = 0; effect_table[e]; e++) {
         const struct effect_key *keys = effect_table[e]->keys, *shape = NULL, *strength = NULL;

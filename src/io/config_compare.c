@@ -28,7 +28,7 @@ bool config_difference(const struct params *a, const struct params *b, const cha
     return false;
 }
 
-/* Sections that matter for pressures and commands. */
+/* Compares the keys that matter for pressures and commands. */
 void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE]) {
     static const char *const geometry[] = {"geometry", NULL};
     static const char *const diameters[] = {"actuator.piston_diameter_m", "actuator.rod_diameter_m", NULL};

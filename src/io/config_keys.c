@@ -40,8 +40,8 @@
 static const char *const mechanism_names[] = {[MECHANISM_STEWART] = "stewart", [MECHANISM_AXIS] = "axis", NULL};
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 
-/* Ranges are wide: what a machine can have at all, from a desktop hexapod to a flight simulator,
- * not what is advisable. */
+/* Ranges are wide: they include every value that a machine can have, from a desktop hexapod to a
+ * flight simulator, not only advisable ones. */
 static const struct config_key keys[] = {
     {"mechanism", CONFIG_CHOICE, offsetof(struct params, mechanism), 0, 0, "stewart", "-",
      "six-leg platform, or one cylinder or electric axis (import and gap only)", mechanism_names, -1, 1, false},
@@ -317,11 +317,11 @@ static const char *last_part(const char *path) {
     return dot ? dot + 1 : path;
 }
 
-/* Takes the candidate if it is nearer than the nearest so far. A path without a section is
- * compared with the last part of the candidate. */
+/* Takes the candidate if it is nearer to `path` than the nearest so far. A path without a section
+ * is compared with the last part of the candidate. */
 static void consider(const char *path, const char *candidate, int *best, char nearest[CONFIG_PATH_SIZE]) {
     const char *compared = strchr(path, '.') ? candidate : last_part(candidate);
-    /* a lower bound of the distance */
+    /* the difference of the lengths is a lower bound of the distance */
     if (abs((int)strlen(path) - (int)strlen(compared)) >= *best) return;
     int distance = edit_distance(path, compared);
     if (distance >= *best) return;

@@ -34,17 +34,17 @@ struct config_key {
     char path[CONFIG_PATH_SIZE]; /* "control.kp": section and member of struct params */
     enum config_kind kind;
     size_t offset;               /* offset of the value in struct params */
-    double min, max;             /* allowed, both included */
+    double min, max;             /* range of allowed values, both ends included */
     char value[48];              /* default as YAML; for an effect the value that adds nothing */
     const char *unit;            /* "-": none */
     const char *meaning;
     const char *const *names;    /* names of a choice; ended by NULL */
     int effect;                  /* index in effect_table; -1: not a key of an effect */
     int count;                   /* number of values or points, at most LEGS */
-    bool shape;              /* a shape parameter of an effect's law: no value of it adds nothing */
+    bool shape;              /* the key shapes an effect's law: no value of it adds nothing */
 };
 
-/* Fetches a key by its index in the order of the file, effects last; false past the end. */
+/* Gets a key by its index in the order of the file, effects last. False past the end. */
 bool config_key_at(int index, struct config_key *key);
 
 bool config_key_find(const char *path, struct config_key *key);
@@ -52,10 +52,11 @@ bool config_key_find(const char *path, struct config_key *key);
 /* Finds the known key nearest to a misspelt one; "" if none is near. */
 void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]);
 
-/* One line about a section: "control", "effects", "effects.valve_lag". NULL: no such section. */
+/* Returns a line about a section: "control", "effects", "effects.valve_lag"; NULL: there is no such
+ * section. */
 const char *config_section_title(const char *path);
 
-/* The items in the file or after "=": one scalar, a list, or a list of points, coordinate by
+/* Items of a value in the file or after "=": one scalar, a list, or a list of points, coordinate by
  * coordinate. Unused bytes are zero. */
 struct config_value {
     bool list;
@@ -63,34 +64,34 @@ struct config_value {
     char item[CONFIG_ITEMS][CONFIG_ITEM_SIZE];
 };
 
-/* Depth of nested lists that the key takes: 2 for points. */
+/* Returns the depth of nested lists that the key takes: 2 for points. */
 int config_key_depth(const struct config_key *key);
 
 /* Appends an item. False if the key takes no more, or if the text is too long or has a zero
  * byte. */
 bool config_value_add(const struct config_key *key, struct config_value *value, const char *text, size_t length);
 
-/* Splits a value as written after "=" or as a default. Commas make a list if the key takes one,
+/* Splits a value as it stands after "=" or as a default. Commas make a list if the key takes one,
  * with or without brackets; points need brackets. */
 bool config_value_split(const struct config_key *key, const char *text, struct config_value *value);
 
-/* Checks kind and range, then stores; a key of an effect switches the effect on. On false
- * `reason` says what is wrong and what is accepted. */
+/* Checks kind and range, then stores the value; a key of an effect switches the effect on. If it
+ * returns false, `reason` says what is wrong and what is accepted. */
 bool config_value_set(const struct config_key *key, const struct config_value *value, struct params *params,
                       char reason[CONFIG_REASON_SIZE]);
 
-/* The value as YAML, in the shortest form that reads back bit for bit. */
+/* Formats the value as YAML, in the shortest form that reads back bit for bit. */
 void config_value_format(const struct config_key *key, const struct params *params, char text[CONFIG_TEXT_SIZE]);
 
-/* Accepted values of the key: "0..10000 1/m", "ode, closed_form". */
+/* Formats the accepted values of the key: "0..10000 1/m", "ode, closed_form". */
 void config_range_format(const struct config_key *key, char text[CONFIG_TEXT_SIZE]);
 
-/* Checks what involves several keys: the parts must make a machine, and the tests must stay
- * inside its limits. `name` stands for the file. */
+/* Checks requirements that involve several keys: the parts must make a machine, and the tests must
+ * stay inside its limits. `name` stands for the file in messages. */
 int config_check(const struct params *params, const char *name, struct error *error);
 
-/* True if the configuration states this key. Only a few keys keep this; for all others the
- * answer is true. */
+/* True if the configuration states this key. Only a few keys record this; for all others the answer
+ * is true. */
 bool config_is_stated(const struct config_key *key, const struct params *params);
 void config_keep_stated(const struct config_key *key, struct params *params, bool stated);
 

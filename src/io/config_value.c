@@ -23,7 +23,7 @@ static bool add_trimmed(const struct config_key *key, struct config_value *value
     return config_value_add(key, value, text, length);
 }
 
-/* [[x, y, z], [x, y, z], ...] or [] */
+/* Splits "[[x, y, z], [x, y, z], ...]" or "[]". */
 static bool split_points(const struct config_key *key, const char *text, struct config_value *value) {
     size_t length = strlen(text);
     value->list = true;
@@ -65,7 +65,7 @@ __attribute__((format(printf, 2, 3))) static bool refuse(char reason[CONFIG_REAS
     return false;
 }
 
-/* glibc's is static, so there is nothing to free */
+/* Returns glibc's "C" locale, which is static, so there is nothing to free. */
 static locale_t c_locale(void) { return newlocale(LC_ALL_MASK, "C", (locale_t)0); }
 
 /* Accepts decimal notation only; strtod alone also accepts hexadecimal, "inf" and "nan". */
@@ -81,7 +81,7 @@ static bool parse_in_range(const struct config_key *key, const char *text, doubl
     bool is_number = parse_number(text, number);
     if (is_number && *number >= key->min && *number <= key->max) return true;
     config_range_format(key, range);
-    /* the meaning of an effect's key is its law, too long for a message */
+    /* the meaning of an effect's key is the effect's law, too long for a message */
     if (is_number && key->effect >= 0) return refuse(reason, "%.40s is outside %.60s", text, range);
     return is_number ? refuse(reason, "%.40s is outside %.60s (%.80s)", text, range, key->meaning)
                      : refuse(reason, "\"%.40s\" is not a number; it takes one in %.60s", text, range);
@@ -109,7 +109,7 @@ static bool set_boolean(const char *text, bool *place, char reason[CONFIG_REASON
     return true;
 }
 
-/* Index of the name, or -1 with the reason. */
+/* Returns the index of the name, or -1 with the reason. */
 static int find_name(const struct config_key *key, const char *text, char reason[CONFIG_REASON_SIZE]) {
     char range[CONFIG_TEXT_SIZE];
     for (int i = 0; key->names[i]; i++)
@@ -129,7 +129,7 @@ static bool set_choice(const struct config_key *key, const char *text, enum engi
 static bool set_text(const char *text, char place[CONFIG_ITEM_SIZE], char reason[CONFIG_REASON_SIZE]) {
     for (const char *c = text; *c; c++)
         if (*c < ' ' || *c > '~') return refuse(reason, "holds a character that is not printable ASCII");
-    /* includes the zeros after the text: equal params must have equal bytes */
+    /* copies the zeros after the text, too, because equal params must have equal bytes */
     memcpy(place, text, CONFIG_ITEM_SIZE);
     return true;
 }
@@ -171,7 +171,7 @@ static bool set_points(const struct config_key *key, const struct config_value *
     return true;
 }
 
-/* Offset of the flag that says whether the key is stated; 0: none. */
+/* Returns the offset of the flag that says whether the key is stated; 0: the key has none. */
 static size_t stated_at(const struct config_key *key) {
     if (key->offset == offsetof(struct params, actuator.piston_diameter_m)) return offsetof(struct params, actuator.stated.piston);
     if (key->offset == offsetof(struct params, actuator.rod_diameter_m)) return offsetof(struct params, actuator.stated.rod);

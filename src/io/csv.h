@@ -53,24 +53,25 @@ struct csv_file {
 };
 
 struct csv_report {
-    int files;             /* one for each test */
+    int files;             /* number of files, one for each test */
     int found;             /* import: number of files in the directory */
     struct csv_file file[CSV_FILES_MAX]; /* import: the files in the order of the log */
     int64_t rows;
-    int64_t lost;          /* cycles of the tests without a row */
-    char aside[PATH_MAX];  /* import: new name of a log that existed at this path; "": none */
-    int64_t empty;         /* import: cells without a number, NaN in the log */
-    int64_t unreadable;    /* export: malformed messages on HEXID_STATE */
+    int64_t lost;          /* number of the tests' cycles without a row */
+    char aside[PATH_MAX];  /* import: new name of a log that existed at the output's path; "":
+                            * none */
+    int64_t empty;         /* import: number of cells without a number, NaN in the log */
+    int64_t unreadable;    /* export: number of malformed messages on HEXID_STATE */
     bool several;          /* import: files of a single axis have different frequencies */
-    double rate_hz;        /* import: rate of the first file's times, if it differs from that of
-                            * configuration or head; else 0 */
-    double stated_hz;      /* import: the rate in the head from which that differs; 0: none */
+    double rate_hz;        /* import: rate that the times of the first file have, if it differs from
+                            * that of the configuration or of the head; else 0 */
+    double stated_hz;     /* import: rate stated in the head, if it differs from rate_hz; 0: none */
     bool cut;              /* export: the log is cut off or damaged; it was read up to cut_offset */
     int64_t cut_offset;
     char missing[600];     /* import: missing columns, NaN in the log: "1_x.csv: u1..u6; 2_y.csv:
                             * ..." */
-    char ignored[600];     /* import: unknown columns and keys, in the same form */
-    bool no_areas;         /* import: pressures of a single axis whose diameters are not stated */
+    char ignored[600];     /* import: unknown columns and keys, in the form of `missing` */
+    bool no_areas; /* import: there are pressures of a single axis whose diameters are not stated */
     char areas[AREAS_TEXT_SIZE]; /* import: piston areas used for forces, or which diameters are
                                   * not stated (areas.h); "" without pressures */
     char defaults[CONFIG_DEFAULTS_SIZE]; /* import: built-in values that the evaluation of
@@ -96,7 +97,7 @@ struct csv_source {
     const char *path;      /* the directory, or a single file, whose configuration is the base */
     const char *base;      /* configuration, YAML text; NULL: the built-in one */
     struct csv_map *map;   /* columns under the user's own names (csv_map.h); NULL: none */
-    bool overruled;        /* the base's tests.frequency_hz wins over the files' */
+    bool overruled;       /* the base's tests.frequency_hz wins over the frequencies in the files */
     int only;              /* reads only this file, from 1, which need not have all names of the
                             * map; 0: all files */
 };

@@ -21,7 +21,8 @@ static int read_test(struct recording_test *test, const struct csv_head *head, s
     return got < 0 ? got : status;
 }
 
-/* duration_s: NaN if not stated. */
+/* Returns the t_s of the start of the ramp-in. duration_s: stated evaluated part; NaN if not
+ * stated. */
 static double zero_of(const struct recording_test *test, const struct pieces *p, double duration_s, double ramp_s) {
     const struct piece *end = p->piece + p->count, *rest = NULL, *steady = p->piece;
     while (steady < end && steady->kind != PIECE_STEADY) steady++;

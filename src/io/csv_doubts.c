@@ -51,15 +51,17 @@ static const struct guess pressures[] = {{"MPa", 1e6}, {"bar", 1e5}, {"psi", 689
 static const struct guess forces[] = {{"kN", 1e3}, {NULL, 0.0}};
 static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 
-/* Greatest value, or swing, of some columns that the configured machine lets expect. */
+/* Greatest value, or swing, that some columns can be expected to have on the configured machine. */
 struct expectation {
     bool swing;
-    double least, most; /* plausible range, SI */
-    double usual;       /* the unit is chosen by nearness to it, in the ratio */
+    double least, most; /* range of plausible values, SI */
+    double usual;       /* of the possible units that one is chosen whose value comes nearest to
+                         * this, as a ratio */
     const char *si;
 };
 
-/* Columns side by side of which the largest is judged, because a single one may be dead. */
+/* Neighbouring columns; the one with the largest value is judged, because a single one may be
+ * dead. */
 struct group {
     int first, last;
     struct expectation expected;
@@ -73,11 +75,13 @@ static const struct guess *const guesses[KINDS] = {
     [LENGTH] = lengths, [ANGLE] = angles, [PRESSURE] = pressures, [FORCE] = forces, [VALVE] = valves};
 
 static const double TURN_MAX_RAD = 0.6;     /* limit of any platform's motion, 35 degrees */
-static const double OF_SUPPLY = 0.6;        /* usual largest pressure over the supply's: from a
-                                             * light load's half to all of it */
-static const double SUPPLY_MOST = 2.0;      /* most that a load or the area ratio raises it to */
-static const double OF_STROKE = 0.1;        /* usual swing over the stroke where no amplitude is
-                                             * known */
+static const double OF_SUPPLY = 0.6;        /* usual largest pressure over the supply's: between
+                                             * half of the supply's with a light load and all of
+                                             * it */
+static const double SUPPLY_MOST = 2.0;      /* largest pressure over the supply's to which a load or
+                                             * the area ratio can raise it */
+static const double OF_STROKE = 0.1;        /* usual swing of a length over the stroke if no
+                                             * amplitude is known */
 
 static double size_of(const struct csv_range *r, int column, bool swing) {
     return swing ? 0.5 * (r->high[column] - r->low[column]) : fmax(fabs(r->low[column]), fabs(r->high[column]));
@@ -142,12 +146,12 @@ static int axis_groups(enum kind kind, const struct csv_head *h, const struct cs
     }
 }
 
-/* The implausible groups of one kind over all files, each by its largest value. */
+/* Groups of one kind with implausible values over all files, each with its largest value. */
 struct doubted {
-    int files;                /* that have any */
-    int file;                 /* one of them: the first */
+    int files;                /* number of files with implausible values */
+    int file;                 /* first of these files */
     struct {
-        int column;           /* -1: plausible */
+        int column;           /* column of the largest value; -1: all are plausible */
         double size;
         struct expectation expected;
     } group[GROUPS];
@@ -178,8 +182,8 @@ static struct doubted doubt(enum kind kind, int files, const struct csv_head *h,
     return d;
 }
 
-/* How far a unit's reading of all doubted groups is from the usual, as logarithms of ratios;
- * infinite where one of them is outside what is possible. */
+/* Returns how far the values of all doubted groups are from the usual ones under a unit, as the sum
+ * of logarithms of ratios; infinite if one of them is outside the possible range. */
 static double misfit(const struct doubted *d, double si, double most_factor) {
     double sum = 0.0;
     for (int i = 0; i < GROUPS; i++) {
@@ -192,7 +196,8 @@ static double misfit(const struct doubted *d, double si, double most_factor) {
     return sum;
 }
 
-/* The unit under which all doubted groups of a kind fit the machine best; NULL if none fits. */
+/* Returns the unit under which all doubted groups of a kind fit the machine best; NULL if none
+ * fits. */
 static const char *unit_of(enum kind kind, const struct doubted *d) {
     double most_factor = kind == PRESSURE ? SUPPLY_MOST / OF_SUPPLY : HUGE_VAL, best = HUGE_VAL;
     const char *unit = NULL;
@@ -217,8 +222,8 @@ static void append_file(char list[CSV_DOUBTS_SIZE], const struct csv_head *h, in
     append(list, ": ");
 }
 
-/* Says a kind's doubted groups with the unit that fits them together; where none does, each by
- * itself. */
+/* Reports a kind's doubted groups with the unit that fits them together; if none does, each group
+ * by itself. */
 static void say(char list[CSV_DOUBTS_SIZE], enum kind kind, const struct doubted *d, const struct csv_head *h) {
     const char *unit = unit_of(kind, d), *comma = "";
     if (!unit && d->group[0].column >= 0 && d->group[1].column >= 0) {
@@ -241,7 +246,7 @@ static void say(char list[CSV_DOUBTS_SIZE], enum kind kind, const struct doubted
     else append(list, ", and no unit fits: another machine, or another signal?");
 }
 
-/* Compares a force with that of the pressures, A1 P1 - A2 P2. */
+/* Compares a force with the force of the pressures, A1 P1 - A2 P2. */
 static void check_force(const struct csv_head *h, const struct csv_range *r, const struct params *p, char list[CSV_DOUBTS_SIZE]) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const double of[3] = {1.0, -areas.a1_m2[0], areas.a2_m2[0]};

@@ -12,22 +12,22 @@
 struct csv_range {
     bool begun;
     double low[CSV_COLUMNS], high[CSV_COLUMNS];
-    double beside, sum[3], product[3][3]; /* number of rows with force, p1 and p2, and their
-                                           * moments */
+    double beside, sum[3], product[3][3]; /* rows that have force, p1 and p2: their number, sums and
+                                           * sums of products */
 };
 
 void csv_range_take(struct csv_range *range, const struct cycle *cycle);
 
-/* "1_x.csv and 5 more: p1_3_pa is up to 82, in bar?", once for each kind of channel over all files
- * of a recording: the unit under which all that is implausible fits the configured machine best
- * (supply, lengths, amplitudes). Where none fits it says what is possible instead. Then forces that
- * contradict their pressures. "" if all is plausible. */
+/* Writes "1_x.csv and 5 more: p1_3_pa is up to 82, in bar?", once for each kind of channel over all
+ * files of a recording, with the unit under which all implausible values fit the configured machine
+ * best (supply, lengths, amplitudes). If no unit fits, the text says what values are possible
+ * instead. Forces that contradict their pressures follow. "" if all is plausible. */
 void csv_doubts(int files, const struct csv_head *head, const struct csv_range *range, const struct params *params,
                 char list[CSV_DOUBTS_SIZE]);
 
-/* "t_s looks like milliseconds" and the remedy, if the steps differ from the stated one by a
- * factor of 1000 or a million. stated_s NaN: none is stated, so the steps are compared with
- * those that a loop can have. Else NULL. */
+/* Returns "t_s looks like milliseconds" and the remedy, if the steps differ from the stated one by
+ * a factor of 1000 or a million; else NULL. stated_s NaN: no step is stated, so the steps are
+ * compared with those that a loop can have. */
 const char *csv_time_unit(double step_s, double stated_s);
 
 #endif

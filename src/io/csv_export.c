@@ -20,7 +20,7 @@ struct export {
     const char *log_path, *directory;
     struct params params;
     bool configured;       /* params come from the log */
-    char *config;          /* its text; NULL: none yet */
+    char *config;          /* text of the log's configuration; NULL: none yet */
     FILE *file;            /* file of the current test; NULL: none */
     char path[PATH_SIZE];
     struct cycle last;
@@ -33,8 +33,8 @@ static int unwritable(struct export *e) {
     return error_set(e->error, STATUS_IO, "%.250s: cannot be written: %s", e->path, strerror(errno));
 }
 
-/* Refuses a directory with CSV files: nothing is overwritten, and files of an earlier export
- * would be taken for this one's. */
+/* Makes the directory. Refuses one with CSV files: nothing is overwritten, and files of an earlier
+ * export would be taken for this one's. */
 static int make_directory(const char *directory, struct error *error) {
     struct dirent **files;
     if (mkdir(directory, 0777) && errno != EEXIST)
@@ -47,7 +47,8 @@ static int make_directory(const char *directory, struct error *error) {
 
 static FILE *create(struct export *e) { return fopen(e->path, "wx"); }
 
-/* The head has a fixed length, so that it can be rewritten when the rate is known. */
+/* Writes a file's head. It has a fixed length, so that it can be rewritten when the rate is
+ * known. */
 static void write_head(struct export *e) {
     char number[NUMBER_SIZE];
     double period_s = e->params.loop.period_s;
@@ -103,8 +104,8 @@ static int begin_test(struct export *e, const struct cycle *c) {
     return STATUS_OK;
 }
 
-/* A cycle outside every test ends the current test; so does a time that goes back, at the first
- * test of a second run. */
+/* Exports a cycle. A cycle outside every test ends the current test; so does a time that goes back,
+ * at the first test of a second run. */
 static int take(struct export *e, const struct cycle *c) {
     bool same = e->file && c->test == e->last.test && c->dof == e->last.dof && c->test_time_s > e->last.test_time_s;
     int status = c->test < 0 ? end_test(e) : same ? STATUS_OK : begin_test(e, c);
@@ -117,9 +118,9 @@ static int take(struct export *e, const struct cycle *c) {
     return ferror(e->file) ? unwritable(e) : STATUS_OK;
 }
 
-/* Joined parts of a run repeat the configuration, since each part begins with it. */
+/* Writes the configuration. Joined parts of a run repeat it, since each part begins with it. */
 static int take_config(struct export *e, const char *text, size_t length) {
-    /* a configuration of another version: its text is kept, but the heads lack its values */
+    /* the text of a configuration of another version is kept, but the heads lack its values */
     struct error ignored;
     if (e->config && strlen(e->config) == length && !memcmp(e->config, text, length)) return STATUS_OK;
     if (e->config)
@@ -134,7 +135,8 @@ static int take_config(struct export *e, const char *text, size_t length) {
     return written ? STATUS_OK : unwritable(e);
 }
 
-/* What a file stated of its own frequency goes into its head again. */
+/* Takes the frequency that an imported file stated, which goes into the head of the new file
+ * again. */
 static int take_stated(struct export *e, const struct log_event *event) {
     enum dof dof;
     double hz;

@@ -88,7 +88,7 @@ int csv_column_find(const char *name, double *unit) {
     return column;
 }
 
-/* The unit in a column's name, "m" of position_m; "" without one. */
+/* Returns the unit in a column's name, "m" of position_m; "" if it has none. */
 static const char *si_of(int column) {
     const char *end = strrchr(csv_columns[column].name, '_');
     for (int i = 0; i < UNITS && end; i++)

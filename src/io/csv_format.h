@@ -10,7 +10,7 @@
 
 enum { CSV_T = 0, CSV_FLAGS_COLUMN = 31, CSV_PHASE_COLUMN = 32, CSV_POSITION_COLUMN = 33, CSV_COLUMNS = 39 };
 
-/* Columns of the first of six legs; then those of a single axis: force and pressures. */
+/* Columns of the first of six legs, then columns of a single axis: force and pressures. */
 enum {
     CSV_LENGTH_1_COLUMN = 7,
     CSV_P1_1_COLUMN = 13,
@@ -25,7 +25,7 @@ enum csv_kind { CSV_REAL, CSV_FLAGS, CSV_PHASE };
 struct csv_column {
     const char *name;
     enum csv_kind kind;
-    size_t offset; /* in struct cycle */
+    size_t offset; /* offset of the value in struct cycle */
 };
 
 extern const struct csv_column csv_columns[CSV_COLUMNS];
@@ -43,30 +43,31 @@ int csv_column_named(const char *name);
 /* True if the column's values can have this unit; `factor` converts them to SI. */
 bool csv_unit_find(const char *unit, int column, double *factor);
 
-/* Factor to SI from the unit that ends a foreign name, "Weg [mm]" or "Weg_mm"; 1 without a unit. */
+/* Returns the factor to SI from the unit that ends a foreign name, "Weg [mm]" or "Weg_mm"; 1
+ * without a unit. */
 double csv_unit_of(const char *name, int column);
 
-/* "m, cm, mm, um": units that csv_unit_find() accepts. */
+/* Lists the units that csv_unit_find() accepts for the column: "m, cm, mm, um". */
 enum { CSV_UNITS_SIZE = 80 };
 void csv_units_list(int column, char words[CSV_UNITS_SIZE]);
 
-/* Keys with a number; dof is apart. */
+/* Keys of a head that have a number; dof, which has a name, is not among them. */
 enum csv_key { CSV_FREQUENCY, CSV_AMPLITUDE, CSV_RATE, CSV_SETTLE, CSV_RAMP, CSV_DURATION, CSV_RAMP_OUT, CSV_KEYS };
 
 extern const char *const csv_keys[CSV_KEYS];
 
-/* Address of a key's value in the configuration; NULL for the rate, which is stored as a period.
- * Frequency and amplitude belong to an axis, so dof must name one. */
+/* Returns the address of a key's value in the configuration; NULL for the rate, which is stored as
+ * a period. Frequency and amplitude belong to an axis, so dof must name one. */
 double *csv_place(struct params *params, enum csv_key key, enum dof dof);
 
-/* "x" ... "psi", "none". */
+/* Returns the name of an axis: "x" ... "psi", "none". */
 const char *csv_dof_name(enum dof dof);
 
 /* Returns false for an unknown name. */
 bool csv_dof_find(const char *name, enum dof *dof);
 
-/* Lists the CSV files of a directory in the order of the numbers in their names; -1 and errno if
- * it cannot be read. */
+/* Lists the CSV files of a directory in the order of the numbers in their names. Returns their
+ * number; -1 and errno if the directory cannot be read. */
 int csv_list(const char *directory, struct dirent ***files);
 void csv_list_free(struct dirent **files, int count);
 

@@ -20,8 +20,9 @@
 
 enum { EVENT_SIZE = 1 << 18 };
 
-static const double rate_tolerance = 0.01;  /* relative; of the step of t_s against rate_hz */
-static const double rate_same = 1e-3;       /* relative; rates this close are the same */
+static const double rate_tolerance = 0.01;  /* largest relative difference between rate_hz and the
+                                             * rate of t_s */
+static const double rate_same = 1e-3; /* relative difference up to which two rates count as equal */
 static const double step_least_s = 1e-4, step_most_s = 0.1; /* range of loop.period_s */
 static const double gap_max_s = 3600.0;     /* limit of tests.duration_s */
 
@@ -30,12 +31,13 @@ struct import {
     struct params params;
     int files;
     struct csv_head head[CSV_FILES_MAX];
-    int test[CSV_FILES_MAX];   /* index in the list of tests */
+    int test[CSV_FILES_MAX];   /* index of each file's test in the list of tests */
     struct csv_times times[CSV_FILES_MAX];
     struct csv_range range[CSV_FILES_MAX];
     int last_line[CSV_FILES_MAX];
-    double zero_s[CSV_FILES_MAX]; /* t_s of the start of the ramp-in: 0, or found from the motion */
-    double evaluated_s;    /* the shortest evaluated part of the files that do not state it */
+    double zero_s[CSV_FILES_MAX]; /* t_s at which each file's ramp-in starts: 0, or found from the
+                                   * motion */
+    double evaluated_s;    /* shortest evaluated part of the files that do not state theirs */
     struct log_writer *log;
     uint64_t seq;          /* seq of the row before the current file */
     int64_t start_ns;      /* start of the current file on the log's clock */
@@ -45,15 +47,16 @@ struct import {
 
 static double period_s(const struct import *im) { return im->params.loop.period_s; }
 
-/* Without a sinusoid, only the rate has a meaning. */
+/* True if the head gives this key a value that has a meaning: without a sinusoid only the rate has
+ * one. */
 static bool gives(const struct csv_head *h, enum csv_key key) { return !isnan(h->value[key]) && (h->dof != DOF_NONE || key == CSV_RATE); }
 
-/* The mechanism comes from the first file; all others must agree. */
+/* Takes the mechanism from the first file; all others must agree. */
 static int merge_mechanism(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     if (file == 0 && h->mechanism == MECHANISM_AXIS && im->params.mechanism != MECHANISM_AXIS) {
         im->params.mechanism = h->mechanism;
-        /* the base's cylinders are a platform's */
+        /* diameters of the base are those of a platform's cylinders */
         im->params.actuator.stated.piston = im->params.actuator.stated.rod = false;
     }
     if (h->mechanism == im->params.mechanism) return STATUS_OK;
@@ -64,7 +67,8 @@ static int merge_mechanism(struct import *im, int file) {
                      h->mechanism == MECHANISM_AXIS ? "one axis" : "a platform", strrchr(im->head[0].path, '/') + 1);
 }
 
-/* Axes that share a value given in one file until they have a file with their own. */
+/* True if a value given in a file of one axis also applies to the other axis, until that has a file
+ * with its own value. */
 static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
 
 /* Stores a value from a file's head. Files must agree on it, except for frequency and amplitude,
@@ -94,7 +98,7 @@ static int merge(struct import *im, int file, enum csv_key key) {
 /* Sets the loop's rate. The simulation keeps its step, and a sample may be one period old. */
 static void set_rate(struct params *p, double rate_hz) {
     double before_s = p->loop.period_s;
-    if (!(fabs(rate_hz * before_s - 1.0) > 1e-6)) return; /* unchanged but for rounding */
+    if (!(fabs(rate_hz * before_s - 1.0) > 1e-6)) return; /* unchanged except for rounding */
     p->loop.period_s = 1.0 / rate_hz;
     p->sim.substeps = (int)ceil(p->sim.substeps * p->loop.period_s / before_s - 1e-9);
     p->limits.sensor_age_s = fmax(p->limits.sensor_age_s, p->loop.period_s);
@@ -121,7 +125,7 @@ static void note(char *list, size_t size, const struct csv_head *h, const char *
     if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
 }
 
-/* Leaves the file's frequency out: the command line has another one. */
+/* Leaves the file's frequency out, because the command line gives another one. */
 static void overrule(struct import *im, struct csv_head *h) {
     char words[NUMBER_SIZE];
     if (!gives(h, CSV_FREQUENCY)) return;
@@ -150,8 +154,8 @@ static int place_of(const struct test_params *t, enum dof dof) {
     return -1;
 }
 
-/* Gives each file its place in the list of tests. If the configuration's list lacks one of their
- * axes, a new list is made from the files. Files without a sinusoid come last. */
+/* Gives each file its place in the list of tests. If the configuration's list lacks an axis of the
+ * files, a new list is made from the files. Files without a sinusoid come last. */
 static void place_tests(struct import *im) {
     struct test_params *t = &im->params.tests;
     int behind = DOFS;
@@ -166,8 +170,8 @@ static void place_tests(struct import *im) {
     for (int i = t->count; i < DOFS; i++) t->order[i] = DOF_NONE;
 }
 
-/* Phase at a time; boundaries are rounded to whole periods as in the reference, so that exported
- * tests come back with the same phases. */
+/* Returns the phase at a time; boundaries are rounded to whole periods as in the reference, so that
+ * exported tests come back with the same phases. */
 static enum phase phase_at(const struct params *p, double t_s) {
     long long tick = llround(t_s / p->loop.period_s), ramp = llround(p->tests.ramp_s / p->loop.period_s);
     if (tick < 0) return PHASE_SETTLE;
@@ -175,7 +179,8 @@ static enum phase phase_at(const struct params *p, double t_s) {
     return tick < ramp + llround(p->tests.duration_s / p->loop.period_s) ? PHASE_EVALUATE : PHASE_RAMP_OUT;
 }
 
-/* Compares the file's rate with the configuration's, which is the head's if the head states one. */
+/* Compares the file's rate with the configuration's, which was taken from the head if it states
+ * one. */
 static int check_rate(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     double step_s = im->times[file].step_s;
@@ -215,7 +220,7 @@ static int write_row(struct import *im, int file, int64_t row, struct cycle *c) 
     return log_write(im->log, c->in.time_ns / NS_PER_US, CHANNEL_STATE, buffer, state_encode(c, buffer), im->error);
 }
 
-/* If the head does not state the evaluated part, it is everything after the ramp-in. */
+/* Takes everything after the ramp-in as the evaluated part if the head does not state one. */
 static int evaluate(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     const struct csv_times *t = &im->times[file];
@@ -250,8 +255,8 @@ static int read_file(struct import *im, int file) {
     return status;
 }
 
-/* Finds t = 0: a logger's time may start anywhere. If it leaves no room for a ramp-in, the start
- * is found from the motion. */
+/* Finds t = 0, because a logger's time may start anywhere. If the times leave no room for a
+ * ramp-in, the start is found from the motion. */
 static int find_zero(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     char words[40] = "";
@@ -273,7 +278,7 @@ static int write_event(struct import *im, const char *kind, const char *text) {
     return status;
 }
 
-/* Keeps the file's own frequency beside its rows. */
+/* Writes the file's own frequency into the log before its rows. */
 static int write_stated(struct import *im, const struct csv_head *h) {
     char text[CSV_STATED_SIZE];
     if (!gives(h, CSV_FREQUENCY)) return STATUS_OK;
@@ -391,7 +396,7 @@ static int write_log(struct import *im, const char *log_path, const char *config
     return status ? status : closed;
 }
 
-/* Checks that hexid would run with the configuration and the heads' values, then writes the log. */
+/* Checks that hexid would accept the configuration with the heads' values, then writes the log. */
 static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
     char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);

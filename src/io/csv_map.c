@@ -25,7 +25,7 @@ static int check_twice(const struct csv_map *map, const struct csv_alias *a, str
     return STATUS_OK;
 }
 
-/* Reads the unit after the last colon, or at the end of the name. */
+/* Takes the unit after the last colon, or the one at the end of the name. */
 static int take_unit(struct csv_alias *a, char *name, struct error *error) {
     char *colon = strrchr(name, ':'), *unit = colon ? trim(colon + 1) : NULL;
     const char *own = csv_columns[a->column].name;

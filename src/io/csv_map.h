@@ -1,8 +1,8 @@
 /* Columns under the user's own names: "position=Weg:mm,force=Kraft [kN],t=Zeit:s". On the left
- * stands hexid's name of a column (csv.h), with or without its unit; on the right the name in
- * the file and, after a colon, its unit. Without that the unit at the end of the name counts
- * ("Weg [mm]", "Weg_mm"), else SI. Names contain no comma; a name that contains a colon must be
- * followed by another colon, with or without a unit. Pure; any thread. */
+ * stands hexid's name of a column (csv.h), with or without its unit; on the right the name in the
+ * file and, after a colon, its unit. Without a colon the unit at the end of the name counts ("Weg
+ * [mm]", "Weg_mm"), else SI. Names contain no comma; a name that contains a colon must be followed
+ * by another colon, with or without a unit. Pure; any thread. */
 #ifndef HEXID_CSV_MAP_H
 #define HEXID_CSV_MAP_H
 
@@ -12,7 +12,7 @@
 enum { CSV_ALIAS_SIZE = 120 };
 
 struct csv_alias {
-    char name[CSV_ALIAS_SIZE]; /* as in the file */
+    char name[CSV_ALIAS_SIZE]; /* name as it stands in the file */
     int column;                /* index in csv_columns */
     double unit;               /* factor that converts its values to SI */
     bool seen;                 /* found in some file */
@@ -24,22 +24,22 @@ struct csv_map {
     struct csv_alias alias[CSV_COLUMNS];
 };
 
-/* Parses the map. -2 with the name and the remedy: unknown column, impossible unit, or a
+/* Parses the map. Returns -2 with the name and the remedy: unknown column, impossible unit, or a
  * repeated name. */
 int csv_map_parse(struct csv_map *map, const char *text, struct error *error);
 
 /* Finds the column under this name and marks it as seen; NULL: none, or no map. */
 const struct csv_alias *csv_map_find(struct csv_map *map, const char *name);
 
-/* The user's name for a column of hexid's, or NULL. */
+/* Returns the user's name for one of hexid's columns, or NULL. */
 const struct csv_alias *csv_map_of(const struct csv_map *map, int column);
 
-/* Message about a missing name: the problem ("the file has no column of that name"), the name
- * probably meant, and the remaining names, "" if there are none. */
+/* Writes a message about a missing name: the problem ("the file has no column of that name"), the
+ * name probably meant, and in `left` the remaining names, "" if there are none. */
 enum { CSV_MAP_TEXT = 500 };
 void csv_map_unknown(const struct csv_alias *alias, const char *what, const char *left, char text[CSV_MAP_TEXT]);
 
-/* The first name that no file had, or NULL. */
+/* Returns the first name that no file had, or NULL. */
 const struct csv_alias *csv_map_unseen(const struct csv_map *map);
 
 #endif

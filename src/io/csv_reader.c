@@ -22,7 +22,7 @@ static void list(char text[CSV_LIST_SIZE], const char *word) {
 static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
     struct csv_head *h = &r->head;
     bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be 0 */
-    /* limits of loop.period_s and tests.* */
+    /* range of loop.period_s and of the keys of tests */
     double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0;
     char *end = csv_text_number(text, &value);
     if (!isnan(h->value[key])) return csv_text_refuse(&r->in, error, "%s: given twice", csv_keys[key]);
@@ -69,8 +69,8 @@ static int read_column(struct csv_reader *r, const char *name, struct error *err
     return STATUS_OK;
 }
 
-/* Lists missing columns, six in a row as "u1..u6". Flags and phase exist only in hexid's own
- * files and are not listed. */
+/* Lists missing columns; six of a kind together, as "u1..u6". Flags and phase exist only in hexid's
+ * own files and are not listed. */
 static void list_missing(struct csv_head *h) {
     char six[64];
     for (int i = CSV_T + 1; i < CSV_COLUMNS; i++) {
@@ -184,7 +184,7 @@ static bool store(struct cycle *c, const struct csv_column *column, double numbe
     return true;
 }
 
-/* Refuses the content of a cell; cell: from 0. */
+/* Refuses the content of a cell; cell: its index, from 0. */
 static int refuse_cell(const struct csv_reader *r, int cell, struct error *error) {
     int length;
     const char *text = csv_text_cell(&r->in, cell, &length);

@@ -13,7 +13,7 @@ enum { CSV_CELLS_MAX = 128, CSV_LIST_SIZE = 240 };
 struct csv_head {
     char path[CSV_PATH_SIZE];
     enum mechanism_kind mechanism;
-    enum dof dof;                  /* for a single axis x or none */
+    enum dof dof;                  /* axis of the test; for a file of a single axis x or none */
     double value[CSV_KEYS];        /* NaN: not given */
     int line[CSV_KEYS];            /* line number of each key */
     int columns_line;

@@ -56,7 +56,7 @@ int csv_text_line(struct csv_text *t, char **line, struct error *error) {
     return ferror(t->file) ? error_set(error, STATUS_IO, "%.250s: cannot be read: %s", t->path, strerror(errno)) : 0;
 }
 
-/* The separator of a line, looked for outside quotes. */
+/* Returns the separator of a line, looked for outside quotes. */
 static char separator_of(const char *line) {
     static const char separators[] = ",;\t";
     for (const char *s = separators; *s; s++) {
@@ -86,8 +86,8 @@ int csv_text_columns(struct csv_text *t, char *line, struct error *error) {
     return normalise(line, t->separator) ? STATUS_OK : csv_text_refuse(t, error, "a quote is not closed");
 }
 
-/* Reads a decimal number of up to 15 digits: digits and power of ten are exact in binary, so
- * that a single division rounds correctly. NULL: the number needs strtod. */
+/* Reads a decimal number of up to 15 digits: digits and power of ten are exact in binary, so that a
+ * single division rounds correctly. Returns NULL if the number needs strtod(). */
 static char *read_plain(char *text, double *number) {
     static const double power[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
     char *first = text + (*text == '-'), *p = first, *point = NULL;

@@ -17,27 +17,28 @@ struct csv_text {
     char separator;    /* between cells: ',', or ';' or tab, which allow decimal commas; 0:
                         * unknown so far */
     char text[CSV_LINE_SIZE];
-    char raw[CSV_LINE_SIZE]; /* the row as it stands in the file, for messages */
+    char raw[CSV_LINE_SIZE]; /* last row as it stands in the file, for messages */
 };
 
-/* -3 with the path if it cannot be read. */
+/* Opens the file. Returns -3 with the path if it cannot be read. */
 int csv_text_open(struct csv_text *t, const char *path, struct error *error);
 void csv_text_close(struct csv_text *t);
 
 /* Reads the next line that is not blank, without its end. Once the separator is known, comment
  * lines are skipped, and the line is normalised: commas between cells, points in numbers, no
- * quotes. 1, 0 at the end of the file, or negative. */
+ * quotes. Returns 1, 0 at the end of the file, or a negative status. */
 int csv_text_line(struct csv_text *t, char **line, struct error *error);
 
 /* Takes a line as the one with the columns' names: finds the separator from it and normalises it
- * like later lines. 0 or -2. */
+ * like later lines. Returns 0 or -2. */
 int csv_text_columns(struct csv_text *t, char *line, struct error *error);
 
 /* Reads a number that ends at a comma or at the end of the text; NaN for an empty cell. Returns
  * the end of the number, or NULL if there is none. */
 char *csv_text_number(char *text, double *number);
 
-/* Text of a cell of the last row, from 0, as it stands in the file; length: of the text. */
+/* Returns the text of a cell of the last row, as it stands in the file, and its length. cell: from
+ * 0. */
 const char *csv_text_cell(const struct csv_text *t, int cell, int *length);
 
 /* Removes blanks at both ends, in place. */

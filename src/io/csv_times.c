@@ -5,16 +5,16 @@
 
 enum {
     PASSES = 8,
-    APART = 64,   /* distance in rows over which the step is measured */
-    WARM_UP = 256 /* rows from which the grid's position at the first row is found */
+    APART = 64,   /* largest distance in rows over which the step is measured */
+    WARM_UP = 256 /* number of rows from which the grid's position at the first row is found */
 };
 
-static const double FOLLOW = 1.0 / 32.0; /* share of a row's deviation by which the grid follows:
-                                          * a step that is off by 1 % lags by a third of a step,
-                                          * and jitter averages out */
-static const double NEXT = 0.75;         /* share of a step: a row less than this from the place
-                                          * after its predecessor has that place, because jitter
-                                          * is commoner than a lost row with such jitter */
+static const double FOLLOW = 1.0 / 32.0; /* share of a row's deviation by which the grid follows it:
+                                          * a step that is off by 1 % makes the grid lag by a third
+                                          * of a step, and jitter averages out */
+static const double NEXT = 0.75;         /* share of a step; a row that is nearer than this to the
+                                          * place after its predecessor's gets that place, because
+                                          * jitter is commoner than a lost row with such jitter */
 static const double STEP_LEAST_S = 1e-7; /* shorter steps mean a wrong unit of time */
 
 int csv_times_add(struct csv_times *t, double t_s, struct error *error) {
@@ -28,7 +28,7 @@ int csv_times_add(struct csv_times *t, double t_s, struct error *error) {
     return STATUS_OK;
 }
 
-/* Mean of the steps between `least` and `most`. */
+/* Returns the mean of the steps between `least` and `most`. */
 static double mean_within(const struct csv_times *t, double least, double most) {
     double sum = 0.0;
     int64_t n = 0;
@@ -39,9 +39,9 @@ static double mean_within(const struct csv_times *t, double least, double most) 
     return n ? sum / (double)n : 0.0;
 }
 
-/* The usual step, starting from the mean of all steps: first without gaps, then of steps near
- * the mean alone. The median would fail for times rounded to milliseconds, which have steps of 2
- * and 3 ms. */
+/* Finds the usual step, starting from the mean of all steps: first the mean without gaps, then the
+ * mean of steps near it. The median would fail for times rounded to milliseconds, which have steps
+ * of 2 and 3 ms. */
 static double usual_step(const struct csv_times *t) {
     double step_s = t->mean_s;
     for (int pass = 0; pass < 2 * PASSES; pass++) {
@@ -65,7 +65,7 @@ static double refine(const struct csv_times *t, double step_s) {
     return step_s;
 }
 
-/* Moves the grid to the row at t_s, and a little towards t_s. Returns the number of steps. */
+/* Moves the grid to the row at t_s, and a little towards t_s. Returns the number of grid steps. */
 static int64_t follow(double *at_s, double t_s, double step_s) {
     double steps = (t_s - *at_s) / step_s, lines = fabs(steps - 1.0) < NEXT ? 1.0 : round(steps);
     *at_s += lines * step_s;
@@ -91,7 +91,7 @@ static void part_places(struct csv_times *t) {
 }
 
 /* Places all rows on a grid of this step. Returns the number of rows that do not directly follow
- * their predecessor. */
+ * their predecessor on the grid. */
 static int64_t place_rows(struct csv_times *t, double step_s) {
     int64_t unexplained = 0;
     t->step_s = step_s;
@@ -111,8 +111,8 @@ int csv_times_measure(struct csv_times *t, double stated_s, struct error *error)
     if (!(t->step_s >= STEP_LEAST_S)) return STATUS_OK;
     double step_s = refine(t, t->step_s);
     int64_t unexplained = place_rows(t, step_s);
-    /* a step with half as many unexplained rows is the right one; the grid follows a small error
-     * of the step */
+    /* if the stated step leaves half as many rows unexplained, it is the right one; a small error
+     * of the step does no harm, since the grid follows the rows */
     if (unexplained && stated_s >= STEP_LEAST_S && 2 * place_rows(t, stated_s) >= unexplained) place_rows(t, step_s);
     t->step_s = span_s / (double)(csv_times_places(t) - 1);
     return STATUS_OK;

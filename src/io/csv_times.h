@@ -8,25 +8,26 @@
 
 #include "status.h"
 
-/* Initialised to zero. */
+/* Times of a file's rows; initialised to zero. */
 struct csv_times {
     int64_t rows, capacity;
-    double *t_s;     /* as in the file, increasing */
-    int64_t *place;  /* on the grid, increasing; valid after csv_times_measure() */
+    double *t_s;     /* times as in the file, increasing */
+    int64_t *place; /* place of each row on the grid, increasing; valid after csv_times_measure() */
     double step_s;   /* step of the grid; 0: fewer than two rows */
     double mean_s;   /* mean of all steps, gaps included */
 };
 
-/* Adds the next row, which must be later than the last. -3 without memory. */
+/* Adds the next row, which must be later than the last. Returns -3 without memory. */
 int csv_times_add(struct csv_times *times, double t_s, struct error *error);
 
 /* Computes step and places after the last row. stated_s: the step that the file states, NaN if
- * none. It is used instead of the step of most rows if that halves the number of rows that do
- * not directly follow their predecessor: stamps of 800 Hz in whole milliseconds look like 1000
- * Hz with lost rows. -3 without memory. */
+ * none. It is used instead of the step of most rows if that halves the number of rows that do not
+ * directly follow their predecessor: stamps of 800 Hz in whole milliseconds look like 1000 Hz with
+ * lost rows. Returns -3 without memory. */
 int csv_times_measure(struct csv_times *times, double stated_s, struct error *error);
 
-/* Number of grid points from the first row to the last, lost rows included. */
+/* Return the number of grid points from the first row to the last, and the number of those without
+ * a row. */
 int64_t csv_times_places(const struct csv_times *times);
 int64_t csv_times_lost(const struct csv_times *times);
 

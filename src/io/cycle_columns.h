@@ -7,14 +7,14 @@
 
 #include "types.h"
 
-/* double; (u)int64_t, uint32_t, int or enum, bool */
+/* Types of a column: double; int64_t or uint64_t; uint32_t; int or enum; bool. */
 enum column_kind { COLUMN_REAL, COLUMN_INT64, COLUMN_UINT32, COLUMN_CODE, COLUMN_BOOL };
 
 struct cycle_column {
     const char *name;
     const char *unit;      /* "" without a unit */
     enum column_kind kind;
-    size_t offset;         /* in struct cycle */
+    size_t offset;         /* offset of the value in struct cycle */
 };
 
 enum { CYCLE_COLUMNS = 57 };
@@ -22,7 +22,7 @@ extern const struct cycle_column cycle_columns[CYCLE_COLUMNS];
 
 static inline bool column_is_real(int column) { return cycle_columns[column].kind == COLUMN_REAL; }
 
-/* Value of a real column, and of any other column. */
+/* Return the value of a real column, and that of any other column. */
 double column_real(const struct cycle *c, int column);
 int64_t column_integer(const struct cycle *c, int column);
 

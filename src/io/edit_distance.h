@@ -4,10 +4,11 @@
 
 enum { EDIT_DISTANCE_MAX = 128 }; /* largest length of a word, with its closing zero */
 
-/* Levenshtein distance: letters inserted, deleted or replaced. Longer words are truncated. */
+/* Returns the Levenshtein distance: letters inserted, deleted or replaced. Longer words are
+ * truncated. */
 int edit_distance(const char *a, const char *b);
 
-/* Distance from which on a suggestion would be a guess. */
+/* Returns the distance from which on a suggestion would be a guess. */
 int edit_distance_too_far(const char *word);
 
 /* Finds the word probably meant among name(0), name(1) ..., ended by NULL: one that begins with

@@ -11,10 +11,11 @@
 #include "messages.h"
 #include "output.h"
 
-/* A variable in format 5, such as a struct, has at most 2 GiB: 2 h 13 min of cycles of 2 ms. */
+/* A variable in format 5, such as a struct, has at most 2 GiB, which limits cycles and messages: 2
+ * h 13 min of cycles of 2 ms. */
 enum { COLUMNS = 1 + CYCLE_COLUMNS, CYCLES_MAX = 4000000, MESSAGES_MAX = 100000, MESSAGE_BYTES_MAX = 64 << 20 };
 
-/* A value of a column; all types are 8 bytes wide. */
+/* A value of a column; both types are 8 bytes wide. */
 union cell {
     double real;
     int64_t integer;
@@ -31,7 +32,7 @@ struct mat_export {
     struct output output;
     FILE *file;
     int failure;
-    bool too_long;                    /* exceeds the format */
+    bool too_long;                    /* the log is too long for the format */
     size_t cycles, capacity;
     union cell *column[COLUMNS];      /* time_s, then cycle_columns */
     struct kept *message;
@@ -86,7 +87,7 @@ static void mat_cycle(void *to, int64_t utime_us, double time_s, const struct cy
     e->cycles++;
 }
 
-/* Keeps the message as it came; it is converted when all of its type are known. */
+/* Keeps the message as it came; it is converted when all messages of its type are known. */
 static void mat_message(void *to, int64_t utime_us, const struct message *m) {
     struct mat_export *e = to;
     (void)utime_us;
@@ -109,7 +110,8 @@ static void mat_message(void *to, int64_t utime_us, const struct message *m) {
 
 static int mat_failed(const void *to) { return ((const struct mat_export *)to)->failure; }
 
-/* Makes a numeric variable, column-major. `borrowed` data are not copied and must outlive it. */
+/* Makes a numeric variable, column-major. `borrowed` data are not copied and must outlive the
+ * variable. */
 static matvar_t *numbers(struct mat_export *e, bool real, size_t rows, size_t columns, void *data, bool borrowed) {
     size_t dims[2] = {rows, columns};
     matvar_t *v = e->library.variable(NULL, real ? MAT_C_DOUBLE : MAT_C_INT64, real ? MAT_T_DOUBLE : MAT_T_INT64, 2, dims, data,
@@ -178,7 +180,7 @@ static matvar_t *value_of(struct mat_export *e, const struct message *m, int fie
     return v;
 }
 
-/* All messages of a type as an array of structs; NULL if there are none. */
+/* Returns all messages of a type as an array of structs; NULL if there are none. */
 static matvar_t *messages_of(struct mat_export *e, const struct message_type *type) {
     const char *names[FIELDS_MAX];
     unsigned fields = 0;
@@ -205,7 +207,7 @@ static matvar_t *configuration(struct mat_export *e) {
     return characters(e, text);
 }
 
-/* The struct `hexid`: columns, units, config, and the types of messages in the log. */
+/* Makes the struct `hexid`: columns, units, config, and the types of messages in the log. */
 static matvar_t *everything(struct mat_export *e) {
     const char *names[COLUMNS + 2 + MESSAGE_TYPES] = {"time_s"};
     matvar_t *of_type[MESSAGE_TYPES];
@@ -237,7 +239,7 @@ static bool whole(int memory) {
            state.st_size == (off_t)(TAG_AT + sizeof tag + tag[1]);
 }
 
-/* Writes through memory, because libmatio ignores the results of its writes: the file is made in
+/* Writes the file through memory, because libmatio ignores the results of its writes: it is made in
  * memory, checked for completeness, and copied to disk by calls that are checked. */
 static void write_through_memory(struct mat_export *e, matvar_t *all) {
     char path[40], piece[1 << 16];

@@ -10,7 +10,8 @@ enum { NONE = -1 };
 
 struct mcap_export {
     struct mcap_writer *file;
-    int state, type[MESSAGE_TYPES]; /* channels; NONE before the first such message */
+    int state, type[MESSAGE_TYPES]; /* channels of cycles and of each type of message; NONE before
+                                     * its first message */
     struct json_text json;          /* work buffer */
 };
 
@@ -30,7 +31,7 @@ static int schema_end(struct mcap_export *e, const char *title) {
     char topic[64], name[64];
     snprintf(topic, sizeof topic, "/hexid/%s", title);
     snprintf(name, sizeof name, "hexid.%s", title);
-    json_text_add(&e->json, "}}", 3); /* with its closing zero */
+    json_text_add(&e->json, "}}", 3); /* includes the text's closing zero */
     return e->json.failed ? 0 : mcap_channel(e->file, topic, name, e->json.text);
 }
 
@@ -50,8 +51,8 @@ static int type_channel(struct mcap_export *e, const struct message_type *type) 
     schema_begin(e, type->name);
     for (const struct field *f = type->field; f->name; f++) {
         if (f->kind == FIELD_COUNT)
-            continue; /* the array's length says the same; never the
-                                               * first field */
+            continue; /* a count is left out: the array's length states it; it is never the first
+                       * field */
         json_text_say(&e->json, "%s\"%s\":{\"type\":", f == type->field ? "" : ",", f->name);
         json_text_say(&e->json, f->count == 1 ? "\"%s\"}" : "\"array\",\"items\":{\"type\":\"%s\"}}", json[f->kind]);
     }

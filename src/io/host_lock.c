@@ -11,10 +11,11 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-static const char operators[] = "hexid"; /* group that may command; the unit runs with it */
+static const char operators[] = "hexid"; /* group whose members may command; the service unit runs
+                                          * with it */
 
 struct holder {
-    struct ucred who; /* at the time of its listen() */
+    struct ucred who; /* credentials at the time of the holder's listen() */
     gid_t group[64];
     int groups;
 };
@@ -54,7 +55,7 @@ static bool ask_slot(const struct host_lock_key *key, int slot, struct holder *h
     bool there = !connect(s, (struct sockaddr *)&address, length);
     if (there && !getsockopt(s, SOL_SOCKET, SO_PEERCRED, &h->who, &size) && !getsockopt(s, SOL_SOCKET, SO_PEERGROUPS, h->group, &bytes))
         h->groups = (int)(bytes / sizeof *h->group);
-    there = there || errno == EAGAIN; /* its queue is full */
+    there = there || errno == EAGAIN; /* a full queue shows that there is a holder */
     close(s);
     return there;
 }
@@ -82,7 +83,7 @@ static void describe(const struct holder *h, char *text, size_t size) {
     else snprintf(text, size, "process %ld of user %ld", (long)h->who.pid, (long)h->who.uid);
 }
 
-/* SAFETY: other slots are checked after the own one is taken, so that of two processes that
+/* SAFETY: other slots are checked after this process's own is taken, so that of two processes that
  * start at once one sees the other. */
 int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error) {
     int own_slot, own = take_slot(key, &own_slot), reason = errno;

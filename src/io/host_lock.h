@@ -19,19 +19,20 @@
 enum { HOST_LOCK_SLOTS = 8, HOST_LOCK_NAME_SIZE = 80 };
 
 struct host_lock_key {
-    char name[HOST_LOCK_NAME_SIZE]; /* the same for all spellings of a machine's address */
-    mode_t mode;                    /* mode of its device file; 0: it has none */
-    uid_t owner;                    /* owner of that file */
+    char name[HOST_LOCK_NAME_SIZE]; /* name of the machine, the same for all spellings of its
+                                     * address */
+    mode_t mode;                    /* mode of the machine's device file; 0: it has none */
+    uid_t owner;                    /* owner of the device file */
     gid_t group;
 };
 
 /* Takes the lock. Main thread, before the machine is opened; may look up users. Returns a
- * descriptor to keep open; STATUS_UNSAFE naming process and user of the holder; STATUS_IO if
- * there are no such sockets. `doubt` names a stranger; its status is STATUS_OK without one. */
+ * descriptor to keep open; STATUS_UNSAFE naming process and user of the holder; STATUS_IO if the
+ * host has no such sockets. `doubt` names a stranger; its status is STATUS_OK without one. */
 int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error);
 
-/* SAFETY: to be called regularly while the lock is held: drops the connections of processes that
- * asked for the holder. If that queue is full (net.core.somaxconn), nobody can identify the
+/* SAFETY: drops the connections of processes that asked for the holder; to be called regularly
+ * while the lock is held. If their queue is full (net.core.somaxconn), nobody can identify the
  * holder, and the lock no longer counts. Any thread; does not block. */
 void host_lock_answer(int lock);
 

@@ -18,10 +18,10 @@ struct json_text {
 
 void json_text_free(struct json_text *j);
 
-/* Empties it and clears `failed`. */
+/* Empties the text and clears `failed`. */
 void json_text_restart(struct json_text *j);
 
-/* Appends raw bytes; and formatted names and numbers of our own, at most 200 bytes. */
+/* Append raw bytes, and formatted names and numbers of our own of at most 200 bytes. */
 void json_text_add(struct json_text *j, const char *text, size_t length);
 __attribute__((format(printf, 2, 3))) void json_text_say(struct json_text *j, const char *format, ...);
 
@@ -29,8 +29,8 @@ __attribute__((format(printf, 2, 3))) void json_text_say(struct json_text *j, co
  * that are not UTF-8 become question marks. */
 void json_text_string(struct json_text *j, const char *text);
 
-/* Appends a number: in the shortest form that reads back bit for bit, or with the given number
- * of significant digits. */
+/* Append numbers: in the shortest form that reads back bit for bit, or with the given number of
+ * significant digits. */
 void json_text_real(struct json_text *j, double value);
 void json_text_rounded(struct json_text *j, double value, int digits);
 void json_text_rounded_array(struct json_text *j, const double *value, int count, int digits);
@@ -38,7 +38,7 @@ void json_text_rounded_array(struct json_text *j, const double *value, int count
 /* Appends `"name":`, after a comma unless it is the first in the object. */
 void json_text_name(struct json_text *j, const char *name);
 
-/* Appends a cycle with the names of cycle_columns.h, or a message with those of its type. */
+/* Append a cycle with the names of cycle_columns.h, and a message with the names of its type. */
 void json_text_cycle(struct json_text *j, const struct cycle *cycle);
 void json_text_message(struct json_text *j, const struct message *message);
 

@@ -10,8 +10,8 @@
 #include "input.h"
 #include "output.h"
 
-/* CHANNEL_MAX: limit of liblcm's reader. ROOM: the most that a crash of the process loses,
- * unless one event is larger */
+/* CHANNEL_MAX: limit of liblcm's reader. ROOM: most bytes that a crash of the process loses, unless
+ * one event is larger */
 enum { HEADER_SIZE = 28, CHANNEL_MAX = 999, BUFFER_SIZE = 1 << 18, EVENT_MAX = 64 << 20, ROOM = 4096 };
 static const uint32_t sync_word = 0xEDA1DA01;
 
@@ -23,8 +23,9 @@ struct log_writer {
     int64_t number, bytes;   /* events and bytes accepted for this file */
     unsigned char *buffer;   /* whole events; only the first may be partly written */
     size_t used, capacity;
-    int64_t kept, lost;      /* events of the counted channel in this file, and in none */
-    const char *counted;
+    int64_t kept, lost;      /* number of events of the counted channel that are in this file, and
+                              * in none */
+    const char *counted; /* channel given to log_count() */
     struct error error;      /* the first failure */
 };
 
@@ -154,7 +155,7 @@ int log_write(struct log_writer *w, int64_t utime_us, const char *channel, const
     return log_flush(w, error);
 }
 
-/* The reason why the file is not in its place or not as written; NULL: it is intact. */
+/* Returns the reason why the file is not in its place or not as written; NULL: it is intact. */
 static const char *what_happened(const struct log_writer *w) {
     struct stat now, there;
     if (!S_ISREG(w->begun.st_mode) || fstat(w->file, &now)) return NULL;
@@ -217,7 +218,7 @@ static bool fill(struct log_reader *r) {
     return got > 0;
 }
 
-/* The next `size` bytes; NULL if fewer are left. */
+/* Returns the next `size` bytes; NULL if fewer are left. */
 static const unsigned char *need(struct log_reader *r, size_t size) {
     while (r->end - r->begin < size)
         if (!fill(r)) return NULL;
@@ -248,7 +249,7 @@ int log_open(struct log_reader **reader, const char *path, struct error *error) 
     return error->status;
 }
 
-/* Size of the event according to its header; 0 if the header is invalid. */
+/* Returns the size of an event according to its header; 0 if the header is invalid. */
 static size_t event_size(const unsigned char *header) {
     uint32_t channel = read_u32(header + 20), data = read_u32(header + 24);
     bool sound = read_u32(header) == sync_word && channel >= 1 && channel <= CHANNEL_MAX && data <= EVENT_MAX;

@@ -17,25 +17,26 @@
 struct log_writer;
 struct log_reader;
 
-/* Opens the log as output_log() does: an existing file is set aside. -3 with path and reason if
- * it cannot be opened. */
+/* Opens the log as output_log() does: an existing file is set aside. Returns -3 with path and
+ * reason if it cannot be opened. */
 int log_create(struct log_writer **writer, const char *path, struct error *error);
 
-/* The same on a file that output_log() has opened; the writer owns it, even if this fails. */
+/* Does what log_create() does on a file that output_log() has opened; the writer owns the file,
+ * even if this fails. */
 int log_on_file(struct log_writer **writer, int file, const char *path, struct error *error);
 
-/* Appends an event. utime_us: time on the log's clock. -3 with path and reason if the disk is
- * full or gone; every later call then returns the same. The first event is passed to the system
- * at once, so that a run whose log cannot be written is refused before anything moves; later
+/* Appends an event. utime_us: time on the log's clock. Returns -3 with path and reason if the disk
+ * is full or gone; every later call then returns the same error. The first event is passed to the
+ * system at once, so that a run whose log cannot be written is refused before anything moves; later
  * events go through a buffer of a few kB. */
 int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, const void *data, int size, struct error *error);
 
-/* Continues the log in this file, which the writer then owns; the old file is flushed and
- * closed. -3 if that fails, which becomes the log's error as in log_write(), and without memory:
+/* Continues the log in this file, which the writer then owns; the old file is flushed and closed.
+ * Returns -3 if that fails, which becomes the log's error as in log_write(); or without memory:
  * then the new file is closed and the log continues in the old one. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
-/* Number of bytes accepted since the log, or its current file, was begun. */
+/* Returns the number of bytes accepted since the log's current file was begun. */
 int64_t log_bytes(const struct log_writer *writer);
 
 /* Counts the events of this channel from now on. Once log_write(), log_flush() or log_check()
@@ -47,15 +48,15 @@ int64_t log_lost(const struct log_writer *writer);
 /* Hands the buffered events to the system. */
 int log_flush(struct log_writer *writer, struct error *error);
 
-/* Flushes, and checks that the file still is as written: not deleted, renamed, truncated or
- * written by others. -3, which becomes the log's error as in log_write(). If the file is not a
- * regular one, or is no longer visible, only the flush counts. */
+/* Flushes, and checks that the file still is as written: not deleted, renamed, truncated or written
+ * by others. Otherwise returns -3, which becomes the log's error as in log_write(). If the file is
+ * not a regular one, or is no longer visible, only the flush counts. */
 int log_check(struct log_writer *writer, struct error *error);
 
 /* Calls log_check() and frees the writer, even after a failure. */
 int log_close(struct log_writer *writer, struct error *error);
 
-/* Size of an event in the file, bytes. */
+/* Returns the size of an event in the file, bytes. */
 size_t log_event_size(const char *channel, int size);
 
 struct log_event {
@@ -65,16 +66,16 @@ struct log_event {
     int size;
 };
 
-/* Opens a log. An empty file is a log without events. -3 with path and reason if it cannot be
- * read or does not begin like an event log. */
+/* Opens a log. An empty file is a log without events. Returns -3 with path and reason if it cannot
+ * be read or does not begin like an event log. */
 int log_open(struct log_reader **reader, const char *path, struct error *error);
 
-/* Reads the next event, of any channel. 1: an event; 0: the end. Reading stops for good at the
- * first byte that cannot belong to an event; nothing after damage is guessed. Memory: a buffer,
+/* Reads the next event, of any channel. Returns 1: an event; 0: the end. Reading stops for good at
+ * the first byte that cannot belong to an event; nothing after damage is guessed. Memory: a buffer,
  * enlarged only for larger events, up to 64 MiB, and only as their bytes arrive. */
 int log_next(struct log_reader *reader, struct log_event *event);
 
-/* Offset of the byte after the last event read. */
+/* Returns the offset of the byte after the last event read. */
 int64_t log_offset(const struct log_reader *reader);
 
 /* Restricts reading to events that begin within these bytes of the file; `begin` must be the

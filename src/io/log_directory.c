@@ -38,7 +38,7 @@ static size_t number_length(const char *name, long *number) {
     return has ? digits + 1 : 0;
 }
 
-/* Length of the run's name with its number; 0: not a log's name. */
+/* Returns the length of the run's name with its number; 0: this is no log's name. */
 static size_t run_length(const char *name) {
     long unused;
     size_t length = number_length(name, &unused);
@@ -93,7 +93,7 @@ static bool in_progress(int directory, const struct entry *entries, int count, c
     return false;
 }
 
-/* 1: deleted; 0: being written; -1: errno. */
+/* Deletes a log that no writer has locked. Returns 1: deleted; 0: being written; -1: errno. */
 static int delete_unused(int directory, const char *name) {
     int file = open_log(directory, name);
     if (file < 0) return -1;
@@ -137,7 +137,8 @@ int log_directory_prune(const char *path, int64_t quota_bytes, int64_t *left_byt
     return status;
 }
 
-/* The largest number of a run in the directory; 0: none. -1: unreadable. */
+/* Returns the largest number of a run in the directory; 0: none; -1: the directory is
+ * unreadable. */
 static long largest_number(const char *directory) {
     long largest = 0, number;
     DIR *files = opendir(directory);
@@ -153,7 +154,7 @@ int log_directory_create(const char *directory, bool in_parts, char *path, size_
     time_t now = time(NULL);
     struct tm utc;
     strftime(when, sizeof when, "%Y-%m-%dT%H-%M-%SZ", gmtime_r(&now, &utc));
-    for (int i = 0; i < TRIES; i++) { /* another run may take the number first */
+    for (int i = 0; i < TRIES; i++) { /* repeated, because another run may take the number first */
         long number = largest_number(directory);
         if (number < 0) return error_set(error, STATUS_IO, "%.250s: cannot be read: %s", directory, strerror(errno));
         if (number == NUMBER_MAX)

@@ -23,11 +23,11 @@ enum { LOG_PARTS_MAX = 9999 };
  * naming the file. *left_bytes (may be NULL): size of the rest. */
 int log_directory_prune(const char *directory, int64_t quota_bytes, int64_t *left_bytes, struct error *error);
 
-/* Creates an empty file named by the next number and the current time: the whole log or its
- * first part. -3: impossible. */
+/* Creates an empty file named by the next number and the current time: the whole log or its first
+ * part. Returns -3 if that is impossible. */
 int log_directory_create(const char *directory, bool in_parts, char *path, size_t size, struct error *error);
 
-/* Path of another part; creates nothing. -3: too many parts. */
+/* Makes the path of another part; creates nothing. Returns -3 if there are too many parts. */
 int log_directory_part(const char *first, int number, char *path, size_t size, struct error *error);
 
 #endif

@@ -8,12 +8,12 @@
 #include "status.h"
 #include "types.h"
 
-/* Functions of a format; `to` is its state. open and close return -3 with path and reason.
- * cycle() and message() ignore failures; failed() reports the first as an errno, 0: none. */
+/* Functions of a format; `to` is its state. open() and close() return -3 with path and reason.
+ * cycle() and message() ignore failures; failed() reports the first one as an errno, 0: none. */
 struct export_format {
     const char *name;
     int (*open)(void **to, const char *path, struct error *error);
-    /* time_s: since the log's first cycle */
+    /* time_s: time since the log's first cycle */
     void (*cycle)(void *to, int64_t utime_us, double time_s, const struct cycle *c);
     void (*message)(void *to, int64_t utime_us, const struct message *m);
     int (*failed)(const void *to);
@@ -37,15 +37,15 @@ extern const struct export_format export_mcap;
 extern const struct export_format export_mat;
 
 struct log_export_report {
-    int64_t cycles, lost;  /* lost: from gaps in seq */
+    int64_t cycles, lost;  /* numbers of cycles in the log, and of cycles missing in seq */
     int64_t messages;
-    int64_t unreadable;    /* on hexid's channels, but malformed */
+    int64_t unreadable;    /* number of malformed messages on hexid's channels */
     bool cut;              /* the log is cut off or damaged; it was read up to cut_offset */
     int64_t cut_offset;
 };
 
-/* Exports a log. run: number in a log that holds several (log_runs.h), else 0. -3 with the path
- * of the file that cannot be read or written, or if the log has no cycle; no new file is left
+/* Exports a log. run: number in a log that holds several (log_runs.h), else 0. Returns -3 with the
+ * path of the file that cannot be read or written, or if the log has no cycle; no new file is left
  * then. */
 int log_export(const char *log_path, int run, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error);

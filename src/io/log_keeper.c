@@ -17,7 +17,7 @@
 enum { PATIENCE_MS = 5000 };
 
 struct answer {
-    struct error error;    /* status 0: the descriptor comes with it */
+    struct error error;    /* status 0: a descriptor comes with the answer */
     bool over;
     char path[PATH_MAX];
 };
@@ -48,7 +48,8 @@ static int create(const char *first, int *number, struct answer *a) {
     return file;
 }
 
-/* Creates the file before making room: its lock then shows that the run is in progress. */
+/* Makes the next part. The file is created before room is made for it, because its lock then shows
+ * that the run is in progress. */
 static int make_part(const char *first, int *number, int64_t quota_bytes, struct answer *a) {
     char directory[PATH_MAX];
     int64_t left_bytes = 0;
@@ -60,7 +61,7 @@ static int make_part(const char *first, int *number, int64_t quota_bytes, struct
     snprintf(directory, sizeof directory, "%.*s", slash ? (int)(slash - first) : 1, slash ? first : ".");
     if (quota_bytes > 0) log_directory_prune(*directory ? directory : "/", quota_bytes, &left_bytes, &ignored);
     a->over = quota_bytes > 0 && left_bytes > quota_bytes;
-    if (file < 0 && quota_bytes > 0) { /* deleting may have made room */
+    if (file < 0 && quota_bytes > 0) { /* deleting logs may have made room */
         a->error = (struct error){0};
         file = create(first, number, a);
         if (file >= 0) flock(file, LOCK_EX | LOCK_NB);
@@ -107,8 +108,8 @@ static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
 
 /* ---- the other end ---- */
 
-/* Waits, drops the answer. Returns its size, 0 if the process has ended, -1 if nothing came in
- * time. */
+/* Waits for an answer and drops it. Returns its size, 0 if the process has ended, -1 if nothing
+ * came in time. */
 static ssize_t hear(int socket, int wait_ms) {
     static struct answer a;
     struct pollfd p = {.fd = socket, .events = POLLIN};

@@ -19,7 +19,8 @@ struct log_keeper {
 };
 
 struct log_part {
-    int file;             /* empty, open for writing, locked as described in log_directory.h */
+    int file;             /* descriptor of the part: empty, open for writing, locked as described in
+                           * log_directory.h */
     char path[PATH_MAX];
     bool over;            /* the directory exceeds its quota, although all remaining files are
                            * the newest or belong to runs in progress */
@@ -34,8 +35,9 @@ void log_keeper_stop(struct log_keeper *k);
 /* Requests the next part; does nothing if a request is unanswered. Never waits. */
 void log_keeper_ask(struct log_keeper *k);
 
-/* 1: the part is there. 0: not yet, after at most wait_ms, or nothing was requested. -3 with the
- * reason: it failed; another request may follow. */
+/* Takes the part that was requested. Returns 1: the part is there; 0: not yet, after at most
+ * wait_ms, or nothing was requested; -3 with the reason: it failed, and another request may
+ * follow. */
 int log_keeper_take(struct log_keeper *k, int wait_ms, struct log_part *part, struct error *error);
 
 #endif

@@ -8,24 +8,25 @@
 #include "messages.h"
 #include "units.h"
 
-/* Thresholds above which cycles whose numbers go back and forth mean two machines in one log: an
- * absolute number, or a share (1 / STRAYS_SHARE) of all cycles beyond STRAYS_LEAST. Fewer are
- * damage. */
+/* Number of cycles whose numbers go back and forth above which a log is taken for one of two
+ * machines: an absolute number, or a share (1 / STRAYS_SHARE) of all cycles beyond STRAYS_LEAST.
+ * Fewer are damage. */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
-static const double CLOCKS_APART_S = 2.0; /* longer than any delay of a message */
+static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that is longer than any
+                                           * delay of a message */
 
 struct place {
     uint64_t seq;
     int64_t time_ns, utime_us;
-    int64_t offset; /* start of the run, if a run begins here */
+    int64_t offset; /* byte at which the run begins, if this cycle begins one */
 };
 
 struct finder {
     struct log_runs *runs;
     struct place last, before;   /* latest two cycles of the current run */
     struct place end;            /* last cycle of the previous run */
-    struct place candidate;      /* a cycle that went back; the next one tells why */
-    int known;                   /* number of valid ones of last and before */
+    struct place candidate;      /* cycle that went back; the next cycle tells why */
+    int known;                   /* how many of `last` and `before` are valid */
     bool has_candidate, has_end, more;
     int64_t config_at;           /* offset of a configuration after the latest cycle; -1: none */
     uint64_t config, candidate_config;
@@ -62,8 +63,8 @@ static void begin(struct finder *f, const struct place *c, uint64_t config, int 
                                                       .part = part};
 }
 
-/* Tells whether the previous run goes on: the cycle jumps from before that run's end to after
- * it, by far more than the usual step. */
+/* Tells whether the previous run continues: the cycle jumps from before that run's end to after it,
+ * by far more than the usual step. */
 static bool crosses(const struct finder *f, const struct place *c) {
     if (!f->has_end || f->known < 2 || !follows(&f->end, &f->last) || !follows(c, &f->end)) return false;
     return c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq);
@@ -84,13 +85,14 @@ static bool same_clock(const struct place *c, const struct place *p) {
     return fabs(loop_s - log_s) < CLOCKS_APART_S;
 }
 
-/* Tells whether an unrecorded run lies between: cycles are missing, and the clock has changed. */
+/* Tells whether an unrecorded run lies between the last cycle and this one: cycles are missing, and
+ * the clock has changed. */
 static bool elsewhere(const struct finder *f, const struct place *c) {
     return f->known == 2 && c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq) && !same_clock(c, &f->last);
 }
 
-/* Decides about the candidate: it began a run if the next cycle follows it and not the cycle
- * before it. */
+/* Decides about the candidate: it began a run if the next cycle follows the candidate and not the
+ * cycle before it. */
 static void decide(struct finder *f, const struct place *c) {
     bool ahead = follows(&f->candidate, &f->last);
     f->has_candidate = false;
@@ -111,7 +113,7 @@ static void take_cycle(struct finder *f, const struct place *c) {
     if (f->known && repeats(c, &f->last) && !other) return;
     if (other) begin(f, c, f->config, f->part);
     else if (f->known && (!follows(c, &f->last) || elsewhere(f, c))) {
-        /* the cycle before was a stray one ahead */
+        /* the cycle before this one was a stray one ahead */
         if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c;
         else {
             f->has_candidate = true, f->candidate = *c;
@@ -167,7 +169,7 @@ int log_runs_find(const char *path, struct log_runs *runs, struct error *error) 
     return STATUS_OK;
 }
 
-/* "1: 12.3 s from 2026-11-27 09:12:00 UTC". A log in virtual time has no date. */
+/* Writes "1: 12.3 s from 2026-11-27 09:12:00 UTC". A log in virtual time has no date. */
 static size_t describe(const struct log_run *run, int number, char *text, size_t size) {
     static const int64_t year_us = 365LL * 86400 * 1000000;
     char when[40] = "";

@@ -15,12 +15,12 @@ enum { LOG_RUNS_MAX = 32 };
 
 struct log_run {
     int64_t begin, end;          /* byte range in the log */
-    int64_t began_us;            /* utime of its first cycle */
+    int64_t began_us;            /* utime of the run's first cycle */
     int64_t cycles;
     uint64_t first_seq, last_seq;
     int64_t first_ns, last_ns;
-    uint64_t config;             /* hash of its configuration; 0: none */
-    int part;                    /* number of the part with which it begins */
+    uint64_t config;             /* hash of the run's configuration; 0: none */
+    int part;                    /* number of the part with which the run begins */
 };
 
 struct log_runs {
@@ -31,12 +31,12 @@ struct log_runs {
     bool configurations;         /* the runs have different configurations */
 };
 
-/* Reads the whole log; its content cannot make this fail. -3 as log_open(). */
+/* Reads the whole log; its content cannot make this fail. Returns -3 as log_open() does. */
 int log_runs_find(const char *path, struct log_runs *runs, struct error *error);
 
-/* Opens a log, or the run with this number, from 1, in a log that holds several. -3 as
- * log_open(); also for several runs with run 0, naming them and the remedy, and for a log that
- * is mixed or out of order. -2: no such run. */
+/* Opens a log, or the run with this number, from 1, in a log that holds several. Returns -3 as
+ * log_open() does, for several runs with run 0, naming them and the remedy, and for a log that is
+ * mixed or out of order; -2: there is no such run. */
 int log_open_run(struct log_reader **reader, const char *path, int run, struct error *error);
 
 #endif

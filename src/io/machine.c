@@ -156,7 +156,7 @@ static int lock_name(const struct machine *m) {
         return -1;
     }
     int length = snprintf(process, sizeof process, "%ld\n", (long)getpid());
-    /* for people only */
+    /* the process's number in the file is for people only */
     if (!ftruncate(file, 0) && pwrite(file, process, (size_t)length, 0) < 0) errno = 0;
     return file;
 }
@@ -232,7 +232,8 @@ static bool runs(const struct machine *m, struct error *doubt) {
     return false;
 }
 
-/* Name of the machine to which this socket for stops belongs. */
+/* Extracts the name of the machine from the file name of its socket for stops; false for other
+ * files. */
 static bool name_of(const char *file, char name[MACHINE_NAME_SIZE]) {
     size_t length = strlen(file), end = sizeof stop_suffix - 1;
     if (length <= end || length - end >= MACHINE_NAME_SIZE || strcmp(file + length - end, stop_suffix) != 0) return false;

@@ -27,8 +27,8 @@
 enum {
     MACHINE_NAME_SIZE = 33,
     MACHINE_DIRECTORY_SIZE = 80,
-    MACHINE_PLACES = 16,                               /* directories */
-    MACHINES_EACH = 32,                                /* machines in each */
+    MACHINE_PLACES = 16,                               /* number of directories that are searched */
+    MACHINES_EACH = 32,                                /* number of machines in each directory */
     MACHINES_MAX = MACHINE_PLACES * MACHINES_EACH,
 };
 
@@ -37,10 +37,11 @@ struct machine {
     char directory[MACHINE_DIRECTORY_SIZE];
 };
 
-/* 1 to 32 of A-Z a-z 0-9 - _ */
+/* True if the name has 1 to 32 characters of A-Z a-z 0-9 - _ */
 bool machine_name_valid(const char *name);
 
-/* Address of the machine's socket NAME.stop or NAME. False: the path is too long. */
+/* Makes the address of the machine's socket NAME.stop (`stop`) or NAME. False: the path is too
+ * long. */
 bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *address);
 
 /* Daemon: takes the name; "": MACHINE_NAME_DEFAULT, or with the first free suffix of -2, -3 ...
@@ -54,12 +55,13 @@ int machine_claim(const char *name, struct machine *m, int *lock, struct error *
  * not be searched and why (status STATUS_OK: none). */
 int machine_find(const char *name, struct machine list[MACHINES_MAX], struct error *doubt);
 
-/* Client: connects to the machine's socket, non-blocking. -1 with errno: EACCES: not permitted;
- * ECONNREFUSED, ENOENT: the daemon has ended; EPERM: the socket belongs to neither root, this
- * user nor the directory's owner; EAGAIN: too many wait, try again. */
+/* Client: connects to the machine's socket, non-blocking. Returns -1 with errno: EACCES: not
+ * permitted; ECONNREFUSED, ENOENT: the daemon has ended; EPERM: the socket belongs to neither root,
+ * this user nor the directory's owner; EAGAIN: too many wait, try again. */
 int machine_connect(const struct machine *m, bool stop);
 
-/* Directories in which a client looks, for messages: "/run/hexid, /run/user/1000/hexid". */
+/* Lists the directories in which a client looks, for messages: "/run/hexid,
+ * /run/user/1000/hexid". */
 void machine_places(char *text, size_t size);
 
 #endif

@@ -4,7 +4,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* dlsym() returns functions as object pointers; POSIX gives both the same size. */
+/* Looks up a function. dlsym() returns functions as object pointers; POSIX gives both the same
+ * size. */
 static void *look_up(void *handle, const char *name, void *function) {
     void *symbol = dlsym(handle, name);
     memcpy(function, &symbol, sizeof symbol);

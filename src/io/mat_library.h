@@ -17,7 +17,7 @@ struct mat_library {
     __typeof__(&Mat_VarFree) free;
 };
 
-/* Loads the library; it stays loaded. -3 on failure. */
+/* Loads the library, which then stays loaded. Returns -3 on failure. */
 int mat_library_load(struct mat_library *library, struct error *error);
 
 #endif

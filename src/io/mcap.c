@@ -36,7 +36,7 @@ struct bytes {
 
 struct channel {
     uint64_t messages;
-    struct bytes index; /* current chunk's: time and offset of each message */
+    struct bytes index; /* time and offset of each message in the current chunk */
 };
 
 struct chunk {
@@ -52,7 +52,7 @@ struct mcap_writer {
     uint32_t crc;           /* checksum of everything written since it was last reset to 0 */
     struct chunk chunk;
     struct bytes out;       /* output buffer */
-    struct bytes schemas, channels, chunks; /* records for the summary */
+    struct bytes schemas, channels, chunks; /* records that the summary repeats */
     uint32_t chunk_count;
     uint64_t messages, begin_ns, end_ns;
     struct channel channel[MCAP_CHANNELS_MAX];
@@ -137,8 +137,8 @@ int mcap_create(struct mcap_writer **writer, const char *path, struct error *err
     return STATUS_OK;
 }
 
-/* Ends a definition and copies it into the current chunk, since a reader needs it before the
- * messages, as well as into the summary. */
+/* Ends a definition and copies it from the summary into the current chunk, because a reader needs
+ * it before the messages. */
 static void define(struct mcap_writer *w, struct bytes *summary, size_t begin) {
     record_end(summary, begin);
     if (!summary->failed) put(&w->chunk.records, summary->data + begin - 9, summary->size - begin + 9);
@@ -294,7 +294,7 @@ static void put_summary(struct mcap_writer *w) {
     uint64_t summary_offsets = w->offset;
     flush(w, &offsets);
     put_number(&w->out, FOOTER, 1);
-    put_u64(&w->out, 20); /* length of the footer, which its checksum includes */
+    put_u64(&w->out, 20); /* length of the footer; the checksum includes it */
     put_u64(&w->out, summary);
     put_u64(&w->out, summary_offsets);
     flush(w, &w->out);

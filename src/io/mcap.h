@@ -17,7 +17,7 @@ struct mcap_writer;
 
 enum { MCAP_CHANNELS_MAX = 16 };
 
-/* Creates a file; never overwrites one. -3 with path and reason. */
+/* Creates a file; never overwrites one. Returns -3 with path and reason. */
 int mcap_create(struct mcap_writer **writer, const char *path, struct error *error);
 
 /* Adds a topic of JSON messages with this JSON schema; to be called before the topic's first
@@ -28,12 +28,12 @@ int mcap_channel(struct mcap_writer *w, const char *topic, const char *schema_na
  * decreases. mcap_failure() reports failures. */
 void mcap_message(struct mcap_writer *w, int channel, uint64_t time_ns, const void *data, size_t size);
 
-/* The first failure as an errno; nothing is written after it. 0: none. */
+/* Returns the first failure as an errno, after which nothing is written; 0: none. */
 int mcap_failure(const struct mcap_writer *w);
 
 /* Finishes the file and frees the writer. failure: an errno of the caller's that makes the file
- * incomplete; 0: none. On that or on any failed write the file is removed: -3 with path and
- * reason. */
+ * incomplete; 0: none. After a failure of the caller's or of a write the file is removed, and -3
+ * with path and reason is returned. */
 int mcap_close(struct mcap_writer *w, int failure, struct error *error);
 
 #endif

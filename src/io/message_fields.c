@@ -99,7 +99,7 @@ bool message_read(const char *channel, const void *data, int size, struct messag
     return false;
 }
 
-/* Reader at an element whose bounds message_read() has checked. */
+/* Returns a reader at an element whose bounds message_read() has checked. */
 static struct wire element(const struct message *m, int field, int i) {
     return (struct wire){.next = m->value[field].bytes + i * m->type->field[field].bytes, .left = INT32_MAX, .good = true};
 }

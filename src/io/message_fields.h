@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* ELEMENTS_MAX: limit for a FIELD_COUNTED */
+/* ELEMENTS_MAX: largest number of elements of a FIELD_COUNTED */
 enum { FIELDS_MAX = 48, FIELD_COUNTED = 0, ELEMENTS_MAX = 1000 };
 
 enum field_kind { FIELD_INTEGER, FIELD_BOOLEAN, FIELD_REAL, FIELD_TEXT, FIELD_COUNT };
@@ -43,14 +43,14 @@ struct message {
                                              * FIELD_COUNT */
 };
 
-/* True if the channel is in the table; others are HEXID_STATE or not hexid's. */
+/* True if the channel is in the table; other channels are HEXID_STATE or not hexid's. */
 bool message_known(const char *channel);
 
-/* Reads data as one whole message of the channel's type. Returns false, with *message untouched,
- * if it is not one. */
+/* Reads data as one whole message of the channel's type. Returns false, with *message untouched, if
+ * the data are no such message. */
 bool message_read(const char *channel, const void *data, int size, struct message *message);
 
-/* Element i, 0 .. value[field].count - 1, of a field of this kind in a message from
+/* Return element i, 0 .. value[field].count - 1, of a field of this kind in a message from
  * message_read(); booleans are integers. */
 double message_real(const struct message *m, int field, int i);
 int64_t message_integer(const struct message *m, int field, int i);

@@ -45,7 +45,8 @@ static bool possible(const hexid_state_t *m) {
            m->phase >= PHASE_NONE && m->phase <= PHASE_RAMP_OUT && (m->enable == 0 || m->enable == 1);
 }
 
-/* liblcm takes no heap to decode a state, because all its arrays have fixed sizes. */
+/* Decodes a state without heap: liblcm takes none for it, because all its arrays have fixed
+ * sizes. */
 bool state_decode(const void *data, int size, struct cycle *cycle) {
     hexid_state_t m;
     if (hexid_state_t_decode(data, 0, size, &m) != size || !possible(&m)) return false;
@@ -83,7 +84,8 @@ int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *te
     return hexid_event_t_encode(buffer, 0, capacity, &m);
 }
 
-/* The generated encoders lack const on arguments that they do not change. */
+/* The casts are needed because the generated encoders lack const on arguments that they do not
+ * change. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
     hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_names[command]};
     return hexid_command_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);

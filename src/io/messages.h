@@ -21,7 +21,7 @@
 
 enum { STATE_MESSAGE_MAX = 600, COMMAND_MESSAGE_MAX = 64 };
 
-/* Returns the size. Decoding an encoded cycle gives the same cycle, bit for bit. */
+/* Encodes a cycle and returns the message's size. Decoding gives the same cycle, bit for bit. */
 int state_encode(const struct cycle *cycle, unsigned char buffer[STATE_MESSAGE_MAX]);
 bool state_decode(const void *data, int size, struct cycle *cycle);
 
@@ -32,10 +32,10 @@ struct event {
     const char *text;
 };
 
-/* Returns the size, or -1 if it does not fit. */
+/* Encodes an event. Returns the message's size, or -1 if it does not fit. */
 int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *text, unsigned char *buffer, int capacity);
 
-/* kind and text point into data. */
+/* Decodes an event; kind and text point into data. */
 bool event_decode(const void *data, int size, struct event *event);
 
 /* Returns the text of an event of kind "config", pointing into data; false for any other event. */
@@ -56,7 +56,8 @@ struct gap_summary {
 };
 bool gap_decode(const void *data, int size, struct gap_summary *summary);
 
-/* Encodes stop or park for CHANNEL_COMMAND (command_t); LCM carries no others. Returns the size. */
+/* Encodes stop or park for CHANNEL_COMMAND (command_t); LCM carries no other commands. Returns the
+ * size. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]);
 
 /* Reads a command. Returns false for anything but stop and park. */

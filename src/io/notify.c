@@ -14,7 +14,8 @@
 
 enum { NONE = -1 };
 
-/* 0: no watchdog, one for another process, or an invalid number. */
+/* Returns the time in which the manager wants a life sign; 0: it wants none, wants it from another
+ * process, or the number is invalid. */
 static int64_t watchdog_ns(void) {
     const char *time_us = getenv("WATCHDOG_USEC"), *process = getenv("WATCHDOG_PID");
     if (!time_us || (process && strtoll(process, NULL, 10) != getpid())) return 0;
@@ -22,7 +23,8 @@ static int64_t watchdog_ns(void) {
     return us > 0 && us < INT64_MAX / NS_PER_US ? us * NS_PER_US : 0;
 }
 
-/* "@NAME" is an abstract name, without a file: its first byte is zero. */
+/* Connects to the manager's socket. "@NAME" is an abstract name, without a file: its first byte is
+ * zero. */
 static int connect_to(const char *path) {
     struct sockaddr_un to = {.sun_family = AF_UNIX};
     size_t length = strlen(path);

@@ -14,10 +14,10 @@
 
 struct notify {
     int socket;            /* -1: no manager */
-    int64_t every_ns;      /* between two life signs, half of what the manager allows; 0: none
+    int64_t every_ns;      /* time between two life signs, half of what the manager allows; 0: none
                             * are wanted */
-    int64_t alive_ns;      /* time of the last one, CLOCK_MONOTONIC */
-    bool ready, stopping;  /* already sent */
+    int64_t alive_ns;      /* time of the last life sign, CLOCK_MONOTONIC */
+    bool ready, stopping;  /* "READY=1" and "STOPPING=1" were already sent */
 };
 
 /* Opens the socket from NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID. To be called before
@@ -27,7 +27,7 @@ int notify_open(struct notify *n, struct error *error);
 /* Sends one or more lines as in sd_notify(3), "READY=1". Any thread. */
 void notify_send(const struct notify *n, const char *lines);
 
-/* To be called for each cycle: sends a life sign if one is due. One thread. */
+/* Sends a life sign if one is due; to be called for each cycle. One thread. */
 void notify_alive(struct notify *n);
 
 void notify_close(struct notify *n);

@@ -18,7 +18,7 @@ enum { PROC_MAGIC = 0x9fa0, LINKS_MAX = 40, READER_MS = 5000, TAKES_MS = 10000, 
 
 /* ---- paths ---- */
 
-/* Length of the directory's path including its slash. */
+/* Returns the length of the path's directory including its slash; 0: there is none. */
 static size_t folder_length(const char *path) {
     const char *slash = strrchr(path, '/');
     return slash ? (size_t)(slash - path) + 1 : 0;
@@ -56,8 +56,8 @@ int output_place(const char *name, char path[PATH_MAX], bool *in_place) {
     return errno == ENOENT ? 0 : -1;
 }
 
-/* Makes up a name that nothing else has, in the same directory, because a file can be renamed
- * within its file system only. */
+/* Makes up a name in the same directory that nothing else has, because a file can be renamed within
+ * its file system only. */
 static int name_beside(const char *path, char beside[PATH_MAX]) {
     size_t folder = folder_length(path);
     uint64_t number;
@@ -88,8 +88,8 @@ static int refuse_place(const char *name, int reason, struct error *error) {
     return error_set(error, STATUS_IO, "%.250s: cannot be written: %s", name, strerror(reason));
 }
 
-/* True if the file is standard output under another name: it is then written through stdout,
- * after the text printed before. */
+/* True if the file is standard output under another name. The output is then written through
+ * stdout, after the text printed before. */
 static bool is_standard_output(const struct stat *s) {
     struct stat out;
     return !fstat(STDOUT_FILENO, &out) && out.st_dev == s->st_dev && out.st_ino == s->st_ino;
@@ -155,7 +155,7 @@ int output_prepare(struct output *o, const char *name, enum output_kind kind, st
     return try_beside(o, error);
 }
 
-/* True if another file is there now. */
+/* True if another file has taken the place of the one to be replaced. */
 static bool replaced(const struct output *o) {
     struct stat now;
     return o->before.st_ino && !lstat(o->path, &now) && (now.st_ino != o->before.st_ino || now.st_dev != o->before.st_dev);
@@ -200,7 +200,7 @@ static int write_beside(struct output *o, const char *text, struct error *error)
 int output_write(struct output *o, const char *text, struct error *error) {
     if (!o->name) return STATUS_OK;
     if (o->beside) return write_beside(o, text, error);
-    if (o->file < 0) { /* standard output, after the text printed before */
+    if (o->file < 0) { /* standard output; the text follows what was printed before */
         bool bad = fputs(text, stdout) < 0 || fflush(stdout);
         return bad ? error_set(error, STATUS_IO, "%s: cannot be written: %s", o->name, strerror(errno)) : STATUS_OK;
     }
@@ -243,7 +243,7 @@ int output_text(const char *name, const char *text, struct error *error) {
 
 /* ---- logs ---- */
 
-/* True if this descriptor's file still has that name. */
+/* True if the descriptor's file still has that name. */
 static bool is_at(int file, const char *path) {
     struct stat here, there;
     return !fstat(file, &here) && !stat(path, &there) && here.st_dev == there.st_dev && here.st_ino == there.st_ino;
@@ -284,7 +284,7 @@ static int open_log_in_place(const char *path, struct error *error) {
     return file;
 }
 
-/* Locks a log. Log-directory pruning holds each lock only for a moment (log_directory.h); a
+/* Locks a log. Pruning of a log directory holds each lock only for a moment (log_directory.h); a
  * writer keeps it. On a file system without locks it succeeds, because no other writer can ask. */
 static bool lock(int file) {
     for (int ms = 0; flock(file, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK; ms += STEP_MS) {
@@ -294,8 +294,9 @@ static bool lock(int file) {
     return true;
 }
 
-/* Opens and locks the log; the holder of the lock may set an earlier one aside. If the file has
- * lost its name before it was locked, another process set it aside, and this one tries again. */
+/* Opens and locks the log; the holder of the lock may set an earlier log aside. If the file has
+ * lost its name before it was locked, another process has set it aside, and this one tries
+ * again. */
 static int open_log_file(const char *path, char aside[PATH_MAX], struct error *error) {
     struct stat s;
     for (;;) {

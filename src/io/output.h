@@ -25,15 +25,16 @@ enum { OUTPUT_FLAGS = O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC };
 
 enum output_kind {
     OUTPUT_RESULT, /* replaces an earlier result */
-    OUTPUT_NEW,    /* -3 if any file is there, as for an export */
+    OUTPUT_NEW,    /* for exports: output_prepare() refuses any existing file, -3 */
 };
 
 struct output {
-    const char *name;                 /* as given; NULL: no output */
-    const char *path, *beside;        /* its path, with links followed, and the temporary file
-                                       * beside it; beside is NULL if it is written in place.
-                                       * confine() moves both */
-    unsigned rename_flags;    /* for renameat2(): does not replace a file that appeared meanwhile */
+    const char *name;                 /* name as given by the user; NULL: no output */
+    const char *path, *beside;        /* path of the output, with links followed, and of the
+                                       * temporary file beside it; beside is NULL if the output is
+                                       * written in place. confine() moves both */
+    unsigned rename_flags;    /* flags for renameat2(), which keep it from replacing a file that
+                               * appeared meanwhile */
     int file;                         /* open descriptor if written in place; else -1 */
     struct stat before;               /* the file to be replaced; st_ino 0: none */
     char path_text[PATH_MAX], beside_text[PATH_MAX];
@@ -44,13 +45,13 @@ struct output {
  * a FIFO. Returns -2 if a recording is there, -3 with the reason and the remedy otherwise. */
 int output_prepare(struct output *o, const char *name, enum output_kind kind, struct error *error);
 
-/* Writes the text and puts the file in its place; may be called once. On -3 the earlier file is
- * untouched. */
+/* Writes the text and puts the file in its place; may be called once. If it returns -3 the earlier
+ * file is untouched. */
 int output_write(struct output *o, const char *text, struct error *error);
 
-/* The same in two steps, for output written bit by bit, never in place. output_open() returns
- * NULL for -3. failure: errno of an earlier write; 0: none. output_close() closes the stream and
- * on failure removes the temporary file. */
+/* Do what output_write() does in two steps, for output written bit by bit, never in place.
+ * output_open() returns NULL for -3. failure: errno of an earlier write; 0: none. output_close()
+ * closes the stream and on failure removes the temporary file. */
 FILE *output_open(struct output *o, struct error *error);
 int output_close(struct output *o, FILE *stream, int failure, struct error *error);
 
@@ -60,14 +61,15 @@ void output_discard(struct output *o);
 /* Prepares an output and writes the text to it. */
 int output_text(const char *name, const char *text, struct error *error);
 
-/* Follows symbolic links of the last component to the path where a file is or would be;
- * in_place: it is a descriptor (a link of /proc) or not a regular file. -1: errno. */
+/* Follows symbolic links of the last component to the path where a file is or would be; in_place:
+ * the path is a descriptor (a link of /proc) or not a regular file. Returns -1 with errno on
+ * failure. */
 int output_place(const char *name, char path[PATH_MAX], bool *in_place);
 
-/* Opens a log for writing: locked and empty. A file that is not empty is renamed to NAME.1, or
- * the next free number, which aside returns; "" otherwise. Files that are not regular are
- * written in place, a FIFO as above. -2: there is a recording of another kind. -3: another
- * process writes it, or it cannot be opened. */
+/* Opens a log for writing: locked and empty. A file that is not empty is renamed to NAME.1, or the
+ * next free number, which aside returns; "" otherwise. Files that are not regular are written in
+ * place, a FIFO only with a reader. Returns -2 if there is a recording of another kind; -3 if
+ * another process writes the log, or it cannot be opened. */
 int output_log(const char *name, char aside[PATH_MAX], struct error *error);
 
 #endif

@@ -19,7 +19,7 @@ static bool begins(const char *head, size_t size, const char *magic, size_t leng
     return size >= length && !memcmp(head, magic, length);
 }
 
-/* The next line that is neither empty nor a comment, without its end; NULL at the end. */
+/* Returns the next line that is neither empty nor a comment, without its end; NULL at the end. */
 static char *next_line(char **rest) {
     for (char *line; (line = strsep(rest, "\n"));) {
         size_t length = strlen(line);
@@ -32,8 +32,9 @@ static char *next_line(char **rest) {
 static bool is_number(const char *cell) { return *cell && strspn(cell, "+-.,0123456789eE \"") == strlen(cell); }
 static bool is_empty(const char *cell) { return cell[strspn(cell, " \"")] == '\0' || !strcasecmp(cell, "nan"); }
 
-/* A table: names of columns, then a row with the same number of cells; a header with hexid's own
- * time column suffices. A comma separates cells unless there is a tab or a semicolon. */
+/* True for a table: names of columns, then a row with the same number of cells; a header with
+ * hexid's own time column suffices. A comma separates cells unless there is a tab or a
+ * semicolon. */
 static bool is_table(char *text) {
     if (!strncmp(text, "\xef\xbb\xbf", 3)) text += 3;
     char *names = next_line(&text), *row = next_line(&text), *cell;
@@ -63,7 +64,7 @@ const char *recognise(const char *path) {
     char head[HEAD_SIZE + 1];
     const char *unsaid;
     struct stat s;
-    if (stat(path, &s) || !S_ISREG(s.st_mode)) return NULL; /* opening a device may do something */
+    if (stat(path, &s) || !S_ISREG(s.st_mode)) return NULL; /* opening a device may have effects */
     int file = input_open(path, &unsaid);
     if (file < 0) return NULL;
     ssize_t size = read(file, head, HEAD_SIZE);

@@ -13,9 +13,11 @@ static const double longest_s = 3600.0, shortest_s = 0.01; /* limits of tests.du
                                                             * the trajectory's time becomes */
 static const double step_least_s = 1e-6;                   /* shorter steps are no real motion,
                                                             * and badly conditioned for a spline */
-static const double farthest_m = 10.0;                     /* beyond this, or half a turn, the
-                                                            * file must have other units */
-static const double closed_within = 1e-6;          /* m or rad; rounding of the file's last digit */
+static const double farthest_m = 10.0;      /* largest coordinate, m; beyond it, or half a turn, the
+                                             * file must have other units */
+static const double closed_within = 1e-6;          /* difference between the last and the first pose
+                                                    * of repeated passes, m or rad, that counts as
+                                                    * rounding of the file's last digit */
 
 static const char *const names[COLUMNS] = {"t_s", "x_m", "y_m", "z_m", "phi_rad", "theta_rad", "psi_rad"};
 

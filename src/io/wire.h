@@ -14,7 +14,7 @@ struct wire {
     bool good;
 };
 
-/* Starts reading a message of the type with this fingerprint, behind the fingerprint. */
+/* Checks the fingerprint of a message and starts reading behind it. */
 struct wire wire_open(const void *data, int size, int64_t type);
 
 /* Returns the next `size` bytes; NULL if fewer are left. */
