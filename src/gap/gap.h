@@ -18,7 +18,9 @@ enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNEL
 extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, p2, valve */
 extern const char *const gap_channel_units[GAP_CHANNELS];
 
-/* GAP_AS_KNOWN: closed loop if the log has reference, commands and pressures, else motion. */
+/* How models are compared with the log: by simulation in closed loop, or under the measured motion.
+ * GAP_AS_KNOWN: in closed loop if the log has reference, commands and pressures, otherwise under
+ * the motion. */
 enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
@@ -157,7 +159,8 @@ struct gap_options {
     void *context;
 };
 
-/* Calls options->progress if there is one. */
+/* Reports the name of a step, and the share of the whole work that is done, to options->progress if
+ * there is one. */
 void gap_progress(const struct gap_options *options, const char *step, double share);
 
 /* True if the configuration gives all legs the same value of this key. */

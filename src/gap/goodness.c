@@ -13,8 +13,8 @@ static const double NOISE_SQUARE = 0.8;  /* largest mean square of white residua
 static const double SCATTER = 6.0;       /* standard deviations that are allowed above that mean */
 static const double LAW_SIGMAS = 4.0;    /* error of a law that an effect may leave, in multiples of
                                           * the effect's law_error */
-static const double FEW_CYCLES = 10.0;   /* allowance for the mean square of Student's t from two or
-                                          * three cycles, which is infinite */
+static const double FEW_CYCLES = 10.0;   /* allowance in place of the mean square of Student's t
+                                          * from two or three cycles, which is infinite */
 
 /* Mean square of those values of a leg that are evaluated, that is, whose noise is above 0. */
 static double mean_square(const double *part, const double *noise) {

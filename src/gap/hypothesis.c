@@ -7,7 +7,7 @@
 #include "machine.h"
 
 static const double LEFT = 0.1; /* least share of a mass, an inertia or a friction that an effect
-                                 * leaves */
+                                 * may leave over */
 
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 

@@ -37,7 +37,7 @@ struct agreement {
 struct agreement_log {
     const struct equations *equations;
     const struct estimate *estimate;
-    const struct method_c *result;  /* NaN in values that are not determined */
+    const struct method_c *result;  /* values by method C; NaN if not determined */
 };
 
 /* Compares 2 to AGREEMENT_LOGS logs of one machine, all with this configuration. Returns -3 without

@@ -4,12 +4,12 @@
  *
  * The speed is that of the mean cycle, each harmonic shrunk by its share of noise (Wiener): the
  * higher harmonics of a steady test are mostly noise and would add false reversals of a slow leg. A
- * speed of finitely many harmonics also lags where friction reverses. The reversal takes 2 F / m
- * from the acceleration at once, and near such a kink the mean of a speed over some time passes
- * zero later than the speed itself: by nothing at least (F small against m a), by that time at most
- * (a leg that stops), never earlier. So friction follows the sign of the speed half a resolution
- * later. A piece of any motion is no such mean: friction follows the sign of its speed to within
- * one resolution.
+ * speed of finitely many harmonics is a mean over some time, its resolution, and lags where friction
+ * F reverses: the reversal takes 2 F / m from a leg's acceleration a at once. Near such a kink the
+ * mean passes zero later than the speed itself, by nothing if F is small against m a, by the whole
+ * resolution if the leg stops, and never earlier. So friction is taken to follow the sign of the
+ * speed half a resolution later. The series of a piece is no mean cycle: there friction follows the
+ * sign of the speed to within one resolution.
  *
  * A reversal is blurred by three independent things: the speed's noise; that lag, uniform from zero
  * to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, while friction goes from one
@@ -47,10 +47,9 @@ struct friction_course {
 /* Mean P1 + P2 over all tests and legs, Pa; 0 if pressures are not measured. */
 double friction_course_load(const struct residual_data *d);
 
-/* Finds the direction and the shapes of one test. load_pa is the P1 + P2 at which friction that
- * grows with the pressures counts wholly as Coulomb friction. It is the same for all tests, because
- * with each test's own mean Coulomb friction would differ between them; 0 if pressures are not
- * measured. */
+/* Finds the directions and the basis functions of one test. load_pa: the P1 + P2 at which all
+ * friction that grows with the pressures counts as Coulomb friction; 0 if pressures are not
+ * measured. All tests need the same value, so that they have one Coulomb friction in common. */
 void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params, double load_pa);
 
 /* Covariance of the coefficient row of a leg's dry friction, per N^2 of dry friction, by the

@@ -25,8 +25,8 @@ struct loop_place {
 };
 
 /* Linearises the machine in this pose. more_delay_s: delay of the commands beyond the configured
- * one (a field bus adds one cycle). Returns false if the supply cannot hold it there, or there is
- * no such pose. */
+ * one (a field bus adds one cycle). Returns false if the supply cannot hold the platform there, or
+ * there is no such pose. */
 bool loop_place_find(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s);
 
 /* The least damped pole of all modes; if some are unstable, the fastest growing one. */

@@ -52,8 +52,9 @@ struct loop_mode {
     double hz, damping; /* lowest oscillating pair of poles; NaN: there is none */
 };
 
-/* Poles of a surveyed mode, which must be determined. viscous: friction of each leg, N s/m. The
- * spool is modelled as a critically damped lag of the delay found, less half a cycle. */
+/* Poles of a surveyed mode, which must be determined. viscous: viscous friction of each leg, N s/m.
+ * The spool is modelled as a critically damped lag, whose time is the delay found for the legs,
+ * less half a cycle. */
 struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
                             const struct params *params);
 

@@ -42,7 +42,7 @@ struct oil_leg {
 int oil_columns_find(const struct multisine_mean *mean, const struct params *params, struct oil_leg leg[LEGS], struct error *error);
 
 struct oil_mode {
-    double hz, hz_std;      /* NaN: not determined */
+    double hz, hz_std;      /* eigenfrequency; NaN: not determined */
     /* Motion of the axes, m and rad: 1 in the largest axis, with angles counted at the upper
      * joints' radius. */
     double shape[DOFS];

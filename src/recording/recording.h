@@ -62,7 +62,7 @@ struct recording {
     struct recording_test test[RECORDING_TESTS];
 };
 
-/* Starts a recording of one run with the model's tests. */
+/* Starts a recording of one run with the tests of the configured model. */
 void recording_init(struct recording *r, const struct params *params);
 void recording_free(struct recording *r);
 

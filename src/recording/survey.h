@@ -31,7 +31,8 @@ struct survey {
     struct recording_test test; /* all samples of the file; good: no flag, and all lengths are
                                  * finite */
     enum mechanism_kind mechanism;
-    double stated_hz, stated_amplitude; /* NaN if no axis is tested */
+    double stated_hz, stated_amplitude; /* as the configuration states them; NaN if no axis is
+                                         * tested */
     double measured_hz;         /* frequency of the longest steady piece; NaN without one */
     /* Half the swing in the longest steady piece, or in all samples without one: m or rad on the
      * tested axis; without a tested axis, m of the leg that moves most. */

@@ -11,8 +11,9 @@
 
 static const double STEADY = 0.995;       /* least share of a sinusoid in the legs' mean square
                                            * motion; a triangle has 0.986 */
-static const double STATED = 0.5;         /* share that suffices at the stated frequency: friction,
-                                           * a weak loop or a shut valve distort a test */
+static const double STATED = 0.5;         /* share of a sinusoid that suffices at the stated
+                                           * frequency: friction, a weak loop or a shut valve
+                                           * distort a test */
 static const double CYCLE = 0.5;          /* least amplitude of each cycle over the cycles' mean
                                            * amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers

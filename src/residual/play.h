@@ -27,7 +27,7 @@ struct play_noise {
  * as they would be without backlash. */
 struct play_motion {
     const struct inverse_dynamics_input *at;
-    int phases;             /* at most PHASES */
+    int phases;             /* number of instants, at most PHASES */
     bool cycle;
     double step_s;
     double resolution_s;    /* series smear a change of the forces over this time before and after

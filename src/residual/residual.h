@@ -6,19 +6,21 @@
  *   pressure  P measured - P of the chambers when spool and oil follow the measured commands and
  *             the measured motion, per leg, Pa
  *
- * Signals are Fourier series, so that velocity and acceleration need no differences: of the mean
- * cycle of a test that repeats one, otherwise of a piece (motion.h) and its margins; the chambers
- * also see the motion that is too fast for a piece's series. The effects of the model's sensors
- * (scale, offset, lag, delay) are undone in the series, before any law is applied. Commands are
- * held for the controller's cycle; those that a slower recording lacks are interpolated. Without
- * pressures the force is the reading of its sensor or drive; without pressures or commands the
- * chambers are not evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a +
- * g), springs and friction. Rigid bodies, hydraulics and effects are sim's. Both residuals are rows
- * of coefficients in the units of the readings, as the whitener's noise is, so that a sensor's
- * scale cannot shrink them. A cycle's row holds its harmonics. A piece's row holds local cosines,
- * whose overlapping windows are orthogonal (Coifman, Meyer 1991), so that white noise stays white;
- * measured and simulated values both reach it through the series. For the right model the rows are
- * zero within the noise. Pure but for the heap. */
+ * Signals are Fourier series, so that velocity and acceleration need no difference quotients. A
+ * test that repeats its motion gives the series of its mean cycle; any other motion is cut into
+ * pieces (motion.h), each with a series of its own over the piece and its margins. The chambers also
+ * see the motion that is too fast for a piece's series. The effects of the model's sensors (scale,
+ * offset, lag, delay) are undone in the series, before any law is applied. Commands are held for the
+ * controller's cycle; those that a slower recording lacks are interpolated. Without pressures the
+ * force is the reading of its sensor or drive; without pressures or commands the chambers are not
+ * evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g), springs and
+ * friction. Rigid bodies, hydraulics and effects are sim's.
+ *
+ * A residual is a row of coefficients. It is in the units of the readings, as the whitener's noise
+ * is, so that a sensor's scale cannot shrink it. The row of a cycle holds its harmonics. The row of
+ * a piece holds local cosines, whose overlapping windows are orthogonal (Coifman, Meyer 1991), so
+ * that white noise stays white; measured and simulated values both reach it through the series. For
+ * the right model all coefficients are zero within the noise. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 

@@ -28,8 +28,8 @@ struct spectrum {
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the
                                                  * drift */
-    int offsets;                 /* number of distinct sampling phases of the cycles: 1 if a cycle
-                                  * is a whole number of samples */
+    int offsets;                 /* number of different places that the samples have in the cycles:
+                                  * 1 if a cycle is a whole number of samples */
     double scatter_m[LEGS];      /* scatter of lengths at one phase from cycle to cycle, drift
                                   * included; 0 for a piece, or if no two cycles share their
                                   * phases */

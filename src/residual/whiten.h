@@ -8,7 +8,8 @@
 
 #include "residual.h"
 
-/* Inverse of the covariance's Cholesky factor, lower triangle, for each leg and coefficient. */
+/* Whitener of a test: inverse of the Cholesky factor of the residuals' covariance, lower triangle,
+ * for each leg and coefficient. */
 struct whitener {
     double inverse[LEGS][RESIDUAL_SIZE][RESIDUALS][RESIDUALS]; /* zero for residuals that are not
                                                                 * evaluated */
