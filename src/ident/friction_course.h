@@ -4,12 +4,12 @@
  *
  * The speed is that of the mean cycle, each harmonic shrunk by its share of noise (Wiener): the
  * higher harmonics of a steady test are mostly noise and would add false reversals of a slow leg. A
- * speed of finitely many harmonics is a mean over some time, its resolution, and lags where friction
- * F reverses: the reversal takes 2 F / m from a leg's acceleration a at once. Near such a kink the
- * mean passes zero later than the speed itself, by nothing if F is small against m a, by the whole
- * resolution if the leg stops, and never earlier. So friction is taken to follow the sign of the
- * speed half a resolution later. The series of a piece is no mean cycle: there friction follows the
- * sign of the speed to within one resolution.
+ * speed of finitely many harmonics is a mean over some time, its resolution, and lags where
+ * friction F reverses: the reversal takes 2 F / m from a leg's acceleration a at once. Near such a
+ * kink the mean passes zero later than the speed itself, by nothing if F is small against m a, by
+ * the whole resolution if the leg stops, and never earlier. So friction is taken to follow the sign
+ * of the speed half a resolution later. The series of a piece is no mean cycle: there friction
+ * follows the sign of the speed to within one resolution.
  *
  * A reversal is blurred by three independent things: the speed's noise; that lag, uniform from zero
  * to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, while friction goes from one

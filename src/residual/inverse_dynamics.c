@@ -7,7 +7,7 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
-static const double SURE = 3.0;       /* standard deviations of a leg's speed: a slower leg may be
+static const double SURE = 3.0;       /* speed in its standard deviations, below which a leg may be
                                        * held */
 static const double OVERSHOOT = 1.18; /* height of a jump of friction in the evaluated harmonics
                                        * over its true height (Gibbs) */

@@ -23,8 +23,8 @@ struct inverse_dynamics {
     double speed_std_mps[LEGS]; /* standard deviations of the legs' measured speeds */
     double force_std_n[LEGS];   /* standard deviation of the friction that the balance of forces
                                  * leaves each leg; 0 after init */
-    double resolution_s;        /* half the time from a crest to a trough of the motion's highest
-                                 * harmonic */
+    double resolution_s;        /* time that the motion's harmonics do not resolve: a quarter period
+                                 * of the highest */
     bool joints;
 };
 

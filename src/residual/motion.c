@@ -18,22 +18,22 @@ static const double CYCLE = 0.5;          /* least amplitude of each cycle over 
                                            * amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
                                            * errors of clock or typing, not another test */
-/* Least band: that of pieces of 3 s. Pieces are longer only so that they cover all of a long
- * record. */
+/* Least highest frequency of a piece, that of pieces of 3 s. Pieces are longer only so that they
+ * cover all of a long record. */
 static const double BAND_LEAST_HZ = 2.75;
-static const double BAND_OF_RATE = 1.0 / 8.0; /* highest band over sampling rate: a piece then has
-                                               * more than twice as many samples as coefficients
-                                               * (spectrum_cut) */
-static const double BAND_OF_MOTION = 8.0; /* band over the motion's mean frequency: it holds the
-                                           * harmonics of a sinusoid */
+static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a piece over the sampling
+                                               * rate: a piece then has more than twice as many
+                                               * samples as coefficients (spectrum_cut) */
+static const double BAND_OF_MOTION = 8.0; /* highest frequency of a piece over the motion's mean
+                                           * frequency: harmonics of a sinusoid are below it */
 static const double STANDS_OUT = 10.0;    /* power of a bin over the noise floor, above which it is
                                            * motion; of noise alone, the strongest of 500 bins in
                                            * twelve segments reaches 3 */
 static const double REST = 1e-3;          /* mean square speed of a piece over that of all pieces,
                                            * below which it is at rest */
-static const double STEPS = 3.0;          /* least motion of a piece, in resolution steps in the
-                                           * time 1 / band: slower motion has rounding errors that
-                                           * are not noise */
+static const double STEPS = 3.0;          /* least motion of a piece, in resolution steps per period
+                                           * of its highest frequency: rounding errors of slower
+                                           * motion are not random */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
 static const double GAP_STEPS = 2.5;      /* steps between two good samples, above which they

@@ -16,14 +16,13 @@
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06; /* force less weight, over the sum of the chambers' forces,
-                                          * that wrong scales of pressure sensors can explain; none
-                                          * is wrong by more */
-static const double SUPPLY_MOST = 1.04;  /* pressure over the supply's that is no error; more is
-                                          * exceeded only for moments */
-/* Least mean power over rms force times rms speed: below which the force is against the motion:
- * -WITHOUT_LOSS where force and acceleration agree, WITH_LOSS where a spring makes them
- * disagree. */
+static const double SENSOR_SCALE = 0.06; /* difference of force and weight over the sum of the
+                                          * chambers' forces, up to which wrong scales of the
+                                          * sensors can explain it */
+static const double SUPPLY_MOST = 1.04;  /* pressure over the supply's, above which it is an error
+                                          * unless it lasts for moments only */
+/* Mean power over rms force times rms speed, below which the force works against the motion:
+ * -WITHOUT_LOSS if force and acceleration agree, WITH_LOSS if a spring makes them disagree. */
 static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05;
 static const double ABSURD = 1e12;       /* magnitude in any unit that no sensor reads */
 static const double FREQUENCY_SAME = 5e-5;  /* relative difference of frequencies, below which they
@@ -126,7 +125,8 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
 /* Second moments of measured and asked lengths about their means. They show wrong signs, exchanged
  * legs and another machine. */
 struct leg_moments {
-    double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums over all tests */
+    double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums of products and of squares over
+                                                              * all tests */
 };
 
 /* Guesses a missing reference as a sinusoid of the tested axis alone, with amplitude and phase
@@ -203,8 +203,8 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
         if (own < -0.5) return REFUSE("the length of leg %d moves against its reference: its sign is wrong", a + 1);
         if (like != a && best > 0.8) return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
         double scale = sqrt(m.measured[a] / m.asked[a]);
-        if (!(scale > 0.2 && scale < 2.0)) /* below 1, a loop that cannot follow moves the leg less
-                                            * than asked */
+        if (!(scale > 0.2 && scale < 2.0)) /* the lower limit is wide, because a loop that cannot
+                                            * follow moves a leg less than asked */
             return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine", a + 1, scale);
     }
     return STATUS_OK;

@@ -8,13 +8,13 @@
  *
  * Signals are Fourier series, so that velocity and acceleration need no difference quotients. A
  * test that repeats its motion gives the series of its mean cycle; any other motion is cut into
- * pieces (motion.h), each with a series of its own over the piece and its margins. The chambers also
- * see the motion that is too fast for a piece's series. The effects of the model's sensors (scale,
- * offset, lag, delay) are undone in the series, before any law is applied. Commands are held for the
- * controller's cycle; those that a slower recording lacks are interpolated. Without pressures the
- * force is the reading of its sensor or drive; without pressures or commands the chambers are not
- * evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a + g), springs and
- * friction. Rigid bodies, hydraulics and effects are sim's.
+ * pieces (motion.h), each with a series of its own over the piece and its margins. The chambers
+ * also see the motion that is too fast for a piece's series. The effects of the model's sensors
+ * (scale, offset, lag, delay) are undone in the series, before any law is applied. Commands are
+ * held for the controller's cycle; those that a slower recording lacks are interpolated. Without
+ * pressures the force is the reading of its sensor or drive; without pressures or commands the
+ * chambers are not evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a +
+ * g), springs and friction. Rigid bodies, hydraulics and effects are sim's.
  *
  * A residual is a row of coefficients. It is in the units of the readings, as the whitener's noise
  * is, so that a sensor's scale cannot shrink it. The row of a cycle holds its harmonics. The row of

@@ -79,7 +79,7 @@ static void stiffness(const struct cylinder_leg *leg, const double volume_m3[2],
     double complex rate = CMPLX(0.0, rate_radps), leak = leg->leakage_m3_per_s_pa;
     double complex one = rate * volume_m3[PORT_A] / leg->bulk_modulus_pa + leak,
                    other = rate * volume_m3[PORT_B] / leg->bulk_modulus_pa + leak;
-    double complex both = one * other - leak * leak; /* 0 only at zero frequency */
+    double complex both = one * other - leak * leak; /* determinant; 0 only at zero frequency */
     pa_per_m[PORT_A] = rate_radps > 0.0 ? rate * (leg->a1_m2 * other - leg->a2_m2 * leak) / both : 0.0;
     pa_per_m[PORT_B] = rate_radps > 0.0 ? rate * (leg->a1_m2 * leak - leg->a2_m2 * one) / both : 0.0;
 }
@@ -152,7 +152,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
 
 void whiten_force_std(const struct residual_test *t, const struct params *model, double std_n[LEGS]) {
     struct whitener w;
-    whitener_init(&w, t, model, 1.0); /* w.noise excludes the model error, so that any serves */
+    whitener_init(&w, t, model, 1.0); /* any model_error serves, because w.noise excludes it */
     for (int k = 0; k < LEGS; k++) {
         double variance = 0.0;
         for (int a = 0; a < t->size; a++) variance += t->weight[a] * w.noise[k][a][RESIDUAL_FORCE];
