@@ -128,7 +128,7 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     double square = d->square, held = d->held_square, std[FIT_VARIABLES];
     memcpy(std, d->std, sizeof std);
     d->model.effects[effect] = d->given->effects[effect];
-    d->found[effect] = false; /* so that the refit lists it among the hypotheses again */
+    d->found[effect] = false; /* the refit then lists the effect among the hypotheses again */
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
     bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
     if (fitted && d->square - square < most + DIAGNOSIS_PENALTY * dropped.variables && d->held_square - held < most) return true;

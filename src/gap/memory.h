@@ -1,6 +1,6 @@
 /* Memory of a diagnosis. If an allocation fails, the process ends with "out of memory" and the exit
- * status of a device error, so that lack of memory never fails a trial and so changes a verdict.
- * Only for a process that moves nothing. Any thread. */
+ * status of a device error, so that a lack of memory can neither fail a trial nor thereby change a
+ * verdict. Only for a process that moves nothing. Any thread. */
 #ifndef HEXID_MEMORY_H
 #define HEXID_MEMORY_H
 
@@ -9,7 +9,7 @@
 /* Allocates zeroed memory, which free() releases. */
 void *memory_get(size_t count, size_t size);
 
-/* Ends the process for lack of memory, when a status tells of it. */
+/* Ends the process for lack of memory. For callers that learn of the lack by a status. */
 _Noreturn void memory_end(void);
 
 #endif

@@ -13,7 +13,8 @@ static const double BEND = 0.1;          /* deviation of a law from proportional
                                           * that the effect makes, both rms, below which the law
                                           * counts as proportional */
 static const double SHORTEST_STEP = 0.1; /* share of the base's linear step down to which it is
-                                          * halved while the machine is impossible */
+                                          * halved while the machine is impossible; then the base
+                                          * stays */
 enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 5 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
@@ -193,8 +194,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
 
     t->ok = true;
     rate(d, t, r.square, r.std);
-    /* a trial that gains no more than noise is not evaluated on the held-out cycles: its gain there
-     * is taken to be the same */
+    /* a trial that gains no more than noise is not evaluated on the held-out cycles, where its gain
+     * is taken to be that on the fitted ones */
     bool seen = again || t->gain > TRIAL_LEAST;
     t->held_square = seen ? diagnosis_held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;

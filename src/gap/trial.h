@@ -33,8 +33,8 @@ struct trial {
  * squares. */
 static inline double trial_evidence(const struct trial *t) { return t->gain + t->held_gain; }
 
-/* Gain on the fitted cycles without the penalty for parameters. It serves where held-out cycles
- * already count the parameters. */
+/* Gain on the fitted cycles without the penalty for parameters. For comparisons in which the
+ * held-out cycles already count the parameters. */
 double trial_rise(const struct trial *t);
 
 /* Gain on the fitted cycles beyond the 1 that each parameter gains by chance. */

@@ -126,7 +126,7 @@ static void list_single(const struct diagnosis *d, const struct batch *before, s
 static int by_gain(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     double p = trial_sound_gain(x), q = trial_sound_gain(y);
-    if (p == q) p = x->gain, q = y->gain; /* both are contradicted */
+    if (p == q) p = x->gain, q = y->gain; /* both trials are contradicted, or have equal gains */
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
