@@ -67,7 +67,9 @@ void witness_add(struct witness *w, double since_s, const struct hal_sample *sam
     if (block != w->block) close_block(w);
     w->block = block;
     w->block_samples++;
-    if (!good && w->samples == 0) return; /* without a good sample the last one is unknown */
+    if (!good && w->samples == 0)
+        return; /* before the first good sample a bad one counts as that
+                                           * one, whose difference from itself is zero */
     w->samples += good;
     for (int i = 0; i < LEGS; i++) {
         if (good) read_leg(w, i, sample, force_n[i]);
