@@ -49,9 +49,9 @@ static void append(struct gap_result *r, const char *text) {
 /* Share of the excess over noise that the effects leave. */
 static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }
 
-/* True if more is left than noise and errors of the laws explain. A single effect may leave a trace
- * besides; of two effects together that does not hold, since they may imitate the true one up to a
- * trace. */
+/* True if more is left than noise and errors of the laws explain. After a single effect a trace of
+ * the excess does not count. After two it does, because two wrong effects may imitate the true one
+ * up to a trace. */
 static bool remains(const struct gap_result *r, const struct remainder *m) {
     return m->beyond_laws > 1.0 && !(r->effects == 1 && trace(m) < TRACE_SHARE);
 }

@@ -24,9 +24,9 @@ static const double UNCLEAR_GAIN = 144.0;  /* least evidence for a further effec
                                             * cause; z = 12 */
 static const double REMAINDER_SHARE = 0.2; /* share of the held-out excess over noise that an effect
                                             * must explain */
-static const double RIVAL_GAIN = 16.0;     /* evidence by which a rival must be behind the best to
-                                            * be excluded, if errors of the law are smaller: odds of
-                                            * 3000 to one, z = 4 */
+static const double RIVAL_GAIN = 16.0;     /* evidence by which a candidate must be behind the best
+                                            * to be no rival: odds of 3000 to one, z = 4; the error
+                                            * of the law counts if it is larger */
 
 /* Most rounds of the search. It is twice what four effects need that are each added once, and
  * judged again beside those added later, without a replacement. */
@@ -228,8 +228,8 @@ struct revision {
     struct gap_effect effect;
     struct hypothesis hypothesis;
     struct params model;           /* model with the removed effect */
-    double square;                 /* sum of white squares with the removed effect over all cycles,
-                                    * and its penalty */
+    double square;                 /* sum of white squares over all cycles, of the model with the
+                                    * removed effect, plus the effect's penalty */
 };
 
 /* Records that an effect was judged, or is about to be, beside all that are added. */

@@ -147,9 +147,10 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
     return NULL;
 }
 
-/* Sorts trials, the best first, and polishes the best one after the other with all threads: those
- * of the best few effects, with their best choice of legs and any near it, and contradicted ones.
- * worth: gain that a trial needed to be fitted further. */
+/* Polishes the finalists one after the other, each with all threads, and sorts all trials, the
+ * best first. Finalists are, for each of the best few effects, the trial with its best choice of
+ * legs and those near it; and contradicted trials. worth: gain that a trial needed to be fitted
+ * further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;

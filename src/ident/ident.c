@@ -105,7 +105,7 @@ static void close_test(struct ident *id) {
     struct test_result *t = append(&id->result, id->dof);
     struct harmonics_fit fit;
     bool solved = harmonics_solve(&id->fit, &fit);
-    /* The span of n samples is n periods, not n - 1. */
+    /* n samples stand for n periods of time, though first and last are n - 1 periods apart. */
     double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1);
     *t = (struct test_result){.test = id->running,
                               .dof = id->dof,

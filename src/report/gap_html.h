@@ -8,8 +8,8 @@
 struct gap_report {
     const struct gap_result *result;
     const struct recording *measured;
-    /* from simulations in closed loop if the result is simulated, otherwise from the measured
-     * motion */
+    /* waves of the report's figures: from simulations in closed loop if the result is simulated,
+     * otherwise from the measured motion */
     const struct waves *waves;
     const struct waves *motion;
     const char *const *measured_file; /* [runs]: file names for the heading */

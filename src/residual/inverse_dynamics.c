@@ -92,8 +92,8 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* Speed below which a leg may be held: it is so near a reversal that the harmonics do not resolve
- * the time, or the noise hides the speed. */
+/* Speed below which a leg may be held: a reversal is then nearer than the harmonics can resolve, or
+ * the motion is lost in the noise of the speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }

@@ -162,8 +162,8 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
             for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
         }
     }
-    /* The reference is taken about its mean, as the lengths are, because a piece may lie
-     * anywhere. */
+    /* The reference is taken about its mean, as the lengths are, because a piece of a motion may
+     * lie far from neutral. */
     for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
 }
 
@@ -396,7 +396,7 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
 }
 
 /* Refuses exchanged legs and wrong signs. most: number of legs that can have a wrong sign. If more
- * go the wrong way, the cause acts on all of them and is no plug. */
+ * go the wrong way, the cause acts on all of them and is no exchanged plug. */
 static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)
@@ -495,7 +495,8 @@ static int check_noise(struct recording *r, const struct residual_data *data, st
                   100.0 * most, r->measured.pressures ? "pressures and forces" : "forces", 100.0 * NOISE_MOST);
 }
 
-/* Stores the frequencies at which the tests moved as the run's, so that it can be driven again. */
+/* Stores the frequencies at which the tests moved in the run's parameters, so that the run can be
+ * simulated at them. */
 static void run_at(struct recording *r, int first) {
     double *hz = r->run[r->runs - 1].hz;
     for (int i = first; i < r->tests; i++) {

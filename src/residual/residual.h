@@ -34,8 +34,8 @@ enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 
 /* Highest frequency of a piece's coefficient row times the length of the piece, no unit. */
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
-#define RESIDUAL_SETTLE_S 0.1 /* time in which chambers forget their start, the measured pressures:
-                               * it takes 30 ms */
+#define RESIDUAL_SETTLE_S 0.1 /* run-up of simulated chambers, which forget their start, the
+                               * measured pressures, in 30 ms */
 double residual_margin_s(double piece_s); /* record that a piece needs on either side */
 double residual_gap_s(double piece_s, double step_s); /* longest time that a piece may be without a
                                                        * good sample */

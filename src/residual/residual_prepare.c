@@ -23,8 +23,8 @@ static const double SLOWER = 1.25;        /* sampling period over command period
 static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period is
                                            * a whole number of command periods */
 
-static const double OVERLAP = 0.15, /* overlap with each neighbouring window over a piece's
-                                     * length */
+static const double OVERLAP = 0.15, /* share of a piece's length by which its window overlaps each
+                                     * neighbour */
     STRETCH = 1.2; /* period of a piece's series over the time to which the series is fitted */
 enum { COUPLING_POINTS = 2048 };
 

@@ -302,7 +302,7 @@ bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const 
     return enough;
 }
 
-/* rms speed that samples' noise of 1 makes in the middle half of the piece. */
+/* rms error of the speed in the middle half of the piece, per rms noise of a sample. */
 static double speed_gain(const struct spectrum *s, const struct recording_test *t, int first, int end,
                          double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], rate[SPECTRUM_SIZE] = {0}, sum = 0.0;
@@ -337,7 +337,7 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double fro
     int good = add_samples(s, t, first, end, product, s->mean, &longest_s);
     double step_s = (until_s - from_s) / (end - first);
     if (good <= 2 * size || spectrum_gap(t, from_s, until_s) > fmax(PI / omega / s->harmonics, 2.5 * step_s)) return false;
-    /* The ridge determines the series beyond the first and last sample, where it is not used. */
+    /* The ridge keeps the series finite beyond the first and last sample, where it is not used. */
     for (int a = 0; a < size; a++) product[a][a] += RIDGE * good;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int a = 0; a < size; a++) {

@@ -65,12 +65,13 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
 
 /* Standard deviation that quantisation gives each Fourier coefficient of a sinusoid of this
  * amplitude, read in steps, with so many distinct samples a cycle. It covers the rounding errors
- * that repeat in every cycle and so do not show in the spread between cycles. As a function of the
- * motion x these are tones sin(2 pi k x / step) step / (pi k); a motion that varies from cycle to
- * cycle averages part of them away (dither). scatter: the spread of samples at one phase, which
- * tells how much. Tone k spreads over the harmonics up to z = 2 pi k amplitude / step (Bessel
- * functions: J_n(z)^2 is 1 / (pi z) on average); beyond z = samples it aliases evenly onto all. The
- * larger of the two is taken, which just below that is up to twice too much. */
+ * that repeat in every cycle and so do not show in the spread between cycles. As a function of
+ * the motion x these are tones sin(2 pi k x / step) step / (pi k); a motion that varies from
+ * cycle to cycle averages part of them away (dither). scatter: the spread of samples at one
+ * phase, which tells how much. Tone k spreads over the harmonics up to z = 2 pi k amplitude /
+ * step (Bessel functions: J_n(z)^2 is 1 / (pi z) on average); beyond z = samples it aliases
+ * evenly onto all. The larger of these two shares is taken, which is up to twice too much where
+ * z is just below samples. */
 double spectrum_quantisation(double amplitude, double step, double scatter, double samples);
 
 /* Standard deviation of a leg's speed in the mean cycle of so many harmonics, m/s, if position
