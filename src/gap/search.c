@@ -228,7 +228,7 @@ struct revision {
     struct gap_effect effect;
     struct hypothesis hypothesis;
     struct params model;           /* model with the removed effect */
-    double square;                 /* sum of white squares over all cycles, of the model with the
+    double square;                 /* sum of white squares, over all cycles, of the model with the
                                     * removed effect, plus the effect's penalty */
 };
 

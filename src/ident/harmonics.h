@@ -29,7 +29,7 @@ struct harmonics {
 };
 
 struct harmonics_fit {
-    /* constant: value of constant and drift at t = origin_s */
+    /* constant: of the fitted line of constant and drift, at t = origin_s */
     double constant[CHANNELS_MAX], drift_per_s[CHANNELS_MAX];
     double sine[CHANNELS_MAX][HARMONICS_MAX], cosine[CHANNELS_MAX][HARMONICS_MAX];
     double rms[CHANNELS_MAX];    /* rms residual */

@@ -33,7 +33,8 @@ struct oil_leg {
     /* Delay from the sample of a command to its effect: that of the spool, and half a cycle of
      * holding. */
     double delay_s;
-    double stiffness, stiffness_std; /* N/m; both are NaN if not determined */
+    double stiffness, stiffness_std; /* stiffness of the leg with its ports shut, N/m; NaN if not
+                                      * determined */
     double misfit;          /* rms residual of the tones' equations over their standard deviation */
 };
 
