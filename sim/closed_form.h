@@ -16,7 +16,7 @@ enum { COORDINATES = LEGS + JOINT_AXES };
 
 /* Rods of the legs with backlash, which are bodies of their own. */
 struct rods {
-    double length_m[LEGS], rate_mps[LEGS]; /* leg up to the rod's end */
+    double length_m[LEGS], rate_mps[LEGS]; /* length of the leg up to the rod's end, and its rate */
 };
 
 union system {
@@ -43,20 +43,20 @@ struct drive {
 struct closed_form {
     struct engine base;
     struct cylinder_model cylinder;
-    int values;                      /* values of the state in use */
+    int values;                      /* number of values of the state that are in use */
     struct rigid_model rigid;
     bool joints;                     /* there is joint friction */
     bool play, rods_stick;           /* some leg has backlash; dry friction can hold its rod */
     enum {
         SLIDES,
-        STICKS,                      /* dry friction can hold it */
+        STICKS,                      /* dry friction can hold the coordinate */
         ROD_STICKS                   /* dry friction can hold the rod of a leg with backlash */
     } kind[COORDINATES];
     int stick[COORDINATES], sticks;  /* coordinates of kind STICKS, and their number */
     union system state;
     int direction[COORDINATES];      /* +1, -1: slides this way during the whole step; 0: held */
     double holding[COORDINATES];     /* force that holds a coordinate */
-    double rate[COORDINATES];        /* rates in `state` */
+    double rate[COORDINATES];        /* rates of the coordinates in `state` */
     bool forced;                     /* the last step had no hydraulics */
 };
 
@@ -66,7 +66,7 @@ struct instant {
     struct joint_axes axes;          /* set only with joint friction */
     double friction_n[LEGS];               /* dry and viscous friction on the rod */
     double passive_n[LEGS];                /* force of end stops and deflected seals */
-    double length_m[LEGS], rate_mps[LEGS]; /* up to the rod's end */
+    double length_m[LEGS], rate_mps[LEGS]; /* length and rate of each leg up to the rod's end */
     double rod_n[LEGS];              /* rod with backlash: all axial forces but friction */
     struct factor6 mass;             /* Cholesky factor of the mass matrix */
     double free[DOFS];               /* whitened acceleration (stick.h) without holding friction */
@@ -74,7 +74,8 @@ struct instant {
 
 void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now);
 
-/* Finds a coordinate's row, and its acceleration while the platform does not accelerate (bias). */
+/* Finds a coordinate's row (rate = row . twist), and in *bias its acceleration while the platform
+ * does not accelerate. */
 void closed_form_row(const struct instant *now, int k, double row[DOFS], double *bias);
 
 /* Finds the rates of the coordinates that dry friction can hold; the others stay unset. */

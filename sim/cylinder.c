@@ -11,8 +11,8 @@ static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber, 
 static const double SEAL_TIME_S = 2e-4; /* shortest time constant of a fast rod's seals */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
-static const double SOFTEST = 0.01;        /* least pressure above vacuum, as a share of the tank's;
-                                            * beta then is 1e-4 of the oil's */
+static const double SOFTEST = 0.01;        /* least pressure above vacuum that counts, over the
+                                            * tank's above vacuum; beta then is 1e-4 of the oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
 static const double SHORTEST_LINE_M = 0.2;
 /* LINE_TIME_S is 1 / 5000 rad/s, the highest natural frequency of a hose with a chamber at the
@@ -82,7 +82,7 @@ struct mains cylinder_mains(const struct cylinder_model *m) {
     return (struct mains){.supply_pa = fmax(m->supply_share * m->machine.supply.pressure_pa, tank_pa), .tank_pa = tank_pa};
 }
 
-/* sign(drop) sqrt|drop|, but laminar below the limit. */
+/* Returns sign(drop) sqrt|drop|, but laminar below the limit. */
 static inline double signed_root(double drop_pa, double laminar_pa) {
     double size = fabs(drop_pa);
     if (size >= laminar_pa) return copysign(sqrt(size), drop_pa);
@@ -90,15 +90,15 @@ static inline double signed_root(double drop_pa, double laminar_pa) {
     return sqrt(laminar_pa) * y * (1.25 - 0.25 * y * y);
 }
 
-/* Flow from a source into a volume of this stiffness, beta / V. */
+/* Returns the flow from a source into a volume of this stiffness, beta / V. */
 static inline double port_flow(double conductance, double stiffness, double source_pa, double pressure_pa) {
-    /* chosen so that laminar slope x stiffness x FILL_TIME_S = 1 */
+    /* the laminar limit is chosen so that laminar slope x stiffness x FILL_TIME_S = 1 */
     double root = 1.25 * conductance * stiffness * FILL_TIME_S;
     double laminar_pa = root * root > LAMINAR_PA ? root * root : LAMINAR_PA;
     return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
 }
 
-/* Pressure rate of a volume of oil. */
+/* Returns the pressure rate of a volume of oil. */
 static inline double pressure_rate(const struct machine *m, double pressure_pa, double stiffness, double inflow_m3_per_s) {
     double rate = stiffness * inflow_m3_per_s;
     if (pressure_pa >= m->supply.tank_pa) return rate;
@@ -123,7 +123,7 @@ static inline struct ports ports_of(const struct cylinder_leg *c, const struct m
     };
 }
 
-/* beta / V of the chambers. */
+/* Computes the stiffness beta / V of both chambers. */
 static inline void chambers(const struct cylinder_leg *c, double length_m, double stiffness[PORTS]) {
     double stroke_m = length_m - c->length_min_m, full_m = c->length_max_m - c->length_min_m;
     double bulk_pa = c->bulk_modulus_pa;
@@ -141,14 +141,14 @@ static inline double spool_acceleration(const struct cylinder_leg *c, double spo
     return c->valve_omega_squared * (valve + c->valve_bias - spool) - c->valve_damping_rate * speed;
 }
 
-/* Rate of the seals' deflection. */
+/* Returns the rate of the seals' deflection. */
 static inline double deflection_rate(const struct cylinder_leg *c, double deflection, double rate_mps) {
     double speed = fabs(rate_mps), least_m = SEAL_TIME_S * speed;
     if (!(c->seal_distance_m > 0.0)) return 0.0;
     return (rate_mps - speed * deflection) / (c->seal_distance_m > least_m ? c->seal_distance_m : least_m);
 }
 
-/* Rate of the state under these inflows. */
+/* Returns the rate of the state under these inflows. */
 static inline struct cylinder_state rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct cylinder_state *s,
                                           const double stiffness[PORTS], double flow1, double flow2, double rate_mps, double valve) {
     const struct machine *machine = &m->machine;
@@ -162,7 +162,7 @@ static inline struct cylinder_state rates(const struct cylinder_model *m, const 
     };
 }
 
-/* Rate of the state without hoses. */
+/* Returns the rate of the state of a leg without hoses. */
 static inline struct cylinder_state direct_rates(const struct cylinder_model *m, const struct cylinder_leg *c, const struct mains *mains,
                                                  const struct cylinder_state *s, double opening, const double stiffness[PORTS],
                                                  double rate_mps, double valve) {
@@ -180,7 +180,7 @@ struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int le
     return direct_rates(m, c, mains, s, opening, stiffness, rate_mps, valve);
 }
 
-/* s + h rate */
+/* Returns s + h rate. */
 static inline struct cylinder_state advanced(const struct cylinder_state *s, double h, const struct cylinder_state *rate) {
     return (struct cylinder_state){s->p1_pa + h * rate->p1_pa, s->p2_pa + h * rate->p2_pa, s->spool + h * rate->spool,
                                    s->spool_rate + h * rate->spool_rate, s->deflection + h * rate->deflection};
@@ -203,7 +203,7 @@ void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const s
     cylinder_limit(m, leg, s);
 }
 
-/* beta / V of a hose. */
+/* Returns the stiffness beta / V of a hose. */
 static double line_stiffness(const struct cylinder_leg *c) { return c->bulk_modulus_pa / c->line_volume_m3; }
 
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
@@ -273,7 +273,8 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
     return m->leg[leg].a1_m2 * s->p1_pa - m->leg[leg].a2_m2 * s->p2_pa;
 }
 
-/* The stop only pushes, though its damper alone would pull on the way out. */
+/* Returns the force of an end stop, which only pushes, though its damper alone would pull on the
+ * way out. */
 static double stop_push(const struct hydraulics_params *h, double depth_m, double speed_in_mps) {
     if (depth_m <= 0.0) return 0.0;
     double push = h->stop_stiffness_n_per_m * depth_m + h->stop_damping_n_s_per_m * speed_in_mps;
@@ -308,7 +309,7 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
     return sum;
 }
 
-/* Asks the effects under pressure, since some hold only then. */
+/* Asks the effects under pressure, since some friction holds only then. */
 bool cylinder_can_stick(const struct cylinder_model *m) {
     struct cylinder_state loaded = {.p1_pa = m->machine.supply.pressure_pa, .p2_pa = m->machine.supply.pressure_pa};
     for (int leg = 0; leg < LEGS; leg++)

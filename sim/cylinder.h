@@ -35,7 +35,7 @@
 
 struct cylinder_state {
     double p1_pa, p2_pa, spool, spool_rate;
-    double deflection;        /* seals: -1 sliding in, 1 sliding out */
+    double deflection;        /* deflection of the seals: -1 sliding in, 1 sliding out */
 };
 
 struct line_state {
@@ -56,8 +56,9 @@ struct cylinder_model {        /* constants derived once from params and effects
         double valve_omega_squared, valve_damping_rate; /* w^2, 2 zeta w */
         double valve_bias, valve_rate_per_s;
         double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
-        double line_volume_m3, line_inertance, line_resistance; /* hose; volume 0: none */
-        double seal_distance_m;        /* 0: seals slide at once */
+        double line_volume_m3, line_inertance, line_resistance; /* constants of the hose; volume 0:
+                                                                 * no hose */
+        double seal_distance_m;       /* path over which the seals deflect; 0: they slide at once */
         bool rate_limited;
     } leg[LEGS];
     double supply_share;       /* share of supply pressure; below 1 while it comes or goes */
@@ -72,7 +73,7 @@ struct mains {
 /* params must outlive the model. */
 void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 
-/* Mains without a drop in the hoses to the power unit. */
+/* Returns the pressures of the mains without a drop in the hoses to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 
 /* Time derivative of the state under valve command u at length L and rate v, without hoses.
@@ -80,7 +81,7 @@ struct mains cylinder_mains(const struct cylinder_model *m);
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
-/* Time derivative with hoses. */
+/* Time derivative of the state with hoses. */
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                                const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
                                                double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]);
@@ -105,10 +106,10 @@ void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const s
 /* Steps the spool alone, which no chamber pressure moves. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
 
-/* Loss of hydraulic force per metre with both ports shut, N/m. */
+/* Returns the stiffness of the oil: loss of hydraulic force per metre with both ports shut, N/m. */
 double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m);
 
-/* A1 P1 - A2 P2. */
+/* Returns A1 P1 - A2 P2. */
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
 /* End stop: unilateral spring and damper, >= 0 at the lower one, <= 0 at the

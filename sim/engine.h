@@ -14,8 +14,8 @@
 #include "hydraulics.h"
 #include "plant.h"
 
-/* Joint positions as drawn, from the geometry of params (docs/method.md, 1); sim's own
- * derivation. */
+/* Joint positions as drawn, from the geometry of params (docs/method.md, 1), derived in sim
+ * independently of src/core. */
 struct sim_geometry {
     double upper[LEGS][3];       /* joints, m, in {M} */
     double upper_axis[LEGS][3];  /* first axes of the universal joints, unit vectors in {M} */
@@ -34,10 +34,11 @@ struct engine_ops {
     /* Puts the bodies at rest in this pose, legs stuck where dry friction acts, rods ahead of their
      * joints by ahead_m (machine_ahead; 0 without backlash). */
     void (*place)(struct engine *e, const double pose[DOFS], const double ahead_m[LEGS]);
-    /* One substep of bodies and hydraulics together, limits (hydraulics.h) included; valve commands
-     * are constant over it. */
+    /* Makes one substep of bodies and hydraulics together, limits (hydraulics.h) included; valve
+     * commands are constant over it. */
     void (*substep)(struct engine *e, double dt_s, const double valve[LEGS], struct hydraulics_state *hydraulics);
-    /* One substep of the bodies alone with these forces along the legs (plant_step_forced). */
+    /* Makes one substep of the bodies alone with these forces along the legs
+     * (plant_step_forced). */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
     /* Sets the share of the supply pressure from now on, 0..1. */
     void (*supply)(struct engine *e, double share);

@@ -6,9 +6,10 @@
 
 #include "closed_form.h"
 
-enum { EVENTS_MAX = 4 * COORDINATES }; /* per substep */
+enum { EVENTS_MAX = 4 * COORDINATES }; /* most stops of coordinates that are located in a substep */
 
-static const double STOPPED = 1e-9; /* m/s or rad/s; slower is at rest when an event is sought */
+static const double STOPPED = 1e-9; /* m/s or rad/s; a slower coordinate counts as at rest when the
+                                     * instant of a stop is sought */
 
 /* Removes the remaining motion of held coordinates from the twist. */
 static void stop_held(struct closed_form *e, const struct instant *now) {
@@ -24,7 +25,7 @@ static void stop_held(struct closed_form *e, const struct instant *now) {
     memcpy(twist, x, sizeof x);
 }
 
-/* Range of the friction force of a leg at rest. */
+/* Finds the range of the friction force of a leg at rest. */
 static void leg_limits(const struct closed_form *e, int k, double *least_n, double *most_n) {
     const struct cylinder_state *s = &e->state.hydraulics.cylinder[k];
     *least_n = -cylinder_friction(&e->cylinder, k, s, 1, 0.0).dry;
@@ -32,7 +33,7 @@ static void leg_limits(const struct closed_form *e, int k, double *least_n, doub
 }
 
 /* If the limits exclude zero, moves the force that must act into the free acceleration. Returns
- * it. */
+ * that force. */
 static double centre_limits(double least, double most, struct stick_coordinate *c, struct instant *now) {
     double must = least > 0.0 ? least : most < 0.0 ? most : 0.0;
     if (must != 0.0) add6(must, c->row, now->free);
@@ -76,8 +77,8 @@ static int held_places(const struct closed_form *e, int place[COORDINATES]) {
 }
 
 /* Starts a step: holds stopped coordinates, brings them to rest exactly, and releases those whose
- * friction is too weak. Bringing one to rest may stop others that move with it, and all must be
- * known before any is released. */
+ * friction is too weak. Bringing a coordinate to rest may stop others that move with it, and all of
+ * them must be known before any is released. */
 static void release(struct closed_form *e, const struct drive *drive, const bool caught[COORDINATES]) {
     struct stick_coordinate rest[COORDINATES];
     double must[COORDINATES];
@@ -99,7 +100,8 @@ static void release(struct closed_form *e, const struct drive *drive, const bool
     }
 }
 
-/* Smallest speed of coordinates in `which`, in their sliding direction; <= 0 once one stops. */
+/* Returns the smallest speed of the coordinates in `which`, in their sliding direction; it is <= 0
+ * once one of them stops. */
 static double nearest_to_rest(const struct closed_form *e, const bool which[COORDINATES], const double rate[COORDINATES]) {
     double nearest = (double)INFINITY;
     for (int i = 0; i < e->sticks; i++) {
@@ -160,8 +162,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     return h;
 }
 
-/* Finishes a step with too many events and ignores further ones: wrong by less than a substep's
- * friction, but never endless. */
+/* Finishes a step with too many events and ignores further ones: the error is less than a substep's
+ * friction, but the engine never hangs. */
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);
@@ -171,7 +173,8 @@ static void slide_on(struct closed_form *e, double h, const struct drive *drive)
     }
 }
 
-/* Direction of a rod. One at rest stays while its other axial forces are within its friction. */
+/* Returns the direction of a rod. A rod at rest stays there while its other axial forces are within
+ * its friction. */
 static int rod_direction(const struct closed_form *e, const struct instant *now, int k) {
     double rate = e->state.rods.rate_mps[k], least, most;
     leg_limits(e, k, &least, &most);

@@ -30,8 +30,8 @@ struct leg {
     double length_m, rate_mps;
     double viscous_n;
     double passive_n; /* viscous friction, seals, end stop and middle of the dry friction's range */
-    double holding_n; /* half of that range: the motor's limit */
-    double contact_n; /* force of the rod on the platform; leg with backlash */
+    double holding_n; /* half of the dry friction's range: the motor's limit */
+    double contact_n; /* force of the rod on the platform, if the leg has backlash */
 };
 
 struct engine_ode {
@@ -44,7 +44,7 @@ struct engine_ode {
     bool started;                   /* a substep has been made since place() */
     struct velocity before[BODIES]; /* velocities one substep ago */
     bool hydraulic;                 /* the cylinders act; false when forced */
-    double held_n[LEGS];            /* forced: forces of the substep before */
+    double held_n[LEGS];            /* if not `hydraulic`: forces of the previous substep */
     struct leg leg[LEGS];           /* legs at the start of the substep */
     double motor_n[LEGS];           /* part of the dry friction beyond passive_n */
     bool stuck[LEGS];
@@ -60,7 +60,7 @@ static struct velocity velocity_now(const struct engine_ode *e, int body) {
     return v;
 }
 
-/* Contact force between rod and platform of a leg with backlash. */
+/* Returns the contact force between rod and platform of a leg with backlash; 0 without. */
 static double contact_now(const struct engine_ode *e, int i, const struct leg *leg) {
     const struct machine *machine = &e->model.machine;
     dVector3 joint, arm, turning;
@@ -74,8 +74,9 @@ static double contact_now(const struct engine_ode *e, int i, const struct leg *l
     return machine_contact(machine, i, leg->length_m - dCalcVectorDot3(arm, leg->axis), leg->rate_mps - rate_mps);
 }
 
-/* One direction takes the leg's speed, the other zero, for the case that it turns round. So a
- * sliding force is exact, and so is the range of holding forces. */
+/* Finds a leg and its resistance. Friction in the direction of motion is taken at the leg's speed,
+ * in the other direction at zero, for the case that the leg turns round. So a sliding force is
+ * exact, and so is the range of holding forces. */
 static struct leg leg_now(const struct engine_ode *e, int i, const struct hydraulics_state *s) {
     struct leg leg;
     struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
@@ -116,7 +117,8 @@ static void push_platform(struct engine_ode *e, int i) {
     dBodyAddForce(e->machine.body[ROD + i], -force_n * n[0], -force_n * n[1], -force_n * n[2]);
 }
 
-/* omega: angular velocity of the motor's first body against its second. */
+/* Applies joint friction through a motor. omega: angular velocity of the motor's first body against
+ * its second. */
 static void rub_joint(struct engine_ode *e, int leg, dJointID motor, const dVector3 omega) {
     double moment[2];
     for (int k = 0; k < 2; k++) {
@@ -150,7 +152,8 @@ static void kick(struct engine_ode *e, double dt_s, const double force_n[LEGS]) 
     dWorldStep(e->machine.world, dt_s);
 }
 
-/* A trial step finds the velocities' gain in a substep; half of it belongs before the start. */
+/* Starts from rest. A trial step finds the velocities' gain in a substep; half of it is taken back,
+ * because velocities start half a substep before the positions. */
 static void start(struct engine_ode *e, double dt_s, const double force_n[LEGS]) {
     kick(e, dt_s, force_n);
     ode_machine_place(&e->machine, e->pose, e->ahead_m);
@@ -169,7 +172,7 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     for (int i = 0; i < LEGS; i++) {
         double limit_n = e->leg[i].holding_n;
         e->motor_n[i] = limit_n > 0.0 ? -dCalcVectorDot3(e->machine.feedback[i].f1, e->leg[i].axis) : 0.0;
-        /* the solver sets a sliding motor to its limit but for rounding */
+        /* the solver sets a sliding motor to its limit, except for rounding */
         e->stuck[i] = fabs(e->motor_n[i]) < limit_n * (1.0 - 1e-9);
     }
 }

@@ -65,7 +65,7 @@ static struct mains mains_now(const struct cylinder_model *m, const struct hydra
     mains.supply_pa -= resistance * s->supply_m3_per_s;
     balance_tank(m, s, length_m, &mains);
     *supply_m3_per_s2 = 0.0;
-    if (!(resistance > 0.0)) return mains; /* the flow lowers no pressure */
+    if (!(resistance > 0.0)) return mains; /* without resistance the flow lowers no pressure */
     flows(m, s, length_m, &mains, &supply, &tank);
     *supply_m3_per_s2 = (supply - s->supply_m3_per_s) / SUPPLY_LAG_S;
     return mains;
@@ -107,7 +107,7 @@ union values {
 };
 enum { VALUES = sizeof(struct hydraulics_state) / sizeof(double) };
 
-/* to = from + h rate */
+/* Computes to = from + h rate. */
 static void advance(double h, const union values *from, const union values *rate, union values *to) {
     for (int i = 0; i < VALUES; i++) to->value[i] = from->value[i] + h * rate->value[i];
 }
@@ -115,7 +115,7 @@ static void advance(double h, const union values *from, const union values *rate
 static void extended_step(const struct cylinder_model *m, double dt_s, const struct hydraulics_input in[3], struct hydraulics_state *s) {
     static const double divisor[4] = {6.0, 3.0, 3.0, 6.0};
     union values start, at, k[4];
-    memset(k, 0, sizeof k); /* for legs that the mechanism lacks */
+    memset(k, 0, sizeof k); /* zero rates for legs that the mechanism lacks */
     start.state = *s;
     extended(m, &start.state, &in[0], &k[0].state);
     advance(0.5 * dt_s, &start, &k[0], &at);

@@ -22,8 +22,8 @@ static struct tip tip_of(const struct rigid_legs *legs, int leg) {
     return t;
 }
 
-/* Row of the rate (n x v / L - w) d = v (d x n) / L - w d, w zero at the base. Returns the rate's
- * derivative while the platform does not accelerate. */
+/* Computes the row of the rate (n x v / L - w) d = v (d x n) / L - w d, w zero at the base. Returns
+ * the rate's derivative while the platform does not accelerate. */
 static double axis_row(const struct tip *t, const double d[3], const double d_rate[3], const double *w, double row[DOFS]) {
     double lever[3], turned[3], swung[3], change = 0.0;
     cross3(d, t->n, lever);
@@ -39,12 +39,13 @@ static double axis_row(const struct tip *t, const double d[3], const double d_ra
     return change - dot3(w, d_rate);
 }
 
-/* Rows of both axes of a joint whose first axis is `first`, carried along at angular velocity w. */
+/* Computes the rows of both axes of a joint whose first axis is `first`, carried along at angular
+ * velocity w. */
 static void joint_rows(const struct tip *t, const double first[3], const double *w, double row[2][DOFS], double bias[2]) {
     double first_rate[3] = {0}, d1[3], d2[3], d1_rate[3], d2_rate[3], turned[3], swung[3];
     if (w) cross3(w, first, first_rate);
     double c = dot3(t->n, first), c_rate = dot3(t->n_rate, first) + dot3(t->n, first_rate);
-    /* -sdot/s; the bound only avoids a division by zero if a leg lies along its axis */
+    /* shrink is -sdot/s; the bound only avoids a division by zero if a leg lies along its axis */
     double s_squared = fmax(1.0 - c * c, 1e-4), s = sqrt(s_squared), shrink = c * c_rate / s_squared;
     cross3(first, t->n, d2);
     cross3(first_rate, t->n, turned);

@@ -9,7 +9,8 @@
 
 #include "rigid.h"
 
-/* lower first, lower second, upper first, upper second */
+/* Order of a leg's axes: first and second of the lower joint, first and second of the upper
+ * joint. */
 enum { JOINT_AXES_PER_LEG = 4, JOINT_AXES = JOINT_AXES_PER_LEG * LEGS };
 
 struct joint_axes {

@@ -5,7 +5,8 @@
 
 #include "engine.h"
 
-static const double FLANK_RADPS = 2500.0, FLANK_DAMPING = 0.25; /* rod on its flank */
+static const double FLANK_RADPS = 2500.0, FLANK_DAMPING = 0.25; /* natural frequency and damping
+                                                                 * ratio of a rod on its flank */
 
 static void base_bodies(struct machine *m, const struct params *params) {
     const struct payload_params *p = &params->payload;

@@ -15,7 +15,7 @@ struct sensor_path {
     double delay_s;
 };
 
-/* Lag of a cut-off frequency; none from 100 kHz on. */
+/* Returns the time constant of a lag with this cut-off frequency; 0 from 100 kHz on. */
 static inline double sensor_lag_s(double cutoff_hz) { return cutoff_hz < 1e5 ? 1.0 / (2.0 * PI * cutoff_hz) : 0.0; }
 
 /* Effects that are on and have a certain hook, in the table's order. */
@@ -32,15 +32,16 @@ struct machine {
     const struct params *params;
 
     struct {
-        double payload_kg, payload_inertia_kg_m2[3];    /* about its mass centre, along
-                                                         * the axes of {M} */
-        double payload_products_kg_m2[3];               /* entries xy, xz, yz of that matrix */
-        double payload_center_m[3];                     /* mass centre in {M} */
-        double gravity_mps2, down[3];                   /* unit vector in {B} */
-        double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* in {M} and {B} */
-        double upper_kg[LEGS], lower_kg[LEGS];          /* ma, mb of each leg */
-        double transverse_kg_m2[LEGS];                  /* added to ib */
-        double neutral_length_m[LEGS];                  /* middle of the stroke on one axis */
+        double payload_kg, payload_inertia_kg_m2[3];    /* entries xx, yy, zz of the payload's
+                                                         * inertia matrix about its mass centre,
+                                                         * along the axes of {M} */
+        double payload_products_kg_m2[3];   /* entries xy, xz, yz of the payload's inertia matrix */
+        double payload_center_m[3];                     /* payload's mass centre in {M} */
+        double gravity_mps2, down[3];                   /* down: unit vector in {B} */
+        double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* joints, in {M} and in {B} */
+        double upper_kg[LEGS], lower_kg[LEGS]; /* masses of each leg's rod (ma) and cylinder (mb) */
+        double transverse_kg_m2[LEGS];                  /* inertia added to the cylinder's, ib */
+        double neutral_length_m[LEGS];              /* for a single axis the middle of its stroke */
         double clearance_m[LEGS];                       /* backlash between rod and platform, along
                                                          * the leg: machine_contact */
     } bodies;
@@ -56,13 +57,15 @@ struct machine {
         double rate_per_s[LEGS];                        /* greatest speed of the spool, full
                                                          * openings per s */
         double bias[LEGS];                              /* spool position at zero command */
-        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports; port B over A */
+        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports' flow; flow of port B
+                                                         * over that of port A */
     } valve;
     struct {                                            /* seals of the cylinder */
-        double distance_m[LEGS];                        /* path of deflection: after about five they
-                                                         * slide; 0: they slide at once */
-        double stiffness_n_per_m[LEGS];                 /* force over distance; twice that after a
-                                                         * reversal */
+        double distance_m[LEGS];                        /* path over which the seals deflect: after
+                                                         * about five times this they slide; 0: they
+                                                         * slide at once */
+        double stiffness_n_per_m[LEGS];                 /* the seals' force over the path; twice
+                                                         * that after a reversal */
     } seals;
     struct {                                            /* hoses between ports and chambers */
         double length_m[LEGS], diameter_m[LEGS];        /* length 0: no hose */
@@ -77,7 +80,7 @@ struct machine {
         double clock_ratio;                             /* recorder's time over the controller's */
     } timing;
 
-    /* Laws. */
+    /* Effects that add laws. */
     struct active leg_friction, joint_friction, wrench, opening, command;
 };
 
@@ -101,13 +104,13 @@ bool machine_has_play(const struct machine *m, int leg);
 double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps);
 double machine_ahead(const struct machine *m, int leg, double contact_n);
 
-/* Stiffness of a flank, N/m. */
+/* Returns the stiffness of a flank, N/m. */
 double machine_flank(const struct machine *m, int leg);
 
 /* Adds all effects' wrenches. */
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]);
 
-/* Opening of the valve at a spool position, both -1..1. */
+/* Returns the opening of the valve at a spool position, both -1..1. */
 double machine_opening(const struct machine *m, int leg, double spool);
 
 #endif

@@ -11,7 +11,7 @@ static const double JOINT_CFM = 1e-10;
 static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN
                                                  * creeps 10 nm in 10 s */
 
-/* ODE counts its users without a lock. */
+/* Protects the number of ODE's users, which ODE counts without a lock. */
 static pthread_mutex_t ode_users = PTHREAD_MUTEX_INITIALIZER;
 
 /* ODE's solver prints when it gives up a step, which the loop thread must not. Such a step shows
@@ -49,7 +49,7 @@ static void rotate_platform(dBodyID platform, const double pose[DOFS]) {
     dBodySetRotation(platform, rotation);
 }
 
-/* From the origin of {M} to the payload's mass centre, in {B}. */
+/* Computes the vector from the origin of {M} to the payload's mass centre, in {B}. */
 static void payload_center(const struct ode_machine *m, dVector3 center) {
     const double *c = m->machine.bodies.payload_center_m;
     dBodyVectorToWorld(m->body[PLATFORM], c[0], c[1], c[2], center);
@@ -119,7 +119,7 @@ double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 a
     return m->params->actuator.lower_center_m[leg] + dCalcVectorDot3(apart, axis) + m->params->actuator.upper_center_m[leg];
 }
 
-/* Sum of mass times depth. */
+/* Returns the sum of mass times depth over all bodies. */
 static double moment_of_mass(const struct ode_machine *m) {
     const double *down = m->machine.bodies.down;
     double sum = m->machine.bodies.payload_kg * dCalcVectorDot3(dBodyGetPosition(m->body[PLATFORM]), down);

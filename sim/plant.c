@@ -23,7 +23,7 @@ struct plant {
     struct hydraulics_state state;
     struct power_unit power_unit;
     bool has_power_unit, charge_pump;
-    uint64_t cycles;          /* count, so that time is exact */
+    uint64_t cycles;          /* number of cycles so far; a count keeps time exact */
     double forced_s;          /* time spent in plant_step_forced */
 };
 
@@ -36,7 +36,8 @@ static struct cylinder_state drained(const struct plant *plant) {
     return (struct cylinder_state){.p1_pa = tank, .p2_pa = tank};
 }
 
-/* Loads of the end stops: holding forces of the legs less the push of tank pressure. */
+/* Computes the loads of the end stops: holding forces of the legs less the push of tank pressure.
+ * False if the legs cannot hold the platform. */
 static bool stop_loads(const struct plant *plant, const double pose[DOFS], double load_n[LEGS]) {
     struct cylinder_state tank = drained(plant);
     bool possible = rigid_holding_forces(&plant->rigid, pose, load_n);
@@ -44,7 +45,7 @@ static bool stop_loads(const struct plant *plant, const double pose[DOFS], doubl
     return possible;
 }
 
-/* Finds the places at rest of rods with backlash. */
+/* Finds how far rods with backlash are ahead of their joints at rest. */
 static void rest_ahead(const struct plant *plant, const double pose[DOFS], double ahead_m[LEGS]) {
     struct rigid_state s;
     struct rigid_legs legs;
@@ -58,8 +59,8 @@ static void rest_ahead(const struct plant *plant, const double pose[DOFS], doubl
     }
 }
 
-/* Newton's method on the lengths at which each end stop carries its load. False if no pose of the
- * machine has them. */
+/* Finds the pose at rest on the lower end stops by Newton's method on the lengths at which each
+ * stop carries its load. False if no pose of the machine has these lengths. */
 static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     double stiffness = plant->params->hydraulics.stop_stiffness_n_per_m;
     for (int iteration = 0; iteration < 100; iteration++) {
@@ -87,7 +88,7 @@ static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     return false;
 }
 
-/* Exact values for the sensors to read. */
+/* Collects the exact values that the sensors read. */
 static void exact_values(const struct plant *plant, struct exact *exact) {
     struct plant_truth truth;
     const struct hydraulics_state *s = &plant->state;
@@ -100,7 +101,8 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
     }
 }
 
-/* Rests in a pose, chambers as they are, for so long that nothing remembers an earlier motion. */
+/* Puts the plant at rest in a pose, chambers as they are, as if it had rested there for so long
+ * that nothing remembers an earlier motion. */
 static void rest(struct plant *plant, const double pose[DOFS]) {
     struct exact exact;
     double ahead_m[LEGS];
@@ -127,9 +129,10 @@ static int settle(struct plant *plant, struct error *error) {
     return resolution_check(&plant->cylinder, &plant->rigid, pose, substep_s(plant), error);
 }
 
-/* dt^2 times the stiffness plus dt times the damping of a rod's fastest oscillation, kg. With
- * backlash it has oil at its stiffest, flank and viscous friction; seals are always counted, and
- * the bound's factor of two covers their double stiffness after a reversal. */
+/* Returns dt^2 times the stiffness plus dt times the damping of a rod's fastest oscillation, kg.
+ * With backlash the rod swings on oil at its stiffest and on a flank, damped by viscous friction;
+ * seals are always counted, and the bound's factor of two covers their double stiffness after a
+ * reversal. */
 static double rings_kg(const struct plant *plant, int leg) {
     const struct machine *m = &plant->cylinder.machine;
     const struct cylinder_leg *c = &plant->cylinder.leg[leg];
@@ -140,7 +143,8 @@ static double rings_kg(const struct plant *plant, int leg) {
     return dt_s * (dt_s * ((play ? oil + machine_flank(m, leg) : 0.0) + seals) + (play ? drag : 0.0));
 }
 
-/* The engines are stable up to twice this bound. */
+/* Refuses rods that are too light for the substeps. The engines are stable up to twice this
+ * bound. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;
     for (int k = 0; k < LEGS; k++) {
@@ -181,8 +185,8 @@ void plant_destroy(struct plant *plant) {
     free(plant);
 }
 
-/* Chamber pressures for a leg force: P1 at half the supply, or the nearest that keeps P2 between
- * tank and supply. */
+/* Returns chamber pressures for a leg force: P1 at half the supply, or the nearest that keeps P2
+ * between tank and supply. */
 static struct cylinder_state holding_state(const struct cylinder_model *m, int leg, double force_n) {
     struct mains mains = cylinder_mains(m);
     double a1_m2 = m->leg[leg].a1_m2, a2_m2 = m->leg[leg].a2_m2;
@@ -200,7 +204,7 @@ void plant_place(struct plant *plant, const double pose[DOFS]) {
     rest(plant, pose);
 }
 
-/* A valve amplifier without a sensible signal centres its valve. */
+/* Limits a command; a valve amplifier without a sensible signal centres its valve. */
 static double command(double valve) {
     if (isnan(valve)) return 0.0;
     return fmin(fmax(valve, -1.0), 1.0);

@@ -35,8 +35,8 @@ struct plant_truth {
 struct plant *plant_create(const struct params *params, uint64_t seed, struct error *error);
 void plant_destroy(struct plant *plant);
 
-/* Puts it at rest in a pose, with chamber pressures that balance it (half the supply in the rodless
- * side if possible). */
+/* Puts the plant at rest in a pose, with chamber pressures that balance it (half the supply in the
+ * rodless side if possible). */
 void plant_place(struct plant *plant, const double pose[DOFS]);
 
 /* Supplies the plant from a power unit from now on (power_unit.h): the supply fails if the life
@@ -58,7 +58,8 @@ void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LE
 /* Reads the sensors into arrays and inputs of the sample; leaves time, age, sequence and flags. */
 void plant_measure(struct plant *plant, struct hal_sample *sample);
 
-/* Recorder's time over the controller's: rate of the samples' time stamps on the loop's clock. */
+/* Returns the recorder's time over the controller's: rate of the samples' time stamps on the loop's
+ * clock. */
 double plant_clock_ratio(const struct plant *plant);
 
 void plant_get_truth(const struct plant *plant, struct plant_truth *truth);

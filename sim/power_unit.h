@@ -2,18 +2,18 @@
  * keeps closed, and the pressure switch. Pure, RT.
  *
  * SAFETY: the relay closes only while the level of the life sign changes; a daemon that is dead,
- * hangs, or stops it on purpose loses the supply. Then the dump valve empties the accumulator, p =
- * share Ps, dshare/dt = -share / 20 ms; with the relay closed the pump fills it evenly in 0.2 s.
- * The switch closes at 80 % of Ps and opens at 60 %. */
+ * hangs, or stops the life sign on purpose loses the supply. Then the dump valve empties the
+ * accumulator, p = share Ps, dshare/dt = -share / 20 ms; with the relay closed the pump fills it
+ * evenly in 0.2 s. The switch closes at 80 % of Ps and opens at 60 %. */
 #ifndef HEXID_POWER_UNIT_H
 #define HEXID_POWER_UNIT_H
 
 #include <stdbool.h>
 
 struct power_unit {
-    double hold_s;   /* the relay opens after this time without a change */
-    double still_s;  /* time since the last change */
-    double share;    /* share of the supply pressure, 0..1 */
+    double hold_s;   /* the relay opens if the life sign stands still so long */
+    double still_s;  /* time since the life sign last changed */
+    double share;    /* pressure over the full supply pressure, 0..1 */
     bool level;
     bool pressure;   /* state of the pressure switch */
 };

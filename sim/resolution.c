@@ -9,8 +9,8 @@
 static const double SPRING_MOST = 3.5, DAMPER_MOST = 0.9, LEAK_MOST = 2.5;
 enum { ITERATIONS = 60 };
 
-/* Largest eigenvalue of sum of[k] w[k] w[k]' by the power method. of[k] is a stiffness or damping
- * along leg k, w[k] the leg's row scaled by the platform's inertia. */
+/* Returns the largest eigenvalue of sum of[k] w[k] w[k]' by the power method. of[k] is a stiffness
+ * or damping along leg k, w[k] the leg's row scaled by the platform's inertia. */
 static double fastest(const double of[LEGS], double w[LEGS][DOFS]) {
     double x[DOFS] = {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}, value = 0.0;
     for (int n = 0; n < ITERATIONS; n++) {
@@ -43,7 +43,7 @@ static double viscous(const struct cylinder_model *m, int leg) {
     return fmax(cylinder_friction(m, leg, &rest, 1, 1.0).viscous, cylinder_friction(m, leg, &rest, -1, 1.0).viscous);
 }
 
-/* Rate, 1/s, at which leakage evens out the pressures of the leg's chambers. */
+/* Returns the rate, 1/s, at which leakage evens out the pressures of the leg's chambers. */
 static double leak_rate(const struct cylinder_leg *c, double length_m) {
     double stroke_m = c->length_max_m - c->length_min_m, in_m = fmin(fmax(length_m - c->length_min_m, 0.0), stroke_m);
     double one_m3 = c->dead_volume_m3[PORT_A] + c->a1_m2 * in_m, other_m3 = c->dead_volume_m3[PORT_B] + c->a2_m2 * (stroke_m - in_m);

@@ -98,7 +98,7 @@ void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct
     }
 }
 
-/* The payload alone: m I and T Ic T', weight and gyroscopic moment. */
+/* Computes mass and load of the payload alone: m I and T Ic T', weight and gyroscopic moment. */
 static void payload_dynamics(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs,
                              double mass[DOFS][DOFS], double load[DOFS]) {
     const double *w = s->twist + 3;
@@ -140,7 +140,8 @@ static void add_offset(const struct rigid_model *m, const struct rigid_state *s,
     mass[5][0] -= m->mass * r[1], mass[5][1] += m->mass * r[0];
 }
 
-/* Weights of payload and legs along x and y on a tilted base, moments about the origin of {M}. */
+/* Adds the weights of payload and legs along x and y on a tilted base, moments about the origin of
+ * {M}. */
 static void add_sideways(const struct rigid_model *m, const struct rigid_legs *legs, double load[DOFS]) {
     const double *down = m->machine.bodies.down, gravity = m->machine.bodies.gravity_mps2;
     const double g[3] = {gravity * down[0], gravity * down[1], 0.0};
@@ -184,7 +185,7 @@ static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs
     }
 }
 
-/* sum (ma - f) J' J; whole rows are faster than a triangle. */
+/* Adds sum (ma - f) J' J to the mass matrix; whole rows are faster than a triangle. */
 static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEGS], double mass[DOFS][DOFS]) {
     for (int k = 0; k < LEGS; k++) {
         double row[DOFS];
@@ -193,7 +194,8 @@ static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEG
     }
 }
 
-/* sum f [I, -rho~; rho~, -rho~ rho~], lower triangle: moments of f about the origin of {M}. */
+/* Adds sum f [I, -rho~; rho~, -rho~ rho~] to the lower triangle of the mass matrix: moments of f
+ * about the origin of {M}. */
 static void add_transverse_mass(const struct rigid_legs *legs, const double f[LEGS], double mass[DOFS][DOFS]) {
     const double *x = legs->rho[0], *y = legs->rho[1], *z = legs->rho[2];
     double s = 0.0, sx = 0.0, sy = 0.0, sz = 0.0, xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, yz = 0.0, zx = 0.0;
@@ -249,7 +251,8 @@ double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *leg
     return m->upper_mass[leg] * (acceleration_mps2 - inner_m * turn_squared - weight_mps2);
 }
 
-/* Kinetic energy body by body, not from the mass matrix, so that a test can compare the two. */
+/* Computes the kinetic energy body by body, not from the mass matrix, so that a test can compare
+ * the two. */
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j) {
     struct rigid_legs legs;
     const double *down = m->machine.bodies.down;

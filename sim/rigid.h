@@ -65,26 +65,27 @@ void rigid_pose(const struct rigid_state *s, double pose[DOFS]);
 
 void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs);
 
-/* mass acceleration = load + J' f. Sets only the lower triangle of mass. */
+/* Computes mass and load in mass acceleration = load + J' f. Sets only the lower triangle of
+ * mass. */
 void rigid_dynamics(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, double mass[DOFS][DOFS],
                     double load[DOFS]);
 
-/* load += J' f */
+/* Adds J' f to load. */
 void rigid_push(const struct rigid_legs *legs, const double force_n[LEGS], double load[DOFS]);
 
-/* Row of J for one leg. */
+/* Computes the row of J for one leg. */
 static inline void rigid_row(const struct rigid_legs *legs, int leg, double row[DOFS]) {
     for (int i = 0; i < 3; i++) row[i] = legs->n[i][leg], row[3 + i] = legs->arm[i][leg];
 }
 
-/* Axial force that a leg's rod needs for itself when its end is length_m from the lower joint: mass
- * times acceleration, less the parts due to the leg's turning and to weight. */
+/* Returns the axial force that a leg's rod needs for itself when its end is length_m from the lower
+ * joint: mass times acceleration, less the parts due to the leg's turning and to weight. */
 double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *legs, int leg, double length_m, double acceleration_mps2);
 
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
 
-/* Forces along the legs that hold the platform at rest in a pose. False: they cannot (J
- * singular). */
+/* Finds the forces along the legs that hold the platform at rest in a pose. False: they cannot hold
+ * it (J singular). */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]);
 
 #endif

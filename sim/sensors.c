@@ -42,9 +42,9 @@ void sensors_rest(struct sensors *s, const struct exact *exact) {
     for (int i = 0; i < s->kept; i++) s->past[i] = *exact;
 }
 
-/* First-order lag, exact for a value that changes evenly over the step. */
+/* Returns the output of a first-order lag, exact for a value that changes evenly over the step. */
 static double lagged(double before, double from, double to, double lag_s, double dt_s) {
-    /* steady delay behind a ramp: rate times lag */
+    /* how far the output stays behind a ramp in the end: rate times lag */
     double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s;
     return to - trail + (before - from + trail) * left;
 }
@@ -60,7 +60,7 @@ void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact) {
     s->past[s->newest] = s->lagged;
 }
 
-/* Value of delay_s ago, interpolated linearly between substeps. */
+/* Returns the value of delay_s ago, interpolated linearly between substeps. */
 static double delayed(const struct sensors *s, int i, double delay_s, double dt_s) {
     double ago = delay_s / dt_s, whole = floor(ago), part = ago - whole;
     int later = (s->newest - (int)whole + 2 * s->kept) % s->kept, earlier = (later - 1 + s->kept) % s->kept;

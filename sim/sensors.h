@@ -20,7 +20,7 @@ struct sensors {
     uint64_t random;   /* state of splitmix64 */
     bool history;      /* some path has lag or delay: sensors_follow is needed */
     struct exact lagged, last;
-    int kept, newest;  /* instants in `past`, a substep apart */
+    int kept, newest;  /* number of instants in `past`, a substep apart, and index of the newest */
     struct exact *past;
 };
 
@@ -31,7 +31,7 @@ void sensors_free(struct sensors *s);
 /* Starts as if the machine had always had these values. */
 void sensors_rest(struct sensors *s, const struct exact *exact);
 
-/* Takes the values one substep later. */
+/* Takes the exact values one substep later. */
 void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact);
 
 /* Reads the sensors at the instant of the exact values; with a history, sensors_follow must have

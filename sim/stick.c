@@ -4,10 +4,13 @@
 
 #include "vec.h"
 
-static const double DEPENDENT = 1e-12;  /* a row with less of its square left is dependent */
-static const double GIVES_WAY = 1e-6;  /* m/s^2 or rad/s^2: far above the solver's error, far below
-                                        * any real motion (0.5 um after 1 s) */
-static const double CONVERGED = 1e-12; /* residual over room between limits, m/s^2 or rad/s^2 */
+static const double DEPENDENT = 1e-12;  /* share of a row's square that the basis leaves, below
+                                         * which the row is dependent */
+static const double GIVES_WAY = 1e-6;  /* acceleration from which on friction gives way, m/s^2 or
+                                        * rad/s^2: far above the solver's error, far below any real
+                                        * motion (0.5 um after 1 s) */
+static const double CONVERGED = 1e-12; /* complementarity() over the room between limits at which
+                                        * the solver ends, m/s^2 or rad/s^2 */
 static const double LEAST_LIMIT = 1e-9; /* N or N m: the solver needs room between limits */
 
 enum { ITERATIONS = 60 };
@@ -49,15 +52,15 @@ static void point_start(const struct stick_coordinate *c, struct point *p, doubl
     add6(p->force, c->row, x);
 }
 
-/* Sum of distance times multiplier over all limits; 0 at the solution. */
+/* Returns the sum of distance times multiplier over all limits; 0 at the solution. */
 static double complementarity(const struct point *p, int count) {
     double sum = 0.0;
     for (int k = 0; k < count; k++) sum += p[k].down * p[k].extend + p[k].up * p[k].retract;
     return sum;
 }
 
-/* Newton step towards complementarity `target` at every limit: (I + sum y y'/d) dx = -sum y rho/d,
- * df = -(rho + y.dx)/d. */
+/* Computes a Newton step towards complementarity `target` at every limit: (I + sum y y'/d) dx =
+ * -sum y rho/d, df = -(rho + y.dx)/d. */
 static void newton(const struct stick_coordinate *c, const struct point *p, int count, double target, double *change) {
     struct factor6 metric = {0};
     double step[DOFS] = {0}, stiffness[STICK_MAX], residual[STICK_MAX];

@@ -9,7 +9,8 @@
 
 #include "types.h"
 
-/* Orthonormal basis of the held rows; linearly dependent rows are dropped. */
+/* Orthonormal basis of the rows of the coordinates that are held; linearly dependent rows are
+ * dropped. */
 struct stick_basis {
     int rank;
     double row[DOFS][DOFS], bias[DOFS];
@@ -17,7 +18,8 @@ struct stick_basis {
 
 void stick_basis_add(struct stick_basis *basis, const double row[DOFS], double bias);
 
-/* Removes held coordinates' motion from x: an acceleration (bias_scale 1) or a velocity (0). */
+/* Removes the motion of the held coordinates from x, which is an acceleration (bias_scale 1) or a
+ * velocity (0). */
 void stick_hold(const struct stick_basis *basis, double bias_scale, double x[DOFS]);
 
 /* A coordinate at rest. */

@@ -29,7 +29,7 @@ void valve_line_send(struct valve_line *l, const double valve[LEGS]) {
     memcpy(l->sent[l->newest], valve, sizeof l->sent[0]);
 }
 
-/* Mean over the substep of the command sent a delay ago. */
+/* Returns the mean over the substep of the command sent a delay ago. */
 static double arriving(const struct valve_line *l, int leg, int substep) {
     const struct params *p = l->machine->params;
     double cycles = l->machine->timing.command_delay_s[leg] / p->loop.period_s, delay = fmin(cycles, l->kept - 2.0);

@@ -25,8 +25,8 @@ void valve_line_hold(struct valve_line *l, const double valve[LEGS]);
 /* Takes the command of a new cycle. */
 void valve_line_send(struct valve_line *l, const double valve[LEGS]);
 
-/* Gives the commands that arrive over a substep of that cycle. If one changes within the substep it
- * gives the mean, which moves the spool equally. */
+/* Gives the commands that arrive over a substep of the current cycle. If a command changes within
+ * the substep, its mean is given, which moves the spool equally. */
 void valve_line_receive(struct valve_line *l, int substep, double valve[LEGS]);
 
 #endif

@@ -15,7 +15,7 @@ static inline double dot6(const double a[6], const double b[6]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5];
 }
 
-/* y += a x */
+/* Computes y += a x. */
 static inline void add6(double a, const double x[6], double y[6]) {
     for (int i = 0; i < 6; i++) y[i] += a * x[i];
 }
@@ -48,7 +48,7 @@ static inline void whiten6(const struct factor6 *f, double x[6]) {
     }
 }
 
-/* x := C'^-1 x */
+/* Computes x := C'^-1 x. */
 static inline void unwhiten6(const struct factor6 *f, double x[6]) {
     for (int i = 5; i >= 0; i--) {
         for (int k = i + 1; k < 6; k++) x[i] -= f->c[k][i] * x[k];

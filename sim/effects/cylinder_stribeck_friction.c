@@ -27,6 +27,6 @@ const struct effect cylinder_stribeck_friction = {
                            .typical = 0.02,
                            .per_leg = true,
                            .shape = true}},
-    .contains = {&cylinder_coulomb_friction}, /* limit: a high velocity_mps */
+    .contains = {&cylinder_coulomb_friction}, /* limit of this effect for a high velocity_mps */
     .leg_friction = leg_friction,
 };

@@ -27,6 +27,7 @@ const struct effect pipeline_dynamics = {
                            .typical = 0.02,
                            .per_leg = true,
                            .shape = true}},
-    .contains = {&entrained_air}, /* limit: a short wide hose, a volume of oil */
+    .contains = {&entrained_air}, /* limit of this effect for a short wide hose, which is a volume
+                                   * of oil */
     .machine = machine,
 };

@@ -4,7 +4,7 @@
 #include <string.h>
 
 enum { TOGETHER = 8 };
-static const double SINGULAR = 1e-14; /* share of the diagonal that rounding leaves of a
+static const double SINGULAR = 1e-14; /* share of a diagonal element that rounding leaves for a
                                        * dependent column */
 
 /* Computes element j of several rows of L at once: their sums do not wait for each other. */

@@ -28,24 +28,25 @@ struct lin_report lin_solve_right(int n, int m, const double *a, const double *b
  * largest magnitude; X is all NaN unless the rank is n. */
 struct lin_report lin_solve_spd(int n, int m, const double *a, const double *b, double *x) LIN_NOEXCEPT;
 
-/* Inverse of a general n x n matrix; the pseudo-inverse when it is singular. */
+/* Computes the inverse of a general n x n matrix; the pseudo-inverse when it is singular. */
 struct lin_report lin_inverse(int n, const double *a, double *inverse) LIN_NOEXCEPT;
 
-/* Eigenvalues of a symmetric n x n matrix, ascending; reads only the lower triangle. Returns 0,
- * or -1 if it does not converge or A is not finite. */
+/* Computes the eigenvalues of a symmetric n x n matrix, ascending; reads only the lower triangle.
+ * Returns 0, or -1 if it does not converge or A is not finite. */
 int lin_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
 
-/* Eigenvalues, ascending, and eigenvectors of A x = value B x. A is symmetric, B symmetric
+/* Computes eigenvalues, ascending, and eigenvectors of A x = value B x. A is symmetric, B symmetric
  * positive definite, both n x n; only lower triangles are read. Row i of `vectors` is the i-th
  * eigenvector, scaled so that x' B x = 1. Returns 0, or -1 if B is not positive definite, if it
  * does not converge, or if an input is not finite. */
 int lin_eigenvectors(int n, const double *a, const double *b, double *eigenvalues, double *vectors) LIN_NOEXCEPT;
 
-/* Eigenvalues of a general n x n matrix, in no order. Returns 0, or -1 if it does not converge
- * or A is not finite. */
+/* Computes the eigenvalues of a general n x n matrix, in no order. Returns 0, or -1 if it does not
+ * converge or A is not finite. */
 int lin_poles(int n, const double *a, double *real, double *imaginary) LIN_NOEXCEPT;
 
-/* The min(m, n) singular values of an m x n matrix, descending. Returns 0, or -1 as lin_poles(). */
+/* Computes the min(m, n) singular values of an m x n matrix, descending. Returns 0, or -1 as
+ * lin_poles() does. */
 int lin_singular_values(int m, int n, const double *a, double *values) LIN_NOEXCEPT;
 
 #ifdef __cplusplus

@@ -15,25 +15,26 @@ struct live_address {
     int port;                  /* 0: any free port */
 };
 
-/* Accepts "127.0.0.1:8321", "localhost:8321", "[::1]:8321" and "8321". Returns -2 for anything
- * else. */
+/* Accepts HOST:PORT and PORT, such as "127.0.0.1:8321", "localhost:8321", "[::1]:8321" and "8321".
+ * Returns -2 for anything else. */
 int live_address_parse(const char *text, struct live_address *address, struct error *error);
 
-/* Opens a non-blocking listening socket. `url` is the address for a browser on this host;
- * `loopback` means that no other host reaches it. Returns -3 if the name is unknown, the address
- * is not this host's, or the port is taken or needs privileges. */
+/* A listening socket. `url` is the address for a browser on this host; `loopback` means that no
+ * other host reaches it. */
 struct live_listener {
     int fd;
     bool loopback;
     char url[LIVE_URL_SIZE];
 };
+/* Opens a non-blocking listening socket. Returns -3 if the name is unknown, the address is not this
+ * host's, or the port is taken or needs privileges. */
 int live_listen(const struct live_address *address, struct live_listener *listener, struct error *error);
 
-/* Is the request's Host header one of ours? SAFETY: a foreign page whose name is made to resolve
- * to this host (DNS rebinding) could read the machine's state through its user's browser, but
- * its requests carry that name. So only known names pass: localhost, this host's own (own_name),
- * the one that the page is served under (served). Any literal address passes, because it cannot
- * be rebound; so does any port, because tunnels have their own. */
+/* True if the request's Host header is one of ours. SAFETY: a foreign page whose name is made to
+ * resolve to this host (DNS rebinding) could read the machine's state through its user's browser,
+ * but its requests carry that name. So only known names pass: localhost, this host's own
+ * (own_name), the one that the page is served under (served). Any literal address passes, because
+ * it cannot be rebound; so does any port, because tunnels have their own. */
 bool live_host_allowed(const char *host, const char *served, const char *own_name);
 
 #endif

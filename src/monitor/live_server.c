@@ -61,7 +61,7 @@ static void say_ring(struct json_text *to, const char *name, const struct json_t
     *told = most;
 }
 
-/* A browser that is too far behind goes on with the oldest entry still in the ring. */
+/* Lets a browser that is too far behind go on with the oldest entry still in the ring. */
 static void catch_up(uint64_t *told, uint64_t count, uint64_t size) {
     if (count - *told >= size) *told = count - size + 1;
 }
@@ -120,7 +120,7 @@ static void leave(void *context) {
 
 /* ---- requests ---- */
 
-/* The page loads nothing from elsewhere, cannot be framed by another page, and is not cached. */
+/* The page loads nothing from other hosts, cannot be framed by another page, and is not cached. */
 static const char *const headers[][2] = {
     {"Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
                                 "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},

@@ -111,7 +111,7 @@ void live_state_free(struct live_state *s) {
     for (int i = 0; i < LIVE_PLACES; i++) json_text_free(&s->place[i]);
 }
 
-/* ---- what comes ---- */
+/* ---- messages received ---- */
 
 /* Empties a place for new contents. */
 static struct json_text *renew(struct live_state *s, int place) {
@@ -153,7 +153,8 @@ static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     write_fault(s);
 }
 
-/* Legs named in "standstill, legs 2 3: 2.1 mm", the format of fault_line(); one bit each. */
+/* Returns the legs named in "standstill, legs 2 3: 2.1 mm", the format of fault_line(); one bit
+ * each. */
 static uint32_t legs_of(const char *name) {
     uint32_t legs = 0;
     const char *list = strstr(name, ", leg");
@@ -199,7 +200,7 @@ static void keep_cycle(struct live_state *s, const struct cycle *c) {
     json_text_add(j, "}", 1);
 }
 
-/* Begins a new run: drops what the run before left, except LIVE_GAP, which belongs to no run. */
+/* Begins a new run: drops what the previous run left, except LIVE_GAP, which belongs to no run. */
 static void begin_run(struct live_state *s) {
     s->run++;
     s->messages = s->lost = s->step = 0;
@@ -231,7 +232,8 @@ static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_
     if (s->messages == 1 || c->in.time_ns < s->kept_ns || apart_ns >= APART_NS) keep_cycle(s, c);
 }
 
-/* A replayed log begins with an event that holds its configuration; the page does not use it. */
+/* Takes an event. A replayed log begins with one that holds its configuration; the page does not
+ * use it. */
 static void take_event(struct live_state *s, const struct event *e) {
     struct json_text *j = &s->event[(s->events + 1) % LIVE_EVENTS];
     char kind[40], text[EVENT_TEXT];
@@ -251,8 +253,8 @@ static void take_event(struct live_state *s, const struct event *e) {
     json_text_add(j, "}", 1);
 }
 
-/* Place that shows a message, or -1 if it is not shown. An older type of a channel goes where
- * the newer one does. */
+/* Returns the place that shows a message, or -1 if it is not shown. An older type of a channel goes
+ * to the place of the newer type. */
 static int place_of(const struct message *m) {
     for (int i = LIVE_LOOP_STATS; i < LIVE_TEST; i++)
         if (!strncmp(m->type->name, live_place_names[i], strlen(live_place_names[i]))) return i;
@@ -282,8 +284,8 @@ void live_state_take(struct live_state *s, const struct bus_message *b, int64_t 
     }
 }
 
-/* Largest difference between the lengths implied by the pose and the measured ones. A cycle with
- * flags or faults is skipped: its pose may not match its lengths. */
+/* Returns the largest difference between the lengths implied by the pose and the measured ones. A
+ * cycle with flags or faults is skipped: its pose may not match its lengths. */
 static double misfit(const struct live_state *s) {
     double length_m[LEGS], most = 0.0;
     if (!s->heard || s->params->mechanism == MECHANISM_AXIS || s->newest.in.flags || s->newest.faults) return 0.0;

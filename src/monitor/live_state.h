@@ -24,8 +24,8 @@ struct live_state {
 
     struct live_fault {
         bool there;
-        uint64_t seq;                    /* cycle that reported it */
-        uint32_t legs;                   /* one bit each */
+        uint64_t seq;                    /* number of the cycle that reported the fault */
+        uint32_t legs;                   /* legs of the fault, one bit each */
         char name[FAULT_TEXT_SIZE], measured[FAULT_MEASURE_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
     } fault;
     struct cycle newest;
@@ -37,10 +37,11 @@ struct live_state {
                                           * run; datagrams that were no valid message */
 
     struct json_text cycle[LIVE_CYCLES]; /* ring: number n, from 1, is cycle[n % LIVE_CYCLES] */
-    struct json_text event[LIVE_EVENTS]; /* ring, likewise */
-    uint64_t cycles, events;             /* kept so far, also those overwritten */
-    struct json_text place[LIVE_PLACES];
-    uint64_t version[LIVE_PLACES]; /* counts changes of a place; empty JSON: nothing to show */
+    struct json_text event[LIVE_EVENTS]; /* ring: number n, from 1, is event[n % LIVE_EVENTS] */
+    uint64_t cycles, events;             /* numbers of cycles and events kept so far, also of those
+                                          * overwritten */
+    struct json_text place[LIVE_PLACES]; /* JSON of each place; empty: nothing to show */
+    uint64_t version[LIVE_PLACES]; /* number of changes of each place */
 };
 
 /* `params` must outlive the state. Returns -2 for a geometry that cannot be drawn, -3 without
