@@ -124,6 +124,18 @@ static void a_cycle_that_is_damaged_begins_nothing(void **unused) {
     assert_int_equal(read_alone(0), 900);
 }
 
+static void a_sample_that_is_older_than_a_failed_read_begins_nothing(void **unused) {
+    (void)unused;
+    cycles(0, 500, 1, 0);
+    for (uint64_t seq = 500; seq < 520; seq++) { /* a failed read, and two samples of before */
+        struct cycle c = {.seq = seq, .in.time_ns = (int64_t)(seq - (seq % 3 ? 8 : 0)) * PERIOD_NS, .test = -1, .dof = DOF_NONE};
+        unsigned char buffer[STATE_MESSAGE_MAX];
+        log_write(log_, (int64_t)seq * PERIOD_NS / 1000, CHANNEL_STATE, buffer, state_encode(&c, buffer), &error);
+    }
+    assert_int_equal(found(), 1);
+    assert_int_equal(read_alone(0), 520);
+}
+
 static void two_machines_at_once_are_refused(void **unused) {
     (void)unused;
     for (int bursts = 1; bursts <= 8; bursts *= 2) {
@@ -172,6 +184,7 @@ int main(void) {
         cmocka_unit_test_setup(so_does_another_configuration_and_it_belongs_to_its_run, begin),
         cmocka_unit_test_setup(a_run_whose_beginning_was_not_heard_has_another_clock, begin),
         cmocka_unit_test_setup(a_cycle_that_is_damaged_begins_nothing, begin),
+        cmocka_unit_test_setup(a_sample_that_is_older_than_a_failed_read_begins_nothing, begin),
         cmocka_unit_test(two_machines_at_once_are_refused), /* begins each of its logs itself */
         cmocka_unit_test_setup(parts_out_of_their_order_are_refused, begin),
     };

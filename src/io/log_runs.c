@@ -12,6 +12,7 @@
  * machines: an absolute number, or a share (1 / STRAYS_SHARE) of all cycles beyond STRAYS_LEAST.
  * Fewer are damage. */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
+static const int64_t SAMPLE_AGE_NS = NS_PER_S; /* more than any sample that is believed */
 static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that is longer than any
                                            * delay of a message */
 
@@ -43,7 +44,8 @@ static uint64_t hash(const char *text, size_t size) {
 
 static struct log_run *at_hand(struct finder *f) { return &f->runs->run[f->runs->count - 1]; }
 
-static bool follows(const struct place *c, const struct place *p) { return c->seq > p->seq && c->time_ns >= p->time_ns; }
+/* A read that fails has the loop's time and the next sample its own, which is earlier. */
+static bool follows(const struct place *c, const struct place *p) { return c->seq > p->seq && c->time_ns > p->time_ns - SAMPLE_AGE_NS; }
 static bool repeats(const struct place *c, const struct place *p) { return c->seq == p->seq && c->time_ns == p->time_ns; }
 
 static void begin(struct finder *f, const struct place *c, uint64_t config, int part) {

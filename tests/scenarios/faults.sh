@@ -1,6 +1,6 @@
 #!/bin/bash
 # The fault campaign on the simulated platform, on virtual time: every fault is detected in time or harmless, the valves are safe, the log
-# is whole, and the identification is unharmed or refused, never silently wrong. Prints the table of docs/validation.md; faults.py judges
+# is whole, and the identification is unharmed or refused, never silently wrong. Prints a row a fault; docs/validation.md groups them; faults.py judges
 # and explains the columns. Other back-ends bring their own lists and use the same judge.
 . tests/scenarios/lib
 lcm-gen -p --ppath "$work" lcmtypes/*.lcm
