@@ -133,8 +133,8 @@ struct gap_result {
                                            * controller's cycle; otherwise 0 */
     double controller_difference;         /* rms part of the commands that the configured controller
                                            * does not reproduce, over the rms of their variation */
-    double white_before, white_after;     /* mean white square on held-out cycles before and after;
-                                           * noise gives 1 */
+    double white_before, white_after;     /* mean white square on held-out cycles, without and with
+                                           * the effects found; noise gives 1 */
     bool matrices;
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
     bool repaired;                        /* repaired_mt is valid, because friction was found */

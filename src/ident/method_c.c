@@ -316,9 +316,9 @@ static void weigh_scatter(struct equations *e) {
     }
 }
 
-/* Finds the weighted sum of squared residuals. Since x minimises the sum of residuals and prior, y'
- * W y less x' X' W y is the square of y weighted by a covariance that includes that of the basis
- * functions. */
+/* Finds the weighted sum of squared residuals, y' W y - x' X' W y. As x minimises residuals and
+ * prior together, this is the square of y weighted by a covariance in which that of the basis
+ * functions is included. */
 static void find_rest(struct work *w) {
     w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SPRING;
     for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;

@@ -46,8 +46,8 @@ struct multisine_mean {
     const struct multisine *multisine;
     struct recording_sample *sample; /* [samples]: mean samples; test_time_s counts from the start
                                       * of a pass */
-    double complex *wave;                     /* [lines][samples]: 2 / samples exp(-i w t) of each
-                                               * tone */
+    double complex *wave;                     /* [lines][samples]: factors of each tone's amplitude,
+                                               * 2 / samples exp(-i w t) */
     int passes;                               /* number of passes that were averaged */
     /* rms deviation of single samples from the mean at the same instant of the pass */
     double noise_m[LEGS], noise_pa[2][LEGS];

@@ -79,7 +79,8 @@ void witness_add(struct witness *w, double since_s, const struct hal_sample *sam
     }
 }
 
-/* Finds the leg of which one term, from number `term` on, changes most from block to block. */
+/* Finds the leg with the largest change between blocks in any of its terms from number `term`
+ * on. */
 static void worst(const struct wander w[LEGS], int term, double *largest, int *leg) {
     for (int i = 0; i < LEGS; i++)
         for (int k = term; k < WITNESS_TERMS; k++)
