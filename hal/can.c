@@ -68,7 +68,7 @@ struct can {
     int index;                /* the kernel's index of the newest socket's interface */
 };
 
-/* COB_EMCY includes SYNC, which has node 0. */
+/* Frames that the socket accepts. The entry of COB_EMCY also accepts SYNC, whose node is 0. */
 static const struct can_accept accepted[] = {{COB_NMT, CAN_SFF_MASK},      {COB_EMCY, COB_FUNCTION}, {COB_TPDO, COB_FUNCTION},
                                              {COB_RPDO, COB_FUNCTION},     {COB_SDO, COB_FUNCTION},  {COB_SDO_REPLY, COB_FUNCTION},
                                              {COB_HEARTBEAT, COB_FUNCTION}};

@@ -10,14 +10,15 @@
 
 #include "status.h"
 
-/* As in the kernel (enum can_state of linux/can/netlink.h); in bus-off nothing is sent. */
+/* Controller states, numbered as in the kernel (enum can_state of linux/can/netlink.h). In bus-off
+ * a controller sends nothing. */
 enum { CAN_CONTROLLER_ACTIVE, CAN_CONTROLLER_WARNING, CAN_CONTROLLER_PASSIVE, CAN_CONTROLLER_BUS_OFF };
 
 struct can_controller {
-    char kind[16];              /* "can": with a controller; "vcan", "vxcan": without */
-    bool known;                 /* there is a controller, and the members below are valid */
-    uint32_t bitrate_bps;       /* 0: not reported by the driver, or not set */
-    double sample_point;        /* share of a bit, 0: unknown */
+    char kind[16];             /* "can": an interface with a controller; "vcan", "vxcan": without */
+    bool known;                 /* there is a controller, so that the members below are valid */
+    uint32_t bitrate_bps;       /* 0: the driver does not report it, or it is not set */
+    double sample_point;        /* position of the sample point as a share of a bit; 0: unknown */
     int state;                  /* CAN_CONTROLLER_... */
     bool counts;          /* the controller reports its error counters (ISO 11898-1: TEC and REC) */
     unsigned tx_errors, rx_errors;

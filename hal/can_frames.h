@@ -42,7 +42,7 @@ enum {
     CAN_IO_PRODUCT_CODE = 0x4858494f
 };
 
-/* Outputs of node 7. */
+/* Bits of node 7's outputs. */
 enum { OUTPUT_SUPPLY = 1u << 0 };
 
 /* COB-IDs */
@@ -59,7 +59,7 @@ enum {
     COB_NODE = 0x07f,
 };
 
-/* Mapping entries: index, sub-index, bits. */
+/* Mapping entries for PDOs. Each consists of index, sub-index and number of bits. */
 enum {
     MAP_DUMMY = 0x00030010,
     MAP_INPUTS = 0x60000108,
@@ -101,7 +101,7 @@ struct can_sdo {
     uint32_t value; /* the object's value, or the abort code */
 };
 
-/* Abort codes: CiA 301, 7.2.4.3.17. */
+/* Abort codes of SDO transfers (CiA 301, 7.2.4.3.17). */
 enum {
     SDO_COMMAND = 0x05040001,
     SDO_WRITE_ONLY = 0x06010001,
@@ -128,7 +128,7 @@ struct can_frame can_frame_sync(void);
 struct can_frame can_frame_heartbeat(int node, enum can_state state);
 struct can_frame can_frame_emcy(int node, uint16_t code, uint8_t error_register);
 struct can_frame can_frame_tpdo(int node, const struct can_tpdo *tpdo);
-/* Commands for the three nodes of a group, group 0 or 1. */
+/* Makes the RPDO with the commands for the three nodes of a group, 0 or 1. */
 struct can_frame can_frame_rpdo(int group, const int16_t valve[CAN_GROUP_NODES]);
 struct can_frame can_frame_outputs(uint8_t outputs);
 /* Make an SDO request to a node, and an SDO reply from a node. */
@@ -164,12 +164,12 @@ static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigne
  * most stuff bits and the gap to the next frame. */
 int can_frame_bits(int data_bytes);
 
-/* Number of expected nodes: six, and node 7 if an input or output is wired. */
+/* Returns the number of expected nodes: six, and node 7 if an input or output is wired. */
 int can_nodes(const struct params *params);
 
 /* Bus load of a cycle's frames. */
 struct can_load {
-    int cycle_bits;       /* SYNC, TPDOs and RPDOs of all nodes */
+    int cycle_bits;       /* bits of SYNC and of all nodes' TPDOs and RPDOs */
     double heartbeat_bits;/* heartbeats of nodes and daemon, mean number of bits per cycle */
     double share;         /* share of the cycle's time in which the bus is busy */
     double limit;         /* largest permitted share; the rest is for the loop's own time and one

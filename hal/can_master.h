@@ -57,10 +57,10 @@ enum can_phase { CAN_LOST, CAN_REFUSED, CAN_SETUP, CAN_STARTING, CAN_RUNNING };
 /* State of the bus as the controller reports it in error frames. */
 enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
 
-/* A pause, a cycle without SYNC: none, due, or done. */
+/* State of a pause, which is a cycle without SYNC: none, due, or done. */
 enum can_pause { CAN_NO_PAUSE, CAN_PAUSE_DUE, CAN_PAUSED };
 
-/* A node's refusal in its set-up. */
+/* How a node refused a step of its set-up. */
 enum can_refusal_kind { CAN_ACCEPTED, CAN_ABORTED, CAN_OTHERWISE };
 struct can_refusal {
     enum can_refusal_kind kind;
@@ -84,13 +84,14 @@ struct can_peer {
     int64_t heard_ns;          /* arrival time of the node's last frame */
     uint16_t emcy;             /* code of the node's active error; 0: none */
     struct can_tpdo tpdo;
-    bool fresh;                /* a TPDO came in this window */
+    bool fresh;                /* a TPDO has come in this window */
     bool again;                /* more than one TPDO came in this window */
     bool contradicts;          /* since the last sample two TPDOs of a window differed, or one had a
                                 * wrong length */
-    int twice;                 /* leaky bucket: windows with a repeated TPDO */
+    int twice;                /* level of a leaky bucket that counts windows with a repeated TPDO */
     int asked;                 /* SDO requests whose answers may still come */
-    int64_t odd_ns;         /* leaky bucket of other excess frames: the time at which it is empty */
+    int64_t odd_ns;         /* a leaky bucket of other excess frames, kept as the time at which it
+                             * will be empty */
     bool known;   /* not lost, refused or rebooted since the last complete sample */
 };
 
@@ -109,9 +110,9 @@ struct can_master {
     int unechoed;             /* number of SYNCs sent since the last one that the bus has carried */
     int64_t sync_ns, gap_ns;   /* time of the last SYNC's echo, and time from the previous echo to
                                 * it */
-    bool doubt;                /* a TPDO of an older window may still come */
+    bool doubt;                /* a TPDO of an older window may still arrive */
     enum can_pause pause;      /* whether this window has a pause, or will have one */
-    bool punctual;             /* all TPDOs had come before the pause */
+    bool punctual;             /* all TPDOs had arrived before the pause */
     bool centred;              /* the last command centred the valves */
     bool given, due, level;    /* supply output: last requested level, whether its change is
                                 * still unsent, level sent */
@@ -121,7 +122,7 @@ struct can_master {
     bool delivered;            /* the last complete sample has been returned */
     uint32_t closed;           /* inputs that are closed according to all TPDOs since the last
                                 * returned sample */
-    int64_t now_ns;            /* time of the last poll */
+    int64_t now_ns;            /* time of the last call of can_master_poll() */
     /* event counters for the operator */
     uint64_t lost, twice, stray, errors, boots;
 };
@@ -158,7 +159,7 @@ void can_master_new_bus(struct can_master *m);
  * window. In a pause it sends nothing, except the first command that centres the valves. */
 void can_master_command(struct can_master *m, const struct hal_command *command, struct can_queue *out);
 
-/* Centres the valves and leaves the supply output unchanged. */
+/* Sends frames that centre the valves and leave the supply output unchanged. */
 void can_master_safe(struct can_master *m, struct can_queue *out);
 
 /* Called at the end: sends all nodes to pre-operational, where their valves are centred, and

@@ -41,7 +41,8 @@ struct can_consumer can_consumer_of(uint32_t value) {
 
 static struct can_consumer consumer(const struct can_node *n, int i) { return can_consumer_of(can_node_get(n, 0x1016, (uint8_t)(i + 1))); }
 
-/* SAFETY: true if at least one master is watched and all watched ones are heard. */
+/* SAFETY: returns true if the node watches at least one master and has heard all that it
+ * watches. */
 static bool watched(const struct can_node *n) {
     bool any = false;
     for (int i = 0; i < CAN_CONSUMERS; i++) {
@@ -262,7 +263,8 @@ static void watch(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     for (int i = 0; i < CAN_CONSUMERS; i++) {
         struct can_consumer c = consumer(n, i);
         if (!c.node || !n->heard_ns[i] || !expired(n->heard_ns[i], now_ns, c.limit_ms)) continue;
-        n->heard_ns[i] = 0; /* CiA 301: watched again from the next heartbeat on */
+        n->heard_ns[i] = 0; /* CiA 301: the node watches this master again from its next heartbeat
+                             * on */
         fail(n, CAN_ERROR_HEARTBEAT, out);
     }
     if (n->commanded && expired(n->in_force_ns, now_ns, can_node_get(n, 0x1400, 5))) fail(n, CAN_ERROR_RPDO_TIMEOUT, out);

@@ -56,7 +56,7 @@ struct can_node {
     const struct can_dictionary *dictionary;
     enum can_state state;
     uint32_t value[CAN_OBJECTS_MAX];
-    int16_t output;         /* value in force */
+    int16_t output;         /* output value in force */
     uint32_t received;      /* value that the last RPDO carried */
     bool commanded;         /* an RPDO has come since the node became operational */
     uint32_t errors;        /* active errors, 1 << enum can_error */
@@ -70,8 +70,8 @@ struct can_node {
     struct can_owner owner;
 };
 
-/* Power-on: default values, no owner, boot-up sent, pre-operational. The id, 1 to 7, determines
- * the kind of node. */
+/* Switches a node on: it gets default values, has no owner, sends its boot-up and is
+ * pre-operational. The id, 1 to 7, determines its kind. */
 void can_node_init(struct can_node *n, int id, int64_t now_ns, struct can_queue *out);
 
 /* Handles any frame except SYNC. */
@@ -94,7 +94,7 @@ int16_t can_node_output(const struct can_node *n);
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub);
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value);
 struct can_consumer {
-    int node;               /* 0: unused entry */
+    int node;               /* node to watch; 0: this entry is unused */
     uint32_t limit_ms;
 };
 struct can_consumer can_consumer_of(uint32_t value);

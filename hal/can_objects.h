@@ -9,12 +9,12 @@
 enum {
     CAN_OBJECTS_MAX = 56,       /* objects in the largest dictionary */
     CAN_HISTORY = 8,            /* errors kept in 0x1003 */
-    CAN_CONSUMERS = 2,          /* heartbeats that 0x1016 can watch */
+    CAN_CONSUMERS = 2,          /* how many heartbeats 0x1016 can watch */
     CAN_WATCHDOG_MAX_MS = 1000, /* SAFETY: 0x1400:5 takes 1 ms to this, so that the watchdog
                                  * cannot be switched off */
 };
 
-/* RWW: written by an RPDO, read by SDO */
+/* Access to an object; CAN_RWW: an RPDO writes it, and SDO reads it. */
 enum can_access { CAN_CONST, CAN_RO, CAN_RW, CAN_WO, CAN_RWW };
 
 struct can_object {
@@ -33,7 +33,7 @@ struct can_dictionary {
     const struct can_object *object;
     int count;
     uint32_t command;    /* mapping entry of the object that an RPDO writes */
-    uint16_t actual;     /* index of the value in force, sub 1 */
+    uint16_t actual;     /* index of the object with the value in force; its sub-index is 1 */
 };
 extern const struct can_dictionary can_axis, can_io;
 

@@ -129,7 +129,7 @@ static uint32_t serve(struct can_node *n, const struct can_sdo *request, struct 
 
 void can_server_receive(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     struct can_sdo request = {0}, reply;
-    struct can_queue first = {0}; /* frames that the request causes follow its answer */
+    struct can_queue first = {0}; /* frames caused by the request; they are sent after its answer */
     enum { SEGMENT_DOWNLOAD = 0, SEGMENT_UPLOAD = 3, ABORT = 4 };
     int specifier = f->data[0] >> 5;
     if (f->len != 8 || specifier == ABORT) return;

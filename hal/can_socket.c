@@ -95,7 +95,7 @@ static bool configure(int fd, const struct can_accept *accept, int count, bool o
     can_err_mask_t mask = errors ? CAN_ERR_BUSOFF | CAN_ERR_CRTL | CAN_ERR_TX_TIMEOUT | CAN_ERR_ACK | CAN_ERR_RESTARTED : 0;
     int yes = 1, echo = own;
     if (count > ACCEPT_MAX) return false;
-    for (int i = 0; i < count; i++) /* 11-bit data frames only */
+    for (int i = 0; i < count; i++) /* accepts 11-bit data frames only */
         filter[i] = (struct can_filter){.can_id = accept[i].id, .can_mask = accept[i].mask | CAN_EFF_FLAG | CAN_RTR_FLAG};
     return !setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filter, (socklen_t)((size_t)count * sizeof *filter)) &&
            !setsockopt(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &mask, sizeof mask) &&

@@ -16,10 +16,10 @@ struct can_socket {
                      * deleted and created again has another index, and the socket does not
                      * follow it */
     bool confirms;  /* echoes of own frames are marked (SocketCAN); false on a socket pair, where
-                     * the peer echoes */
+                     * the peer sends the echoes */
 };
 
-/* Accepted frames: id and mask as in the kernel's filter. */
+/* Frames to accept: id and mask as in the kernel's filter. */
 struct can_accept {
     unsigned id, mask;
 };
@@ -39,7 +39,7 @@ enum can_link { CAN_LINK_UP, CAN_LINK_DOWN, CAN_LINK_GONE };
  * has this name, or it has another index. */
 enum can_link can_socket_link(const char *interface, int index);
 
-/* Describes the state of the link with the remedy; "" for UP. */
+/* Writes the link's state and the remedy into text; "" for UP. */
 void can_link_describe(enum can_link link, const char *interface, char *text, size_t size);
 
 enum { CAN_BATCH = 64 };

@@ -13,8 +13,8 @@
 /* SI value of a raw value for leg 0..5; NAN if raw is NAN or the value is implausible. */
 double channel_si(const struct channel_params *c, int leg, double raw);
 
-/* Nearest raw value of at most `limit` in magnitude; -limit-1 (none) if si is NAN. The receiver
- * checks plausibility. */
+/* Returns the raw value that is nearest to si and at most `limit` in magnitude; -limit-1 (none) if
+ * si is NAN. The receiver checks plausibility. */
 int32_t channel_raw(const struct channel_params *c, int leg, double si, int32_t limit);
 
 /* Raw values of 16 and 32 bit from the bus as numbers; NAN for a missing reading. */

@@ -41,8 +41,8 @@ bool device_tick(struct device *d, int64_t now_ns);
 /* Sets another watchdog than params->device.watchdog_s; counts from the next command on. */
 void device_set_watchdog(struct device *d, double watchdog_s);
 
-/* A bus: serves the device until *stop. Prints the line "ready" when commands are answered. The
- * address is the URL after "scheme:". */
+/* A bus on which a device can be served. serve() runs until *stop, and prints the line "ready" when
+ * commands are answered. Its address is the URL after "scheme:". */
 struct device_bus {
     const char *scheme, *usage;
     int (*serve)(const char *address, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error);

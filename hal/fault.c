@@ -58,7 +58,7 @@ struct wrapper {
 static bool hits(const struct fault *f, int leg) { return f->leg == ALL_LEGS || f->leg == leg; }
 static bool active(const struct wrapper *w, const struct fault *f) { return w->now_ns >= f->from_ns && w->now_ns < f->to_ns; }
 
-/* splitmix64, uniform in -1..1. */
+/* Returns a random number of the generator splitmix64, uniform in -1..1. */
 static double uniform(struct fault *f) {
     uint64_t z = f->random += 0x9e3779b97f4a7c15u;
     z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
@@ -67,7 +67,7 @@ static double uniform(struct fault *f) {
 }
 static bool chance(struct fault *f, double percent) { return 0.5 + 0.5 * uniform(f) < percent / 100.0; }
 
-/* The healthy sample of so many reads ago, or the oldest in the history. */
+/* Returns the healthy sample of `reads` reads ago, or the oldest in the history. */
 static const struct hal_sample *ago(const struct wrapper *w, int64_t reads) {
     int64_t kept = w->reads < HISTORY ? w->reads : HISTORY, back = reads < kept ? reads : kept - 1;
     return &w->history[(w->reads - 1 - back) % HISTORY];

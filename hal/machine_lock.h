@@ -5,11 +5,12 @@
 
 #include "status.h"
 
-enum { MACHINE_LOCKS = 8 }; /* addresses of one host name */
+enum { MACHINE_LOCKS = 8 }; /* most addresses of one host name that are locked */
 
 struct machine_lock {
     int count, file[MACHINE_LOCKS]; /* descriptors, open while the lock is held */
-    struct error doubt;             /* a stranger's lock that was ignored; STATUS_OK: none */
+    struct error doubt;             /* describes a stranger's lock that was ignored; STATUS_OK:
+                                     * there was none */
 };
 
 /* Takes the locks. Main thread, before the machine is opened. url: as in --hal; prefixes

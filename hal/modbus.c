@@ -41,7 +41,7 @@
 enum {
     BACKOFF_FIRST_MS = 50,
     BACKOFF_LAST_MS = 1000,
-    TWIN_ANSWERS = 2, /* unrequested answers at the start that mean two devices */
+    TWIN_ANSWERS = 2, /* so many unrequested answers at the start mean that there are two devices */
 };
 
 struct command_record {
@@ -60,7 +60,7 @@ struct modbus_hal {
     struct hal hal;
     const struct params *params;
     struct modbus_address_parts address;
-    /* shared by loop and thread */
+    /* the group below is shared by the loop and the Modbus thread */
     struct latest newest_command, newest_sample;
     struct command_record record[LATEST_SLOTS];
     struct latched sample[LATEST_SLOTS];
@@ -123,8 +123,8 @@ static void meet_twin(struct modbus_hal *m) {
     failed(m, ENOTUNIQ);
 }
 
-/* Output level for a transaction, which may carry the commands of two cycles: two changes of the
- * supply output then count as one, not none. */
+/* Returns the command of a transaction with its level of the supply output. A transaction may carry
+ * the commands of two cycles: two changes of the output then count as one, not none. */
 static struct hal_command due_output(struct modbus_hal *m, const struct command_record *c) {
     struct hal_command command = {.supply = m->put_out};
     memcpy(command.valve, c->valve, sizeof command.valve);

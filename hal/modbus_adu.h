@@ -14,8 +14,8 @@
 #include <stdint.h>
 
 enum {
-    ADU_PDU_MAX = 253,  /* Application Protocol V1.1b3, 4.1 */
-    ADU_MAX = 260,      /* TCP; 256 on a serial line */
+    ADU_PDU_MAX = 253,  /* largest PDU (Application Protocol V1.1b3, 4.1) */
+    ADU_MAX = 260,      /* largest frame on TCP; on a serial line it is 256 */
     ADU_UNIT_TCP = 0xff /* the guide's unit identifier if the host's address suffices; 0 is accepted
                          * too */
 };
@@ -37,7 +37,7 @@ enum adu_result {
 struct adu {
     uint16_t transaction; /* transaction identifier of TCP */
     uint8_t unit;
-    const uint8_t *pdu;   /* function and data; points into the bytes */
+    const uint8_t *pdu;   /* function and data; points into the bytes of the frame */
     size_t pdu_size;      /* 1..ADU_PDU_MAX */
     size_t used;
 };

@@ -45,7 +45,8 @@ enum {
 struct client {
     int fd;                  /* -1: none */
     struct modbus_peer peer;
-    int64_t active_ns;       /* time of the last answer or connection; serial: last byte */
+    int64_t active_ns;       /* time of the last answer, or of the connection; serial: time of the
+                              * last byte */
     size_t filled;
     uint8_t bytes[2 * ADU_MAX];
 };
@@ -57,13 +58,13 @@ struct modbus_device {
     int listener;                /* -1: serial line, served as client[0] */
     struct client client[CLIENTS];
     struct modbus_address_parts address;
-    int64_t silence_ns;          /* serial: silence that ends a request */
+    int64_t silence_ns;          /* serial only: length of the silence that ends a request */
     int empty_reads;             /* serial: number of consecutive reads without bytes */
-    uint8_t sent[ADU_MAX];       /* serial: last answer */
+    uint8_t sent[ADU_MAX];       /* serial only: the last answer */
     size_t sent_size;
     int64_t reopen_ns;           /* serial: time of the next attempt to open a lost line */
     uint64_t connections;        /* number of connections so far */
-    int64_t turn_ns;             /* time of the others' next turn */
+    int64_t turn_ns;             /* time of the next turn of clients other than the owner */
     unsigned turns;              /* number of turns so far */
 };
 
@@ -185,7 +186,7 @@ static struct client *make_room(struct modbus_device *d) {
     return idle;
 }
 
-/* Accepts a connection. False: none waits. */
+/* Accepts a connection. Returns false if no connection waits. */
 static bool welcome(struct modbus_device *d) {
     struct sockaddr_storage from = {0};
     socklen_t size = sizeof from;
@@ -204,7 +205,7 @@ static bool welcome(struct modbus_device *d) {
 /* Descriptors and buffers that a turn waits for. */
 struct wait {
     struct pollfd poll[CLIENTS + 1]; /* one for each client, then the listener */
-    bool filled[CLIENTS];            /* complete requests are left from the previous turn */
+    bool filled[CLIENTS];      /* complete requests are left in its buffer from the previous turn */
 };
 
 /* Waits for events of the owner at any time, of others only in their turn. */

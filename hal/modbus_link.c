@@ -83,7 +83,8 @@ struct modbus_link {
 
 static modbus_t *context(struct modbus_link *link) { return link->modbus; }
 
-/* Reason if the host has no address, else "". libmodbus would report a refused connection. */
+/* Returns why the host has no address; "" if it has one. libmodbus would report a refused
+ * connection instead. */
 static const char *unknown_host(const struct modbus_address_parts *p) {
     struct addrinfo *found = NULL, wanted = {.ai_socktype = SOCK_STREAM};
     int reason = getaddrinfo(p->name, p->port, &wanted, &found);
@@ -111,7 +112,8 @@ int modbus_line_refused(const struct modbus_address_parts *p, int reason, struct
 int modbus_link_open(struct modbus_link **link, const struct modbus_address_parts *p, int unit, double timeout_s, struct error *error) {
     modbus_t *m = p->serial ? modbus_new_rtu(p->name, p->baud, 'N', 8, 1) : modbus_new_tcp_pi(p->name, p->port);
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
-    modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* its recovery would sleep */
+    modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* libmodbus's own recovery would
+                                                               * sleep */
     modbus_set_response_timeout(m, 1, 0);                     /* 1 s, for connecting */
     if (modbus_set_slave(m, unit) || modbus_connect(m)) {
         int reason = errno;

@@ -18,13 +18,14 @@ enum { MODBUS_NAME_SIZE = 128 };
 
 struct modbus_address_parts {
     bool serial;
-    char name[MODBUS_NAME_SIZE];   /* host or device */
+    char name[MODBUS_NAME_SIZE];   /* name of the host or of the serial device */
     char port[8];                  /* TCP */
     int baud;                      /* serial */
 };
-extern const int modbus_bauds[]; /* ended by 0 */
+extern const int modbus_bauds[]; /* possible baud rates, ended by 0 */
 
-/* Parses an address. STATUS_USAGE, with the correct form or the possible baud rates. */
+/* Parses an address. STATUS_USAGE: it is malformed; the error states the correct form or the
+ * possible baud rates. */
 int modbus_parse(const char *address, struct modbus_address_parts *parts, struct error *error);
 
 /* Writes the error for a line that cannot be used: the address, the reason (errno of opening,
@@ -55,8 +56,8 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 /* Returns when sending of the last request began, after the silence; CLOCK_MONOTONIC. */
 int64_t modbus_link_begun_ns(const struct modbus_link *link);
 
-/* Counts requests before which another answer-sized packet had come although the previous
- * request was already answered: a second device answers too. */
+/* Returns the number of requests before which another answer-sized packet had come although the
+ * previous request was already answered: a second device answers too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
 /* Notes that the last answer belonged to an earlier request, so that the missing answer may still

@@ -14,7 +14,7 @@
 
 #include "params.h"
 
-/* holding registers, from 0 */
+/* Addresses of holding registers, from 0 on. */
 enum modbus_address {
     MODBUS_IDENTITY = 0x0000,
     MODBUS_VERSION,
@@ -34,7 +34,7 @@ enum modbus_address {
     MODBUS_INPUTS,
     MODBUS_END,
     MODBUS_WRITE_FROM = MODBUS_TOKEN,
-    MODBUS_READ_FROM = MODBUS_COMMAND, /* first register read in a cycle */
+    MODBUS_READ_FROM = MODBUS_COMMAND, /* first register that a cycle reads */
 };
 enum {
     MODBUS_IS_HEXID = 0x4845,
@@ -55,11 +55,11 @@ struct modbus_register {
     int count;
     const char *type, *unit, *access, *meaning;
 };
-extern const struct modbus_register modbus_map[]; /* ended by a NULL type */
+extern const struct modbus_register modbus_map[]; /* the map's rows; the last one has type NULL */
 
 void modbus_map_print(FILE *out);
 
-/* Encodes a claim of the machine. token: not 0. */
+/* Encodes a claim of the machine. The token must not be 0. */
 void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]);
 
 /* Encodes the registers that a cycle writes: the claim's token, the command's number, supply and
@@ -76,7 +76,8 @@ struct modbus_reading {
     uint16_t foreign;                               /* number of writes by others than the master */
     uint16_t inputs, contradicted;                  /* sets of INPUT_...; contradicted is only
                                                      * filled in by modbus_get_reading() */
-    double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* NAN: missing or implausible */
+    double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS]; /* values of the legs; NAN: missing or
+                                                      * implausible */
 };
 void modbus_put_reading(const struct params *p, const struct modbus_reading *r, uint16_t read[MODBUS_READ]);
 void modbus_get_reading(const struct params *p, const uint16_t read[MODBUS_READ], struct modbus_reading *r);

@@ -15,14 +15,14 @@
 #include "modbus_adu.h"
 #include "modbus_map.h"
 
-/* Application Protocol V1.1b3, 7 */
+/* Exception codes (Application Protocol V1.1b3, 7). */
 enum modbus_exception {
     EXCEPTION_NONE = 0,
     EXCEPTION_FUNCTION = 1,
     EXCEPTION_ADDRESS = 2,
     EXCEPTION_VALUE = 3,
     EXCEPTION_BUSY = 6,   /* another master owns the machine, or nobody does */
-    EXCEPTION_TARGET = 11 /* no such unit behind this address */
+    EXCEPTION_TARGET = 11 /* there is no such unit behind this address */
 };
 
 /* A client. connection: a unique number from 1 on; 0 on a serial line. ipv4: its address; 0 if it
@@ -43,15 +43,15 @@ struct modbus_server {
     int64_t heard_ns;    /* time of the owner's last claim or command */
 };
 
-/* params and device must outlive the server. */
+/* Prepares a server; params and device must outlive it. */
 void modbus_server_init(struct modbus_server *s, const struct params *params, struct device *device, int64_t now_ns);
 
-/* Executes a request and writes the PDU of its answer; returns its size. request: a complete PDU
- * from adu_take_...(). */
+/* Executes a request, writes the PDU of its answer and returns the PDU's size. request: a complete
+ * PDU from adu_take_tcp() or adu_take_rtu(). */
 size_t modbus_server_answer(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, size_t size, int64_t now_ns,
                             uint8_t answer[ADU_PDU_MAX]);
 
-/* Writes the PDU of an exception; returns its size. */
+/* Writes the PDU of an exception and returns its size. */
 size_t modbus_server_refuse(uint8_t function, enum modbus_exception exception, uint8_t answer[ADU_PDU_MAX]);
 
 /* True if this connection owns the machine: it is served first and never closed to make room. */
