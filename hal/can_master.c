@@ -178,7 +178,7 @@ static void set_up(struct can_peer *p) {
     p->refusal = (struct can_refusal){0};
 }
 
-/* SAFETY: clears the node's readings, because they are from an earlier time. */
+/* SAFETY: clears readings of an earlier time from the node's state. */
 static void forget(struct can_peer *p) { p->fresh = p->known = false; }
 
 static void lose(struct can_peer *p) {

@@ -41,8 +41,7 @@ struct can_consumer can_consumer_of(uint32_t value) {
 
 static struct can_consumer consumer(const struct can_node *n, int i) { return can_consumer_of(can_node_get(n, 0x1016, (uint8_t)(i + 1))); }
 
-/* SAFETY: returns true if the node watches at least one master and has heard all that it
- * watches. */
+/* SAFETY: true if at least one master is watched and all watched ones have been heard. */
 static bool watched(const struct can_node *n) {
     bool any = false;
     for (int i = 0; i < CAN_CONSUMERS; i++) {
