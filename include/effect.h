@@ -16,15 +16,15 @@ enum { EFFECT_KEYS = 6, EFFECT_TIES = 6, EFFECTS_MAX = 48 };
 struct machine; /* sim/machine.h */
 
 struct effect_key {
-    const char *name;  /* unit included: force_extend_n */
+    const char *name;  /* name with the unit: force_extend_n */
     const char *unit;
     double min, max;
     double neutral;    /* value at which the effect adds nothing; for a key that only shapes the law
                         * (a speed, a diameter) a usual value */
-    double typical;    /* value in an ordinary machine that has the effect: plain to see, far from
-                        * breaking the machine */
+    double typical;    /* value in an ordinary machine that has the effect: large enough to be seen
+                        * plainly, far from breaking the machine */
     bool per_leg;      /* the key may be a list of six values */
-    bool shape;        /* only shapes the law; the strength is another key */
+    bool shape;        /* the key only shapes the law; another key sets the strength */
     bool reciprocal;   /* the effect grows with the reciprocal of the value, as for a lowest
                         * frequency or a softest oil */
 };
@@ -50,7 +50,7 @@ struct leg_motion {
  * configuration are >= 0. The dry part also holds a body at rest against any load up to it; the
  * viscous part vanishes at rest. */
 struct friction {
-    double dry;     /* N, or N m about a joint's axis */
+    double dry;     /* dry part: N along a leg, or N m about a joint's axis */
     double viscous; /* viscous part at this speed, in the unit of `dry`; not a coefficient */
     double elastic; /* force of deflected seals against extension, in the unit of `dry`; either
                      * sign */
@@ -61,22 +61,22 @@ struct friction {
  * leg's. Needs params.h. */
 #define PARAMETER(member) offsetof(struct params, member)
 
-/* Experiment that tells an effect from another one, or from a parameter of the base. */
+/* An experiment that tells an effect from another effect, or from a parameter of the base model. */
 struct effect_experiment {
     const struct effect *from; /* the other effect; NULL: it is a parameter */
     size_t from_parameter;     /* the other parameter, PARAMETER(); 0: it is an effect */
-    const char *record;        /* measurement; options of `hexid run` in backquotes; the new log
-                                * goes to `hexid gap` with the same --set */
+    const char *record;        /* how to measure; options of `hexid run` stand in backquotes, and
+                                * the new log goes to `hexid gap` with the same --set */
     const char *record_axis;   /* measurement for one axis, which hexid does not drive; NULL: the
                                 * same words */
-    const char *shows;         /* reason: "a delay's phase grows with frequency" */
+    const char *shows;         /* why it tells them apart: "a delay's phase grows with frequency" */
 };
 
 struct effect {
     const char *name;
-    const char *plain;      /* everyday name: "air in the oil" */
-    const char *law;        /* one line, with the formula */
-    const char *signature;  /* visible sign: channel, harmonic, feature */
+    const char *plain;      /* everyday name of the effect: "air in the oil" */
+    const char *law;        /* the effect's law in one line, with the formula */
+    const char *signature;  /* where the effect can be seen: channel, harmonic, feature */
     double law_error;       /* expected error of this law on a real machine, as a share of what the
                              * effect changes */
     struct effect_key keys[EFFECT_KEYS]; /* ended by a NULL name */

@@ -20,9 +20,10 @@ struct hal_ops {
     const char *usage;   /* line for --help: form of the URL and what it reaches */
     bool simulated;      /* there is no real machine behind it: --rt defaults to try, --fast is
                           * allowed */
-    bool reconnects;     /* restores a lost connection by itself, which takes new sockets or
-                          * files */
-    bool reopens_can;    /* reopens its CAN socket on an interface that was made again */
+    bool reconnects;     /* the back-end restores a lost connection by itself, for which it opens
+                          * new sockets or files */
+    bool reopens_can;    /* the back-end opens its CAN socket again on an interface that was made
+                          * again */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
     /* Reads the sample of this cycle, latched at or before now_ns (the loop's clock). Returns 0, or
      * -1 if nothing can be read (FAULT_IO). */

@@ -9,7 +9,7 @@
 #include "types.h"
 
 struct mailbox {
-    _Atomic uint64_t word; /* id in the upper half, command in the lower */
+    _Atomic uint64_t word; /* request: its id in the upper half, its command in the lower */
 };
 
 /* Posts a request and returns its id. */

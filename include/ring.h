@@ -13,12 +13,14 @@
 struct ring {
     unsigned char *slots;
     size_t element_size;
-    uint64_t capacity; /* a power of two */
-    _Alignas(64) _Atomic uint64_t head; /* next slot to write; only the producer stores */
-    _Alignas(64) _Atomic uint64_t tail; /* next slot to read; only the consumer stores */
+    uint64_t capacity; /* number of slots; a power of two */
+    _Alignas(64) _Atomic uint64_t head; /* number of the next slot to write; only the producer
+                                         * stores it */
+    _Alignas(64) _Atomic uint64_t tail; /* number of the next slot to read; only the consumer stores
+                                         * it */
 };
 
-/* Returns 0, or -1 without memory. capacity must be a power of two. */
+/* Prepares a ring; capacity must be a power of two. Returns 0, or -1 if there is no memory. */
 static inline int ring_init(struct ring *r, size_t element_size, uint64_t capacity) {
     memset(r, 0, sizeof *r);
     r->slots = calloc(capacity, element_size);

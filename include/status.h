@@ -13,8 +13,8 @@
 
 enum status {
     STATUS_OK = 0,
-    STATUS_USAGE = -2,  /* wrong option or configuration */
-    STATUS_IO = -3,     /* file, bus or device */
+    STATUS_USAGE = -2,  /* an option or the configuration is wrong */
+    STATUS_IO = -3,     /* a file, bus or device fails */
     STATUS_UNSAFE = -4, /* refused: going on could hurt people */
 };
 

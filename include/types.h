@@ -12,15 +12,15 @@
 
 enum { LEGS = 6, DOFS = 6 };
 enum dof { DOF_X, DOF_Y, DOF_Z, DOF_PHI, DOF_THETA, DOF_PSI, DOF_NONE = -1 };
-extern const char *const dof_names[DOFS + 1]; /* ended by NULL; src/core/names.c defines all three
-                                               * lists of names */
+extern const char *const dof_names[DOFS + 1]; /* names of the axes, ended by NULL; src/core/names.c
+                                               * defines all three lists of names */
 
 /* Sample flags. A sample with any of them is counted and excluded from identification. */
 enum {
     SAMPLE_STALE = 1u << 0,   /* same sample as in the cycle before: the device delivered nothing
                                * new */
-    SAMPLE_LATE = 1u << 1,    /* latched longer ago than one period */
-    SAMPLE_DROPPED = 1u << 2, /* samples between the last one and this are missing */
+    SAMPLE_LATE = 1u << 1,    /* latched more than one period before it was read */
+    SAMPLE_DROPPED = 1u << 2, /* one or more samples between the last one and this are missing */
     SAMPLE_INVALID = 1u << 3, /* a value is not finite or outside its sensor's range */
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle and held its command
                                * too long */
@@ -52,26 +52,27 @@ struct hal_sample {
     int64_t time_ns;        /* device's instant of latching, on the loop's clock; with SAMPLE_IO
                              * alone the instant of the failed read */
     int64_t age_ns;         /* time from latching to the read */
-    uint64_t device_seq;    /* the device's own count, 0 if it has none: a gap is a lost sample, a
-                             * repeat or a step back a stale one */
+    uint64_t device_seq;    /* the device's own count of samples, 0 if it has none: a gap is a lost
+                             * sample, a repeat or a step back a stale one */
     uint32_t flags;         /* SAMPLE_... */
     uint32_t inputs;        /* INPUT_... */
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
                              * open */
     int64_t missed;         /* deadlines that the loop missed before this cycle */
-    uint32_t twins;         /* beside SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0 if
-                             * for the inputs or an unknown leg */
-    double length_m[LEGS];  /* joint to joint */
-    double p1_pa[LEGS];     /* rodless side, gauge */
-    double p2_pa[LEGS];     /* rod side, gauge */
+    uint32_t twins;         /* set beside SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0
+                             * if they answer for the inputs or an unknown leg */
+    double length_m[LEGS];  /* length of each leg, from joint to joint */
+    double p1_pa[LEGS];     /* gauge pressure on the rodless side */
+    double p2_pa[LEGS];     /* gauge pressure on the rod side */
 };
 
-/* Command to the machine. Valve -1..1: share of full opening; positive extends the leg. */
+/* Command to the machine. A valve's value is a share of full opening, -1..1; positive extends the
+ * leg. */
 struct hal_command {
     double valve[LEGS];
     bool enable; /* false: valves are centred whatever `valve` is */
     bool supply; /* SAFETY: level of the charge pump, a life sign and no hydraulic pump: it changes
-                  * every cycle, or the machine's own relay cuts the supply */
+                  * in every cycle, or the machine's own relay cuts the supply */
 };
 
 enum state {
@@ -87,7 +88,7 @@ enum state {
 };
 extern const char *const state_names[STATES];
 
-/* Faults stay latched until reset; the first one is the headline. */
+/* Bits of faults. A fault stays latched until reset; the first one is the headline. */
 enum {
     FAULT_SENSOR_AGE = 1u << 0,
     FAULT_SENSOR_INVALID = 1u << 1,
@@ -99,28 +100,29 @@ enum {
                                  * sensor is wrong */
     FAULT_OVERRUN = 1u << 7,
     FAULT_IO = 1u << 8, /* the hardware abstraction layer reports that it cannot read or write */
-    FAULT_STANDSTILL = 1u << 9, /* a length stays while its reference changes: dead transducer,
-                                 * valve or supply */
+    FAULT_STANDSTILL = 1u << 9, /* a length stays the same while its reference changes: the
+                                 * transducer, the valve or the supply is dead */
     FAULT_MASTER = 1u << 10,    /* another master commands this machine, or has tried to */
-    FAULT_EMERGENCY_STOP = 1u << 11, /* an open input: the emergency stop's chain */
-    FAULT_ENABLE = 1u << 12,         /* an open input: the enable switch */
-    FAULT_DOOR = 1u << 13,           /* an open input: the door */
-    FAULT_SUPPLY = 1u << 14,         /* an open input: the pressure switch of the supply */
+    FAULT_EMERGENCY_STOP = 1u << 11, /* the emergency stop's chain is open */
+    FAULT_ENABLE = 1u << 12,         /* the enable switch is open */
+    FAULT_DOOR = 1u << 13,           /* the door is open */
+    FAULT_SUPPLY = 1u << 14,         /* the supply's pressure switch is open */
     FAULT_PRESSURE_SENSOR = 1u << 15,  /* a chamber's pressure is no valid reading: the platform is
-                                        * parked, control does without it */
+                                        * parked, and meanwhile the controller does without that
+                                        * reading */
     FAULT_OSCILLATION = 1u << 22,      /* the platform shakes without being asked to: the loop is
                                         * unstable */
     FAULT_TWIN = 1u << 23,             /* two devices answer as one */
     FAULT_ANTIVALENCE = 1u << 24,      /* the two contacts of an input contradict each other */
 };
 
-/* Legs at which the faults were seen, bits 16..21, none if no leg is known. Faults take bits 0..15
- * and 22..30. Never in first_fault. */
+/* Bits 16..21 of a fault word: the legs at which the faults were seen, none if no leg is known.
+ * first_fault never has them. Faults take bits 0..15 and 22..30. */
 enum { FAULT_LEG_SHIFT = 16, FAULT_LEGS = ((1 << LEGS) - 1) << FAULT_LEG_SHIFT, FAULT_ANY = 0x7fffffff & ~FAULT_LEGS };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
 
-/* Value and limit of a fault when it was latched, SI; NaN if nothing was measured or there is no
- * limit. */
+/* Value and limit of a fault when it was latched, in SI units; NaN if nothing was measured or there
+ * is no limit. */
 struct fault_measure {
     int leg;             /* leg furthest beyond its limit, 0..5; -1: no leg */
     double value, limit;
@@ -152,19 +154,19 @@ struct cycle {
     struct hal_sample in;
     struct hal_command out;
     double ref[DOFS];
-    double pose[DOFS];     /* from in.length_m by forward kinematics */
-    double force_n[LEGS];  /* A1 P1 - A2 P2 */
+    double pose[DOFS];     /* pose that forward kinematics finds for in.length_m */
+    double force_n[LEGS];  /* force of each leg, A1 P1 - A2 P2 */
     enum state state;
-    uint32_t faults;       /* latched FAULT_... and fault_leg() */
-    uint32_t first_fault;  /* the headline; 0 if none */
-    struct fault_measure measure; /* measure of first_fault; no message carries it */
-    int test;              /* place in the list of tests; -1 outside a test */
+    uint32_t faults;       /* latched faults: FAULT_... and fault_leg() */
+    uint32_t first_fault;  /* the headline of the latched faults; 0 if there is none */
+    struct fault_measure measure; /* value and limit of first_fault; no message carries them */
+    int test;              /* index in the list of tests; -1 outside a test */
     enum dof dof;          /* tested axis; DOF_NONE outside a test */
     enum phase phase;
     double test_time_s;    /* time since the ramp-in's start (negative while settling), at latching;
                             * 0 outside a test */
-    int64_t wake_late_ns;  /* from deadline to wake-up; 0 on a virtual clock */
-    int64_t exec_ns;       /* from wake-up to the command's write; 0 on a virtual clock */
+    int64_t wake_late_ns;  /* time from deadline to wake-up; 0 on a virtual clock */
+    int64_t exec_ns;       /* time from wake-up to writing the command; 0 on a virtual clock */
 };
 
 #endif

@@ -43,7 +43,8 @@
 struct blind_time {
     double s;
     const char *when;   /* the case in words: "a daemon that is killed or stopped" */
-    const char *sum;    /* the keys in the sum: "limits.sensor_age_s + device.watchdog_s + 1 ms" */
+    const char *sum;    /* the sum in words, by its keys: "limits.sensor_age_s + device.watchdog_s +
+                         * 1 ms" */
     bool allowed;       /* within limits.blind_time_s */
 };
 

@@ -14,7 +14,7 @@
 enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 
 struct failure {
-    uint32_t fault;       /* FAULT_...; 0: not a fault of the supervisor */
+    uint32_t fault;       /* one of FAULT_...; 0: the supervisor does not detect this failure */
     const char *name;     /* fault's name or words, as the operator sees them */
     const char *what;
     const char *detected; /* check that detects the failure */
@@ -25,11 +25,11 @@ struct failure {
     const char *remedy;   /* steps before the platform may move again */
     const char *least_key, *most_key; /* keys of the fault's limits; NULL: no such limit */
     const char *unit;     /* unit of the measured value in messages; NULL: nothing is measured */
-    double per_si;        /* factor from SI to that unit */
+    double per_si;        /* factor that converts SI to that unit */
 };
 
-/* Ended by a row without a name. Faults come first, causes above the consequences that are seen
- * in the same cycle. */
+/* Table of failures, ended by a row without a name. Faults come first, and causes come before the
+ * consequences that are seen in the same cycle. */
 extern const struct failure failure_table[];
 
 /* Returns the first row with one of these faults; NULL if there is none. */

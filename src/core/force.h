@@ -6,8 +6,8 @@
 #include "kinematics.h"
 
 struct cylinder_areas {
-    double a1_m2[LEGS]; /* rodless side: pi D^2 / 4 */
-    double a2_m2[LEGS]; /* rod side: pi (D^2 - d^2) / 4 */
+    double a1_m2[LEGS]; /* area on the rodless side: pi D^2 / 4 */
+    double a2_m2[LEGS]; /* area on the rod side: pi (D^2 - d^2) / 4 */
 };
 
 struct cylinder_areas cylinder_areas(const struct actuator_params *actuator);
@@ -22,8 +22,8 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
  * reduced in proportion where the oil is stiffer than 1.5 times that at neutral; elsewhere it is
  * as configured. */
 struct oil_column {
-    double area_m2[2], dead_m3[2]; /* rodless side, rod side */
-    double least_m, most_m;        /* lengths at the end stops */
+    double area_m2[2], dead_m3[2]; /* of the rodless and of the rod side */
+    double least_m, most_m;        /* leg lengths at the end stops */
     double most_stiff_per_m;       /* stiffness over bulk modulus above which kpf is reduced */
 };
 void oil_columns_init(struct oil_column column[LEGS], const struct params *params, const struct kinematics *k);

@@ -10,7 +10,7 @@
 struct interlock {
     uint32_t input, fault;
     const char *name;     /* "emergency stop" */
-    const char *open;     /* message for an open one, with the remedy */
+    const char *open;     /* message for an open input, with the remedy */
 };
 extern const struct interlock interlock_table[INPUTS];
 
@@ -21,8 +21,9 @@ extern const struct interlock interlock_table[INPUTS];
 enum { INPUT_INVERSE = 4 };
 
 struct interlock_reading {
-    uint32_t closed;       /* INPUT_...: closed according to both contacts, or to the only one */
-    uint32_t contradicted; /* INPUT_...: both contacts have the same state */
+    uint32_t closed;       /* inputs (INPUT_...) that are closed according to both contacts, or to
+                            * the only one */
+    uint32_t contradicted; /* inputs (INPUT_...) whose two contacts have the same state */
 };
 
 /* Returns the byte that a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse. */
@@ -31,14 +32,14 @@ uint32_t interlock_bits(const struct interlock_params *p, uint32_t closed);
 /* Reads the inputs from bits 0..7; without p->antivalent bits 4..7 are ignored. */
 struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits);
 
-/* Number of cycles for which each input has contradicted itself. */
+/* For how many cycles in a row each input has contradicted itself. */
 struct interlock_watch {
     int64_t cycles[INPUTS];
 };
 
-/* Counts a cycle with these contradictions (INPUT_...). Returns those of wired inputs that have
- * lasted longer than p->discrepancy_s; shorter ones are normal, because contacts do not switch
- * at the same instant. */
+/* Counts a cycle in which these inputs (INPUT_...) contradict themselves. Returns those of wired
+ * inputs that have done so for longer than p->discrepancy_s; shorter contradictions are normal,
+ * because contacts do not switch at the same instant. */
 uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s);
 
 /* Returns INPUT_... of the wired inputs. */

@@ -26,7 +26,7 @@ static const double LEG_MIDDLE = 0.45; /* share of a leg's length on either side
 static const double AXIS_ACROSS = 0.35;
 static const double AXIS_LEAST = 1e-6; /* shortest vector that has a direction */
 
-/* Joints in the frame of their body: as given, or in pairs on a circle. */
+/* Computes the joints in the frame of their body: as given, or in pairs on a circle. */
 static void joints(const struct leg_vectors *given, double radius, const double angle[LEGS], double point[LEGS][3]) {
     memset(point, 0, LEGS * sizeof point[0]);
     for (int i = 0; i < LEGS && !given->given; i++) point[i][0] = radius * cos(angle[i]), point[i][1] = radius * sin(angle[i]);
@@ -43,7 +43,8 @@ static double arm(double upper[LEGS][3]) {
     return sqrt(square / LEGS);
 }
 
-/* The origin of {M} is the payload's mass centre; the origin of {B} is where it is at neutral. */
+/* Computes the joints' positions. The origin of {M} is the payload's mass centre; the origin of {B}
+ * is the point where that centre is at neutral. */
 void kinematics_place(struct kinematics *k, const struct params *params) {
     const struct geometry_params *g = &params->geometry;
     const struct payload_params *p = &params->payload;
@@ -77,8 +78,8 @@ static inline void cross(const double a[3], const double b[3], double c[3]) {
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* True if two legs collide at neutral, except at their ends, since two legs may share a joint.
- * Parallel legs do not collide: comparisons with NaN are false. */
+/* Returns true if two legs collide at neutral, except at their ends, because two legs may share a
+ * joint. Parallel legs do not collide: comparisons with NaN are false. */
 static bool legs_cross(const struct kinematics *k, int one, int other) {
     double u[3], v[3], between[3], normal[3], moment[3];
     for (int r = 0; r < 3; r++) {

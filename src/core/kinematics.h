@@ -39,20 +39,20 @@ struct stroke kinematics_stroke(const struct kinematics *k, const struct actuato
 
 void rotation_from_angles(double phi, double theta, double psi, double t[3][3]);
 
-/* Pose -> leg lengths [m]. */
+/* Computes the leg lengths of a pose. */
 void ik_lengths(const struct kinematics *k, const double pose[DOFS], double length_m[LEGS]);
 
-/* Jacobian of leg rates against the twist [velocity; angular velocity in {B}], row i = [n_i',
- * (T a_i x n_i)'] . */
+/* Computes the Jacobian of the leg rates against the twist [velocity; angular velocity in {B}]. Row
+ * i is [n_i', (T a_i x n_i)']. */
 void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]);
 
-/* Leg lengths -> pose by Newton's method from the start value in `pose` (the last pose): at most
- * FK_ITERATIONS steps; converges quadratically, because it iterates on the six pose coordinates
- * themselves. Tolerance 1e-13 m. `pose` is unchanged if it does not converge. */
+/* Computes the pose of given leg lengths by Newton's method from the start value in `pose` (the
+ * last pose), in at most FK_ITERATIONS steps, to 1e-13 m. It converges quadratically, because it
+ * iterates on the six pose coordinates themselves. `pose` is unchanged if it does not converge. */
 enum { FK_ITERATIONS = 6 };
 struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS]);
 
-/* Platform wrench F = J' f from leg forces. */
+/* Computes the platform's wrench F = J' f from the leg forces f. */
 void wrench_from_forces(const struct kinematics *k, const double pose[DOFS], const double force_n[LEGS], double wrench[DOFS]);
 
 #endif

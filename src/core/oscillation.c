@@ -124,7 +124,7 @@ static double second_difference(const struct oscillation *o, double (*past)[DOFS
 
 static void take_pose(struct oscillation *o, const double pose[DOFS], const double ref[DOFS]) {
     double cubed = (double)o->lag * o->lag * o->lag;
-    o->newest = place(o, 2 * o->lag); /* overwrites the oldest */
+    o->newest = place(o, 2 * o->lag); /* overwrites the oldest pose */
     weigh(o, pose, o->pose[o->newest]);
     weigh(o, ref, o->ref[o->newest]);
     double steps = o->lag > 1 ? steps_share * second_difference(o, o->pose, 1) / cubed : 0.0;

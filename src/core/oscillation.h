@@ -28,43 +28,45 @@
 #define OSCILLATION_ASKED 1.8
 
 enum {
-    OSCILLATION_PAST = 2 * 160 + 1, /* poses for 32 ms of a loop of 10 kHz (two lags) */
+    OSCILLATION_PAST = 2 * 160 + 1, /* number of poses in 32 ms (two lags) of a loop of 10 kHz */
     OSCILLATION_BLOCKS = 5,
 };
 
-/* Mean squares over a block, (m/s^2)^2. */
+/* Mean squares of accelerations over a block, (m/s^2)^2. */
 struct oscillation_block {
     double measured, commanded;
     double white; /* part of `commanded` that would be noise if its fourth difference were only
                    * noise */
     double asked_measured, asked_commanded; /* acceleration of the reference, filtered as `measured`
                                              * and as `commanded` */
-    double leg[LEGS];        /* commanded acceleration of each leg */
+    double leg[LEGS];        /* the same of each leg's own commanded acceleration */
 };
 
 struct oscillation {
-    /* constants of a configuration */
+    /* the group below is constant for a configuration */
     double limit_mps2, period_s;
-    double arm_m;            /* kinematics.arm_m, converts angles to lengths */
+    double arm_m;            /* kinematics.arm_m, which converts angles to lengths */
     double to_platform[LEGS][DOFS]; /* converts leg rates to rates of the platform, angles times
                                      * arm_m */
-    double speed_mps[LEGS];  /* a leg's speed at full opening, with half the supply on each port */
+    double speed_mps[LEGS];  /* speed of each leg at full opening, with half the supply's pressure
+                              * drop on each port */
     double follows;          /* share of the remaining distance to its input that each of a valve's
                               * two lags covers in a cycle */
     double white;            /* mean square of the acceleration from white commands, relative to
                               * their fourth difference, 1/s^2 */
     int lag, every;          /* number of cycles in 16 ms, and in a block */
     int past;                /* number of poses kept: 2 lag + 1 */
-    /* since driving began */
+    /* the group below has been collected since driving began */
     double pose[OSCILLATION_PAST][DOFS], ref[OSCILLATION_PAST][DOFS];
     double asked_mps[LEGS][5];        /* leg speeds that correspond to the commands, newest first */
     double half_mps[LEGS], valve_mps[LEGS]; /* leg speeds after the valve's first and second lag */
-    int newest, in_block;    /* place of the newest pose; cycles of the block so far */
+    int newest, in_block;   /* index of the newest pose, and number of cycles of the block so far */
     struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* sums of the current block; last
                                                               * blocks, newest first */
-    /* values of the worse estimate after the last block */
+    /* root mean squares of the worse estimate after the last block, and what it was allowed */
     double found_mps2, allowed_mps2;
-    uint32_t legs;          /* fault_leg() of the legs whose valves swing most; 0: no oscillation */
+    uint32_t legs;          /* fault_leg() bits of the legs whose valves swing most; 0: no
+                             * oscillation was found */
 };
 
 /* Initialises the monitor. k must come from kinematics_init(), so that it is regular at neutral. */

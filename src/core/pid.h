@@ -18,12 +18,12 @@
 #include "params.h"
 
 struct pid {
-    double integral;       /* I, as a share of full opening */
+    double integral;       /* integral part I of the output, as a share of full opening */
     double derivative_mps; /* d */
     double force_lp_n;     /* flp */
     double error_m;        /* e_prev */
     double ref_m;          /* Lref_prev */
-    double feedback_cut;   /* 1 - s, set by the caller before a step; pid_reset makes it 0 */
+    double feedback_cut;   /* 1 - s; the caller sets it before a step, and pid_reset() makes it 0 */
     double output;         /* last u */
     bool saturated;        /* last u was clamped */
 };
@@ -34,8 +34,8 @@ void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
 
-/* For a cycle without a sample: holds the last u and sets Lref_prev to this reference, so that
- * the next step does not contain several cycles of reference motion. */
+/* Replaces pid_step() in a cycle without a sample: holds the last u and sets Lref_prev to this
+ * reference, so that the next step does not contain several cycles of reference motion. */
 void pid_hold(struct pid *c, double ref_m);
 
 #endif

@@ -30,7 +30,7 @@ uint32_t platform_wrong(const struct platform *p) {
     return interlock_wrong(&p->params->interlocks, supervisor_powers(p->supervisor.state), p->inputs);
 }
 
-/* false for NaN */
+/* NaN is never inside */
 static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; }
 
 /* SAFETY: a hanging device may repeat its last sample with fresh time stamps; only its own count
@@ -50,14 +50,14 @@ static double age_s(const struct platform *p, const struct hal_sample *in) {
 
 /* Result of judging a sample by the limits. */
 struct judgement {
-    uint32_t faults;              /* FAULT_... and the bits of their legs */
-    uint32_t asked;               /* fault that is to be measured, 0: none */
+    uint32_t faults;              /* FAULT_... bits and the bits of their legs */
+    uint32_t asked;               /* the fault that is to be measured; 0: none */
     double beyond;           /* how far the furthest value of the asked fault is beyond its limit */
     struct fault_measure measure; /* leg, value and limit of that furthest value */
 };
 
-/* Judges one value by its limits. leg: -1 for a value that belongs to no leg. NaN counts as the
- * furthest. */
+/* Judges one value by its limits. leg is -1 for a value that belongs to no leg. NaN counts as
+ * furthest beyond a limit. */
 static inline void judge(struct judgement *j, uint32_t fault, int leg, double value, double least, double most) {
     if (inside(value, least, most)) return;
     j->faults |= fault | (leg < 0 ? 0 : fault_leg(leg));
@@ -84,7 +84,7 @@ static void judge_legs(struct judgement *j, const struct platform *p, const stru
         judge(j, FAULT_PRESSURE_SENSOR, i, in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa);
         judge(j, FAULT_STROKE, i, length_m, l->length_min_m[i], l->length_max_m[i]);
         if (p->good_seq >= 0) judge(j, FAULT_LEG_RATE, i, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps);
-        /* NaN is a pressure fault, not a force fault */
+        /* NaN is judged as a pressure fault, not as a force fault */
         if (!isnan(force_n)) judge(j, FAULT_FORCE, i, force_n, -l->force_n, l->force_n);
         /* SAFETY: with the supply on, a stuck spool moves its leg even before driving. */
         if (powers) judge(j, FAULT_FOLLOWING, i, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m);
@@ -93,7 +93,7 @@ static void judge_legs(struct judgement *j, const struct platform *p, const stru
 }
 
 static void judge_common(struct judgement *j, const struct platform *p, const struct hal_sample *in) {
-    /* rounded to whole nanoseconds, as the age is */
+    /* rounded to whole nanoseconds, because the age is too */
     double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
     judge(j, FAULT_SENSOR_AGE, -1, age_s(p, in), 0.0, oldest_s);
     judge(j, FAULT_OVERRUN, -1, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0));
@@ -269,7 +269,7 @@ static void enter(struct platform *p, const struct transition *row) {
     case STATE_INIT: supervisor_clear(&p->supervisor); break;
     case STATE_SETTLED:
         p->automatic = p->automatic && row->from == STATE_INIT;
-        /* bad samples tolerated in init do not count here */
+        /* bad samples that were tolerated in STATE_INIT do not count from here on */
         p->supervisor.bad = p->supervisor.doubtful = 0;
         break;
     case STATE_ENGAGING: engage(p); break;

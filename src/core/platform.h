@@ -15,8 +15,8 @@
 
 struct platform {
     const struct params *params;
-    const struct trajectory *trajectory; /* motion instead of sinusoids, NULL: none; set between
-                                          * platform_init() and the first step */
+    const struct trajectory *trajectory; /* motion in place of the sinusoids, NULL: none; set
+                                          * between platform_init() and the first step */
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct oil_column column[LEGS];
@@ -25,25 +25,26 @@ struct platform {
     struct reference reference;
     struct pid pid[LEGS];
     /* the last good sample */
-    double pose[DOFS];           /* start value of the forward kinematics */
-    double length_m[LEGS], force_n[LEGS]; /* force: from the last trusted pressures */
+    double pose[DOFS];           /* pose, from which forward kinematics starts */
+    double length_m[LEGS], force_n[LEGS]; /* leg lengths, and leg forces from the last trusted
+                                           * pressures */
     double still_m[LEGS];        /* length in the previous sample */
     double still_low_m[LEGS], still_high_m[LEGS]; /* range of the leg's reference since the length
                                                    * in the samples last changed */
     int64_t good_seq, good_ns;   /* cycle of the last good sample (-1: none yet), and its time */
     uint64_t device_seq;         /* the device's count in the previous sample */
     int64_t anew_seq;            /* cycle in which the device's count last increased */
-    struct fault_measure measure; /* measure of supervisor.first_fault */
-    int overruns;                /* deadlines missed in a row, at most loop.overrun_limit */
+    struct fault_measure measure; /* value and limit of supervisor.first_fault */
+    int overruns;              /* number of deadlines missed in a row, at most loop.overrun_limit */
     /* last reference and command */
     double ref[DOFS], ref_rate[DOFS], ref_accel[DOFS], leg_ref_m[LEGS];
     struct hal_command command;  /* held while samples are bad */
-    uint32_t inputs;             /* INPUT_... as last read */
+    uint32_t inputs;             /* inputs as last read: INPUT_... */
     struct interlock_watch watch;
     uint32_t contradicted;     /* inputs whose contacts have contradicted each other for too long */
     /* list of tests */
     int test;                    /* index of the current or next test */
-    int64_t ticks;               /* cycles in this state */
+    int64_t ticks;               /* number of cycles in this state */
     bool stopping;               /* the current or last test was told to end */
     bool request_taken;          /* the last request had an effect */
     bool automatic;              /* engages, tests and parks without requests; ends once parked,

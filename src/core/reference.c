@@ -5,7 +5,7 @@
 
 #include "units.h"
 
-/* Shortest braking time; bounds the rate of change of the acceleration. */
+/* Shortest braking time. It bounds the rate of change of the acceleration. */
 static const double brake_least_s = 0.25;
 
 static int64_t ticks_of(double seconds, double dt_s) { return llround(seconds / dt_s); }
@@ -20,7 +20,7 @@ static double smooth(int64_t ticks, int64_t length) {
 
 void reference_hold(struct reference *r, const double pose[DOFS]) {
     struct reference hold = {.mode = REFERENCE_HOLD, .dof = DOF_NONE};
-    memcpy(hold.to, pose, sizeof hold.to); /* pose may be r->to */
+    memcpy(hold.to, pose, sizeof hold.to); /* r->to and pose may be the same array */
     *r = hold;
 }
 
@@ -89,7 +89,7 @@ static void move_step(struct reference *r, double dt_s, struct reference_sample 
     double t = (double)r->ticks * dt_s, left_s = r->brake_s + r->travel_s - t;
     s->done = left_s <= 1e-9 * dt_s;
     if (s->done) {
-        memcpy(s->pose, r->to, sizeof s->pose); /* exact, without the sum's rounding */
+        memcpy(s->pose, r->to, sizeof s->pose); /* the exact end, without the sum's rounding */
         reference_hold(r, r->to);
     } else if (t < r->brake_s) brake(r, t / r->brake_s, s->pose);
     else travel(r, (t - r->brake_s) / r->travel_s, s->pose);

@@ -42,14 +42,14 @@ struct reference {
     double rate_from[DOFS], accel_from[DOFS]; /* rate and acceleration at the start of a move */
     double brake_s, travel_s;    /* durations of the two parts of a move */
     double turn[DOFS];           /* pose between the two parts */
-    enum dof dof;                /* tested axis; DOF_NONE: several */
+    enum dof dof;                /* axis that is tested; DOF_NONE: several axes */
     const struct trajectory *trajectory; /* trajectory of the test; NULL: none */
     int64_t ramp_out_tick;       /* cycle at which a test's ramp-out begins */
 };
 
 struct reference_sample {
     double pose[DOFS];
-    enum phase phase;            /* PHASE_NONE outside a test */
+    enum phase phase;            /* phase of the test; PHASE_NONE outside a test */
     double test_time_s;
     bool done;                   /* the move or test has ended; from here on the reference holds */
 };
@@ -57,9 +57,9 @@ struct reference_sample {
 void reference_hold(struct reference *r, const double pose[DOFS]);
 
 struct move_limits {
-    double duration_s;           /* requested duration; longer if the limits require it */
+    double duration_s;      /* requested duration; the move takes longer if the limits require it */
     double rate_mps, accel_mps2; /* above 0 */
-    double arm_m;                /* kinematics.arm_m, converts angles to lengths */
+    double arm_m;                /* kinematics.arm_m, which converts angles to lengths */
 };
 
 /* Pose, rate and acceleration from which a move starts: those of the previous cycle. */

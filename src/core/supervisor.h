@@ -21,7 +21,7 @@ enum trigger {
     TRIGGER_PRESSURE,     /* the supply has pressure */
     TRIGGER_ARRIVED,      /* a move has ended */
     TRIGGER_START,
-    TRIGGER_TESTS_DONE,   /* after the last test, or after the ramp-out of a stop */
+    TRIGGER_TESTS_DONE,   /* the last test, or the ramp-out after a stop, has ended */
     TRIGGER_STOP,
     TRIGGER_PARK,
     TRIGGER_RESET,
@@ -31,18 +31,18 @@ enum trigger {
 struct supervisor {
     enum state state;
     uint32_t faults, first_fault; /* latched */
-    int bad;                      /* leaky bucket of samples with faults that stop */
-    int doubtful;                 /* leaky bucket of samples with faults that park */
-    int good;                     /* consecutive good samples */
-    uint32_t request_id;          /* last request acted on */
+    int bad;                      /* level of a leaky bucket of samples with faults that stop */
+    int doubtful;                 /* level of a leaky bucket of samples with faults that park */
+    int good;                     /* number of consecutive good samples */
+    uint32_t request_id;          /* id of the last request acted on */
 };
 
-/* One row of the table. */
+/* One row of the supervisor's transition table. */
 struct transition {
     enum state from;
     enum trigger trigger;
-    enum state to;                /* `from` if the state does not change */
-    bool ramp_out;                /* the current test first ends early, by its ramp-out */
+    enum state to;                /* the next state; `from` if the state does not change */
+    bool ramp_out;                /* the current test is first ended early, by its ramp-out */
 };
 
 /* Returns the row for a trigger in a state; NULL: the trigger has no effect there. */

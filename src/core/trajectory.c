@@ -9,7 +9,7 @@ static double slope(const struct trajectory *t, int i, int axis) {
     return (t->knot[i + 1].pose[axis] - t->knot[i].pose[axis]) / step_s(t, i);
 }
 
-/* The unknown second derivatives b of the knots; h[i] is the step after knot i:
+/* The equations of the unknown second derivatives b of the knots; h[i] is the step after knot i:
  *
  *     h[i-1] b[i-1] + 2 (h[i-1] + h[i]) b[i] + h[i] b[i+1] = 6 (slope[i] - slope[i-1])
  *
@@ -17,9 +17,9 @@ static double slope(const struct trajectory *t, int i, int axis) {
  * neighbour is the last: that adds a corner to the matrix, which is split off as a rank-one term
  * (Sherman and Morrison; 0 for a natural spline). The matrix is diagonally dominant. */
 struct system {
-    int size, first;      /* number of unknowns; knot of the first one */
+    int size, first;      /* number of unknowns, and index of the first one's knot */
     double corner, gamma;
-    double *above;        /* superdiagonal after elimination */
+    double *above;        /* the matrix's superdiagonal after elimination */
     double *rank_one;     /* solution for the rank-one term */
 };
 

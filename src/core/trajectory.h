@@ -9,14 +9,15 @@
 #include "types.h"
 
 struct trajectory_knot {
-    double time_s;          /* the first knot has 0 */
+    double time_s;          /* time since the first knot */
     double pose[DOFS];      /* m, rad */
     double bend[DOFS];      /* second derivative of the pose */
 };
 
 struct trajectory {
-    int knots;              /* at least 3 */
-    int passes;             /* above one, the last knot's pose equals the first's */
+    int knots;              /* number of knots, at least 3 */
+    int passes;             /* number of passes; if there are several, the last knot's pose equals
+                             * the first's */
     struct trajectory_knot *knot;
 };
 
@@ -24,7 +25,7 @@ struct trajectory {
  * False: out of memory. */
 bool trajectory_bend(struct trajectory *t);
 
-/* Duration of all passes. */
+/* Returns the duration of all passes. */
 double trajectory_s(const struct trajectory *t);
 
 /* Computes the pose at a time since the beginning of the first pass; outside the passes it moves in

@@ -6,7 +6,7 @@
 #include "kinematics.h"
 
 struct workspace {
-    int corners;  /* number of tried combinations of legs retracted, at neutral and extended: 3^6 */
+    int corners; /* number of combinations tried: each leg retracted, at neutral or extended, 3^6 */
     int reached;                /* number of combinations that were reached from neutral, all legs
                                  * moving in proportion, without meeting a singular pose */
     double neutral_condition;   /* condition of the Jacobian at neutral (largest over smallest

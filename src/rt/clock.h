@@ -19,8 +19,8 @@ struct clock {
     int64_t start_ns;        /* CLOCK_MONOTONIC at the loop's start, plus the time by which a paced
                               * clock was stretched */
     int64_t system_us;       /* CLOCK_REALTIME at the loop's start; 0 on a virtual clock */
-    int64_t woke_ns;         /* CLOCK_MONOTONIC at the end of the last wait; 0 on a virtual clock */
-    _Atomic int64_t now_ns;  /* paced and virtual: the time */
+    int64_t woke_ns;         /* CLOCK_MONOTONIC when the last wait ended; 0 on a virtual clock */
+    _Atomic int64_t now_ns;  /* time of a paced or virtual clock */
 };
 
 void clock_start(struct clock *c, enum clock_kind kind);

@@ -111,7 +111,8 @@ static int allow_result(scmp_filter_ctx filter, const struct output *result, con
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(renameat2), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
                                   SCMP_A3(SCMP_CMP_EQ, (uintptr_t)paths + PAGE), SCMP_A4(SCMP_CMP_EQ, result->rename_flags));
-    if (!failed && result->rename_flags) /* for file systems without that flag */
+    /* on file systems without RENAME_NOREPLACE, output_write() links */
+    if (!failed && result->rename_flags)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(linkat), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
                                   SCMP_A3(SCMP_CMP_EQ, (uintptr_t)paths + PAGE), SCMP_A4(SCMP_CMP_EQ, 0));
@@ -128,7 +129,7 @@ static int allow_reconnecting(scmp_filter_ctx filter) {
     if (!failed)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
-    if (!failed) /* flags with which libmodbus opens a serial device */
+    if (!failed) /* with these flags libmodbus opens a serial device */
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
     return failed;
@@ -151,7 +152,7 @@ static int allow_can(scmp_filter_ctx filter) {
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
-    /* filter options for speed */
+    /* options that make the filter faster; it may work without them */
     if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);

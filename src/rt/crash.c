@@ -14,7 +14,8 @@ static void on_crash(int number) {
     atomic_store_explicit(told, true, memory_order_relaxed);
     guarded->ops->safe(guarded);
     nanosleep(&send, NULL);
-    guarded->ops->safe(guarded); /* again, because the loop may have written one more command */
+    guarded->ops->safe(guarded); /* once more, because the loop may have written another command
+                                  * meanwhile */
     nanosleep(&send, NULL);
     raise(number); /* SA_RESETHAND: the signal now has its default effect */
 }

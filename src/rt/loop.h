@@ -62,14 +62,14 @@ struct loop_acted {
     bool stopped;                    /* the latest tests were ended by a stop, or are ending */
     enum state state;                /* current state */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
-    uint32_t first_fault;            /* FAULT_..., one bit; 0: none is latched */
+    uint32_t first_fault;        /* the first latched fault, one of FAULT_...; 0: none is latched */
 };
 struct loop_acted loop_acted(const struct loop *l);
 
 /* Packs struct loop_acted in a word, for tests that act as the loop. Pure, RT. */
 uint64_t loop_acted_word(const struct loop_acted *acted);
 
-/* SAFETY: parks in spite of any later request, and ends as soon as nothing is driven. Any
+/* SAFETY: parks in spite of any later request, and ends the loop as soon as nothing is driven. Any
  * thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 

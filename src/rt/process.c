@@ -11,7 +11,8 @@
 
 #include "thread.h"
 
-/* Descriptors are opened in ascending order, so that the lowest free number is the closed one. */
+/* Opens closed standard descriptors on /dev/null, in ascending order, so that the lowest free
+ * number is the closed one. */
 static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;
@@ -56,8 +57,9 @@ static int need(int resource, rlim_t least, rlim_t unit, const char *what, const
                      (unsigned long long)(limit.rlim_cur / unit), what, (unsigned long long)(least / unit), remedy);
 }
 
-/* Debian's liblcm loads GLib: G_MESSAGES_DEBUG=all would print into results on standard output,
- * and G_DEBUG=fatal-warnings would abort a daemon that holds a platform up. */
+/* Removes variables by which GLib, loaded by Debian's liblcm, would do harm: G_MESSAGES_DEBUG=all
+ * would print into results on standard output, and G_DEBUG=fatal-warnings would abort a daemon that
+ * holds a platform up. */
 static void clean_environment(void) {
     static const char *const names[] = {"G_DEBUG", "G_MESSAGES_DEBUG", "G_SLICE"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) unsetenv(names[i]);

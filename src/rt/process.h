@@ -23,7 +23,8 @@
 #include "status.h"
 
 enum {
-    PROCESS_STACK = 8 << 20, /* bytes; `hexid gap` needs most, but less than this (stack.sh) */
+    PROCESS_STACK = 8 << 20, /* bytes of stack; `hexid gap` needs the most, but less than this
+                              * (stack.sh) */
     PROCESS_FILES = 128,     /* a run opens fewer than 32 descriptors, and 66 more for clients of
                               * `hexid command` */
 };
@@ -32,8 +33,9 @@ enum {
  * standard descriptor is closed and cannot be opened. */
 int process_start(struct error *error);
 
-/* After process_start(): checks that the limits suffice. STATUS_IO with limit, value and remedy if
- * one is too low. SAFETY: not for `hexid command`, because a stop must work within any limits. */
+/* Checks that the process's limits suffice; to be called after process_start(). STATUS_IO with
+ * limit, value and remedy if one is too low. SAFETY: not for `hexid command`, because a stop must
+ * work within any limits. */
 int process_limits(struct error *error);
 
 /* Makes writing to a closed pipe an error instead of the end of the process; for programs that

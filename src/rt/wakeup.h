@@ -9,7 +9,8 @@
 #include "status.h"
 
 enum { WAKEUP_EDGES = 16 };
-extern const int wakeup_edge_us[WAKEUP_EDGES]; /* 1, 2, 5, 10, ... */
+extern const int wakeup_edge_us[WAKEUP_EDGES]; /* upper edges of the classes of struct wakeups, in
+                                                * microseconds: 1, 2, 5, 10, ... */
 
 struct wakeups {
     struct histogram late;             /* delays of the wake-ups after their deadlines, ns */
@@ -27,9 +28,9 @@ struct wakeups {
 /* Adds a wake-up to the counts. */
 void wakeups_add(struct wakeups *w, int64_t late_ns, int64_t period_ns);
 
-/* Measures in a separate thread, which continues if real time is refused; duration_s 0: requests
- * real time but measures nothing. The process's memory is unlocked afterwards. STATUS_IO: no
- * thread. */
+/* Measures wake-ups in a separate thread, which continues if real time is refused; duration_s 0:
+ * requests real time but measures nothing. The process's memory is unlocked afterwards. STATUS_IO:
+ * the thread cannot be started. */
 int wakeups_measure(const struct loop_params *loop, double duration_s, struct wakeups *w, struct error *error);
 
 #endif
