@@ -21,7 +21,7 @@ struct analysis {
     struct cycle last;
     char fault[FAULT_LINE_SIZE];    /* text of the last cycle's fault from a log's event; "": none
                                      * seen */
-    int64_t cycles, overruns, lost; /* lost: counted from gaps in seq */
+    int64_t cycles, overruns, lost; /* numbers of cycles; `lost` is counted from gaps in seq */
     int64_t unlogged;               /* cycles received but not in the log */
     bool seen[DOFS];                /* there are cycles of a test of this axis */
     int64_t flagged[SAMPLE_FLAGS];  /* number of evaluated cycles with each flag */
@@ -60,7 +60,7 @@ bool analysis_end(struct analysis *a);
 void analysis_identify(struct analysis *a);
 
 /* Copies the recording of complete tests and of motions, without closed parts, for an estimate
- * during the run. -3: no memory; `copy` must be freed even then. */
+ * during the run. Returns -3 without memory; `copy` must be freed even then. */
 int analysis_copy(const struct analysis *a, struct recording *copy, struct error *error);
 
 struct loop_statistics analysis_statistics(const struct analysis *a);
@@ -68,7 +68,8 @@ struct loop_statistics analysis_statistics(const struct analysis *a);
 /* Solves and judges the identification. */
 struct verdict analysis_verdict(struct analysis *a);
 
-/* The last cycle's fault with its measured value; NULL: none. Valid until the next call. */
+/* Returns the name of the last cycle's fault with its measured value; NULL: there is none. The text
+ * is valid until the next call. */
 const char *analysis_fault(struct analysis *a);
 
 /* True if the tests are sinusoids, one axis after another, as methods A and B need. */

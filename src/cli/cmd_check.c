@@ -20,9 +20,9 @@
 
 enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 
-/* A log, or the log made from a directory. */
+/* A log that is checked: one of the command line, or one made from a directory. */
 struct input {
-    const char *name;            /* as on the command line */
+    const char *name;            /* its name on the command line */
     char copy[PATH_SIZE];        /* for a directory: path of an unnamed log, which ends with the
                                   * process; else "" */
     struct csv_report csv;
@@ -37,7 +37,7 @@ struct check {
     struct params params;        /* configuration of the current input */
     struct params first;         /* configuration of the first input */
     struct survey survey[TESTS_MAX];
-    bool more;                   /* there are more tests than TESTS_MAX */
+    bool more;                   /* there are more tests than the TESTS_MAX that are kept */
     struct error refused;        /* reason why a directory is refused as a whole */
     struct check_report report;
     struct error *error;

@@ -131,8 +131,9 @@ static int unknown(const struct options *o, struct error *error) {
                      nearest ? nearest : "", nearest ? "?" : "");
 }
 
-/* nohup(1) asks that the lease survives the terminal. SIGINT is different: a shell ignores it
- * for background programs, in which kill(1) must still park the platform. */
+/* True if a signal stays ignored. nohup(1) asks that the lease survives the terminal. SIGINT is
+ * different: a shell ignores it for background programs, in which kill(1) must still park the
+ * platform. */
 static bool kept_ignored(int number) {
     struct sigaction inherited;
     return number == SIGHUP && !sigaction(number, NULL, &inherited) && inherited.sa_handler == SIG_IGN;

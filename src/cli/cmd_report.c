@@ -49,7 +49,7 @@ static int write_page(const struct identification_report *r, struct output *to, 
     return status;
 }
 
-/* Writes nothing until all logs have been read. */
+/* Makes the page. Nothing is written until all logs have been read. */
 static int report(const struct options *o, struct log_analysis *analysis, struct error *error) {
     struct identification_report r = {.version = version, .logs = o->operands};
     char *config[REPORT_LOGS] = {0};

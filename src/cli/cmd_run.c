@@ -47,7 +47,7 @@ struct session {
     struct trajectory trajectory; /* knot NULL: no trajectory */
     struct multisine multisine;   /* a survey's motion */
     struct params asked;          /* configured parameters, before a survey changes them */
-    struct survey_report *survey; /* NULL: no survey */
+    struct survey_report *survey; /* the survey's results; NULL: this run is no survey */
     struct hal *hal;
     struct ring ring;
     struct loop loop;
@@ -60,10 +60,10 @@ struct session {
     struct commands commands;
     char *config;
     struct output json;
-    char log_path[PATH_MAX];       /* if --log is a directory */
+    char log_path[PATH_MAX];       /* path of the log if --log is a directory */
     struct machine_lock lock; /* held to the end of the process */
     int signal_file;          /* descriptor from which signals are read */
-    int64_t signalled_ns;  /* time of the first signal, CLOCK_MONOTONIC; 0: none */
+    int64_t signalled_ns;  /* time of the first signal to end, CLOCK_MONOTONIC; 0: there was none */
     int signal;            /* number of that signal */
     bool recorder_hangs, stuck;
 };
@@ -114,7 +114,7 @@ static enum clock_kind clock_of(const struct session *s) {
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
 }
 
-/* The machine's own URL, after prefixed faults. */
+/* Returns the machine's own URL, which follows the prefixes of faults. */
 static const char *machine_url(const struct session *s) {
     const char *last = strrchr(s->options.hal, ';');
     return last ? last + 1 : s->options.hal;
@@ -303,8 +303,9 @@ static int report_survey(struct session *s, struct verdict *verdict, struct erro
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-/* A platform that moves only on command never finishes its tests: SIGTERM, which service
- * managers send, is then a regular end if the platform is parked without a fault. */
+/* True if an order ended this run regularly. A platform that moves only on command never finishes
+ * its tests: SIGTERM, which service managers send, is then a regular end if the platform is parked
+ * without a fault. */
 static bool ended_by_order(const struct session *s) {
     const struct cycle *last = &s->recorder.analysis.last;
     return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;

@@ -14,7 +14,7 @@ enum { ANSWER_MS = 1000, NAMES_SIZE = 500 };
 /* The parsed command line: command, machine, and ways to send. */
 struct asked {
     enum command command;
-    const char *word;      /* the command's name */
+    const char *word;      /* name of the command */
     const char *name;      /* name of the machine; "": not given */
     const char *url;       /* URL of LCM; "": none */
     sigset_t during_waits; /* signal mask while it waits, which admits signals */
@@ -26,7 +26,7 @@ struct asked {
  * append. STATUS_OK if the daemon has ended with the supply off. */
 int report_silent(const struct command_client *c, enum command_news news, bool may_move, const char *also, struct error *error);
 
-/* Reports that no such machine was found, and where it was looked for. STATUS_IO. */
+/* Reports that no such machine was found, and where it was looked for. Returns STATUS_IO. */
 int report_nobody(const struct asked *q, const struct error *doubt, const char *also, struct error *error);
 
 /* Lists in `names` the first machines of q->found, as many as fit: "hexid (/run/hexid), hexid-2

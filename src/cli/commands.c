@@ -93,7 +93,7 @@ void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS
 
 int commands_patience_ms(const struct commands *c) { return operator_waits(&c->operator) ? SOON_MS : IDLE_MS; }
 
-/* Returns the number of messages, from any sender. */
+/* Handles waiting messages of any sender, and returns their number. */
 static int take_messages(struct commands *c) {
     struct bus_message m;
     enum command command;

@@ -23,9 +23,10 @@ enum level { LEVEL_NONE /* does not apply to this configuration; not shown */, L
 
 struct finding {
     enum level level;
-    char found[2000];  /* lines; the first is printed beside the name */
-    char remedy[400];  /* "" with LEVEL_OK */
-    json_t *data;    /* numbers with units in their names; NULL: none. To be freed by the caller. */
+    char found[2000];  /* what was found, in lines; the first is printed beside the check's name */
+    char remedy[400];  /* what to do about it; "" with LEVEL_OK */
+    json_t *data;    /* the same as numbers with units in their names; NULL: none. The caller frees
+                      * it. */
 };
 
 struct doctor {
@@ -33,9 +34,9 @@ struct doctor {
     const char *config;     /* path of the configuration; NULL: built in */
     const char *url;        /* the machine's URL, as for --hal, without prefixed faults */
     const char *log;        /* --log, NULL: not given */
-    const char *root;       /* prefix of /proc and /sys; "" is this computer */
+    const char *root;       /* prefix of /proc and /sys; "" stands for this computer */
     double latency_s;       /* duration of the measurement of wake-ups; 0: none */
-    bool machine;           /* the URL is not a simulation: real time is required */
+    bool machine;           /* the URL is not of a simulation, so that real time is required */
     const struct loop_check *loop; /* check of the closed loop for these parameters; NULL: each
                                     * check computes it */
 };

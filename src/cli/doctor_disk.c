@@ -25,7 +25,7 @@ double log_bytes_per_s(const struct params *params) {
     return (double)(log_event_size(CHANNEL_STATE, state_encode(&cycle, buffer))) / params->loop.period_s;
 }
 
-/* Duration from engaging to parked, without a trajectory's extra time. */
+/* Returns the duration of a run from engaging to parked, without a trajectory's extra time. */
 static double run_s(const struct params *p) {
     const struct test_params *t = &p->tests;
     return reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + reference_park_s(&p->motion, p->motion.park_s) +

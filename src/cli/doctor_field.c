@@ -69,9 +69,9 @@ static json_t *counter_json(const struct can_controller *c, unsigned count) {
 
 static uint32_t errors(const struct can_controller *s) { return s->warnings + s->passives + s->bus_offs + s->bus_errors; }
 
-/* ISO 11898-1: a node is error-passive from 128 on and bus-off from 256. An unacknowledged frame
- * adds 8, a good one subtracts 1, so the counters show the present state. The totals count since
- * the interface was created, so only their change in the last second matters. */
+/* Judges the error counters of ISO 11898-1: a node is error-passive from 128 on and bus-off from
+ * 256. An unacknowledged frame adds 8, a good one subtracts 1, so they show the present state. The
+ * totals count since the interface was created, so only their change in the last second matters. */
 struct finding judge_can_errors(const char *interface, const struct can_controller *before, const struct can_controller *s) {
     static const char wiring[] = "look at termination (120 ohm at both ends), wiring, bit rate and sample point of all nodes";
     char counters[40] = "counters not told";
@@ -111,8 +111,8 @@ struct finding check_can_errors(const struct doctor *d) {
 
 /* ---- Modbus ---- */
 
-/* The baud rate of a serial line is in the address, not in the configuration, so usual rates are
- * listed. */
+/* Checks the speed of the line to the device. The baud rate of a serial line is in the address, not
+ * in the configuration, so usual rates are listed. */
 struct finding check_modbus_line(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;

@@ -102,7 +102,8 @@ struct finding check_governor(const struct doctor *d) {
                    "%s on %d of %d processors: they slow down between two cycles and wake the loop late", other, others, seen);
 }
 
-/* An idle state whose exit takes over a twentieth of the period visibly delays the loop. */
+/* Checks the processor's idle states: one whose exit takes over a twentieth of the period visibly
+ * delays the loop. */
 struct finding check_idle_states(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     double limit_us = d->params->loop.period_s * 1e6 / 20.0;
@@ -193,8 +194,8 @@ struct finding check_throttling(const struct doctor *d) {
     return finding(LEVEL_OK, "", "no processor was slowed down by heat since it was switched on");
 }
 
-/* Clock sources read over a bus or by an interrupt take microseconds, and the loop reads the
- * clock several times a cycle. */
+/* Checks the clock source: one that is read over a bus or by an interrupt takes microseconds, and
+ * the loop reads the clock several times a cycle. */
 struct finding check_clock_source(const struct doctor *d) {
     static const char path[] = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
     static const char *const slow[] = {"hpet", "acpi_pm", "pit", "jiffies", "refined-jiffies"};

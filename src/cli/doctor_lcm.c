@@ -66,7 +66,8 @@ static double sent_and_received(struct bus *out, struct bus *in) {
     return -1.0;
 }
 
-/* Uses ttl 0 whatever is configured, because the test concerns only this program. */
+/* Checks that a datagram comes back. It has ttl 0 whatever is configured, because the test concerns
+ * only this program. */
 struct finding check_lcm_datagram(const struct doctor *d) {
     char url[PARAMS_TEXT_SIZE];
     struct error error;

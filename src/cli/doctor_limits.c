@@ -25,7 +25,7 @@ static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa, thi
 static const double STEPS_LEAST = 5.0;     /* least limit of a length in steps of its transducer; a
                                             * smaller limit trips on rounding */
 
-/* Findings about the limits, one line each, and their remedies. */
+/* Findings about the limits, a line each, and what to do about them. */
 struct saying {
     struct finding f;
 };

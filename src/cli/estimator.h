@@ -16,7 +16,7 @@ struct estimator {
     /* Protected by the mutex. */
     enum { ESTIMATOR_IDLE, ESTIMATOR_BUSY, ESTIMATOR_DONE } state;
     bool ends;
-    struct recording recording;   /* belongs to the worker while it is busy */
+    struct recording recording;   /* only the worker may use it while the worker is busy */
     struct equations equations;
     struct error error;
 };

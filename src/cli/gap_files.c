@@ -62,7 +62,8 @@ int gap_files_check(const struct options *o, struct output *json, struct error *
     *json = (struct output){.file = -1};
     if (!*o->output) return error_set(error, STATUS_USAGE, "-o: an empty name; name a directory");
     bool there = !access(o->output, F_OK);
-    snprintf(path, sizeof path, there ? "%s/." : "%s", o->output); /* fails for a file, which has no
+    snprintf(path, sizeof path, there ? "%s/." : "%s", o->output); /* for a file, access() then
+                                                                    * fails, because a file has no
                                                                     * "." */
     if (access(there ? path : dirname(path), W_OK | X_OK))
         return error_set(error, STATUS_IO, "%.300s: cannot be %s: %s", o->output, there ? "written" : "made", strerror(errno));

@@ -8,7 +8,7 @@
 
 struct subcommand {
     const char *name, *usage, *purpose;
-    const char *options; /* lines; "%s" stands for the back-ends' URLs */
+    const char *options; /* text of the options, in lines; "%s" stands for the back-ends' URLs */
     const char *example; /* a command */
     int (*run)(int argc, char **argv);
 };

@@ -22,8 +22,8 @@ static const double SEARCH = 10.0;         /* m or rad; limit of the search for 
                                             * end, longer than any stroke */
 enum { WAY = 8, PLACES = 1 + WAY + 2 * DOFS, HALVINGS = 30, STEPS_PER_DECADE = 20, DECADES = 4 };
 
-/* The loop in all poses where the machine may be held: neutral, down to parking, and at the
- * ends. */
+/* Models of the loop in all poses where the machine may be held: at neutral, on the way down to
+ * parking, and at the ends of the strokes. */
 struct places {
     int count;
     int way;             /* number of places at the beginning that are neutral or on the way down */
@@ -157,7 +157,8 @@ static void find_remedy(const struct places *all, const struct params *p, struct
     }
 }
 
-/* Uses the valve's mean speed of both directions, because a leg moves out as far as in. */
+/* Finds kff for the valves' speeds. It uses the mean of both directions, because a leg moves out as
+ * far as in. */
 static void find_feed_forward(const struct loop_place *neutral, struct loop_check *c) {
     for (int i = 0; i < LEGS; i++) c->out_mps += neutral->out_mps[i] / LEGS, c->in_mps += neutral->in_mps[i] / LEGS;
     c->kff_suits = 2.0 / (c->out_mps + c->in_mps);
@@ -185,7 +186,7 @@ struct loop_check loop_check(const struct params *params, bool bus) {
     return c;
 }
 
-/* "z at 12.3 Hz, damping -0.02"; a growing real pole has no frequency. */
+/* Describes a mode: "z at 12.3 Hz, damping -0.02". A growing real pole has no frequency. */
 static int describe_mode(const struct loop_worst *w, char *text, size_t size) {
     if (!w->known) return snprintf(text, size, "its numbers are beyond computing");
     if (w->pole.radps > 0.0)

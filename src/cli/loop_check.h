@@ -42,7 +42,7 @@ struct loop_check {
  * later. */
 struct loop_check loop_check(const struct params *params, bool bus);
 
-/* Writes the finding and the remedy; "" if nothing needs to be done. */
+/* Writes what was found and what to do about it; "" if nothing needs to be done. */
 enum { LOOP_TEXT_SIZE = 300 };
 void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE], char remedy[LOOP_TEXT_SIZE]);
 
@@ -50,8 +50,8 @@ void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE],
  * simulated machine's, so on a field bus a noisy loop causes only a warning. */
 bool loop_check_refuses(const struct loop_check *c, bool bus);
 
-/* Returns -2 for a loop that is refused, with the mode, its frequency and damping, the key to
- * change and a suitable value. */
+/* Returns STATUS_OK, or -2 for a loop that is refused, with the mode, its frequency and damping,
+ * the key to change and a suitable value. */
 int loop_check_run(const struct loop_check *c, bool bus, struct error *error);
 
 #endif

@@ -21,16 +21,16 @@ enum { SCALES = 7 };
 struct instant {
     enum dof dof;                       /* axis of the test */
     double time_s;                      /* time in the test */
-    bool stopped;                       /* stopped at stop_s */
+    bool stopped;                       /* the test was stopped at stop_s */
     double stop_s;
 };
 
 /* A limit that is exceeded. */
 struct excess {
     const char *what, *unit;            /* "length", "m" */
-    double value, least, rest, most;    /* rest: value at neutral, from which both limits are
-                                         * counted */
-    const char *below, *above;          /* keys of the limits */
+    double value, least, rest, most;    /* the value, its limits, and its value at neutral, from
+                                         * which both limits are counted */
+    const char *below, *above;          /* configuration keys of the two limits */
     int leg;
     double share;            /* deviation from `rest` over the deviation that is allowed; above 1 */
     struct instant at;
@@ -45,7 +45,7 @@ struct walk {
     double scale;                       /* factor by which all poses are multiplied */
     double length_m[3][LEGS];           /* lengths in the last three cycles */
     struct instant at;
-    bool to_the_end;                    /* continue after an excess, to find the largest */
+    bool to_the_end;                    /* continue after an excess, to find the largest one */
     struct excess worst;
 };
 
@@ -121,7 +121,7 @@ static bool check_cycle(struct walk *w) {
         double before_m = w->length_m[0][k], now_m = w->length_m[1][k], next_m = w->length_m[2][k];
         in.leg[k][0] = now_m, in.leg[k][1] = (next_m - before_m) / (2 * dt_s);
         in.leg[k][2] = (next_m - 2 * now_m + before_m) / (dt_s * dt_s);
-        /* largest possible deflection: the seals slide */
+        /* the largest possible deflection, at which the seals slide */
         in.deflection[k] = inverse_dynamics_direction(in.leg[k][1], in.leg[k][2], dt_s);
         if (!check_length(w, k) || !check_rate(w, k, in.leg[k][1])) return false;
     }
@@ -161,14 +161,14 @@ static bool walk_stopped(struct walk *from, const struct reference *r) {
     return ok;
 }
 
-/* Period of the motion; infinite if it does not repeat. */
+/* Returns the period of the motion; infinite if it does not repeat. */
 static double period_s(const struct walk *w, enum dof dof) {
     if (dof != DOF_NONE) return 1.0 / w->params->tests.hz[dof];
     return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
 }
 
-/* True if a stop is tried here: a motion that repeats is stopped in its ramp-in and one period;
- * a trajectory also near its end, where the ramp-out runs beyond the last pass. */
+/* True if a stop is tried at this instant: a motion that repeats is stopped in its ramp-in and one
+ * period; a trajectory also near its end, where the ramp-out runs beyond the last pass. */
 static bool stops_here(const struct walk *w, const struct reference *r) {
     const struct test_params *t = &w->params->tests;
     double dt_s = w->params->loop.period_s, period = period_s(w, r->dof) / dt_s, ramp = t->ramp_s / dt_s, ramp_out = t->ramp_out_s / dt_s;
@@ -178,12 +178,12 @@ static bool stops_here(const struct walk *w, const struct reference *r) {
     return period < PERIOD_TICKS || since <= period || (w->trajectory && left <= ramp_out + period);
 }
 
-/* Walks through one test to its end, and again with stops. It begins at rest at neutral. */
+/* Walks through one test to its end, and again with stops. The test begins at rest at neutral. */
 static bool walk_test(struct walk *w, enum dof dof) {
     const struct params *p = w->params;
     struct reference r;
     reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
-    r.ticks = -2; /* after settling at neutral */
+    r.ticks = -2; /* the time when settling at neutral has ended */
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m[k];
     w->at = (struct instant){.dof = dof};

@@ -46,8 +46,8 @@ static bool stop_under_way(const struct operator *o) { return o->stop_id && !rea
 
 /* ---- requests ---- */
 
-/* Remembers a pending answer. A peer has one request at a time, so of two stops only the later
- * one is answered. */
+/* Remembers an answer that is to be sent later. A peer has one request at a time, so of two stops
+ * only the later one is answered. */
 static void owe(struct operator *o, const struct operator_waiting *w) {
     int place = -1;
     if (!w->peer) return;
@@ -130,7 +130,8 @@ static void withdraw(struct operator *o) {
 
 enum { WHY_SIZE = 200 };
 
-/* A reset that was not taken has found the cause of the fault again. */
+/* Returns why the loop did not act on a request. A reset without effect has found the cause of the
+ * fault again. */
 static const char *why_not_taken(const struct loop_acted *acted, enum command command, char text[WHY_SIZE]) {
     bool stands = command == COMMAND_RESET && acted->state == STATE_FAULT && acted->first_fault;
     if (!stands) return supervisor_advice(acted->state, acted->wrong, command);

@@ -28,19 +28,20 @@ struct operator_ports {
 
 /* A request that the loop has not acted on yet. */
 struct operator_waiting {
-    uint64_t peer;       /* 0: no request waits */
-    uint32_t id;         /* id in the client's request */
-    uint32_t request_id; /* id in the mailbox */
+    uint64_t peer;       /* client that sent it; 0: no request waits */
+    uint32_t id;         /* id that the client gave its request */
+    uint32_t request_id; /* id that the mailbox gave the request */
     enum command command;
     int64_t since_ns;
 };
 
 struct operator_lease {
     uint64_t peer;        /* 0: none */
-    enum command command; /* command to which it belongs, COMMAND_ENGAGE or COMMAND_START */
+    enum command command; /* command that began the lease, COMMAND_ENGAGE or COMMAND_START */
     int64_t heard_ns;
-    bool expired;       /* not renewed in time, or its peer is gone: the platform is being parked */
-    bool over;     /* its command has ended: the peer is told, and the lease is no longer watched */
+    bool expired;       /* it was not renewed in time, or its peer is gone, so the platform is being
+                         * parked */
+    bool over;  /* its command has ended, so the peer is told, and the lease is no longer watched */
 };
 
 enum { OPERATOR_STOPS = 64, OPERATOR_LEASES = 8 };
@@ -55,9 +56,10 @@ struct operator {
     uint32_t stop_id;                             /* id in the mailbox of the last stop or park */
     enum command stop_command;                    /* last stop or park; 0: none yet */
     struct operator_lease lease[OPERATOR_LEASES];
-    bool refused;                                 /* a refusal was reported */
-    int64_t refused_ns;                           /* time of that report */
-    uint64_t unsaid;                            /* refusals since then, answered but not reported */
+    bool refused;                                 /* a refusal has been reported */
+    int64_t refused_ns;                           /* time of the last report of a refusal */
+    uint64_t unsaid;                            /* number of refusals since that report, which were
+                                                 * answered but not reported */
 };
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports);

@@ -230,7 +230,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     }
 }
 
-/* Suggests only long options that the subcommand takes. */
+/* Refuses an unknown option, and suggests a similar one that the subcommand takes. */
 static int unknown_option(const char *command, const char *name, const char *allowed, struct error *error) {
     const char *word = name + strspn(name, "-"), *nearest = NULL;
     int best = edit_distance_too_far(word);

@@ -11,9 +11,9 @@
 enum { READ_MAX = OPERANDS_MAX + LOGS_MAX + 3, WRITTEN_MAX = 6 };
 
 struct file {
-    const char *what;        /* "--json", or a description of an input */
+    const char *what;        /* where the name comes from: "--json", or a description of an input */
     const char *name;
-    char text[PATH_MAX];     /* for a name made here */
+    char text[PATH_MAX];     /* holds the name if it was made by this program */
     struct stat state;
     bool there, in_place;
     char folder[PATH_MAX];   /* directory of the path */

@@ -11,10 +11,10 @@
 enum outputs_kind {
     OUTPUTS_NONE,  /* nothing */
     OUTPUTS_LOG,   /* --log: a log, or a directory for one */
-    OUTPUTS_PAGE,  /* -o: a result */
-    OUTPUTS_FILE,  /* -o: a log, or a new file, opened by its writer */
-    OUTPUTS_MODEL, /* -o: the directory of hexid gap */
-    OUTPUTS_TESTS, /* -o: the directory of hexid export */
+    OUTPUTS_PAGE,  /* -o names a result */
+    OUTPUTS_FILE,  /* -o names a log, or a new file that its writer opens */
+    OUTPUTS_MODEL, /* -o names the directory of hexid gap */
+    OUTPUTS_TESTS, /* -o names the directory of hexid export */
 };
 
 /* Checks all outputs before anything is run, read or moved. Refuses with -2, naming both files:

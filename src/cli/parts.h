@@ -15,9 +15,10 @@ struct parts {
     struct equations *part;  /* [PARTS] */
     int count, joined;   /* each part[] but the last is the sum of `joined` parts, a power of two */
     int in_last;             /* number of parts that the last part[] sums up */
-    int all, left_out;       /* parts closed; parts without equations (at rest, or too short) */
+    int all, left_out;       /* number of parts closed, and of parts without equations (at rest, or
+                              * too short) */
     bool dropped;            /* the estimator's current motion was cleared */
-    struct error why;        /* reason for the first part that was left out */
+    struct error why;        /* why the first part that was left out has no equations */
 };
 
 /* Starts the estimator. Returns -3 on failure. To be freed even then. */
@@ -37,7 +38,8 @@ void parts_take(struct parts *p, bool wait);
 void parts_add(struct parts *p, const struct equations *e, const struct error *error);
 
 /* Sums all parts and compares them (agreement->logs is 1 or 0 if there is nothing to compare;
- * NULL: not wanted). Negative with the reason if there is no sum; -3: no memory. */
+ * agreement may be NULL). Returns a negative status with the reason if there is no sum; -3: no
+ * memory. */
 int parts_sum(const struct parts *p, const struct params *configured, struct equations *sum, struct agreement *agreement,
               struct error *error);
 

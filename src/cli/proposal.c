@@ -10,7 +10,7 @@
 #include "units.h"
 
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
-static const double SPREAD = 0.65;     /* lowest frequency of a multisine relative to its highest */
+static const double SPREAD = 0.65;     /* lowest frequency of a multisine over its highest */
 static const double MARGIN = 0.5;          /* share of limits.following_m, of the limit of rates and
                                             * of checks.amplitude_pct that a proposal may take */
 static const double OF_PEAK = 0.75;        /* speed of the proposed sines' fastest leg over that of
@@ -52,7 +52,7 @@ static double floor_to(double step, double x) { return step * floor(x / step + 1
 
 static void tell(struct proposal_watch *w) { w->share(w->context, (double)w->done++ / w->most); }
 
-/* Shortest duration in which sines of the lowest frequency can be evaluated. */
+/* Returns the shortest duration in which sines of the lowest frequency can be evaluated. */
 static double shortest_s(const struct test_params *t) {
     double lowest_hz = t->hz[0];
     for (int i = 1; i < DOFS; i++) lowest_hz = fmin(lowest_hz, t->hz[i]);
@@ -64,7 +64,7 @@ static double highest_hz(const struct loop_survey *s) {
     return isnan(loop_hz) ? OF_OIL * oil_hz : fmin(OF_OIL * oil_hz, OF_LOOP * loop_hz);
 }
 
-/* The highest frequency at which the loop follows this axis well enough. */
+/* Returns the highest frequency at which the loop follows this axis well enough. */
 static double sine_hz(const struct loop_survey *s, const struct params *params, enum dof dof, double highest) {
     double enough = MARGIN * params->checks.amplitude_pct / 100.0, best_hz = highest, least = HUGE_VAL;
     for (double hz = highest; hz >= LOWEST_HZ; hz -= 10.0 * HZ_STEP) {
@@ -181,7 +181,7 @@ static int search(struct design *d, double rate_mps, struct proposal *result, st
 
 static double longest_s(const struct test_params *t) { return LONGEST_S[t->multisine ? PROPOSAL_MULTISINE : PROPOSAL_SINES]; }
 
-/* Predicts the variance of the worst entry, %^2. */
+/* Returns the predicted variance of the worst entry, %^2. */
 static double predict_for(struct design *d, double duration_s, struct excitation *e, int *status, struct error *error) {
     d->trial.tests.duration_s = round_to(SECONDS_STEP, duration_s);
     if (!*status) tell(d->watch);

@@ -43,8 +43,8 @@ struct proposal_watch {
     int done, most;        /* numbers of predictions */
 };
 
-/* params: as configured for the tests, not the survey's; wanted_pct: as excitation.worst_pct.
- * Returns 0 also without a proposal (result->none); -3: no memory. */
+/* Makes a proposal. params: as configured for the tests, not the survey's; wanted_pct: as
+ * excitation.worst_pct. Returns 0 also without a proposal (result->none); -3: no memory. */
 int propose(enum proposal_kind kind, const struct loop_survey *survey, const struct params *params, double wanted_pct,
             struct proposal_watch *watch, struct proposal *result, struct error *error);
 

@@ -18,41 +18,43 @@ struct recorder {
     const struct params *params;
     struct loop *loop;
     struct ring *records;
-    struct log_writer *log;          /* NULL: no log */
+    struct log_writer *log;          /* writer of the log; NULL: there is no log */
     struct log_keeper *keeper;       /* NULL: the log is one file */
-    int64_t part_bytes;              /* size at which parts end, or up to twice that, so as not
-                                      * to split a test */
-    int64_t part_due_bytes;          /* size of this part at which the next is requested */
-    int part;                        /* number of this part, from 1 */
+    int64_t part_bytes;              /* size at which a part ends; it may reach twice that, so as
+                                      * not to split a test */
+    int64_t part_due_bytes;        /* size of the current part at which the next one is requested */
+    int part;                        /* number of the current part, from 1 */
     char part_path[PATH_MAX];        /* path of this part; "" for the first */
     bool over_quota;                 /* the operator knows that the logs exceed the quota */
     const char *config;
-    struct bus *bus;                 /* NULL: no bus */
+    struct bus *bus;                 /* LCM bus; NULL: there is none */
     struct progress *progress;
     struct notify notify;            /* for a service manager: ready when settled, life signs
                                       * while cycles come, stopping when the loop is to quit */
     struct analysis analysis;
-    struct estimator estimator;      /* method C of the tests so far, for the bus */
+    struct estimator estimator;      /* runs method C on the tests so far, for the bus */
     bool estimate_due;               /* a test has ended since the last estimate began */
     int64_t estimate_ns;             /* time of the end of the last test in the current estimate */
     int estimate_tests; /* number of tests in the current estimate; 0: none */
     _Atomic bool computes;     /* the recorder is computing, which may take longer than
                                 * RECORDER_PATIENCE_S */
     uint32_t request_id;             /* id of the last request reported */
-    int64_t statistics_cycles;       /* interval between HEXID_LOOP_STATS */
-    int64_t settled_cycles;          /* consecutive cycles in settled */
+    int64_t statistics_cycles;       /* number of cycles between HEXID_LOOP_STATS messages */
+    int64_t settled_cycles;          /* number of consecutive cycles in STATE_SETTLED */
     uint32_t interlocks_wrong;       /* interlocks reported last as wrong (interlock.h) */
     int64_t checked_ns, asked_ns;    /* times of the last check of the log and of the last
                                       * request for a part */
     char device[200];                /* last reported condition of the connection to the machine */
     struct error error;              /* first failure to write the log; status 0: none */
-    struct error keeper_error;       /* the keeper has ended or hangs; status 0: no */
+    struct error keeper_error;       /* error of the keeper when it has ended or hangs; status 0: it
+                                      * works */
     pthread_t thread;
 };
 
-/* `config` is the effective configuration, the first event of the log and of each of its parts;
- * it must outlive the recorder. If the log cannot be written, the recorder sets `loop->quit` and
- * requests parking; otherwise it does not affect the loop. -2, -3. */
+/* Starts the recorder. `config` is the effective configuration, the first event of the log and of
+ * each of its parts; it must outlive the recorder. If the log cannot be written, the recorder sets
+ * `loop->quit` and requests parking; otherwise it does not affect the loop. Returns -2 or -3 on an
+ * error. */
 int recorder_start(struct recorder *r, const char *config, struct error *error);
 
 /* Waits for the last record, as long as records are taken or something is computed; after

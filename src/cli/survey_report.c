@@ -198,7 +198,7 @@ void survey_report_print(const struct survey_report *r, FILE *out) {
     fprintf(out, "\n");
 }
 
-/* A number that JSON cannot hold becomes null. */
+/* Makes a JSON number; a number that JSON cannot hold becomes null. */
 static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
 
 static json_t *modes_json(const struct loop_survey *s) {

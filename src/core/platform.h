@@ -25,7 +25,7 @@ struct platform {
     struct reference reference;
     struct pid pid[LEGS];
     /* the last good sample */
-    double pose[DOFS];           /* pose, from which forward kinematics starts */
+    double pose[DOFS];           /* the pose, from which the next forward kinematics starts */
     double length_m[LEGS], force_n[LEGS]; /* leg lengths, and leg forces from the last trusted
                                            * pressures */
     double still_m[LEGS];        /* length in the previous sample */
