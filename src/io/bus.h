@@ -21,7 +21,7 @@ enum { BUS_CHANNEL_SIZE = 64, BUS_DATA_MAX = 65000, BUS_INTERFACE_SIZE = 16 };
 
 struct bus_message {
     char channel[BUS_CHANNEL_SIZE];
-    const unsigned char *data; /* valid until the next bus_receive() */
+    const unsigned char *data; /* bytes of the message; valid until the next bus_receive() */
     int size;
 };
 
@@ -49,14 +49,16 @@ void bus_remedy(char *text, size_t size);
 /* The kernel's route to the group, by which messages are sent. */
 struct bus_route {
     char group[16];      /* 239.255.76.67 */
-    int port, ttl;       /* ttl 0: stays on this host */
-    char interface[BUS_INTERFACE_SIZE];  /* "": there is no route */
+    int port, ttl;       /* port of the group, and time to live of datagrams; with ttl 0 they stay
+                          * on this host */
+    char interface[BUS_INTERFACE_SIZE];  /* name of the interface by which messages leave; "": there
+                                          * is no route */
     bool loopback;
 };
 struct bus_route bus_route(const struct bus *bus);
 
-/* Returns 0, or -1 if the system did not accept the message at once: the stream is only for
- * watching, so the caller goes on. Several threads may publish. */
+/* Sends a message to the bus. Returns 0, or -1 if the system did not accept it at once: the stream
+ * is only for watching, so the caller goes on. Several threads may publish. */
 int bus_publish(struct bus *bus, const char *channel, const void *data, int size);
 
 /* Receives from now on the channels whose names begin with the prefix. SAFETY: a datagram is

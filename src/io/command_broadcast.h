@@ -7,14 +7,15 @@
 
 #include "command_client.h"
 
-/* A machine to be told. */
+/* A machine to which the command is sent. */
 struct command_told {
     struct command_client client; /* initialised with the machine, fd -1 and zeros */
     enum command_news news;       /* news from the machine; at the end NEWS_NONE: no answer */
     int unreached;                /* errno of the failure to reach the machine; 0: reached */
 };
 
-/* Returns when all have answered or ended, or after patience_ms; closes all connections. */
+/* Sends the command to all these machines. Returns when all have answered or ended, or after
+ * patience_ms; closes all connections. */
 void command_broadcast(enum command command, struct command_told *told, int count, int patience_ms);
 
 #endif

@@ -13,7 +13,7 @@ struct command_client {
     int fd;                       /* -1: not connected */
     uint32_t id;                  /* id of the last request */
     struct command_answer answer; /* last answer received, with the platform's state at that time */
-    bool answered;                /* answer is valid */
+    bool answered;                /* true if `answer` is valid */
 };
 
 /* Connects; retries for patience_ms while the daemon is busy. Returns 0, or -1 with errno as

@@ -21,8 +21,8 @@ enum {
 };
 
 struct command_request {
-    uint32_t id;          /* chosen by the client, returned in the answer */
-    enum command command; /* COMMAND_NONE with renew */
+    uint32_t id;          /* the client chooses it, and the answer repeats it */
+    enum command command; /* the command; COMMAND_NONE if `renew` is set */
     bool renew;           /* renews the sender's lease */
 };
 
@@ -36,7 +36,7 @@ struct command_answer {
     double lease_s; /* time without renewal after which the machine is parked; 0: no lease */
     enum outcome outcome;
     enum state state;
-    char text[COMMAND_TEXT_SIZE]; /* reason, and what to do first */
+    char text[COMMAND_TEXT_SIZE]; /* reason for the outcome, and what to do first */
 };
 
 void command_request_encode(const struct command_request *request, unsigned char packet[COMMAND_REQUEST_SIZE]);

@@ -45,7 +45,7 @@ static int fail_yaml(struct reader *r) {
     const yaml_parser_t *p = &r->parser;
     size_t line = p->problem_mark.line + 1;
     if (p->error == YAML_MEMORY_ERROR) return fail(r->error, r->name, line, "out of memory");
-    if (p->error == YAML_READER_ERROR) { /* libyaml gives only a byte's offset */
+    if (p->error == YAML_READER_ERROR) { /* libyaml states only the byte where it found the error */
         line = 1;
         for (size_t i = 0; i < p->problem_offset; i++) line += r->text[i] == '\n';
         return fail(r->error, r->name, line, "%s; save the file as UTF-8 text", p->problem);
@@ -92,7 +92,7 @@ static int read_section(struct reader *r, const char *path, size_t line) {
     if (keys && (status = read_mapping(r, path)) != STATUS_OK) return status;
     const char *dot = strchr(path, '.');
     bool effect = !strncmp(path, "effects.", strlen("effects."));
-    /* the user must have meant something by naming the effect */
+    /* whoever names an effect must have meant something by it */
     if (effect && !r->params->effects[effect_find(dot + 1)].on)
         return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path,
                     dot + 1);

@@ -273,7 +273,7 @@ static void check_effects(struct checker *c, const struct params *p) {
 
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
-    /* a single axis has no platform to check, and is never driven */
+    /* a single axis has no platform to check, and hexid never drives it */
     bool legs = params->mechanism == MECHANISM_STEWART;
     check_payload(&c, &params->payload);
     check_hydraulics(&c, params);

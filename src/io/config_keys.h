@@ -22,12 +22,13 @@ enum config_kind {
     CONFIG_REAL,
     CONFIG_INTEGER,
     CONFIG_BOOLEAN,
-    CONFIG_CHOICE,    /* one of `names` */
+    CONFIG_CHOICE,    /* one of the words in config_key.names */
     CONFIG_TEXT,      /* printable ASCII */
     CONFIG_AXES,      /* list of axes, each at most once */
-    CONFIG_REALS,     /* `count` numbers, for legs or axes: one for all, or a list */
-    CONFIG_REALS_ALIKE,/* `count` equal numbers: one for all */
-    CONFIG_POINTS     /* `count` lists of x, y, z, or an empty list: none given */
+    CONFIG_REALS,    /* `count` numbers, one for each leg or axis; a single number stands for all */
+    CONFIG_REALS_ALIKE,/* `count` numbers that must be equal; written as one */
+    CONFIG_POINTS     /* `count` points, each a list of x, y and z; an empty list means that none
+                       * are given */
 };
 
 struct config_key {
@@ -35,11 +36,11 @@ struct config_key {
     enum config_kind kind;
     size_t offset;               /* offset of the value in struct params */
     double min, max;             /* range of allowed values, both ends included */
-    char value[48];              /* default as YAML; for an effect the value that adds nothing */
+    char value[48];  /* default value in YAML; for a key of an effect the value that adds nothing */
     const char *unit;            /* "-": none */
     const char *meaning;
-    const char *const *names;    /* names of a choice; ended by NULL */
-    int effect;                  /* index in effect_table; -1: not a key of an effect */
+    const char *const *names;    /* words of a CONFIG_CHOICE; ended by NULL */
+    int effect;          /* index of the effect in effect_table; -1: the key belongs to no effect */
     int count;                   /* number of values or points, at most LEGS */
     bool shape;              /* the key shapes an effect's law: no value of it adds nothing */
 };

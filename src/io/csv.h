@@ -55,7 +55,8 @@ struct csv_file {
 struct csv_report {
     int files;             /* number of files, one for each test */
     int found;             /* import: number of files in the directory */
-    struct csv_file file[CSV_FILES_MAX]; /* import: the files in the order of the log */
+    struct csv_file file[CSV_FILES_MAX]; /* import: the files in the order in which the log has
+                                          * them */
     int64_t rows;
     int64_t lost;          /* number of the tests' cycles without a row */
     char aside[PATH_MAX];  /* import: new name of a log that existed at the output's path; "":
@@ -80,26 +81,27 @@ struct csv_report {
     char zero[600];        /* import: times taken as t = 0 in files whose t_s does not begin near
                             * zero: "2_y.csv: 6.500; ..." */
     char overruled[600];   /* import: frequencies in heads that csv_source.overruled left out */
-    bool no_lengths;       /* import: a file of a platform lacks leg lengths */
+    bool no_lengths;       /* import: a platform's file lacks leg lengths */
     char doubtful[CSV_DOUBTS_SIZE]; /* import: columns with values implausible for their names, and
                                      * the units that they might have (csv_doubts.h) */
 };
 
-/* Writes the tests of a log as DIRECTORY/1_x.csv ..., and its configuration. Creates the
- * directory if needed; refuses one that has CSV files, and overwrites no file. run: number in a
- * log that holds several (log_runs.h), else 0. -3 with the file's name. */
+/* Writes the tests of a log as DIRECTORY/1_x.csv ..., and its configuration. Creates the directory
+ * if needed; refuses one that has CSV files, and overwrites no file. run: number of the run in a
+ * log that holds several (log_runs.h), else 0. On an error it returns -3 and names the file. */
 int csv_export(const char *log_path, int run, const char *directory, struct csv_report *report, struct error *error);
 
 struct csv_map;
 
 /* A directory of CSV files and how to read it. */
 struct csv_source {
-    const char *path;      /* the directory, or a single file, whose configuration is the base */
-    const char *base;      /* configuration, YAML text; NULL: the built-in one */
+    const char *path;      /* path of the directory, or of a single file, whose configuration is the
+                            * base */
+    const char *base;      /* configuration as YAML text; NULL: the built-in one */
     struct csv_map *map;   /* columns under the user's own names (csv_map.h); NULL: none */
     bool overruled;       /* the base's tests.frequency_hz wins over the frequencies in the files */
-    int only;              /* reads only this file, from 1, which need not have all names of the
-                            * map; 0: all files */
+    int only;              /* number, from 1, of the only file to read, which need not have all
+                            * names of the map; 0: all files */
 };
 
 /* Makes a log from the CSV files of a directory. The configuration is DIRECTORY/config.yaml if

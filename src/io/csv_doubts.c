@@ -67,7 +67,7 @@ struct group {
     struct expectation expected;
 };
 
-/* Kinds of channels: a recording has each in one unit. */
+/* Kinds of channels. All channels of a kind have the same unit in a recording. */
 enum kind { LENGTH, ANGLE, PRESSURE, FORCE, VALVE, KINDS };
 enum { GROUPS = 2 };
 

@@ -63,7 +63,7 @@ double *csv_place(struct params *params, enum csv_key key, enum dof dof);
 /* Returns the name of an axis: "x" ... "psi", "none". */
 const char *csv_dof_name(enum dof dof);
 
-/* Returns false for an unknown name. */
+/* Finds an axis by its name. Returns false for an unknown name. */
 bool csv_dof_find(const char *name, enum dof *dof);
 
 /* Lists the CSV files of a directory in the order of the numbers in their names. Returns their

@@ -39,7 +39,7 @@ struct import {
                                    * motion */
     double evaluated_s;    /* shortest evaluated part of the files that do not state theirs */
     struct log_writer *log;
-    uint64_t seq;          /* seq of the row before the current file */
+    uint64_t seq;          /* number (seq) of the cycle before the current file */
     int64_t start_ns;      /* start of the current file on the log's clock */
     struct csv_report *report;
     struct error *error;

@@ -13,10 +13,10 @@ enum { CSV_ALIAS_SIZE = 120 };
 
 struct csv_alias {
     char name[CSV_ALIAS_SIZE]; /* name as it stands in the file */
-    int column;                /* index in csv_columns */
-    double unit;               /* factor that converts its values to SI */
-    bool seen;                 /* found in some file */
-    char nearest[CSV_ALIAS_SIZE]; /* the most similar name in the files; "": none is near */
+    int column;                /* index of the column in csv_columns */
+    double unit;               /* factor that converts the column's values to SI */
+    bool seen;                 /* the name was found in some file */
+    char nearest[CSV_ALIAS_SIZE]; /* the most similar name in the files; "": no name is similar */
 };
 
 struct csv_map {

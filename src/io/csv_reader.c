@@ -21,7 +21,8 @@ static void list(char text[CSV_LIST_SIZE], const char *word) {
 
 static int read_value(struct csv_reader *r, int key, char *text, struct error *error) {
     struct csv_head *h = &r->head;
-    bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* may be 0 */
+    bool time = key == CSV_SETTLE || key == CSV_RAMP || key == CSV_RAMP_OUT; /* durations that may
+                                                                              * be 0 */
     /* range of loop.period_s and of the keys of tests */
     double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0;
     char *end = csv_text_number(text, &value);
@@ -193,7 +194,8 @@ static int refuse_cell(const struct csv_reader *r, int cell, struct error *error
                       length < 40 ? length : 40, text, r->in.separator == ',' ? "" : " or comma");
 }
 
-/* Refuses a row with the wrong number of cells; rest: text after the last cell read. */
+/* Refuses a row with the wrong number of cells; rest is the text after the last cell that was
+ * read. */
 static int refuse_count(const struct csv_reader *r, int cells, const char *rest, struct error *error) {
     for (; *rest; rest++) cells += *rest == ',';
     return csv_text_refuse(&r->in, error, "%d cells, but line %d names %d columns", cells, r->head.columns_line, r->cells);

@@ -12,8 +12,8 @@ extern const char csv_stated_kind[];
 
 void csv_stated_text(enum dof dof, double hz, char text[CSV_STATED_SIZE]);
 
-/* Returns false for any other message, and for a frequency outside the range of
- * tests.frequency_hz. */
+/* Decodes an event of kind "stated". Returns false for any other message, and for a frequency
+ * outside the range of tests.frequency_hz. */
 bool csv_stated_decode(const void *data, int size, enum dof *dof, double *hz);
 
 #endif

@@ -34,7 +34,7 @@ struct mat_export {
     int failure;
     bool too_long;                    /* the log is too long for the format */
     size_t cycles, capacity;
-    union cell *column[COLUMNS];      /* time_s, then cycle_columns */
+    union cell *column[COLUMNS];      /* values of time_s, then those of cycle_columns */
     struct kept *message;
     size_t messages, message_capacity, message_bytes;
 };
@@ -170,7 +170,8 @@ static matvar_t *value_of(struct mat_export *e, const struct message *m, int fie
     if (f->kind == FIELD_TEXT) return f->count == 1 ? characters(e, message_text(m, field, 0)) : texts(e, m, field);
     union cell *cells = calloc((size_t)count + 1, sizeof *cells);
     for (int i = 0; cells && i < count; i++) {
-        int from = matrix ? i % DOFS * DOFS + i / DOFS : i; /* the message is row-major */
+        int from = matrix ? i % DOFS * DOFS + i / DOFS : i; /* a matrix is row-major in the message
+                                                             * and column-major in the file */
         if (real) cells[i].real = message_real(m, field, from);
         else cells[i].integer = message_integer(m, field, from);
     }

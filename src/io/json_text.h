@@ -13,7 +13,7 @@
 struct json_text {
     char *text;             /* `size` bytes, without a zero at the end; freed by json_text_free() */
     size_t size, capacity;
-    bool failed;             /* out of memory: `text` is not valid JSON */
+    bool failed;             /* memory ran out, so that `text` is not valid JSON */
 };
 
 void json_text_free(struct json_text *j);

@@ -18,15 +18,17 @@ static const uint32_t sync_word = 0xEDA1DA01;
 struct log_writer {
     int file;
     char *path;
-    struct stat begun;       /* state of the file at its start; if not regular, it may be a pipe */
+    struct stat begun;       /* state of the file when writing began; a file that is not regular may
+                              * be a pipe */
     bool flushed;            /* the first event has been flushed */
-    int64_t number, bytes;   /* events and bytes accepted for this file */
-    unsigned char *buffer;   /* whole events; only the first may be partly written */
+    int64_t number, bytes;   /* number of events, and of bytes, that this file has accepted */
+    unsigned char *buffer;   /* whole events that are still to be written; only the first may be
+                              * partly written */
     size_t used, capacity;
     int64_t kept, lost;      /* number of events of the counted channel that are in this file, and
                               * in none */
     const char *counted; /* channel given to log_count() */
-    struct error error;      /* the first failure */
+    struct error error;      /* error of the first failure */
 };
 
 static void write_u32(unsigned char *p, uint32_t x) {
@@ -197,7 +199,7 @@ struct log_reader {
     char channel[CHANNEL_MAX + 1];
 };
 
-/* Reads more bytes into the buffer. False at the end of the file, or on an error. */
+/* Reads more bytes into the buffer. Returns false at the end of the file, or on an error. */
 static bool fill(struct log_reader *r) {
     ssize_t got;
     if (r->begin > 0) {

@@ -61,7 +61,7 @@ size_t log_event_size(const char *channel, int size);
 
 struct log_event {
     int64_t utime_us;
-    const char *channel;  /* valid until the next read */
+    const char *channel;  /* the event's channel; valid until the next read */
     const void *data;
     int size;
 };

@@ -19,7 +19,7 @@ static const char run_shape[] = "0000-00-00T00-00-00Z", part_shape[] = ".0000", 
 
 struct entry {
     char *name;
-    long number; /* number of the run; 0: none */
+    long number; /* number of the run in the file's name; 0: it has none */
     struct timespec written;
     int64_t bytes;
 };
@@ -109,7 +109,8 @@ static int prune(int directory, const char *path, const struct entry *entries, i
     int64_t bytes = 0;
     int status = STATUS_OK;
     for (int i = 0; i < count; i++) bytes += entries[i].bytes;
-    for (int i = 0; i < count - 1 && bytes > quota_bytes; i++) { /* the last is the newest */
+    /* never deletes the last entry, which is the newest */
+    for (int i = 0; i < count - 1 && bytes > quota_bytes; i++) {
         if (in_progress(directory, entries, count, entries[i].name)) continue;
         int deleted = delete_unused(directory, entries[i].name);
         if (deleted > 0) bytes -= entries[i].bytes;

@@ -17,11 +17,12 @@ struct export_format {
     void (*cycle)(void *to, int64_t utime_us, double time_s, const struct cycle *c);
     void (*message)(void *to, int64_t utime_us, const struct message *m);
     int (*failed)(const void *to);
-    int (*close)(void *to, struct error *error); /* frees the state; removes an incomplete file */
+    int (*close)(void *to, struct error *error); /* frees the state; after a failure it removes the
+                                                  * incomplete file */
 };
 
-/* CSV, a row for each cycle: time_s, then the columns of cycle_columns.h; no messages. Numbers
- * read back bit for bit. */
+/* Exports CSV, with a row for each cycle: time_s, then the columns of cycle_columns.h; no messages.
+ * Numbers read back bit for bit. */
 extern const struct export_format export_table;
 
 /* MCAP: topics /hexid/state and /hexid/NAME for the types of message_fields.h, as JSON with

@@ -53,7 +53,7 @@ static int create(const char *first, int *number, struct answer *a) {
 static int make_part(const char *first, int *number, int64_t quota_bytes, struct answer *a) {
     char directory[PATH_MAX];
     int64_t left_bytes = 0;
-    struct error ignored; /* files that cannot be deleted count as over the quota */
+    struct error ignored; /* not reported: files that cannot be deleted count as over the quota */
     *a = (struct answer){0};
     int file = create(first, number, a);
     if (file >= 0) flock(file, LOCK_EX | LOCK_NB);
@@ -158,7 +158,7 @@ static int received_file(struct msghdr *message) {
 }
 
 int log_keeper_take(struct log_keeper *k, int wait_ms, struct log_part *part, struct error *error) {
-    static struct answer a; /* there is only one recorder */
+    static struct answer a; /* may be static, because there is only one recorder */
     _Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof(int))];
     struct iovec data = {.iov_base = &a, .iov_len = sizeof a};
     struct msghdr message = {.msg_iov = &data, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};

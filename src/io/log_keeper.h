@@ -15,7 +15,7 @@
 struct log_keeper {
     int socket;
     bool asked;           /* a request is unanswered */
-    bool gone;            /* the process has ended: no more parts will come */
+    bool gone;            /* the process has ended, so that no more parts will come */
 };
 
 struct log_part {
@@ -26,9 +26,9 @@ struct log_part {
                            * the newest or belong to runs in progress */
 };
 
-/* Starts the process. first: path of the first part, from log_directory_create(). quota_bytes 0:
- * no quota. To be called before confine(). Start and stop wait for the process, for seconds at
- * most. -3 with the reason. */
+/* Starts the process. first: path of the first part, from log_directory_create(). quota_bytes 0: no
+ * quota. To be called before confine(). Starting and stopping wait for the process, for seconds at
+ * most. Returns -3 with the reason on an error. */
 int log_keeper_start(struct log_keeper *k, const char *first, int64_t quota_bytes, struct error *error);
 void log_keeper_stop(struct log_keeper *k);
 

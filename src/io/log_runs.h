@@ -14,7 +14,7 @@
 enum { LOG_RUNS_MAX = 32 };
 
 struct log_run {
-    int64_t begin, end;          /* byte range in the log */
+    int64_t begin, end;          /* the run's events begin within these bytes of the log */
     int64_t began_us;            /* utime of the run's first cycle */
     int64_t cycles;
     uint64_t first_seq, last_seq;

@@ -34,7 +34,7 @@ bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *add
 struct places {
     char path[MACHINE_PLACES][MACHINE_DIRECTORY_SIZE];
     int count;
-    bool more; /* further directories are not searched */
+    bool more; /* there are further directories, which are not searched */
 };
 
 static void add_place(struct places *p, const char *folder, const char *below) {
@@ -148,7 +148,7 @@ static int lock_name(const struct machine *m) {
     if (file < 0) return -1;
     bool ours = !fstat(file, &s) && S_ISREG(s.st_mode) && (s.st_uid == geteuid() || s.st_uid == 0 || geteuid() == 0);
     if (!ours) errno = EACCES;
-    else fchmod(file, 0600); /* a file of an older version is readable */
+    else fchmod(file, 0600); /* because a file of an older version is readable for everybody */
     if (!ours || flock(file, LOCK_EX | LOCK_NB)) {
         int why = errno;
         close(file);

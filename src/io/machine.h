@@ -44,15 +44,15 @@ bool machine_name_valid(const char *name);
  * long. */
 bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *address);
 
-/* Daemon: takes the name; "": MACHINE_NAME_DEFAULT, or with the first free suffix of -2, -3 ...
- * *lock is a descriptor to keep open. STATUS_UNSAFE: the name is taken, or the directory cannot
- * be trusted; STATUS_IO: no directory, or it is not writable. */
+/* For the daemon: takes the machine's name; "": MACHINE_NAME_DEFAULT, or with the first free suffix
+ * of -2, -3 ... *lock is a descriptor to keep open. STATUS_UNSAFE: the name is taken, or the
+ * directory cannot be trusted; STATUS_IO: no directory, or it is not writable. */
 int machine_claim(const char *name, struct machine *m, int *lock, struct error *error);
 
-/* Client: finds the running machines with this name, or with "" all. Returns their number, at
- * most MACHINES_MAX. SAFETY: at most MACHINES_EACH for a directory, so that sockets in one
- * user's directory do not displace a machine in another's. *doubt tells which directory could
- * not be searched and why (status STATUS_OK: none). */
+/* For clients: finds the running machines with this name, or with "" all. Returns their number, at
+ * most MACHINES_MAX. SAFETY: at most MACHINES_EACH for a directory, so that sockets in one user's
+ * directory do not displace a machine in another's. *doubt tells which directory could not be
+ * searched and why (status STATUS_OK: none). */
 int machine_find(const char *name, struct machine list[MACHINES_MAX], struct error *doubt);
 
 /* Client: connects to the machine's socket, non-blocking. Returns -1 with errno: EACCES: not

@@ -129,7 +129,7 @@ int mcap_create(struct mcap_writer **writer, const char *path, struct error *err
     }
     put(&w->out, magic, MAGIC_SIZE);
     size_t header = record_begin(&w->out, HEADER);
-    put_text(&w->out, "");      /* no registered profile */
+    put_text(&w->out, "");      /* the profile; hexid's files follow none */
     put_text(&w->out, "hexid");
     record_end(&w->out, header);
     flush(w, &w->out);
@@ -148,7 +148,7 @@ int mcap_channel(struct mcap_writer *w, const char *topic, const char *schema_na
     int id = w->channel_count++;
     assert(id < MCAP_CHANNELS_MAX);
     size_t record = record_begin(&w->schemas, SCHEMA);
-    put_u16(&w->schemas, id + 1); /* 0 is no schema */
+    put_u16(&w->schemas, id + 1); /* ids begin at 1, because 0 means no schema */
     put_text(&w->schemas, schema_name);
     put_text(&w->schemas, "jsonschema");
     put_text(&w->schemas, schema);

@@ -16,8 +16,8 @@ struct field {
     const char *name;
     enum field_kind kind;
     int bytes;  /* size of an element on the wire; 0: a text, which states its length */
-    int count;  /* 1; the length of an array (36: a 6 x 6 matrix, row-major); or FIELD_COUNTED:
-                 * the value of the last FIELD_COUNT */
+    int count;  /* number of elements: 1; the length of an array (36: a 6 x 6 matrix, row-major); or
+                 * FIELD_COUNTED, which stands for the value of the last FIELD_COUNT */
 };
 
 struct message_type {

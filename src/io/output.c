@@ -70,7 +70,7 @@ static int name_beside(const char *path, char beside[PATH_MAX]) {
 
 static void wait_ms(int ms) { clock_nanosleep(CLOCK_MONOTONIC, 0, &(struct timespec){.tv_nsec = ms * 1000000L}, NULL); }
 
-/* Opens a file without blocking. A FIFO must have a reader, or get one in time. */
+/* Opens a file without blocking. If it is a FIFO, it must have a reader, or get one in time. */
 static int open_in_place(const char *path, int flags) {
     int file = open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC | flags);
     struct stat s;
@@ -104,7 +104,7 @@ static int prepare_in_place(struct output *o, struct error *error) {
     return o->file < 0 ? refuse_place(o->name, errno, error) : STATUS_OK;
 }
 
-/* Writes all data. Returns 0 or errno, also if the reader accepts nothing for a long time. */
+/* Writes all the data. Returns 0, or errno, also if the reader accepts nothing for a long time. */
 static int write_all(int file, const char *data, size_t size) {
     while (size > 0) {
         ssize_t written = write(file, data, size);

@@ -24,7 +24,7 @@
 enum { OUTPUT_FLAGS = O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC };
 
 enum output_kind {
-    OUTPUT_RESULT, /* replaces an earlier result */
+    OUTPUT_RESULT, /* a result, which replaces an earlier one */
     OUTPUT_NEW,    /* for exports: output_prepare() refuses any existing file, -3 */
 };
 
@@ -35,8 +35,8 @@ struct output {
                                        * written in place. confine() moves both */
     unsigned rename_flags;    /* flags for renameat2(), which keep it from replacing a file that
                                * appeared meanwhile */
-    int file;                         /* open descriptor if written in place; else -1 */
-    struct stat before;               /* the file to be replaced; st_ino 0: none */
+    int file;                        /* descriptor of an output that is written in place; else -1 */
+    struct stat before;              /* state of the file to be replaced; st_ino 0: there is none */
     char path_text[PATH_MAX], beside_text[PATH_MAX];
 };
 

@@ -72,7 +72,7 @@ static int take_value(struct file *f, int column, double number, struct trajecto
         return isfinite(number) ? STATUS_OK : csv_text_refuse(&f->text, f->error, "t_s: every row needs its time, a number");
     }
     k->pose[column - 1] = number;
-    if (fabs(number) <= most) return STATUS_OK; /* false for NaN */
+    if (fabs(number) <= most) return STATUS_OK; /* this comparison is false for NaN */
     return csv_text_refuse(&f->text, f->error, "%s: %g: every row has a number within %.4g either way, in metres and radians",
                            names[column], number, most);
 }
