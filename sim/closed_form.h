@@ -50,14 +50,15 @@ struct closed_form {
     enum {
         SLIDES,
         STICKS,                      /* dry friction can hold the coordinate */
-        ROD_STICKS                   /* dry friction can hold the rod of a leg with backlash */
+        ROD_STICKS                /* dry friction can hold the rod of a leg with backlash */
     } kind[COORDINATES];
     int stick[COORDINATES], sticks;  /* coordinates of kind STICKS, and their number */
     union system state;
-    int direction[COORDINATES];      /* +1, -1: slides this way during the whole step; 0: held */
-    double holding[COORDINATES];     /* force that holds a coordinate */
+    int direction[COORDINATES];      /* direction of sliding during the whole step, +1 or -1; 0: the
+                                      * coordinate is held */
+    double holding[COORDINATES];     /* friction force that holds each held coordinate */
     double rate[COORDINATES];        /* rates of the coordinates in `state` */
-    bool forced;                     /* the last step had no hydraulics */
+    bool forced;       /* given forces replaced the hydraulics in the last step */
 };
 
 /* The machine at one instant. */
@@ -65,11 +66,12 @@ struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* set only with joint friction */
     double friction_n[LEGS];               /* dry and viscous friction on the rod */
-    double passive_n[LEGS];                /* force of end stops and deflected seals */
+    double passive_n[LEGS];                /* force of end stops and deflected seals on the rod */
     double length_m[LEGS], rate_mps[LEGS]; /* length and rate of each leg up to the rod's end */
-    double rod_n[LEGS];              /* rod with backlash: all axial forces but friction */
+    double rod_n[LEGS];       /* sum of the axial forces on a rod with backlash, without friction */
     struct factor6 mass;             /* Cholesky factor of the mass matrix */
-    double free[DOFS];               /* whitened acceleration (stick.h) without holding friction */
+    double free[DOFS];               /* whitened acceleration (stick.h) without the friction that
+                                      * holds coordinates */
 };
 
 void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now);

@@ -39,7 +39,7 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
 static void piston_init(struct cylinder_model *m, int leg, const struct actuator_params *a) {
     struct cylinder_leg *c = &m->leg[leg];
     double piston = a->piston_diameter_m[leg], rod = a->rod_diameter_m[leg];
-    /* axis.middle_m is the middle of the stroke */
+    /* on a single axis, axis.middle_m is the middle of the stroke */
     bool axis = m->machine.params->mechanism == MECHANISM_AXIS;
     double middle = m->machine.bodies.neutral_length_m[leg] + (axis ? 0.0 : a->mid_stroke_m[leg]);
     c->a1_m2 = PI / 4.0 * piston * piston;
@@ -107,7 +107,7 @@ static inline double pressure_rate(const struct machine *m, double pressure_pa, 
     return left * left * rate + (m->supply.tank_pa - pressure_pa) / MAKE_UP_TIME_S;
 }
 
-/* Connection of a leg's two ports to the mains. */
+/* How a leg's two ports are connected to the mains. */
 struct ports {
     double conductance[PORTS], source_pa[PORTS];
     bool extend;

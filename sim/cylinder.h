@@ -39,8 +39,8 @@ struct cylinder_state {
 };
 
 struct line_state {
-    double pressure_pa;       /* pressure at the port */
-    double flow_m3_per_s;     /* flow into the chamber */
+    double pressure_pa;       /* pressure at the valve's port */
+    double flow_m3_per_s;     /* flow through the hose into the chamber */
 };
 
 enum { PORT_A, PORT_B, PORTS };
@@ -52,8 +52,8 @@ struct cylinder_model {        /* constants derived once from params and effects
     struct cylinder_leg {
         double a1_m2, a2_m2;
         double length_min_m, length_max_m; /* end stops */
-        double valve_gain[PORTS];      /* valve_flow / sqrt(valve_drop), scaled by effects */
-        double valve_omega_squared, valve_damping_rate; /* w^2, 2 zeta w */
+        double valve_gain[PORTS];   /* flow gain valve_flow / sqrt(valve_drop), scaled by effects */
+        double valve_omega_squared, valve_damping_rate; /* w^2 and 2 zeta w of the spool */
         double valve_bias, valve_rate_per_s;
         double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
         double line_volume_m3, line_inertance, line_resistance; /* constants of the hose; volume 0:
@@ -61,7 +61,8 @@ struct cylinder_model {        /* constants derived once from params and effects
         double seal_distance_m;       /* path over which the seals deflect; 0: they slide at once */
         bool rate_limited;
     } leg[LEGS];
-    double supply_share;       /* share of supply pressure; below 1 while it comes or goes */
+    double supply_share;       /* share of the supply pressure that acts; below 1 while it comes or
+                                * goes */
     bool extended;             /* the model has valve laws, hoses or resistances of the mains */
 };
 
@@ -76,8 +77,8 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 /* Returns the pressures of the mains without a drop in the hoses to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 
-/* Time derivative of the state under valve command u at length L and rate v, without hoses.
- * opening: s->spool, unless machine_opening changes it. */
+/* Computes the time derivative of the state under valve command u at length L and rate v, without
+ * hoses. opening: s->spool, unless machine_opening() changes it. */
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
@@ -86,7 +87,7 @@ struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, i
                                                const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
                                                double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]);
 
-/* Flows of the leg from the supply and to the tank. line: NULL without hoses. */
+/* Computes the leg's flows from the supply and to the tank. line: NULL without hoses. */
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
                     const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
@@ -112,14 +113,15 @@ double cylinder_stiffness(const struct cylinder_model *m, int leg, double length
 /* Returns A1 P1 - A2 P2. */
 double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
-/* End stop: unilateral spring and damper, >= 0 at the lower one, <= 0 at the
- * upper one, 0 between. */
+/* Returns the force of an end stop, a unilateral spring and damper: >= 0 at the lower stop, <= 0 at
+ * the upper one, 0 between. */
 double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
 
-/* Force of deflected seals along the leg, whatever its motion. */
+/* Returns the force of deflected seals along the leg, whatever its motion. */
 double cylinder_seal_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
-/* Friction for motion in a direction: the base's viscous part and every effect's leg friction. */
+/* Returns the friction for motion in a direction: the base model's viscous part, and every effect's
+ * leg friction. */
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction, double speed_mps);
 
 /* True if dry friction can hold some leg, so that the engine must look for sticking. */

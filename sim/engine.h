@@ -17,10 +17,10 @@
 /* Joint positions as drawn, from the geometry of params (docs/method.md, 1), derived in sim
  * independently of src/core. */
 struct sim_geometry {
-    double upper[LEGS][3];       /* joints, m, in {M} */
-    double upper_axis[LEGS][3];  /* first axes of the universal joints, unit vectors in {M} */
-    double lower[LEGS][3];       /* joints, m, in {B} */
-    double lower_axis[LEGS][3];  /* first axes, unit vectors in {B} */
+    double upper[LEGS][3];       /* joints on the platform, m, in {M} */
+    double upper_axis[LEGS][3];  /* first axes of the upper universal joints, unit vectors in {M} */
+    double lower[LEGS][3];       /* joints on the base, m, in {B} */
+    double lower_axis[LEGS][3];  /* first axes of the lower universal joints, unit vectors in {B} */
     double neutral_length_m[LEGS];
 };
 void sim_geometry_init(struct sim_geometry *g, const struct params *params);

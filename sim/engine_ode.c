@@ -43,14 +43,15 @@ struct engine_ode {
     double pose[DOFS], ahead_m[LEGS]; /* arguments of the last place() */
     bool started;                   /* a substep has been made since place() */
     struct velocity before[BODIES]; /* velocities one substep ago */
-    bool hydraulic;                 /* the cylinders act; false when forced */
+    bool hydraulic;                 /* the cylinders act; false if given forces replace them */
     double held_n[LEGS];            /* if not `hydraulic`: forces of the previous substep */
     struct leg leg[LEGS];           /* legs at the start of the substep */
     double motor_n[LEGS];           /* part of the dry friction beyond passive_n */
     bool stuck[LEGS];
 };
 
-/* Velocity at the present positions, which are half a substep after ODE's velocity. */
+/* Returns a body's velocity at the present positions, which are half a substep after ODE's
+ * velocity. */
 static struct velocity velocity_now(const struct engine_ode *e, int body) {
     struct velocity v = ode_machine_velocity(&e->machine, body);
     for (int k = 0; k < 3; k++) {
@@ -100,7 +101,8 @@ static void look_at_legs(struct engine_ode *e, const struct hydraulics_state *s)
     }
 }
 
-/* Pushes at both mass centres: they lie on the leg's axis, so there is no moment. */
+/* Pushes at the mass centres of cylinder and rod: they lie on the leg's axis, so there is no
+ * moment. */
 static void push_leg(struct engine_ode *e, int i, double force_n) {
     const double *n = e->leg[i].axis;
     dBodyAddForce(e->machine.body[ROD + i], force_n * n[0], force_n * n[1], force_n * n[2]);
@@ -177,7 +179,7 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     }
 }
 
-/* Makes one RK4 step while the legs move evenly between two lengths. */
+/* Makes one RK4 step of the hydraulics, while the legs move evenly between two lengths. */
 static void step_hydraulics(struct engine_ode *e, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {
     double from_m[LEGS], middle_m[LEGS], to_m[LEGS], rate_mps[LEGS];
     for (int i = 0; i < LEGS; i++) {

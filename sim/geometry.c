@@ -4,8 +4,8 @@
 #include "engine.h"
 #include "units.h"
 
-/* Three pairs of legs, 120 degrees apart. A pair's upper joints lie at +-alpha about its axis of
- * symmetry; its lower joints lie within beta of the midway line to the next pair. */
+/* Places three pairs of legs, 120 degrees apart. A pair's upper joints lie at +-alpha about its
+ * axis of symmetry; its lower joints lie within beta of the midway line to the next pair. */
 static void on_circles(struct sim_geometry *g, const struct geometry_params *p) {
     for (int leg = 0; leg < LEGS; leg++) {
         double axis = 2.0 * PI / 3.0 * (leg / 2), side = leg % 2 ? 1.0 : -1.0;
@@ -19,7 +19,7 @@ static void as_given(const struct leg_vectors *given, double point[LEGS][3]) {
     if (given->given) memcpy(point, given->leg, sizeof given->leg);
 }
 
-/* First axis of a joint: as given, or tangential to the joint circle. */
+/* Computes the first axis of a joint: as given, or tangential to the joint circle. */
 static void first_axis(const struct leg_vectors *given, int leg, const double joint[3], double axis[3]) {
     double angle = atan2(joint[1], joint[0]);
     const double tangent[3] = {-sin(angle), cos(angle), 0.0}, *v = given->given ? given->leg[leg] : tangent;
@@ -40,7 +40,8 @@ void sim_geometry_init(struct sim_geometry *g, const struct params *params) {
         first_axis(&params->geometry.lower_axis, leg, b, g->lower_axis[leg]);
         g->neutral_length_m[leg] = sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
                                         (a[2] - b[2] - height_m) * (a[2] - b[2] - height_m));
-        /* From the drawings to the mass centre: z is down, the joints lie below it. */
+        /* From here on relative to the mass centre, not to the drawing's origin: z is down, and the
+         * joints lie below it. */
         a[0] -= p->center_x_m, a[1] -= p->center_y_m, a[2] += p->center_height_m;
         b[0] -= p->center_x_m, b[1] -= p->center_y_m, b[2] += p->center_height_m + height_m;
     }

@@ -12,7 +12,7 @@ struct hydraulics_state {
     struct cylinder_state cylinder[LEGS];
     /* Used only by an extended model: */
     struct line_state line[LEGS][PORTS];
-    double supply_m3_per_s; /* lagged flow from the supply */
+    double supply_m3_per_s; /* flow from the supply after its lag */
 };
 
 /* Puts hoses and gauges at chamber pressure, without flow. */
@@ -23,7 +23,7 @@ struct hydraulics_input {
     const double *length_m, *rate_mps, *valve;
 };
 
-/* Rate of the state; only of cylinder[] in a model that is not extended. */
+/* Computes the rate of the state; only that of cylinder[] if the model is not extended. */
 void hydraulics_derivative(const struct cylinder_model *m, const struct hydraulics_state *s, const struct hydraulics_input *in,
                            struct hydraulics_state *rate);
 

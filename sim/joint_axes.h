@@ -16,7 +16,7 @@ enum { JOINT_AXES_PER_LEG = 4, JOINT_AXES = JOINT_AXES_PER_LEG * LEGS };
 struct joint_axes {
     double row[JOINT_AXES][DOFS]; /* rate = row . twist; a moment m about the axis adds row' m to
                                    * the load */
-    double bias[JOINT_AXES];      /* acceleration = row . acceleration + bias */
+    double bias[JOINT_AXES];      /* acceleration about the axis, less row . (rate of the twist) */
 };
 
 void joint_axes(const struct rigid_model *m, const struct rigid_state *s, const struct rigid_legs *legs, struct joint_axes *axes);

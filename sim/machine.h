@@ -45,18 +45,18 @@ struct machine {
         double clearance_m[LEGS];                       /* backlash between rod and platform, along
                                                          * the leg: machine_contact */
     } bodies;
-    struct {                                            /* mains of all valves */
+    struct {                          /* pressures and hoses of the mains, which all valves share */
         double pressure_pa, tank_pa;
-        double resistance_pa_s_per_m3, tank_resistance_pa_s_per_m3; /* resistance of the hoses */
+        double resistance_pa_s_per_m3, tank_resistance_pa_s_per_m3; /* flow resistances of the
+                                                                     * mains' hoses */
     } supply;
     struct {
         double bulk_modulus_pa[LEGS], leakage_m3_per_s_pa[LEGS];
     } oil;
     struct {
         double frequency_hz[LEGS];
-        double rate_per_s[LEGS];                        /* greatest speed of the spool, full
-                                                         * openings per s */
-        double bias[LEGS];                              /* spool position at zero command */
+        double rate_per_s[LEGS];      /* greatest speed of the spool, in full openings per second */
+        double bias[LEGS];                              /* position of the spool at zero command */
         double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports' flow; flow of port B
                                                          * over that of port A */
     } valve;
@@ -91,7 +91,7 @@ void machine_init(struct machine *m, const struct params *params);
  * friction negative. */
 int machine_check(const struct machine *m, struct error *error);
 
-/* Sum of all effects' friction about one axis of a universal joint of this leg. */
+/* Returns the sum of all effects' friction about one axis of a universal joint of this leg. */
 struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps);
 
 /* machine_has_play: true if the leg has backlash at its end; never on a single axis. The rod then
@@ -107,7 +107,7 @@ double machine_ahead(const struct machine *m, int leg, double contact_n);
 /* Returns the stiffness of a flank, N/m. */
 double machine_flank(const struct machine *m, int leg);
 
-/* Adds all effects' wrenches. */
+/* Adds the wrenches of all effects. */
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]);
 
 /* Returns the opening of the valve at a spool position, both -1..1. */

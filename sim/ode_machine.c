@@ -213,8 +213,8 @@ static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, con
     dJointSetPUAxisP(joint, along[0], along[1], along[2]);
 }
 
-/* Joint friction has a joint of its own, not the universal joint's motors: ODE then solves for the
- * pistons first, twice as fast if all stick. */
+/* Makes a joint for joint friction. It is not left to the universal joint's motors: ODE then solves
+ * for the pistons first, twice as fast if all stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
     dJointID joint = dJointCreateAMotor(m->world, NULL);
     dJointAttach(joint, one, two);
@@ -235,7 +235,8 @@ static dJointID make_piston(struct ode_machine *m, dBodyID cylinder, dBodyID rod
     return joint;
 }
 
-/* ODE wants a moving body first, so that at the base its axes 1 and 2 are our second and first. */
+/* Makes a leg's joints. ODE wants a moving body first, so that at the base its axes 1 and 2 are our
+ * second and first. */
 static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyID platform = m->body[PLATFORM], cylinder = m->body[CYLINDER + leg], rod = m->body[ROD + leg];
     dVector3 a, along, first_upper, second_lower, second_upper;

@@ -28,7 +28,7 @@ struct velocity {
 struct ode_machine {
     const struct params *params;
     struct machine machine;
-    struct sim_geometry geometry;              /* axes of the joints */
+    struct sim_geometry geometry;         /* positions of the joints and directions of their axes */
     dWorldID world;
     dBodyID body[BODIES];
     dJointID piston[LEGS];
@@ -48,16 +48,16 @@ void ode_machine_place(struct ode_machine *m, const double pose[DOFS], const dou
 
 void ode_machine_pose(const struct ode_machine *m, double pose[DOFS]);
 
-/* Unit vector along a leg's cylinder, away from the base. */
+/* Computes the unit vector along a leg's cylinder, away from the base. */
 void ode_machine_axis(const struct ode_machine *m, int leg, dVector3 axis);
 
-/* Length up to the rod's end, from cylinder and rod. */
+/* Returns a leg's length up to the rod's end, from the bodies of cylinder and rod. */
 double ode_machine_length(const struct ode_machine *m, int leg, const dVector3 axis);
 
-/* Joint of a leg on the platform, in {B}. */
+/* Computes the position of a leg's joint on the platform, in {B}. */
 void ode_machine_joint(const struct ode_machine *m, int leg, dVector3 point);
 
-/* Velocity of the platform at the origin of {M}. */
+/* Computes the platform's velocity at the origin of {M}. */
 void ode_machine_twist(const struct velocity *platform, const struct ode_machine *m, double twist[DOFS]);
 
 /* Sets an acceleration of all bodies that replaces gravity, m/s^2 in {B}. */
@@ -66,7 +66,7 @@ void ode_machine_pull(struct ode_machine *m, const double pull[3]);
 /* Adds the effects' wrench, which ODE does not know. Call before every step. */
 void ode_machine_load(struct ode_machine *m);
 
-/* Potential energy of all bodies, J; zero at neutral. */
+/* Returns the potential energy of all bodies, J; zero at neutral. */
 double ode_machine_potential(const struct ode_machine *m);
 
 struct velocity ode_machine_velocity(const struct ode_machine *m, int body);

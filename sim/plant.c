@@ -16,7 +16,7 @@
 struct plant {
     const struct params *params;
     struct cylinder_model cylinder;
-    struct rigid_model rigid; /* only for the static balance */
+    struct rigid_model rigid; /* rigid bodies, used only for the static balance */
     struct engine *engine;
     struct sensors sensors;
     struct valve_line valve_line;
@@ -24,7 +24,7 @@ struct plant {
     struct power_unit power_unit;
     bool has_power_unit, charge_pump;
     uint64_t cycles;          /* number of cycles so far; a count keeps time exact */
-    double forced_s;          /* time spent in plant_step_forced */
+    double forced_s;          /* total time of plant_step_forced() */
 };
 
 static const struct engine_ops *const engines[] = {[ENGINE_ODE] = &engine_ode, [ENGINE_CLOSED_FORM] = &engine_closed_form};

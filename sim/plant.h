@@ -19,14 +19,15 @@ struct plant;
 struct plant_truth {
     double time_s;
     double pose[DOFS];      /* x y z phi theta psi */
-    double twist[DOFS];     /* velocity of the origin of {M}, angular velocity, both in {B} */
+    double twist[DOFS];     /* velocity of the origin of {M}, and angular velocity, both in {B} */
     double length_m[LEGS], rate_mps[LEGS]; /* length up to the rod's end and its rate */
     double p1_pa[LEGS], p2_pa[LEGS];
     double spool[LEGS];     /* -1..1 */
-    double hydraulic_n[LEGS]; /* A1 P1 - A2 P2 */
+    double hydraulic_n[LEGS]; /* hydraulic force of each leg, A1 P1 - A2 P2 */
     double friction_n[LEGS];  /* force on the rod along the leg, of all friction and end stops */
-    bool stuck[LEGS];       /* held by dry friction */
-    double kinetic_j, potential_j; /* energies of the rigid bodies; potential zero at neutral */
+    bool stuck[LEGS];       /* dry friction holds the leg */
+    double kinetic_j, potential_j; /* energies of the rigid bodies; the potential energy is zero at
+                                    * neutral */
 };
 
 /* Makes a plant at rest on the lower end stops, both chambers at tank pressure, spools centred. The

@@ -7,7 +7,7 @@
 
 static void inertia_of(const struct machine *m, double inertia[3][3]) {
     const double *square = m->bodies.payload_inertia_kg_m2, *product = m->bodies.payload_products_kg_m2;
-    for (int i = 0; i < 3; i++)        /* products: xy, xz, yz */
+    for (int i = 0; i < 3; i++)        /* the products of inertia come as xy, xz, yz */
         for (int j = 0; j < 3; j++) inertia[i][j] = i == j ? square[i] : product[i + j - 1];
 }
 
@@ -40,7 +40,8 @@ void rigid_model_init(struct rigid_model *m, const struct params *params) {
     rigid_energy(m, &neutral, &kinetic, &m->neutral_potential);
 }
 
-/* Rz(psi) Ry(theta) Rx(phi) as a product of half-angle rotations. */
+/* Sets a state at rest in this pose. Its attitude, Rz(psi) Ry(theta) Rx(phi), is a product of
+ * half-angle rotations. */
 void rigid_rest(struct rigid_state *s, const double pose[DOFS]) {
     double cx = cos(0.5 * pose[3]), sx = sin(0.5 * pose[3]), cy = cos(0.5 * pose[4]), sy = sin(0.5 * pose[4]);
     double cz = cos(0.5 * pose[5]), sz = sin(0.5 * pose[5]);
@@ -66,7 +67,8 @@ void rigid_pose(const struct rigid_state *s, double pose[DOFS]) {
     pose[5] = atan2(t[1][0], t[0][0]);
 }
 
-/* One short loop over the legs per quantity, which the compiler vectorises in pairs. */
+/* Computes the legs' motion. It has a short loop over the legs for each quantity, which the
+ * compiler vectorises in pairs. */
 void rigid_legs(const struct rigid_model *m, const struct rigid_state *s, struct rigid_legs *legs) {
     const double *v = s->twist, *w = s->twist + 3;
     double (*t)[3] = legs->rotation, spin[3][3], square[LEGS];
@@ -155,11 +157,12 @@ static void add_sideways(const struct rigid_model *m, const struct rigid_legs *l
     }
 }
 
-/* Contribution of each leg at its upper joint: f and ma - f of its mass, and its force while the
+/* What each leg contributes at its upper joint: f and ma - f of its mass, and its force while the
  * joint does not accelerate. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
-    double pull[3][LEGS], moment[3][LEGS]; /* on the platform, about the origin of {M} */
+    double pull[3][LEGS], moment[3][LEGS]; /* force and moment on the platform, about the origin of
+                                            * {M} */
 };
 
 static void leg_loads(const struct rigid_model *m, const struct rigid_legs *legs, struct leg_load *load) {
@@ -272,7 +275,7 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
         double inner = legs.length[k] - m->upper_center[k], turn_squared = dot3(across, across) / (legs.length[k] * legs.length[k]);
         kinetic += m->upper_mass[k] * legs.rate[k] * legs.rate[k] + m->upper_mass[k] * inner * inner * turn_squared +
                    m->fixed_inertia[k] * turn_squared;
-        /* measured from the lower joint, which is fixed */
+        /* depth below the lower joint, which is fixed */
         depth += (m->upper_mass[k] * inner + m->lower_moment[k]) * dot3(n, down);
     }
     *kinetic_j = 0.5 * kinetic;

@@ -31,26 +31,29 @@
 
 struct rigid_model {
     struct machine machine;
-    struct sim_geometry geometry; /* axes of the joints */
-    double upper[3][LEGS], lower[3][LEGS]; /* joints, an array per coordinate */
-    double mass, inertia[3][3], gravity;           /* gravity along z */
+    struct sim_geometry geometry; /* positions of the joints and directions of their axes */
+    double upper[3][LEGS], lower[3][LEGS]; /* positions of the joints, with an array for each
+                                            * coordinate */
+    double mass, inertia[3][3], gravity;      /* mass and inertia of the payload; gravity along z */
     bool offset;                                   /* the payload's mass centre is off the origin of
                                                     * {M} */
     double upper_center[LEGS];                     /* ra */
-    double upper_mass[LEGS], upper_moment[LEGS], lower_moment[LEGS]; /* ma, ma ra, mb rb */
-    double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib, with effects */
+    double upper_mass[LEGS], upper_moment[LEGS], lower_moment[LEGS]; /* ma, ma ra and mb rb of each
+                                                                      * leg */
+    double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib of each leg, with effects */
     double neutral_potential;
 };
 
 struct rigid_state {
     double position[3];
-    double attitude[4]; /* unit quaternion w x y z, {M} to {B}: no trigonometry, no singular pose */
+    double attitude[4]; /* attitude as a unit quaternion w x y z, {M} to {B}: it needs no
+                         * trigonometry and has no singular pose */
     double twist[6];
 };
 
 struct rigid_legs {
     double rotation[3][3];
-    double rho[3][LEGS], n[3][LEGS], arm[3][LEGS]; /* arm: rho x n */
+    double rho[3][LEGS], n[3][LEGS], arm[3][LEGS]; /* `arm` is rho x n */
     double length[LEGS], rate[LEGS];
     double across[3][LEGS]; /* v_perp */
     double centripetal[3][LEGS]; /* omega x (omega x rho): the part of a that does not depend on the

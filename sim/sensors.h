@@ -7,7 +7,7 @@
 
 #include "machine.h"
 
-/* Exact values at an instant. */
+/* Exact values of what the sensors measure, at one instant. */
 struct exact {
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];
 };
@@ -15,16 +15,16 @@ struct exact {
 struct sensors {
     const struct machine *machine;
     const struct sensor_params *params;
-    double step_pa;    /* step of the converter */
-    double noise_pa;   /* noise, peak to peak */
-    uint64_t random;   /* state of splitmix64 */
-    bool history;      /* some path has lag or delay: sensors_follow is needed */
+    double step_pa;    /* pressure that corresponds to one step of the converter */
+    double noise_pa;   /* peak-to-peak noise of a pressure */
+    uint64_t random;   /* state of the random generator splitmix64 */
+    bool history;      /* a sensor has a lag or a delay, so that sensors_follow() is needed */
     struct exact lagged, last;
     int kept, newest;  /* number of instants in `past`, a substep apart, and index of the newest */
     struct exact *past;
 };
 
-/* machine must outlive the sensors. Returns 0, or -1 without memory. */
+/* Prepares the sensors; machine must outlive them. Returns 0, or -1 without memory. */
 int sensors_init(struct sensors *s, const struct machine *machine, uint64_t seed);
 void sensors_free(struct sensors *s);
 
@@ -34,8 +34,8 @@ void sensors_rest(struct sensors *s, const struct exact *exact);
 /* Takes the exact values one substep later. */
 void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact);
 
-/* Reads the sensors at the instant of the exact values; with a history, sensors_follow must have
- * taken these values. */
+/* Reads the sensors at the instant of the exact values. With a history, sensors_follow() must have
+ * taken these values before. */
 void sensors_read(struct sensors *s, double dt_s, const struct exact *exact, struct exact *reading);
 
 #endif

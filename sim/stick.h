@@ -22,13 +22,13 @@ void stick_basis_add(struct stick_basis *basis, const double row[DOFS], double b
  * velocity (0). */
 void stick_hold(const struct stick_basis *basis, double bias_scale, double x[DOFS]);
 
-/* A coordinate at rest. */
+/* A coordinate at rest. `force` and `slip` are results. */
 struct stick_coordinate {
     double row[DOFS], bias;
-    double extend_limit, retract_limit; /* greatest force against either direction, >= 0 */
-    double force;                       /* out: friction force, -extend_limit .. retract_limit */
-    int slip;                           /* out: direction in which the friction gives way, +1 or -1;
-                                         * 0 if it holds */
+    double extend_limit, retract_limit; /* greatest friction force against extending and against
+                                         * retracting, >= 0 */
+    double force;                       /* result: friction force, -extend_limit .. retract_limit */
+    int slip;       /* result: direction in which the friction gives way, +1 or -1; 0 if it holds */
 };
 
 /* Gauss' principle: finds the friction forces within their limits that leave the least motion. x:

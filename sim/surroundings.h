@@ -15,13 +15,14 @@ struct surroundings {
     const struct params *params;
     double time_s;
     double position_m[3], rate_mps[3], acceleration_mps2[3]; /* motion of the base */
-    double momentum[3];                                      /* momentum a substep ago */
-    bool moved;                                              /* `momentum` is known */
+    double momentum[3];                                   /* momentum of the bodies a substep ago */
+    bool moved;                                              /* `momentum` holds a value */
 };
 
 bool surroundings_yield(const struct params *params);
 
-/* Makes one substep; momentum and mass of the bodies, in the base's frame. */
+/* Makes one substep. `momentum` is that of the bodies, whose mass is mass_kg, in the base's
+ * frame. */
 void surroundings_step(struct surroundings *s, double dt_s, double mass_kg, const double momentum[3]);
 
 double surroundings_supply(const struct surroundings *s);

@@ -10,12 +10,14 @@ enum { VALVE_LINE_COMMANDS = 1024 };
 
 struct valve_line {
     const struct machine *machine;
-    double memory[EFFECTS_MAX][LEGS]; /* memory of command hooks, as in machine->command */
+    double memory[EFFECTS_MAX][LEGS]; /* memory of the effects' command hooks, as in
+                                       * machine->command */
     int kept, newest;
-    double sent[VALVE_LINE_COMMANDS][LEGS]; /* one command per cycle, held for the cycle */
+    double sent[VALVE_LINE_COMMANDS][LEGS]; /* sent commands, one for each cycle, for which it is
+                                             * held */
 };
 
-/* machine must outlive the line. */
+/* Prepares a line; machine must outlive it. */
 void valve_line_init(struct valve_line *l, const struct machine *machine);
 
 /* Starts as if the commands had always been zero, or these. */

@@ -26,7 +26,7 @@ struct factor6 {
     double c[6][6];
 };
 
-/* Factorises in place, from the lower triangle of M. */
+/* Computes the Cholesky factor in place, from the lower triangle of M. */
 static inline void factor6(struct factor6 *f) {
     for (int j = 0; j < 6; j++) {
         double d = f->c[j][j];
@@ -40,7 +40,7 @@ static inline void factor6(struct factor6 *f) {
     }
 }
 
-/* x := C^-1 x. For x = C' v the metric of M becomes the Euclidean one. */
+/* Replaces x by C^-1 x. For x = C' v the metric of M becomes the Euclidean one. */
 static inline void whiten6(const struct factor6 *f, double x[6]) {
     for (int i = 0; i < 6; i++) {
         for (int k = 0; k < i; k++) x[i] -= f->c[i][k] * x[k];

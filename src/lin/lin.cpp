@@ -15,7 +15,8 @@ namespace {
 
 /* The storage is inside the matrix, not on the heap. */
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
-using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* square matrices only */
+using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* this decomposition takes square
+                                                                  * matrices only */
 using Input = Eigen::Map<const Matrix>;
 using Output = Eigen::Map<Matrix>;
 

@@ -1,4 +1,4 @@
-/* Pure. */
+/* Sorting of numbers. Pure. */
 #ifndef HEXID_SORT_H
 #define HEXID_SORT_H
 

@@ -10,13 +10,13 @@
 
 enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000, TURN_MS = 50 };
 
-/* One browser's stream. `cycle`, `event` and `version` tell what it has been sent. */
+/* The stream to one browser. `cycle`, `event` and `version` tell what it has been sent. */
 struct client {
     struct live_server *server;
     struct MHD_Connection *connection; /* NULL: the place is free */
     struct json_text piece; /* the chunk being sent; `sent` bytes of it are handed over */
     size_t sent;
-    bool greeted, waits;               /* waits: suspended until there is news */
+    bool greeted, waits;               /* `waits`: the stream is suspended until there is news */
     int64_t health_ms;
     uint64_t cycle, event, version[LIVE_PLACES];
 };
@@ -130,7 +130,7 @@ static const char *const headers[][2] = {
     {"Cache-Control", "no-store"},
 };
 
-/* Takes over the response. NULL means that memory ran out, and ends the connection. */
+/* Sends a response and frees it. NULL means that memory ran out, and ends the connection. */
 static enum MHD_Result send_response(struct live_server *s, struct MHD_Connection *to, unsigned status, struct MHD_Response *r,
                                      const char *type) {
     if (!r) return MHD_NO;
@@ -151,7 +151,7 @@ static enum MHD_Result send_words(struct live_server *s, struct MHD_Connection *
     return send_bytes(s, to, status, words, strlen(words), "text/plain; charset=utf-8");
 }
 
-/* page.css is the style that hexid's reports use too. */
+/* Sends one of the page's files; page.css is the style that hexid's reports use too. */
 static enum MHD_Result send_file(struct live_server *s, struct MHD_Connection *to, const char *name) {
     static const char *const types[][2] = {
         {".html", "text/html; charset=utf-8"}, {".css", "text/css"}, {".js", "text/javascript; charset=utf-8"}};

@@ -21,10 +21,10 @@ int live_server_start(struct live_server **server, const struct live_listener *l
                       struct error *error);
 void live_server_stop(struct live_server *server);
 
-/* Descriptor for poll(): readable when a browser has sent something. */
+/* Returns a descriptor for poll(), which is readable when a browser has sent something. */
 int live_server_fd(const struct live_server *server);
 
-/* Longest time that the next turn may be delayed; 0 if more can be sent at once. */
+/* Returns the longest time that the next turn may be delayed; 0 if more can be sent at once. */
 int live_server_patience_ms(const struct live_server *server);
 
 /* Does one turn of work: handles requests, and sends what is new in the state. Call it when the

@@ -15,12 +15,13 @@ enum { LIVE_CYCLES = 1024, LIVE_EVENTS = 64, LIVE_MESSAGE_MAX = 16384 };
 /* Places, each of which shows a message until the next of its kind replaces it. A test's place
  * is LIVE_TEST plus its index in the list of tests. */
 enum live_place { LIVE_FAULT, LIVE_LOOP_STATS, LIVE_METHOD_C, LIVE_IDENTIFICATION, LIVE_GAP, LIVE_TEST, LIVE_PLACES = LIVE_TEST + DOFS };
-extern const char *const live_place_names[LIVE_PLACES]; /* the message's type, or "fault" */
+extern const char *const live_place_names[LIVE_PLACES]; /* type of each place's message, or
+                                                         * "fault" */
 
 struct live_state {
     const struct params *params;
     struct kinematics kinematics;
-    struct json_text machine;            /* from the configuration; never changes */
+    struct json_text machine;     /* the machine as the configuration describes it; never changes */
 
     struct live_fault {
         bool there;
@@ -32,7 +33,7 @@ struct live_state {
     bool heard;                          /* `newest` is valid */
     int64_t heard_ms, kept_ns; /* arrival of `newest`; time stamp of the newest entry of `cycle` */
     int64_t run;                         /* number of hexid starts noticed; 1 is the first */
-    int64_t step;                        /* cycles from one HEXID_STATE to the next */
+    int64_t step;                    /* number of cycles from one HEXID_STATE message to the next */
     int64_t messages, lost, dropped;     /* HEXID_STATE messages received and missing in this
                                           * run; datagrams that were no valid message */
 
