@@ -40,7 +40,7 @@
 #include "thread.h"
 #include "units.h"
 
-enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* batches */, UNECHOED_MAX = 3 };
+enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* counted in batches of frames */, UNECHOED_MAX = 3 };
 _Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
 static const double jam_s = 0.1; /* time since the last SYNC after which its frames count as lost
@@ -61,7 +61,7 @@ struct can {
     _Atomic int fresh, spent;
     _Atomic int link;         /* enum can_link, as the watch thread saw it last */
     sem_t look;
-    /* members of the watch thread */
+    /* the group below belongs to the watch thread */
     pthread_t watch;
     _Atomic bool stop;
     char interface[CAN_INTERFACE_SIZE];

@@ -45,7 +45,7 @@ static struct span next(struct span *in, int *type) {
 }
 
 /* Copies the members of a structure that both the kernel and this program know; newer kernels
- * append members. False if the attribute is empty. */
+ * append members. Returns false if the attribute is empty. */
 static bool copy(struct span value, void *to, size_t size) {
     size_t length = (size_t)(value.end - value.at);
     memcpy(to, value.at, length < size ? length : size);

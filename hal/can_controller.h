@@ -19,12 +19,13 @@ struct can_controller {
     bool known;                 /* there is a controller, so that the members below are valid */
     uint32_t bitrate_bps;       /* 0: the driver does not report it, or it is not set */
     double sample_point;        /* position of the sample point as a share of a bit; 0: unknown */
-    int state;                  /* CAN_CONTROLLER_... */
+    int state;                  /* state of the controller, CAN_CONTROLLER_... */
     bool counts;          /* the controller reports its error counters (ISO 11898-1: TEC and REC) */
     unsigned tx_errors, rx_errors;
     /* numbers of events since the interface was created */
     uint32_t bus_errors, arbitration_lost, warnings, passives, bus_offs, restarts;
-    uint64_t rx_dropped, tx_dropped; /* frames dropped by the kernel */
+    uint64_t rx_dropped, tx_dropped; /* numbers of received and of sent frames that the kernel
+                                      * dropped */
 };
 
 /* Returns the name of a state, such as "error-active". */

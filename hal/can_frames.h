@@ -45,7 +45,7 @@ enum {
 /* Bits of node 7's outputs. */
 enum { OUTPUT_SUPPLY = 1u << 0 };
 
-/* COB-IDs */
+/* Identifiers of frames (COB-IDs) without the node's number, and masks of their two parts. */
 enum {
     COB_NMT = 0x000,
     COB_SYNC = 0x080,
@@ -143,7 +143,7 @@ int can_frame_node(const struct can_frame *frame, unsigned function);
  * frame. */
 const char *can_frame_of_master(const struct can_frame *frame);
 
-/* Parse a frame whose COB-ID is known. False if its length or command specifier is wrong. */
+/* Parse a frame whose COB-ID is known. Return false if its length or command specifier is wrong. */
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);
 bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *error_register);
 bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state);

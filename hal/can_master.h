@@ -80,7 +80,7 @@ struct can_peer {
     int64_t deadline_ns;       /* time until which the node has to answer, or to be asked again */
     bool halted;               /* has been told to enter pre-operational, where it can be set up */
     bool claimed;              /* belongs to this master, or is of a kind that cannot be owned */
-    struct can_refusal refusal;/* valid in phase CAN_REFUSED */
+    struct can_refusal refusal;/* the node's refusal; valid in phase CAN_REFUSED */
     int64_t heard_ns;          /* arrival time of the node's last frame */
     uint16_t emcy;             /* code of the node's active error; 0: none */
     struct can_tpdo tpdo;

@@ -214,7 +214,7 @@ static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     return true;
 }
 
-/* Copies the TPDO's bytes into the mapped objects. True if a reading is missing. */
+/* Copies the TPDO's bytes into the mapped objects. Returns true if a reading is missing. */
 static bool take_readings(struct can_node *n, const struct can_frame *t) {
     const uint8_t *data = t->data;
     bool missing = false;

@@ -35,8 +35,8 @@ void can_queue_push(struct can_queue *q, struct can_frame frame);
 /* Errors that 0x1001 can show. */
 enum can_error {
     CAN_ERROR_SENSOR,       /* EMCY 0x5000: a reading is missing */
-    CAN_ERROR_HEARTBEAT,    /* 0x8130 */
-    CAN_ERROR_RPDO_TIMEOUT, /* 0x8250 */
+    CAN_ERROR_HEARTBEAT,    /* EMCY 0x8130: a heartbeat that the node watches is late */
+    CAN_ERROR_RPDO_TIMEOUT, /* EMCY 0x8250: no RPDO has come in time */
     CAN_ERROR_RPDO_SHORT,   /* EMCY 0x8210: an RPDO had fewer bytes than mapped and was ignored */
     CAN_ERROR_RPDO_LONG,    /* EMCY 0x8220: an RPDO had more bytes than mapped; the first ones were
                              * used */
@@ -46,7 +46,7 @@ enum can_error {
 };
 
 struct can_owner {
-    uint32_t token;         /* 0: none */
+    uint32_t token;         /* token of the owner; 0: there is none */
     uint32_t limit_ms;      /* ownership ends after this time without the owner's heartbeat */
     int64_t heard_ns;
 };
@@ -65,7 +65,7 @@ struct can_node {
                                       * none yet */
     int64_t rpdo_ns, in_force_ns;    /* arrival of the last RPDO, and of the one in force */
     uint32_t syncs;         /* number of SYNCs since the last TPDO */
-    struct can_frame sent;  /* last TPDO */
+    struct can_frame sent;  /* the last TPDO */
     bool has_sent;          /* a TPDO was sent since the node became operational */
     struct can_owner owner;
 };

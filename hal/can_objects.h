@@ -19,11 +19,11 @@ enum can_access { CAN_CONST, CAN_RO, CAN_RW, CAN_WO, CAN_RWW };
 
 struct can_object {
     uint16_t index;
-    uint8_t sub, size;   /* bytes */
+    uint8_t sub, size;   /* `size` is the number of bytes */
     enum can_access access;
     bool is_signed;
     bool plus_node;      /* the default is value + node id */
-    uint32_t value;      /* default */
+    uint32_t value;      /* default value */
     uint32_t low, high;  /* range of written values; high 0: no limits */
     const char *name;
 };
@@ -44,7 +44,7 @@ const struct can_dictionary *can_dictionary_of(int node);
 int can_object_find(const struct can_dictionary *d, uint16_t index, uint8_t sub);
 
 /* SAFETY: the most negative value of a signed object means that there is no reading, or no command.
- * True for that value. */
+ * Returns true for that value. */
 bool can_object_lacks(const struct can_object *o, uint32_t value);
 
 /* Returns the abort code for a download of `size` bytes (0: not indicated), or 0 if the object

@@ -48,7 +48,7 @@ struct device_bus {
     int (*serve)(const char *address, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error);
 };
 
-/* All buses; ended by NULL. */
+/* All buses on which a device can be served; ended by NULL. */
 extern const struct device_bus *const device_buses[];
 
 /* Serves the device on the URL's bus. */

@@ -278,7 +278,7 @@ static double number_after(const char **text, char mark) {
     return none ? (double)NAN : number;
 }
 
-/* Parses a FAULT at *text and advances *text. False if it is malformed. */
+/* Parses a FAULT at *text and advances *text. Returns false if it is malformed. */
 static bool fault_parse(const char **text, struct fault *f) {
     size_t name_length = strcspn(*text, "@;,");
     f->kind = kind_find(*text, name_length);
@@ -364,7 +364,7 @@ static int fault_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample
     return status;
 }
 
-/* Applies the active faults of valves to a command. True if there are any. */
+/* Applies the active faults of valves to a command. Returns true if there are any. */
 static bool drive(const struct wrapper *w, struct hal_command *command) {
     bool any = false;
     for (int i = 0; i < w->count; i++) {

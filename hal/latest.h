@@ -25,7 +25,7 @@ static inline void latest_publish(struct latest *l) {
     l->back = atomic_exchange_explicit(&l->between, l->back | LATEST_NEW, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;
 }
 
-/* Called by the consumer. True if slot[l->front] now has a newer value. */
+/* Called by the consumer. Returns true if slot[l->front] now has a newer value. */
 static inline bool latest_take(struct latest *l) {
     if (!(atomic_load_explicit(&l->between, memory_order_relaxed) & LATEST_NEW)) return false;
     l->front = atomic_exchange_explicit(&l->between, l->front, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;

@@ -52,7 +52,7 @@ struct command_record {
 };
 
 struct latched {
-    int64_t time_ns;      /* CLOCK_MONOTONIC */
+    int64_t time_ns;      /* time of latching, CLOCK_MONOTONIC */
     struct modbus_reading reading;
 };
 
@@ -70,7 +70,7 @@ struct modbus_hal {
     _Atomic unsigned foreign;  /* number of other masters' actions */
     _Atomic unsigned twins;    /* number of cycles with an unrequested answer */
     _Atomic int loop_priority; /* the loop's SCHED_FIFO priority; 0: the loop has another policy */
-    /* members of the Modbus thread */
+    /* the group below belongs to the Modbus thread */
     pthread_t thread;
     struct modbus_link *link;
     uint32_t token;
@@ -84,7 +84,7 @@ struct modbus_hal {
     double latch_after_s; /* time from the start of sending to the latching; below 0: the middle
                            * of the round trip */
     int64_t good_ns;      /* time at which a second will have passed without failures */
-    /* members of the loop's thread */
+    /* the group below belongs to the loop's thread */
     struct latched newest;
     uint64_t device_seq;
     unsigned foreign_seen, twins_seen, changes;
@@ -237,7 +237,8 @@ static const struct command_record *due_command(struct modbus_hal *m) {
 }
 
 /* SAFETY: before the loop begins, the claim is kept with centred valves, so that no other master
- * takes the machine; afterwards the device's watchdog detects a silent loop. */
+ * takes the machine. Afterwards a silent loop leaves no command to send (NULL), so that the
+ * device's watchdog detects it. */
 static const struct command_record *command_to_send(struct modbus_hal *m) {
     const struct command_record *command = due_command(m);
     m->begun |= command != NULL;

@@ -29,7 +29,7 @@ enum modbus_function {
 
 enum adu_result {
     ADU_MORE,    /* incomplete: call again with more bytes (RTU: or when the line is silent) */
-    ADU_REQUEST, /* a request of `used` bytes */
+    ADU_REQUEST, /* a complete request, of `used` bytes */
     ADU_DISCARD, /* `used` bytes that are not for this device; no answer */
     ADU_BROKEN,  /* TCP: the start of the next request is unknown; the connection must be closed */
 };
@@ -38,7 +38,7 @@ struct adu {
     uint16_t transaction; /* transaction identifier of TCP */
     uint8_t unit;
     const uint8_t *pdu;   /* function and data; points into the bytes of the frame */
-    size_t pdu_size;      /* 1..ADU_PDU_MAX */
+    size_t pdu_size;      /* number of the PDU's bytes, 1..ADU_PDU_MAX */
     size_t used;
 };
 

@@ -43,7 +43,7 @@ enum {
 };
 
 struct client {
-    int fd;                  /* -1: none */
+    int fd;                  /* socket or serial line; -1: this place is free */
     struct modbus_peer peer;
     int64_t active_ns;       /* time of the last answer, or of the connection; serial: time of the
                               * last byte */
@@ -130,7 +130,7 @@ static bool reply(struct modbus_device *d, struct client *c, const struct adu *a
     return sent == (ssize_t)size || is_serial(d);
 }
 
-/* Receives as many bytes as there is room for. False: the connection is lost. */
+/* Receives as many bytes as there is room for. Returns false if the connection is lost. */
 static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
     size_t room = sizeof c->bytes - c->filled;
     if (room == 0) return true;
@@ -143,7 +143,7 @@ static bool receive(struct modbus_device *d, struct client *c, int64_t now_ns) {
     return true;
 }
 
-/* Serves complete requests within the budget. False: the connection must be closed. */
+/* Serves complete requests within the budget. Returns false if the connection must be closed. */
 static bool serve(struct modbus_device *d, struct client *c, int *budget) {
     struct adu adu;
     for (int i = 0; i < REQUESTS_A_TURN && *budget > 0; i++, --*budget) {
@@ -157,7 +157,8 @@ static bool serve(struct modbus_device *d, struct client *c, int *budget) {
     return true;
 }
 
-/* Handles the events of a client and serves its requests. False: the serial line is lost. */
+/* Handles the events of a client and serves its requests. Returns false if the serial line is
+ * lost. */
 static bool attend(struct modbus_device *d, struct client *c, int events, int *budget) {
     /* SAFETY: a line after a hang-up always polls readable; reading on would take the processor
      * from all less urgent threads */
@@ -224,7 +225,7 @@ static void wait_for(const struct modbus_device *d, struct wait *w, bool others,
     for (int i = 0; i <= CLIENTS; i++) w->poll[i].revents = 0;
 }
 
-/* Serves the owner (`masters`), or all others. False: the serial line is lost. */
+/* Serves the owner (`masters`), or all others. Returns false if the serial line is lost. */
 static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, int budget) {
     for (unsigned n = 0; n < CLIENTS; n++) {
         unsigned i = (d->turns + n) % CLIENTS;
@@ -236,7 +237,7 @@ static bool attend_all(struct modbus_device *d, struct wait *w, bool masters, in
     return true;
 }
 
-/* Waits for requests once and serves them. False: the serial line is lost. */
+/* Waits for requests once and serves them. Returns false if the serial line is lost. */
 static bool turn(struct modbus_device *d) {
     struct wait w;
     int64_t now_ns = monotonic_ns();

@@ -32,7 +32,8 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
     long port;
     if (!colon || colon == rest || colon - rest >= MODBUS_NAME_SIZE || strlen(colon + 1) >= sizeof p->port) return misused(address, error);
     if (!number(colon + 1, 0, 65535, &port)) return misused(address, error);
-    bool bracketed = *rest == '[' && colon[-1] == ']'; /* IPv6, [::1]:502 */
+    bool bracketed = *rest == '[' && colon[-1] == ']'; /* an IPv6 address with its port,
+                                                        * [::1]:502 */
     if (bracketed && colon - rest <= 2) return misused(address, error);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(colon - rest) - 2 * bracketed, rest + bracketed);
     snprintf(p->port, sizeof p->port, "%ld", port);
@@ -76,7 +77,7 @@ struct modbus_link {
     bool serial;
     int64_t silence_ns, free_ns; /* serial: silence kept before a request, and time from which on
                                   * the line is free for the next one */
-    int64_t begun_ns;            /* start of the last request */
+    int64_t begun_ns;            /* time at which the last request began to be sent */
     bool answered;               /* the last request was answered */
     unsigned unasked;
 };
@@ -114,7 +115,7 @@ int modbus_link_open(struct modbus_link **link, const struct modbus_address_part
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
     modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* libmodbus's own recovery would
                                                                * sleep */
-    modbus_set_response_timeout(m, 1, 0);                     /* 1 s, for connecting */
+    modbus_set_response_timeout(m, 1, 0);       /* libmodbus waits so long (1 s) for a connection */
     if (modbus_set_slave(m, unit) || modbus_connect(m)) {
         int reason = errno;
         modbus_free(m);

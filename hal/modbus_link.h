@@ -19,8 +19,8 @@ enum { MODBUS_NAME_SIZE = 128 };
 struct modbus_address_parts {
     bool serial;
     char name[MODBUS_NAME_SIZE];   /* name of the host or of the serial device */
-    char port[8];                  /* TCP */
-    int baud;                      /* serial */
+    char port[8];                  /* port of a TCP address */
+    int baud;                      /* baud rate of a serial address */
 };
 extern const int modbus_bauds[]; /* possible baud rates, ended by 0 */
 

@@ -11,7 +11,7 @@ struct sim {
     struct hal hal;
     struct plant *plant;
     uint64_t seq;
-    int64_t first_ns;      /* time of the first reading */
+    int64_t first_ns;      /* loop time of the first reading */
     double clock_ratio;
     struct hal_command command;
 };

@@ -39,7 +39,7 @@ struct effect_values {
 struct leg_motion {
     int direction;      /* +1 extending, -1 retracting; at rest the direction in which the load
                          * would move it */
-    double speed_mps;   /* >= 0 */
+    double speed_mps;   /* speed of the motion, >= 0 */
     double p1_pa, p2_pa;
     double deflection;  /* deflection of the seals: -1 sliding in .. 1 sliding out; 0 without
                          * seals */
@@ -79,7 +79,7 @@ struct effect {
     const char *signature;  /* where the effect can be seen: channel, harmonic, feature */
     double law_error;       /* expected error of this law on a real machine, as a share of what the
                              * effect changes */
-    struct effect_key keys[EFFECT_KEYS]; /* ended by a NULL name */
+    struct effect_key keys[EFFECT_KEYS]; /* keys of the effect, ended by one with a NULL name */
 
     /* Relations to other effects; lists that end with zeros. Another effect is named by its object,
      * declared in the file, so that the linker knows whether it exists. */

@@ -7,7 +7,7 @@
 #include "effect.h"
 #include "types.h"
 
-enum { PARAMS_TEXT_SIZE = 256 };  /* size of every text */
+enum { PARAMS_TEXT_SIZE = 256 };  /* size of every text in the configuration */
 
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
@@ -18,12 +18,12 @@ struct leg_vectors {
 };
 
 struct geometry_params {          /* geometry of the legs' joints, Tian 2015 Table 1 */
-    double upper_radius_m;        /* Ra */
-    double lower_radius_m;        /* Rb */
+    double upper_radius_m;        /* radius of the circle of the upper joints, Ra */
+    double lower_radius_m;        /* radius of the circle of the lower joints, Rb */
     double height_m;              /* H: upper joint plane (z = 0 in the platform's drawing) above
                                    * the lower one (z = 0 in the base's), at neutral */
-    double upper_half_angle_rad;  /* alpha */
-    double lower_half_angle_rad;  /* beta */
+    double upper_half_angle_rad;  /* half the angle between the two upper joints of a pair, alpha */
+    double lower_half_angle_rad;  /* half the angle between the two lower joints of a pair, beta */
     /* The coordinates below are those of the drawings of platform and base: x forward, y right, z
      * down. */
     struct leg_vectors upper, lower; /* joints, m; not given: on a circle, by the radii and angles
@@ -63,8 +63,8 @@ struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertia
     double stroke_m[LEGS];
     double mid_stroke_m[LEGS];    /* leg length at mid-stroke less leg length at neutral */
     double upper_mass_kg[LEGS], lower_mass_kg[LEGS];      /* masses of rod (ma) and cylinder (mb) */
-    double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* their transverse moments of
-                                                                  * inertia (ia, ib) */
+    double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* transverse moments of inertia of
+                                                                  * rod (ia) and cylinder (ib) */
     /* distance of the rod's mass centre from the upper joint (ra), and of the cylinder's from the
      * lower joint (rb) */
     double upper_center_m[LEGS], lower_center_m[LEGS];
@@ -86,7 +86,7 @@ struct hydraulics_params {
 };
 
 struct sensor_params {            /* sensors of the simulated machine */
-    bool enabled;                 /* false: exact values */
+    bool enabled;                 /* false: the sensors give exact values */
     double position_resolution_m;
     double adc_bits, adc_range_v; /* bits of the converter over its range, -adc_range_v to
                                    * adc_range_v */
@@ -154,8 +154,8 @@ struct interlock_params {         /* SAFETY: wired inputs and outputs of the mac
 struct test_params {
     enum dof order[DOFS];         /* axes to test, in this order */
     int count;
-    double hz[DOFS];              /* frequency of each axis */
-    double amplitude[DOFS];       /* m; rad */
+    double hz[DOFS];              /* frequency of each axis's sinusoid */
+    double amplitude[DOFS];       /* amplitude of each axis's sinusoid, m or rad */
     double settle_s, ramp_s, duration_s, ramp_out_s; /* durations of a test's parts; duration_s is
                                                       * the evaluated one */
     int harmonics;                /* number of harmonics regressed with the fundamental */
@@ -201,7 +201,7 @@ struct model_params {
 
 struct loop_params {
     double period_s;
-    int priority;                 /* SCHED_FIFO */
+    int priority;                 /* priority of the loop's thread under SCHED_FIFO */
     int cpu;                      /* processor for the loop's thread; -1: any */
     int overrun_limit;            /* number of missed deadlines in a row that is a fault */
 };
@@ -248,12 +248,13 @@ struct can_params {
     double heartbeat_s;           /* period of the heartbeats of every node and of the daemon; three
                                    * missing in a row mean that the sender is lost */
     /* Identity that the nodes below must report (0x1000, 0x1018:1, :2), rounded; -1: any. */
-    double device_type, vendor_id, product_code;          /* axis nodes */
-    double io_device_type, io_vendor_id, io_product_code; /* node 7, inputs and outputs */
+    double device_type, vendor_id, product_code;          /* identity of axis nodes */
+    double io_device_type, io_vendor_id, io_product_code; /* identity of node 7, inputs and
+                                                           * outputs */
 };
 
 struct modbus_params {
-    int unit;                     /* slave address */
+    int unit;                     /* slave address of the device */
 };
 
 struct params {
@@ -280,7 +281,8 @@ struct params {
     struct device_params device;
     struct can_params can;
     struct modbus_params modbus;
-    struct effect_values effects[EFFECTS_MAX]; /* in the order of effect_table */
+    struct effect_values effects[EFFECTS_MAX]; /* values of all effects, in the order of
+                                                * effect_table */
 };
 
 static inline int params_legs(const struct params *p) { return p->mechanism == MECHANISM_AXIS ? 1 : LEGS; }

@@ -27,7 +27,7 @@ enum {
     SAMPLE_IO = 1u << 5,      /* the hardware abstraction layer could not read, or could not write
                                * the previous command */
     SAMPLE_FOREIGN = 1u << 6, /* another master commands this machine */
-    SAMPLE_OPEN = 1u << 7,    /* a needed interlock is open */
+    SAMPLE_OPEN = 1u << 7,    /* an interlock that must be closed is open */
     SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, but the previous command
                                  * was not written */
     SAMPLE_TWIN = 1u << 9,      /* two devices answer as one (hal_sample.twins) */
@@ -36,7 +36,7 @@ enum {
 
 /* SAFETY: inputs of the machine, a bit each; 0 if open or unknown. */
 enum {
-    INPUT_EMERGENCY_STOP = 1u << 0, /* the chain is closed */
+    INPUT_EMERGENCY_STOP = 1u << 0, /* the emergency stop's chain is closed */
     INPUT_ENABLE = 1u << 1,         /* the enable switch is held */
     INPUT_DOOR = 1u << 2,           /* the door is closed */
     INPUT_SUPPLY = 1u << 3,       /* the supply has pressure */
@@ -54,8 +54,8 @@ struct hal_sample {
     int64_t age_ns;         /* time from latching to the read */
     uint64_t device_seq;    /* the device's own count of samples, 0 if it has none: a gap is a lost
                              * sample, a repeat or a step back a stale one */
-    uint32_t flags;         /* SAMPLE_... */
-    uint32_t inputs;        /* INPUT_... */
+    uint32_t flags;         /* set of SAMPLE_... */
+    uint32_t inputs;        /* set of INPUT_... */
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
                              * open */
     int64_t missed;         /* deadlines that the loop missed before this cycle */
@@ -112,7 +112,7 @@ enum {
                                         * reading */
     FAULT_OSCILLATION = 1u << 22,      /* the platform shakes without being asked to: the loop is
                                         * unstable */
-    FAULT_TWIN = 1u << 23,             /* two devices answer as one */
+    FAULT_TWIN = 1u << 23,             /* two devices answer as if they were one */
     FAULT_ANTIVALENCE = 1u << 24,      /* the two contacts of an input contradict each other */
 };
 

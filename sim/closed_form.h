@@ -45,7 +45,7 @@ struct closed_form {
     struct cylinder_model cylinder;
     int values;                      /* number of values of the state that are in use */
     struct rigid_model rigid;
-    bool joints;                     /* there is joint friction */
+    bool joints;                     /* the machine has joint friction */
     bool play, rods_stick;           /* some leg has backlash; dry friction can hold its rod */
     enum {
         SLIDES,
@@ -61,7 +61,7 @@ struct closed_form {
     bool forced;       /* given forces replaced the hydraulics in the last step */
 };
 
-/* The machine at one instant. */
+/* What is known about the machine at one instant. */
 struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* set only with joint friction */

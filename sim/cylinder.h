@@ -51,7 +51,7 @@ struct cylinder_model {        /* constants derived once from params and effects
                                     * asked for */
     struct cylinder_leg {
         double a1_m2, a2_m2;
-        double length_min_m, length_max_m; /* end stops */
+        double length_min_m, length_max_m; /* leg lengths at the end stops */
         double valve_gain[PORTS];   /* flow gain valve_flow / sqrt(valve_drop), scaled by effects */
         double valve_omega_squared, valve_damping_rate; /* w^2 and 2 zeta w of the spool */
         double valve_bias, valve_rate_per_s;

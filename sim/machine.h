@@ -11,7 +11,7 @@
 /* A sensor's path from the exact value: first lag or delay, then reading = scale value + offset. */
 struct sensor_path {
     double scale, offset;
-    double lag_s;   /* first-order time constant */
+    double lag_s;   /* time constant of a first-order lag */
     double delay_s;
 };
 
@@ -37,11 +37,13 @@ struct machine {
                                                          * along the axes of {M} */
         double payload_products_kg_m2[3];   /* entries xy, xz, yz of the payload's inertia matrix */
         double payload_center_m[3];                     /* payload's mass centre in {M} */
-        double gravity_mps2, down[3];                   /* down: unit vector in {B} */
+        double gravity_mps2, down[3];                   /* acceleration of gravity; its direction is
+                                                         * the unit vector `down` in {B} */
         double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* joints, in {M} and in {B} */
         double upper_kg[LEGS], lower_kg[LEGS]; /* masses of each leg's rod (ma) and cylinder (mb) */
         double transverse_kg_m2[LEGS];                  /* inertia added to the cylinder's, ib */
-        double neutral_length_m[LEGS];              /* for a single axis the middle of its stroke */
+        double neutral_length_m[LEGS];              /* leg lengths at neutral; for a single axis the
+                                                     * length in the middle of its stroke */
         double clearance_m[LEGS];                       /* backlash between rod and platform, along
                                                          * the leg: machine_contact */
     } bodies;
@@ -68,7 +70,8 @@ struct machine {
                                                          * that after a reversal */
     } seals;
     struct {                                            /* hoses between ports and chambers */
-        double length_m[LEGS], diameter_m[LEGS];        /* length 0: no hose */
+        double length_m[LEGS], diameter_m[LEGS];        /* dimensions of the hoses; length 0: there
+                                                         * is none */
     } line;
     struct {
         struct sensor_path length[LEGS], p1[LEGS], p2[LEGS];

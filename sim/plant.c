@@ -37,7 +37,7 @@ static struct cylinder_state drained(const struct plant *plant) {
 }
 
 /* Computes the loads of the end stops: holding forces of the legs less the push of tank pressure.
- * False if the legs cannot hold the platform. */
+ * Returns false if the legs cannot hold the platform. */
 static bool stop_loads(const struct plant *plant, const double pose[DOFS], double load_n[LEGS]) {
     struct cylinder_state tank = drained(plant);
     bool possible = rigid_holding_forces(&plant->rigid, pose, load_n);
@@ -60,7 +60,7 @@ static void rest_ahead(const struct plant *plant, const double pose[DOFS], doubl
 }
 
 /* Finds the pose at rest on the lower end stops by Newton's method on the lengths at which each
- * stop carries its load. False if no pose of the machine has these lengths. */
+ * stop carries its load. Returns false if no pose of the machine has these lengths. */
 static bool settled_pose(const struct plant *plant, double pose[DOFS]) {
     double stiffness = plant->params->hydraulics.stop_stiffness_n_per_m;
     for (int iteration = 0; iteration < 100; iteration++) {

@@ -18,11 +18,11 @@ struct plant;
 /* Exact state, for tests and figures of merit; never for the controller. */
 struct plant_truth {
     double time_s;
-    double pose[DOFS];      /* x y z phi theta psi */
+    double pose[DOFS];      /* pose of the platform: x y z phi theta psi */
     double twist[DOFS];     /* velocity of the origin of {M}, and angular velocity, both in {B} */
     double length_m[LEGS], rate_mps[LEGS]; /* length up to the rod's end and its rate */
     double p1_pa[LEGS], p2_pa[LEGS];
-    double spool[LEGS];     /* -1..1 */
+    double spool[LEGS];     /* position of each spool, -1..1 */
     double hydraulic_n[LEGS]; /* hydraulic force of each leg, A1 P1 - A2 P2 */
     double friction_n[LEGS];  /* force on the rod along the leg, of all friction and end stops */
     bool stuck[LEGS];       /* dry friction holds the leg */

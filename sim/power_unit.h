@@ -15,7 +15,7 @@ struct power_unit {
     double still_s;  /* time since the life sign last changed */
     double share;    /* pressure over the full supply pressure, 0..1 */
     bool level;
-    bool pressure;   /* state of the pressure switch */
+    bool pressure;   /* the pressure switch is closed */
 };
 
 /* Starts with an empty accumulator and an open relay. */

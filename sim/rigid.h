@@ -37,7 +37,7 @@ struct rigid_model {
     double mass, inertia[3][3], gravity;      /* mass and inertia of the payload; gravity along z */
     bool offset;                                   /* the payload's mass centre is off the origin of
                                                     * {M} */
-    double upper_center[LEGS];                     /* ra */
+    double upper_center[LEGS];       /* distance ra of the rod's mass centre from the upper joint */
     double upper_mass[LEGS], upper_moment[LEGS], lower_moment[LEGS]; /* ma, ma ra and mb rb of each
                                                                       * leg */
     double fixed_inertia[LEGS];                    /* mb rb^2 + ia + ib of each leg, with effects */
@@ -55,7 +55,7 @@ struct rigid_legs {
     double rotation[3][3];
     double rho[3][LEGS], n[3][LEGS], arm[3][LEGS]; /* `arm` is rho x n */
     double length[LEGS], rate[LEGS];
-    double across[3][LEGS]; /* v_perp */
+    double across[3][LEGS]; /* part v_perp of the upper joint's velocity across the leg */
     double centripetal[3][LEGS]; /* omega x (omega x rho): the part of a that does not depend on the
                                   * platform's acceleration */
 };
@@ -87,8 +87,8 @@ double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *leg
 
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);
 
-/* Finds the forces along the legs that hold the platform at rest in a pose. False: they cannot hold
- * it (J singular). */
+/* Finds the forces along the legs that hold the platform at rest in a pose. Returns false if they
+ * cannot hold it (J singular). */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]);
 
 #endif

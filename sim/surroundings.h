@@ -16,7 +16,7 @@ struct surroundings {
     double time_s;
     double position_m[3], rate_mps[3], acceleration_mps2[3]; /* motion of the base */
     double momentum[3];                                   /* momentum of the bodies a substep ago */
-    bool moved;                                              /* `momentum` holds a value */
+    bool moved;                                              /* `momentum` has been set */
 };
 
 bool surroundings_yield(const struct params *params);

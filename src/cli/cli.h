@@ -31,7 +31,7 @@ struct options {
     double latency_s; /* duration of the measurement of wake-ups; negative: not given */
     double std_pct; /* standard deviation wanted of a survey's proposals; 0: not given */
     bool rt_given, pose_given;
-    double pose[DOFS]; /* --pose: x y z phi theta psi */
+    double pose[DOFS]; /* value of --pose: x y z phi theta psi */
     enum realtime_mode rt;
     const char *operand[OPERANDS_MAX];
     int operands;

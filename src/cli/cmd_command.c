@@ -12,7 +12,7 @@
 #include "monotonic.h"
 #include "supervisor.h"
 
-enum { RENEWALS = 4 /* renewals during a lease */ };
+enum { RENEWALS = 4 /* number of times that a lease is renewed during its term */ };
 
 static volatile sig_atomic_t interrupted; /* global, because a signal handler has no other access */
 static void on_signal(int number) { interrupted = number; }

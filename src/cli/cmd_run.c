@@ -44,8 +44,8 @@ enum { RECORDER_BEHIND = RING_CAPACITY / 8 };
 struct session {
     struct options options;
     struct params params;
-    struct trajectory trajectory; /* knot NULL: no trajectory */
-    struct multisine multisine;   /* a survey's motion */
+    struct trajectory trajectory; /* trajectory of the tests; knot NULL: there is none */
+    struct multisine multisine;   /* motion of a survey */
     struct params asked;          /* configured parameters, before a survey changes them */
     struct survey_report *survey; /* the survey's results; NULL: this run is no survey */
     struct hal *hal;
@@ -64,7 +64,7 @@ struct session {
     struct machine_lock lock; /* held to the end of the process */
     int signal_file;          /* descriptor from which signals are read */
     int64_t signalled_ns;  /* time of the first signal to end, CLOCK_MONOTONIC; 0: there was none */
-    int signal;            /* number of that signal */
+    int signal;            /* number of the first signal to end */
     bool recorder_hangs, stuck;
 };
 

@@ -16,7 +16,7 @@ struct asked {
     enum command command;
     const char *word;      /* name of the command */
     const char *name;      /* name of the machine; "": not given */
-    const char *url;       /* URL of LCM; "": none */
+    const char *url;       /* URL of the LCM bus; "": there is none */
     sigset_t during_waits; /* signal mask while it waits, which admits signals */
     struct machine *found; /* machines that were found; room for MACHINES_MAX */
 };

@@ -14,7 +14,7 @@ struct commands {
     struct command_server server;
     struct command_handler handler;
     struct operator operator;
-    struct bus *bus; /* NULL: no LCM */
+    struct bus *bus; /* LCM bus; NULL: there is none */
     bool listens;    /* stop and park are received from the bus, too */
     int64_t now_ns;  /* time of the current call of commands_serve() */
     int64_t look_ns; /* time of the next check of the sockets' files */

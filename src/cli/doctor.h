@@ -33,7 +33,7 @@ struct doctor {
     const struct params *params;
     const char *config;     /* path of the configuration; NULL: built in */
     const char *url;        /* the machine's URL, as for --hal, without prefixed faults */
-    const char *log;        /* --log, NULL: not given */
+    const char *log;        /* argument of --log; NULL: it was not given */
     const char *root;       /* prefix of /proc and /sys; "" stands for this computer */
     double latency_s;       /* duration of the measurement of wake-ups; 0: none */
     bool machine;           /* the URL is not of a simulation, so that real time is required */
@@ -65,11 +65,12 @@ struct loop_check doctor_loop(const struct doctor *d);
  * scheme. */
 const char *doctor_address(const struct doctor *d, const char *scheme);
 
-/* Reads a file below root as text, without its last newline. False if it is missing or empty. */
+/* Reads a file below root as text, without its last newline. Returns false if it is missing or
+ * empty. */
 __attribute__((format(printf, 4, 5))) bool doctor_read(const struct doctor *d, char *text, size_t size, const char *path, ...);
 
-/* Reads a file below root that contains one whole number. False if it is missing or contains
- * none. */
+/* Reads a file below root that contains one whole number. Returns false if it is missing or
+ * contains none. */
 __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d, int64_t *value, const char *path, ...);
 
 /* True if the processor is in a list in the kernel's format, such as "0-3,6". */
@@ -84,7 +85,7 @@ int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
  * most as long as finding.found. */
 json_t *doctor_text(const char *text);
 
-double doctor_now_s(void); /* CLOCK_MONOTONIC */
+double doctor_now_s(void); /* Returns the time of CLOCK_MONOTONIC. */
 
 /* ---- doctor_machine.c: the configuration ---- */
 doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_strokes, check_cylinders, check_payload,
@@ -122,7 +123,7 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
 /* ---- doctor_disk.c: the log's disk ---- */
 struct disk {
     char directory[256];
-    double room_bytes;      /* free for this user */
+    double room_bytes;      /* space that this user may still fill */
     double speed_bytes_per_s, longest_s; /* speed of writing to the disk; longest duration of one
                                           * write or of the final flush */
 };

@@ -91,7 +91,7 @@ static int open_trial(const char *directory) {
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;
-    /* incompressible data */
+    /* data that a file system cannot compress */
     for (uint32_t i = 0; i < BLOCK; i++) block[i] = (unsigned char)(i * 2654435761u >> 24);
     for (int i = 0; i < BLOCKS && before_s - begun_s < 1.0 && (i == 0 || (i + 1.0) * BLOCK < 0.1 * k->room_bytes); i++) {
         ssize_t size = write(file, block, sizeof block);
@@ -105,7 +105,7 @@ static int write_trial(int file, struct disk *k) {
     return 0;
 }
 
-/* Finds the log's directory and its free space. False with errno if the directory is not
+/* Finds the log's directory and its free space. Returns false with errno if the directory is not
  * writable. */
 static bool find_disk(const struct doctor *d, struct disk *k) {
     struct statvfs s;
@@ -125,7 +125,7 @@ struct finding check_log_room(const struct doctor *d) {
 
 struct finding check_log_speed(const struct doctor *d) {
     struct disk k = {0};
-    if (!find_disk(d, &k)) return finding_none(); /* check_log_room reports it */
+    if (!find_disk(d, &k)) return finding_none(); /* check_log_room() reports this failure */
     int file = open_trial(k.directory), reason = file < 0 ? errno : write_trial(file, &k);
     if (file >= 0) close(file);
     if (reason)

@@ -203,7 +203,7 @@ struct finding check_modbus(const struct doctor *d) {
     struct modbus_address_parts parts;
     struct modbus_link *link;
     struct error error;
-    /* check_modbus_line reports it */
+    /* check_modbus_line() reports this failure */
     if (!address || modbus_parse(address, &parts, &error)) return finding_none();
     struct machine_lock lock;
     int status = machine_lock(&lock, d->url, &error);

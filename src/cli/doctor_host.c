@@ -9,7 +9,7 @@
 
 static const double DAEMON_LOCKED_BYTES = 70e6; /* memory that the daemon locks for six tests,
                                                  * docs/real-time.md */
-enum { CAP_IPC_LOCK_BIT = 14 };                  /* linux/capability.h */
+enum { CAP_IPC_LOCK_BIT = 14 };                  /* CAP_IPC_LOCK of linux/capability.h */
 
 struct finding check_kernel(const struct doctor *d) {
     char version[400];
@@ -159,7 +159,7 @@ struct finding check_isolation(const struct doctor *d) {
 struct finding check_siblings(const struct doctor *d) {
     char siblings[256], isolated[256] = "";
     int cpu = d->params->loop.cpu;
-    if (cpu < 0) return finding_none(); /* check_isolation reports it */
+    if (cpu < 0) return finding_none(); /* check_isolation() reports that no processor is chosen */
     if (!doctor_read(d, siblings, sizeof siblings, CPU "/cpu%d/topology/thread_siblings_list", cpu))
         return finding_unseen(CPU "/cpu*/topology", "which processors share a core");
     doctor_read(d, isolated, sizeof isolated, CPU "/isolated");
@@ -179,7 +179,8 @@ struct finding check_throttling(const struct doctor *d) {
         if (doctor_number(d, &times, CPU "/cpu%d/thermal_throttle/core_throttle_count", cpu[i])) seen++, hot += times;
     if (doctor_number(d, &runtime_us, "/proc/sys/kernel/sched_rt_runtime_us") &&
         doctor_number(d, &period_us, "/proc/sys/kernel/sched_rt_period_us") && runtime_us >= 0 &&
-        runtime_us < period_us * 9 / 10) /* the kernel's default is 95 % */
+        runtime_us < period_us * 9 / 10) /* the kernel's default lets real-time threads run for 95 %
+                                          * of the time */
         return finding(LEVEL_WARN, "sudo sysctl -w kernel.sched_rt_runtime_us=950000",
                        "real-time threads get %" PRId64 " of %" PRId64 " us: the loop is stopped when they want more", runtime_us,
                        period_us);

@@ -24,7 +24,7 @@ struct finding check_lcm_socket(const struct doctor *d) {
 struct finding check_lcm_route(const struct doctor *d) {
     struct error error;
     struct bus *bus;
-    /* check_lcm_socket reports it */
+    /* check_lcm_socket() reports this failure */
     if (!d->params->lcm.url[0] || bus_open(&bus, d->params->lcm.url, &error)) return finding_none();
     struct bus_route r = bus_route(bus);
     bus_close(bus);
@@ -74,7 +74,7 @@ struct finding check_lcm_datagram(const struct doctor *d) {
     struct bus *out, *in;
     double took_s = -1.0;
     snprintf(url, sizeof url, "%.*s", (int)strcspn(d->params->lcm.url, "?"), d->params->lcm.url);
-    /* check_lcm_socket reports it */
+    /* check_lcm_socket() reports this failure */
     if (!url[0] || bus_open(&out, url, &error)) return finding_none();
     int status = bus_open(&in, url, &error);
     if (!status && bus_listen(in, channel, BUS_THIS_HOST, &error)) bus_close(in), status = STATUS_IO;

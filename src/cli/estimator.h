@@ -13,7 +13,7 @@ struct estimator {
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     bool started;
-    /* Protected by the mutex. */
+    /* State of the worker. The mutex protects it. */
     enum { ESTIMATOR_IDLE, ESTIMATOR_BUSY, ESTIMATOR_DONE } state;
     bool ends;
     struct recording recording;   /* only the worker may use it while the worker is busy */
@@ -34,8 +34,8 @@ void estimator_give(struct estimator *e, struct recording *recording);
 /* True if estimator_take() would return a result at once. */
 bool estimator_ready(struct estimator *e);
 
-/* Returns the equations, or in error->status the reason why there are none. False: no recording was
- * given or, without `wait`, its equations are not ready. */
+/* Passes on the equations, or in error->status the reason why there are none. Returns false if no
+ * recording was given or, without `wait`, its equations are not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
 /* Makes the equations in the calling thread: recording_check(), method_c_check(),

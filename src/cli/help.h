@@ -9,7 +9,7 @@
 struct subcommand {
     const char *name, *usage, *purpose;
     const char *options; /* text of the options, in lines; "%s" stands for the back-ends' URLs */
-    const char *example; /* a command */
+    const char *example; /* a command as an example */
     int (*run)(int argc, char **argv);
 };
 

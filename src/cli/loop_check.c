@@ -59,7 +59,8 @@ static void add(struct places *all, const struct params *p, int dof, double valu
     if (loop_place_find(&all->place[all->count], p, pose, delay_s)) all->count++;
 }
 
-/* Finds the poses to be checked. False if the supply cannot hold the platform up at neutral. */
+/* Finds the poses to be checked. Returns false if the supply cannot hold the platform up at
+ * neutral. */
 static bool find_places(struct places *all, const struct params *p, bool bus) {
     struct kinematics k;
     double delay_s = bus ? p->loop.period_s : 0.0;

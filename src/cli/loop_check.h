@@ -21,7 +21,7 @@ enum loop_state {
     LOOP_UNSTABLE_AWAY,  /* damped at neutral, but unstable in another pose */
     LOOP_WEAK,           /* damped at neutral, but by less than LOOP_DAMPING_LEAST */
     LOOP_NOISY,          /* stable, but its gains turn sensor noise into motion of the platform */
-    LOOP_UNSTABLE,       /* unstable at neutral */
+    LOOP_UNSTABLE,       /* the loop is unstable at neutral */
 };
 
 struct loop_check {

@@ -15,19 +15,19 @@ static const double stop_every = 0.1;   /* interval between tried stops over the
                                          * found to within a hundredth */
 /* a motion with so many cycles in a period or more has cycles near all phases in every period */
 enum { PERIOD_TICKS = 64 };
-/* halvings of an interval from 0 to 1 that find the scale to a hundredth */
+/* number of times that an interval from 0 to 1 is halved, to find the scale to a hundredth */
 enum { SCALES = 7 };
 
 struct instant {
     enum dof dof;                       /* axis of the test */
-    double time_s;                      /* time in the test */
+    double time_s;                      /* time in the test, as cycle.test_time_s */
     bool stopped;                       /* the test was stopped at stop_s */
     double stop_s;
 };
 
 /* A limit that is exceeded. */
 struct excess {
-    const char *what, *unit;            /* "length", "m" */
+    const char *what, *unit;            /* quantity and unit: "length", "m" */
     double value, least, rest, most;    /* the value, its limits, and its value at neutral, from
                                          * which both limits are counted */
     const char *below, *above;          /* configuration keys of the two limits */

@@ -36,7 +36,7 @@ struct operator_waiting {
 };
 
 struct operator_lease {
-    uint64_t peer;        /* 0: none */
+    uint64_t peer;        /* client that holds the lease; 0: none */
     enum command command; /* command that began the lease, COMMAND_ENGAGE or COMMAND_START */
     int64_t heard_ns;
     bool expired;       /* it was not renewed in time, or its peer is gone, so the platform is being

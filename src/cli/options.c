@@ -176,7 +176,7 @@ static int set_latency(struct options *o, const char *text, struct error *error)
 }
 
 static int set_pose(struct options *o, const char *text, struct error *error) {
-    static const double most = 30.0; /* m; rad */
+    static const double most = 30.0; /* largest coordinate of a pose, m or rad */
     const char *at = text;
     o->pose_given = true;
     for (int i = 0; i < DOFS; i++) {

@@ -22,7 +22,7 @@ static void *copy(void *argument) {
         for (ssize_t done = 0; done < size;) {
             ssize_t written = write(o->to, text + done, (size_t)(size - done));
             if (written < 0 && errno == EAGAIN) poll(&(struct pollfd){.fd = o->to, .events = POLLOUT}, 1, -1);
-            else if (written < 0 && errno != EINTR) break; /* the reader is gone */
+            else if (written < 0 && errno != EINTR) break; /* the reader has gone */
             if (written <= 0) continue;
             done += written;
             atomic_fetch_add_explicit(&o->copied, 1, memory_order_relaxed);
@@ -36,7 +36,7 @@ int outlet_open(struct outlet *o, int to) {
     *o = (struct outlet){.to = to};
     if (pipe2(end, O_CLOEXEC)) return -1;
     fcntl(end[1], F_SETFL, O_NONBLOCK);
-    fcntl(end[1], F_SETPIPE_SZ, ROOM); /* the system may grant less */
+    fcntl(end[1], F_SETPIPE_SZ, ROOM); /* the system may grant a smaller pipe */
     o->from = end[0];
     o->out = fdopen(end[1], "w");
     if (o->out && !setvbuf(o->out, NULL, _IOFBF, WHOLE) && !thread_start(&o->thread, "terminal", THREAD_STACK_COPY, copy, o, &error))

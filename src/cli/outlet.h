@@ -10,7 +10,7 @@
 #include <stdio.h>
 
 struct outlet {
-    FILE *out;               /* stream to write to, before outlet_flush(); any thread */
+    FILE *out;  /* stream for the text, which outlet_flush() then passes on; any thread may write */
     int from, to;            /* read end of the pipe, and destination of the text */
     pthread_t thread;
     _Atomic long copied;     /* number of writes to `to` */

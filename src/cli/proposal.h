@@ -40,7 +40,7 @@ enum proposal_kind { PROPOSAL_SINES, PROPOSAL_MULTISINE, PROPOSALS };
 struct proposal_watch {
     void (*share)(void *context, double share);
     void *context;
-    int done, most;        /* numbers of predictions */
+    int done, most;        /* number of predictions made, and the largest number */
 };
 
 /* Makes a proposal. params: as configured for the tests, not the survey's; wanted_pct: as

@@ -26,7 +26,7 @@ struct test_judgement {
 struct survey_report {
     struct loop_survey survey;
     struct params asked;                      /* configured parameters, without the survey */
-    struct test_judgement test[DOFS];         /* by axis */
+    struct test_judgement test[DOFS];         /* judgements of the tests, by axis */
     struct excitation configured;             /* prediction for the configured tests, if
                                                * no_prediction has status 0 */
     struct error no_prediction;
@@ -49,8 +49,8 @@ int survey_report_make(struct survey_report *r, const struct multisine *multisin
 
 void survey_report_print(const struct survey_report *r, FILE *out);
 
-/* Takes identification_json's text and returns it with the member "survey", schema
- * hexid.survey/1 (docs/survey.md). NULL without memory. */
+/* Takes identification_json's text and returns it with the member "survey", schema hexid.survey/1
+ * (docs/survey.md). Returns NULL without memory. */
 char *survey_report_json(const struct survey_report *r, char *identification);
 
 #endif

@@ -45,7 +45,7 @@ struct blind_time {
     const char *when;   /* the case in words: "a daemon that is killed or stopped" */
     const char *sum;    /* the sum in words, by its keys: "limits.sensor_age_s + device.watchdog_s +
                          * 1 ms" */
-    bool allowed;       /* within limits.blind_time_s */
+    bool allowed;       /* the time is within limits.blind_time_s */
 };
 
 /* Returns the longest of the four cases. */

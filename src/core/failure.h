@@ -21,7 +21,7 @@ struct failure {
     const char *within;
     enum reaction reaction;
     const char *platform; /* the platform's reaction in words */
-    const char *cause;    /* likely causes */
+    const char *cause;    /* likely causes of the failure */
     const char *remedy;   /* steps before the platform may move again */
     const char *least_key, *most_key; /* keys of the fault's limits; NULL: no such limit */
     const char *unit;     /* unit of the measured value in messages; NULL: nothing is measured */
@@ -62,7 +62,7 @@ enum { FAILURE_TEXT_SIZE = 400 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);
 
-/* Prints the table in Markdown. */
+/* Prints failure_table in Markdown. */
 void failure_print(FILE *out);
 
 #endif

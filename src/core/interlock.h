@@ -9,7 +9,7 @@
 
 struct interlock {
     uint32_t input, fault;
-    const char *name;     /* "emergency stop" */
+    const char *name;     /* name of the input: "emergency stop" */
     const char *open;     /* message for an open input, with the remedy */
 };
 extern const struct interlock interlock_table[INPUTS];
@@ -62,8 +62,8 @@ const char *interlock_why(uint32_t wrong);
 /* Lists inputs by name: "emergency stop, door". */
 void interlock_names(uint32_t inputs, char *text, size_t size);
 
-/* Lists wired and missing inputs: "emergency stop, door; NOT WIRED, so not watched: enable
- * switch". True if all are wired. */
+/* Lists wired and missing inputs: "emergency stop, door; NOT WIRED, so not watched: enable switch".
+ * Returns true if all are wired. */
 bool interlock_describe(const struct interlock_params *p, char *text, size_t size);
 
 #endif

@@ -15,7 +15,7 @@ struct kinematics {
 };
 
 struct fk_result {
-    int iterations;       /* Newton steps taken */
+    int iterations;       /* number of Newton steps taken */
     double residual_m;    /* largest length error of the returned pose; an upper bound if the
                            * last step was below 0.1 um */
     double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of

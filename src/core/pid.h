@@ -19,13 +19,13 @@
 
 struct pid {
     double integral;       /* integral part I of the output, as a share of full opening */
-    double derivative_mps; /* d */
-    double force_lp_n;     /* flp */
-    double error_m;        /* e_prev */
-    double ref_m;          /* Lref_prev */
+    double derivative_mps; /* derivative part's filtered rate d */
+    double force_lp_n;     /* low-passed leg force flp */
+    double error_m;        /* error of the previous step, e_prev */
+    double ref_m;          /* reference of the previous step, Lref_prev */
     double feedback_cut;   /* 1 - s; the caller sets it before a step, and pid_reset() makes it 0 */
-    double output;         /* last u */
-    bool saturated;        /* last u was clamped */
+    double output;         /* output u of the last step */
+    bool saturated;        /* the last output u was clamped */
 };
 
 /* Starts without a bump: no error, no reference rate, force filter settled; a first step with Lref

@@ -288,7 +288,7 @@ static void enter(struct platform *p, const struct transition *row) {
     }
 }
 
-/* Applies a trigger. False: it has no effect in this state. */
+/* Applies a trigger. Returns false if it has no effect in this state. */
 static bool apply(struct platform *p, enum trigger trigger) {
     const struct transition *row = supervisor_find(p->supervisor.state, trigger);
     /* SAFETY: no supply while an interlock is open. */

@@ -24,7 +24,7 @@ struct platform {
     struct supervisor supervisor;
     struct reference reference;
     struct pid pid[LEGS];
-    /* the last good sample */
+    /* the group below comes from earlier samples */
     double pose[DOFS];           /* the pose, from which the next forward kinematics starts */
     double length_m[LEGS], force_n[LEGS]; /* leg lengths, and leg forces from the last trusted
                                            * pressures */
@@ -38,11 +38,11 @@ struct platform {
     int overruns;              /* number of deadlines missed in a row, at most loop.overrun_limit */
     /* last reference and command */
     double ref[DOFS], ref_rate[DOFS], ref_accel[DOFS], leg_ref_m[LEGS];
-    struct hal_command command;  /* held while samples are bad */
+    struct hal_command command;  /* last command; it is held while samples are bad */
     uint32_t inputs;             /* inputs as last read: INPUT_... */
     struct interlock_watch watch;
     uint32_t contradicted;     /* inputs whose contacts have contradicted each other for too long */
-    /* list of tests */
+    /* progress through the list of tests */
     int test;                    /* index of the current or next test */
     int64_t ticks;               /* number of cycles in this state */
     bool stopping;               /* the current or last test was told to end */

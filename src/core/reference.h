@@ -58,13 +58,13 @@ void reference_hold(struct reference *r, const double pose[DOFS]);
 
 struct move_limits {
     double duration_s;      /* requested duration; the move takes longer if the limits require it */
-    double rate_mps, accel_mps2; /* above 0 */
+    double rate_mps, accel_mps2; /* limits of speed and acceleration, above 0 */
     double arm_m;                /* kinematics.arm_m, which converts angles to lengths */
 };
 
 /* Pose, rate and acceleration from which a move starts: those of the previous cycle. */
 struct move_start {
-    const double *pose, *rate, *accel; /* [DOFS] */
+    const double *pose, *rate, *accel; /* arrays of DOFS values */
 };
 
 /* Begins a move to rest at `to`, which is reached exactly. */

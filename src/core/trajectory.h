@@ -10,7 +10,7 @@
 
 struct trajectory_knot {
     double time_s;          /* time since the first knot */
-    double pose[DOFS];      /* m, rad */
+    double pose[DOFS];      /* pose of the knot, m and rad */
     double bend[DOFS];      /* second derivative of the pose */
 };
 
@@ -21,8 +21,8 @@ struct trajectory {
     struct trajectory_knot *knot;
 };
 
-/* Computes the knots' second derivatives. Ordinary threads; linear in the number of knots.
- * False: out of memory. */
+/* Computes the knots' second derivatives. Ordinary threads; linear in the number of knots. Returns
+ * false if there is no memory. */
 bool trajectory_bend(struct trajectory *t);
 
 /* Returns the duration of all passes. */

@@ -48,7 +48,7 @@ void bus_remedy(char *text, size_t size);
 
 /* The kernel's route to the group, by which messages are sent. */
 struct bus_route {
-    char group[16];      /* 239.255.76.67 */
+    char group[16];      /* address of the group, "239.255.76.67" */
     int port, ttl;       /* port of the group, and time to live of datagrams; with ttl 0 they stay
                           * on this host */
     char interface[BUS_INTERFACE_SIZE];  /* name of the interface by which messages leave; "": there

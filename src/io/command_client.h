@@ -10,7 +10,7 @@
 
 struct command_client {
     struct machine machine;
-    int fd;                       /* -1: not connected */
+    int fd;                       /* socket of the connection; -1: not connected */
     uint32_t id;                  /* id of the last request */
     struct command_answer answer; /* last answer received, with the platform's state at that time */
     bool answered;                /* true if `answer` is valid */

@@ -23,7 +23,7 @@ enum {
 struct command_request {
     uint32_t id;          /* the client chooses it, and the answer repeats it */
     enum command command; /* the command; COMMAND_NONE if `renew` is set */
-    bool renew;           /* renews the sender's lease */
+    bool renew;           /* the request renews the sender's lease */
 };
 
 /* OUTCOME_STOPPED: the lease is renewed, but somebody's stop ended the tests begun last.

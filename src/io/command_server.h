@@ -19,7 +19,7 @@
 
 enum command_socket { SOCKET_STOP, SOCKET_ALL, COMMAND_SOCKETS };
 enum {
-    COMMAND_PLACES = 32, /* connections for each socket */
+    COMMAND_PLACES = 32, /* number of connections that each socket serves */
     COMMAND_POLLS = COMMAND_SOCKETS * (1 + COMMAND_PLACES),
 };
 
@@ -35,7 +35,7 @@ struct command_handler {
 };
 
 struct command_place {
-    int fd; /* -1: free */
+    int fd; /* socket of the connection; -1: this place is free */
     uint64_t peer;
     uid_t user;
     int64_t heard; /* value of command_server.heard when a packet last came on this connection */

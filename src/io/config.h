@@ -32,8 +32,8 @@ int config_override(struct params *params, const char *name, const char *const *
  * effects that are on. To be freed by the caller. */
 char *config_text(const struct params *params);
 
-/* Finds the first key within these sections (names such as "payload", ended by NULL) whose
- * values differ, with both values as YAML. False: there is none. */
+/* Finds the first key within these sections (names such as "payload", ended by NULL) whose values
+ * differ, with both values as YAML. Returns false if there is none. */
 struct config_difference {
     char key[80], a[64], b[64];
 };

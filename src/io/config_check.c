@@ -105,7 +105,7 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
             drop, i + 1, parked, l->length_min_m[i], shortest);
 }
 
-/* Checks each leg's stroke and limits. False if the legs cannot move at all. */
+/* Checks each leg's stroke and limits. Returns false if the legs cannot move at all. */
 static bool check_legs(struct checker *c, const struct params *p) {
     struct kinematics k;
     int wrong = c->count;

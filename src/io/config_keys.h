@@ -23,7 +23,7 @@ enum config_kind {
     CONFIG_INTEGER,
     CONFIG_BOOLEAN,
     CONFIG_CHOICE,    /* one of the words in config_key.names */
-    CONFIG_TEXT,      /* printable ASCII */
+    CONFIG_TEXT,      /* text in printable ASCII */
     CONFIG_AXES,      /* list of axes, each at most once */
     CONFIG_REALS,    /* `count` numbers, one for each leg or axis; a single number stands for all */
     CONFIG_REALS_ALIKE,/* `count` numbers that must be equal; written as one */
@@ -37,7 +37,7 @@ struct config_key {
     size_t offset;               /* offset of the value in struct params */
     double min, max;             /* range of allowed values, both ends included */
     char value[48];  /* default value in YAML; for a key of an effect the value that adds nothing */
-    const char *unit;            /* "-": none */
+    const char *unit;            /* unit of the value; "-": it has none */
     const char *meaning;
     const char *const *names;    /* words of a CONFIG_CHOICE; ended by NULL */
     int effect;          /* index of the effect in effect_table; -1: the key belongs to no effect */
@@ -45,7 +45,7 @@ struct config_key {
     bool shape;              /* the key shapes an effect's law: no value of it adds nothing */
 };
 
-/* Gets a key by its index in the order of the file, effects last. False past the end. */
+/* Gets a key by its index in the order of the file, effects last. Returns false past the end. */
 bool config_key_at(int index, struct config_key *key);
 
 bool config_key_find(const char *path, struct config_key *key);
@@ -68,7 +68,7 @@ struct config_value {
 /* Returns the depth of nested lists that the key takes: 2 for points. */
 int config_key_depth(const struct config_key *key);
 
-/* Appends an item. False if the key takes no more, or if the text is too long or has a zero
+/* Appends an item. Returns false if the key takes no more, or if the text is too long or has a zero
  * byte. */
 bool config_value_add(const struct config_key *key, struct config_value *value, const char *text, size_t length);
 

@@ -44,7 +44,7 @@
 #include "status.h"
 #include "types.h"
 
-enum { CSV_FILES_MAX = 100 }; /* per directory */
+enum { CSV_FILES_MAX = 100 }; /* largest number of files in a directory */
 enum { CSV_DOUBTS_SIZE = 600 };
 
 struct csv_file {

@@ -14,7 +14,7 @@ struct csv_head {
     char path[CSV_PATH_SIZE];
     enum mechanism_kind mechanism;
     enum dof dof;                  /* axis of the test; for a file of a single axis x or none */
-    double value[CSV_KEYS];        /* NaN: not given */
+    double value[CSV_KEYS];        /* value of each key in the head; NaN: not given */
     int line[CSV_KEYS];            /* line number of each key */
     int columns_line;
     bool has[CSV_COLUMNS];
@@ -25,7 +25,7 @@ struct csv_head {
 struct csv_reader {
     struct csv_head head;
     struct csv_text in;
-    int cells;                     /* cells in a row */
+    int cells;                     /* number of cells in a row */
     int column[CSV_CELLS_MAX];     /* column of each cell; -1: unknown */
     double unit[CSV_CELLS_MAX];    /* factor that converts each cell to SI */
     int64_t empty;                 /* cells without a number so far */

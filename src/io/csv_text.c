@@ -24,8 +24,8 @@ char *csv_text_trim(char *text) {
     return text;
 }
 
-/* Normalises a line in place: commas between cells, points in numbers, no quotes. False if a
- * quote is not closed. */
+/* Normalises a line in place: commas between cells, points in numbers, no quotes. Returns false if
+ * a quote is not closed. */
 static bool normalise(char *text, char separator) {
     char *to = text;
     bool quoted = false;

@@ -12,7 +12,7 @@ enum column_kind { COLUMN_REAL, COLUMN_INT64, COLUMN_UINT32, COLUMN_CODE, COLUMN
 
 struct cycle_column {
     const char *name;
-    const char *unit;      /* "" without a unit */
+    const char *unit;      /* unit of the column; "": it has none */
     enum column_kind kind;
     size_t offset;         /* offset of the value in struct cycle */
 };

@@ -12,7 +12,7 @@ struct mcap_export {
     struct mcap_writer *file;
     int state, type[MESSAGE_TYPES]; /* channels of cycles and of each type of message; NONE before
                                      * its first message */
-    struct json_text json;          /* work buffer */
+    struct json_text json;          /* buffer for the JSON of a message */
 };
 
 static void send(struct mcap_export *e, int channel, int64_t utime_us) {

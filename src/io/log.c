@@ -27,7 +27,7 @@ struct log_writer {
     size_t used, capacity;
     int64_t kept, lost;      /* number of events of the counted channel that are in this file, and
                               * in none */
-    const char *counted; /* channel given to log_count() */
+    const char *counted; /* the channel that log_count() was given */
     struct error error;      /* error of the first failure */
 };
 

@@ -14,7 +14,7 @@
 
 struct log_keeper {
     int socket;
-    bool asked;           /* a request is unanswered */
+    bool asked;           /* a request has not been answered yet */
     bool gone;            /* the process has ended, so that no more parts will come */
 };
 

@@ -37,7 +37,7 @@ struct finder {
 };
 
 static uint64_t hash(const char *text, size_t size) {
-    uint64_t h = 14695981039346656037ull; /* FNV-1a */
+    uint64_t h = 14695981039346656037ull; /* start value of the hash FNV-1a */
     for (size_t i = 0; i < size; i++) h = (h ^ (unsigned char)text[i]) * 1099511628211ull;
     return h ? h : 1;
 }

@@ -40,8 +40,8 @@ struct machine {
 /* True if the name has 1 to 32 characters of A-Z a-z 0-9 - _ */
 bool machine_name_valid(const char *name);
 
-/* Makes the address of the machine's socket NAME.stop (`stop`) or NAME. False: the path is too
- * long. */
+/* Makes the address of the machine's socket NAME.stop (`stop`) or NAME. Returns false if the path
+ * is too long. */
 bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *address);
 
 /* For the daemon: takes the machine's name; "": MACHINE_NAME_DEFAULT, or with the first free suffix

@@ -21,7 +21,7 @@ struct field {
 };
 
 struct message_type {
-    const char *name;            /* "test_result" */
+    const char *name;            /* name of the type: "test_result" */
     const char *channel;
     int64_t (*fingerprint)(void);
     struct field field[FIELDS_MAX]; /* ended by a field without a name */
@@ -32,7 +32,7 @@ extern const struct message_type message_types[MESSAGE_TYPES];
 
 struct message_value {
     int count;
-    const unsigned char *bytes; /* points into the message */
+    const unsigned char *bytes; /* the field's bytes inside the message */
 };
 
 struct message {

@@ -13,7 +13,7 @@
 #include "status.h"
 
 struct notify {
-    int socket;            /* -1: no manager */
+    int socket;            /* socket to the service manager; -1: there is none */
     int64_t every_ns;      /* time between two life signs, half of what the manager allows; 0: none
                             * are wanted */
     int64_t alive_ns;      /* time of the last life sign, CLOCK_MONOTONIC */

@@ -1,4 +1,4 @@
-/* Numbers as text. Any thread. */
+/* Converts numbers to text. Any thread. */
 #ifndef HEXID_NUMBER_TEXT_H
 #define HEXID_NUMBER_TEXT_H
 

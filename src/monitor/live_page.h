@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 struct live_file {
-    const char *name; /* "live.css" */
+    const char *name; /* name of the file: "live.css" */
     const unsigned char *data;
     size_t size;
 };

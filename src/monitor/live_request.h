@@ -12,7 +12,7 @@ enum { LIVE_HOST_SIZE = 256, LIVE_URL_SIZE = LIVE_HOST_SIZE + 24 };
 
 struct live_address {
     char host[LIVE_HOST_SIZE]; /* as given, without brackets; "127.0.0.1" if none was given */
-    int port;                  /* 0: any free port */
+    int port;                  /* port to listen on; 0: any free one */
 };
 
 /* Accepts HOST:PORT and PORT, such as "127.0.0.1:8321", "localhost:8321", "[::1]:8321" and "8321".

@@ -13,7 +13,7 @@ enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 
 /* The stream to one browser. `cycle`, `event` and `version` tell what it has been sent. */
 struct client {
     struct live_server *server;
-    struct MHD_Connection *connection; /* NULL: the place is free */
+    struct MHD_Connection *connection; /* connection to the browser; NULL: this place is free */
     struct json_text piece; /* the chunk being sent; `sent` bytes of it are handed over */
     size_t sent;
     bool greeted, waits;               /* `waits`: the stream is suspended until there is news */
@@ -27,7 +27,7 @@ struct live_server {
     const struct live_state *state;
     const char *served;
     char own_name[LIVE_HOST_SIZE];
-    char *style;                       /* made by page_style() */
+    char *style;                       /* the page's style, made by page_style() */
     size_t style_size;
     int64_t now_ms;
     struct client client[LIVE_CLIENTS];

@@ -42,7 +42,7 @@ struct loop {
     enum realtime_mode mode;
     pthread_t thread;
     sem_t started;
-    int realtime;                    /* result of realtime_enter() */
+    int realtime;                    /* what realtime_enter() returned */
     struct error realtime_error;     /* message of realtime_enter() if it was refused */
 };
 
@@ -60,7 +60,7 @@ struct loop_acted {
     uint32_t request_id;             /* id of the last request that was processed */
     bool taken;                      /* that request had an effect in the state at that time */
     bool stopped;                    /* the latest tests were ended by a stop, or are ending */
-    enum state state;                /* current state */
+    enum state state;                /* current state of the supervisor */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
     uint32_t first_fault;        /* the first latched fault, one of FAULT_...; 0: none is latched */
 };

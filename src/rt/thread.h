@@ -18,8 +18,8 @@ enum {
     THREAD_STACK_FIT = 8 << 20,        /* for `hexid gap`, which nests fits */
 };
 
-/* Starts a thread; any thread. STATUS_IO with the new thread's name ("loop"), the reason and the
- * remedy. */
+/* Starts a thread. STATUS_IO with the new thread's name ("loop"), the reason and the remedy. Any
+ * thread may call it. */
 int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *(*run)(void *), void *argument, struct error *error);
 
 /* Waits up to `seconds` for the end of a thread; false: it still runs, and can be waited for

@@ -22,7 +22,7 @@ struct wakeups {
     int64_t missed_in_row;     /* most deadlines missed in a row, which loop.overrun_limit limits */
     int realtime; /* STATUS_OK: SCHED_FIFO, memory locked, pinned if requested; else it was
                    * refused */
-    struct error realtime_error; /* reason for the refusal */
+    struct error realtime_error; /* why real time was refused */
 };
 
 /* Adds a wake-up to the counts. */
