@@ -195,7 +195,7 @@ static int refuse_watchdog(const struct params *params, const char *interface, s
                      CAN_WATCHDOG_MAX_MS / 1e3);
 }
 
-/* A random token; never 0, which means no owner. */
+/* Returns a random token; never 0, which means no owner. */
 static uint32_t session_token(void) {
     uint32_t token = 0;
     if (getrandom(&token, sizeof token, 0) != sizeof token) token = (uint32_t)monotonic_ns();

@@ -86,7 +86,8 @@ static void take_link_info(struct span in, struct can_controller *s) {
         if (type == IFLA_INFO_DATA) data = v;
         if (type == IFLA_INFO_XSTATS) statistics = v;
     }
-    if (strcmp(s->kind, "can") != 0) return; /* other kinds use these attributes otherwise */
+    /* on other kinds of interfaces these attributes mean something else */
+    if (strcmp(s->kind, "can") != 0) return;
     if (data.at) take_can(data, s);
     if (statistics.at) take_device_statistics(statistics, s);
 }

@@ -150,7 +150,8 @@ bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *erro
 
 bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state) {
     if (frame->len != 1) return false;
-    *state = (enum can_state)(frame->data[0] & 0x7f); /* top bit: toggle bit of node guarding */
+    *state = (enum can_state)(frame->data[0] & 0x7f); /* the top bit is the toggle bit of node
+                                                       * guarding */
     return *state == CAN_BOOTUP || *state == CAN_STOPPED || *state == CAN_OPERATIONAL || *state == CAN_PREOPERATIONAL;
 }
 

@@ -79,7 +79,7 @@ struct can_peer {
     int step, tries;           /* current step of the set-up, and how often its request was sent */
     int64_t deadline_ns;       /* time until which the node has to answer, or to be asked again */
     bool halted;               /* has been told to enter pre-operational, where it can be set up */
-    bool claimed;              /* belongs to this master, or is of a kind that cannot be owned */
+    bool claimed;        /* the node belongs to this master, or is of a kind that cannot be owned */
     struct can_refusal refusal;/* the node's refusal; valid in phase CAN_REFUSED */
     int64_t heard_ns;          /* arrival time of the node's last frame */
     uint16_t emcy;             /* code of the node's active error; 0: none */
@@ -89,10 +89,10 @@ struct can_peer {
     bool contradicts;          /* since the last sample two TPDOs of a window differed, or one had a
                                 * wrong length */
     int twice;                /* level of a leaky bucket that counts windows with a repeated TPDO */
-    int asked;                 /* SDO requests whose answers may still come */
+    int asked;                 /* number of SDO requests whose answers may still come */
     int64_t odd_ns;         /* a leaky bucket of other excess frames, kept as the time at which it
                              * will be empty */
-    bool known;   /* not lost, refused or rebooted since the last complete sample */
+    bool known;   /* the node was not lost, refused or rebooted since the last complete sample */
 };
 
 #define FOREIGN_HEARD 0x800u
@@ -100,7 +100,7 @@ struct can_peer {
 struct can_master {
     const struct params *params;
     int nodes;                 /* number of expected nodes */
-    uint32_t token;            /* with which this master claims nodes */
+    uint32_t token;            /* token with which this master claims nodes */
     struct can_peer peer[CAN_NODES];
     enum can_bus bus;
     unsigned foreign;          /* identifier of another master's first frame since the last

@@ -63,7 +63,7 @@ struct can_node {
     int64_t heartbeat_due_ns;
     int64_t heard_ns[CAN_CONSUMERS]; /* arrival of the last heartbeat from each watched master; 0:
                                       * none yet */
-    int64_t rpdo_ns, in_force_ns;    /* arrival of the last RPDO, and of the one in force */
+    int64_t rpdo_ns, in_force_ns;    /* arrival times of the last RPDO, and of the one in force */
     uint32_t syncs;         /* number of SYNCs since the last TPDO */
     struct can_frame sent;  /* the last TPDO */
     bool has_sent;          /* a TPDO was sent since the node became operational */

@@ -7,8 +7,8 @@
 #include "can_frames.h"
 
 enum {
-    CAN_OBJECTS_MAX = 56,       /* objects in the largest dictionary */
-    CAN_HISTORY = 8,            /* errors kept in 0x1003 */
+    CAN_OBJECTS_MAX = 56,       /* number of objects in the largest dictionary */
+    CAN_HISTORY = 8,            /* number of errors kept in 0x1003 */
     CAN_CONSUMERS = 2,          /* how many heartbeats 0x1016 can watch */
     CAN_WATCHDOG_MAX_MS = 1000, /* SAFETY: 0x1400:5 takes 1 ms to this, so that the watchdog
                                  * cannot be switched off */
@@ -55,7 +55,7 @@ uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_obj
  * command, or the dummy for INTEGER16. */
 uint32_t can_mapping_refuses(const struct can_dictionary *d, uint32_t entry);
 
-/* Index, sub-index and size in bytes of a mapping entry. */
+/* Return index, sub-index and size in bytes of a mapping entry. */
 static inline uint16_t can_entry_index(uint32_t entry) { return (uint16_t)(entry >> 16); }
 static inline uint8_t can_entry_sub(uint32_t entry) { return (uint8_t)(entry >> 8); }
 static inline int can_entry_bytes(uint32_t entry) { return (int)(entry & 0xff) / 8; }

@@ -64,7 +64,8 @@ static uint32_t refuse_now(const struct can_node *n, const struct can_object *o,
 
 static void watch_anew(struct can_node *n, uint8_t sub, uint32_t value, int64_t now_ns, struct can_queue *out) {
     struct can_consumer consumer = can_consumer_of(value);
-    n->heard_ns[sub - 1] = 0; /* watched from the next heartbeat on (CiA 301, 0x1016) */
+    n->heard_ns[sub - 1] = 0; /* the node watches this master from its next heartbeat on (CiA 301,
+                               * 0x1016) */
     can_node_clear(n, 1u << CAN_ERROR_HEARTBEAT, out);
     if (sub != 1 || !n->owner.token || !consumer.node) return;
     n->owner.limit_ms = consumer.limit_ms;

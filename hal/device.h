@@ -16,7 +16,7 @@
 
 struct device;
 
-/* params must outlive the device. */
+/* Creates a device; params must outlive it. */
 struct device *device_create(const struct params *params, uint64_t seed, struct error *error);
 void device_destroy(struct device *d);
 

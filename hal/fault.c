@@ -51,7 +51,7 @@ struct wrapper {
         uint64_t random;
         struct hal_sample before; /* last sample of the inner back-end before the fault */
         struct hal_sample passed; /* last sample that was passed on */
-        double stuck[LEGS];       /* valves at the start of the fault */
+        double stuck[LEGS];       /* valve commands at the start of the fault */
     } fault[FAULTS_MAX];
 };
 

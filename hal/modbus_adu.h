@@ -23,7 +23,7 @@ enum modbus_function {
     FUNCTION_READ = 3,
     FUNCTION_WRITE_ONE = 6,
     FUNCTION_WRITE = 16,
-    FUNCTION_EXCHANGE = 23, /* read/write multiple registers */
+    FUNCTION_EXCHANGE = 23, /* the protocol's "read/write multiple registers" */
     FUNCTION_FAILED = 0x80, /* bit that marks an exception */
 };
 

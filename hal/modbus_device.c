@@ -28,7 +28,7 @@
 enum {
     CLIENTS = 64,
     BACKLOG = 64,
-    REQUESTS_A_TURN = 4,       /* requests of one client that are served in a turn */
+    REQUESTS_A_TURN = 4,       /* most requests of one client that are served in a turn */
     OTHERS_A_TURN = 32,        /* requests of all clients but the owner that are served in a turn;
                                 * they take a third of a millisecond */
     WELCOMES_A_TURN = 16,
@@ -36,9 +36,11 @@ enum {
     TTY_LATENCY_NS = 4 * TURN_NS, /* added to the silence of 3.5 characters: delays within a
                                    * frame by adapters (their latency timer, 1 ms if set so) and
                                    * schedulers */
-    EMPTY_READS_MAX = 8,       /* reads without bytes from a line that polls readable */
+    EMPTY_READS_MAX = 8,       /* so many reads in a row without bytes, although the line polls
+                                * readable, mean that it is lost */
     REOPEN_NS = NS_PER_S,      /* interval between attempts to open a lost line */
-    SEND_BUFFER = 4096,        /* bytes; so small that few answers wait unread */
+    SEND_BUFFER = 4096,        /* size of a connection's send buffer, bytes; so small that few
+                                * answers wait unread */
     UNIT_BROADCAST = 0,        /* unit of requests to all devices of a serial line */
 };
 
@@ -55,7 +57,7 @@ struct modbus_device {
     const struct params *params;
     struct modbus_server server;
     modbus_t *modbus;           /* libmodbus's context, which listens or has the serial line open */
-    int listener;                /* -1: serial line, served as client[0] */
+    int listener;    /* listening socket; -1: the device is on a serial line, served as client[0] */
     struct client client[CLIENTS];
     struct modbus_address_parts address;
     int64_t silence_ns;          /* serial only: length of the silence that ends a request */
@@ -105,7 +107,7 @@ static bool is_meant(const struct modbus_device *d, uint8_t unit) {
 
 static bool is_write(uint8_t function) { return function == FUNCTION_WRITE_ONE || function == FUNCTION_WRITE; }
 
-/* Returns the size of the answer's PDU; 0: none. */
+/* Answers a request. Returns the size of the answer's PDU; 0: there is no answer. */
 static size_t answer(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns, uint8_t pdu[ADU_PDU_MAX]) {
     bool broadcast = is_serial(d) && adu->unit == UNIT_BROADCAST;
     if (!is_meant(d, adu->unit)) return is_serial(d) ? 0 : modbus_server_refuse(adu->pdu[0], EXCEPTION_TARGET, pdu);

@@ -50,7 +50,7 @@ struct axis_params {              /* cylinder or electric axis with a mass, whic
                                    * pushes the rod in */
     double middle_m;              /* position reading at mid-stroke */
     double force_offset_n;    /* constant error of the force reading; positive: it reads too much */
-    double force_lag_s;           /* first-order lag of a force sensor's amplifier */
+    double force_lag_s;     /* time constant of the first-order lag of a force sensor's amplifier */
 };
 
 struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's
@@ -72,7 +72,8 @@ struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertia
 
 struct hydraulics_params {
     double supply_pa, tank_pa;
-    double valve_flow_m3_per_s[LEGS]; /* flow per port at full opening and valve_drop_pa */
+    double valve_flow_m3_per_s[LEGS]; /* flow through each port at full opening and a pressure drop
+                                       * of valve_drop_pa */
     double valve_drop_pa;
     double valve_frequency_hz, valve_damping[LEGS];
     double bulk_modulus_pa[LEGS];
@@ -111,9 +112,9 @@ struct control_params {           /* gains of the controller; src/core/pid.h has
                                    * part: 1/m, 1/(m s), s/m */
     double kff;                   /* gain of the reference's leg rate, s/m */
     double kpf;                   /* gain of the high-passed leg force, 1/N */
-    double tf, tp;                /* s, time constants of the filters of derivative and force */
-    double integral_limit;        /* largest integral part, share of full opening */
-    double output_limit;          /* largest output, share of full opening */
+    double tf, tp;                /* time constants of the filters of derivative and force, s */
+    double integral_limit;        /* largest integral part, as a share of full opening */
+    double output_limit;          /* largest output, as a share of full opening */
 };
 
 struct motion_params {

@@ -15,7 +15,7 @@ enum status {
     STATUS_OK = 0,
     STATUS_USAGE = -2,  /* an option or the configuration is wrong */
     STATUS_IO = -3,     /* a file, bus or device fails */
-    STATUS_UNSAFE = -4, /* refused: going on could hurt people */
+    STATUS_UNSAFE = -4, /* an action was refused, because going on could hurt people */
 };
 
 struct error {

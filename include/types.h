@@ -51,14 +51,14 @@ enum {
 struct hal_sample {
     int64_t time_ns;        /* device's instant of latching, on the loop's clock; with SAMPLE_IO
                              * alone the instant of the failed read */
-    int64_t age_ns;         /* time from latching to the read */
+    int64_t age_ns;         /* time from latching to reading */
     uint64_t device_seq;    /* the device's own count of samples, 0 if it has none: a gap is a lost
                              * sample, a repeat or a step back a stale one */
     uint32_t flags;         /* set of SAMPLE_... */
     uint32_t inputs;        /* set of INPUT_... */
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
                              * open */
-    int64_t missed;         /* deadlines that the loop missed before this cycle */
+    int64_t missed;         /* number of deadlines that the loop missed before this cycle */
     uint32_t twins;         /* set beside SAMPLE_TWIN: 1u << leg if two devices answer for a leg; 0
                              * if they answer for the inputs or an unknown leg */
     double length_m[LEGS];  /* length of each leg, from joint to joint */

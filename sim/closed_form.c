@@ -122,7 +122,8 @@ static void derivative(const struct closed_form *e, const union system *s, const
     const struct hydraulics_input input = {.length_m = now.length_m, .rate_mps = now.rate_mps, .valve = drive->valve};
     if (e->play) {
         memset(&rate->hydraulics, 0, sizeof rate->hydraulics); /* with backlash the extended state
-                                                                * is integrated, too */
+                                                                * is integrated too, so no rate of
+                                                                * it may be left unset */
         move_rods(e, &now, &rate->rods);
     }
     if (drive->valve) hydraulics_derivative(&e->cylinder, &s->hydraulics, &input, &rate->hydraulics);
@@ -156,7 +157,7 @@ void closed_form_rk4(const struct closed_form *e, const union system *from, doub
 void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]) {
     struct instant now;
     rigid_legs(&e->rigid, &s->body, &now.legs);
-    /* either all axes can stick or none */
+    /* joint friction can hold either all axes or none */
     if (e->kind[LEGS] == STICKS) joint_axes(&e->rigid, &s->body, &now.legs, &now.axes);
     for (int i = 0; i < e->sticks; i++) rate[e->stick[i]] = coordinate_rate(&now, s, e->stick[i]);
 }

@@ -56,8 +56,8 @@ struct cylinder_model {        /* constants derived once from params and effects
         double valve_omega_squared, valve_damping_rate; /* w^2 and 2 zeta w of the spool */
         double valve_bias, valve_rate_per_s;
         double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
-        double line_volume_m3, line_inertance, line_resistance; /* constants of the hose; volume 0:
-                                                                 * no hose */
+        double line_volume_m3, line_inertance, line_resistance; /* constants of a port's hose;
+                                                                 * volume 0: there is no hose */
         double seal_distance_m;       /* path over which the seals deflect; 0: they slide at once */
         bool rate_limited;
     } leg[LEGS];
@@ -71,7 +71,7 @@ struct mains {
     double supply_pa, tank_pa;
 };
 
-/* params must outlive the model. */
+/* Prepares a model; params must outlive it. */
 void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 
 /* Returns the pressures of the mains without a drop in the hoses to the power unit. */
@@ -82,7 +82,7 @@ struct mains cylinder_mains(const struct cylinder_model *m);
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
-/* Time derivative of the state with hoses. */
+/* Computes the time derivative of the state of a leg with hoses. */
 struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                                const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
                                                double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]);

@@ -40,11 +40,11 @@ struct engine_ode {
     struct ode_machine machine;
     struct surroundings surroundings;
     bool joints_rub;
-    double pose[DOFS], ahead_m[LEGS]; /* arguments of the last place() */
+    double pose[DOFS], ahead_m[LEGS]; /* arguments of the last call of place() */
     bool started;                   /* a substep has been made since place() */
     struct velocity before[BODIES]; /* velocities one substep ago */
     bool hydraulic;                 /* the cylinders act; false if given forces replace them */
-    double held_n[LEGS];            /* if not `hydraulic`: forces of the previous substep */
+    double held_n[LEGS];          /* if not `hydraulic`: the given forces of the previous substep */
     struct leg leg[LEGS];           /* legs at the start of the substep */
     double motor_n[LEGS];           /* part of the dry friction beyond passive_n */
     bool stuck[LEGS];

@@ -10,7 +10,7 @@
 
 struct hydraulics_state {
     struct cylinder_state cylinder[LEGS];
-    /* Used only by an extended model: */
+    /* only an extended model uses the members below */
     struct line_state line[LEGS][PORTS];
     double supply_m3_per_s; /* flow from the supply after its lag */
 };

@@ -69,7 +69,7 @@ struct machine {
         double stiffness_n_per_m[LEGS];                 /* the seals' force over the path; twice
                                                          * that after a reversal */
     } seals;
-    struct {                                            /* hoses between ports and chambers */
+    struct {                                            /* hoses between valve ports and chambers */
         double length_m[LEGS], diameter_m[LEGS];        /* dimensions of the hoses; length 0: there
                                                          * is none */
     } line;
@@ -87,7 +87,7 @@ struct machine {
     struct active leg_friction, joint_friction, wrench, opening, command;
 };
 
-/* params must outlive the machine. */
+/* Prepares a machine; params must outlive it. */
 void machine_init(struct machine *m, const struct params *params);
 
 /* Returns 0, or -2 if no such machine can exist: effects make a mass, an inertia or a viscous

@@ -35,7 +35,7 @@ struct ode_machine {
     dJointFeedback feedback[LEGS];             /* forces of the pistons in the last step */
     dJointID lower_rub[LEGS], upper_rub[LEGS]; /* angular motors about the two axes of the universal
                                                 * joints; only with joint friction */
-    double neutral_moment_kg_m;                /* sum of mass times depth at neutral */
+    double neutral_moment_kg_m;             /* sum of mass times depth over all bodies at neutral */
 };
 
 /* Makes the machine at rest at neutral. params must outlive it. Returns 0, or -1 without memory or

@@ -20,7 +20,8 @@ struct plant_truth {
     double time_s;
     double pose[DOFS];      /* pose of the platform: x y z phi theta psi */
     double twist[DOFS];     /* velocity of the origin of {M}, and angular velocity, both in {B} */
-    double length_m[LEGS], rate_mps[LEGS]; /* length up to the rod's end and its rate */
+    double length_m[LEGS], rate_mps[LEGS]; /* length of each leg up to the rod's end, and its
+                                            * rate */
     double p1_pa[LEGS], p2_pa[LEGS];
     double spool[LEGS];     /* position of each spool, -1..1 */
     double hydraulic_n[LEGS]; /* hydraulic force of each leg, A1 P1 - A2 P2 */

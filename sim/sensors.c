@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { KINDS = 3, VALUES = KINDS * LEGS }; /* lengths, first pressures, second pressures */
+/* the kinds are lengths, first pressures, second pressures */
+enum { KINDS = 3, VALUES = KINDS * LEGS };
 _Static_assert(sizeof(struct exact) == VALUES * sizeof(double), "struct exact is walked as an array");
 
 static double *values(struct exact *e) { return (double *)e; }

@@ -11,7 +11,8 @@ static const double GIVES_WAY = 1e-6;  /* acceleration from which on friction gi
                                         * motion (0.5 um after 1 s) */
 static const double CONVERGED = 1e-12; /* complementarity() over the room between limits at which
                                         * the solver ends, m/s^2 or rad/s^2 */
-static const double LEAST_LIMIT = 1e-9; /* N or N m: the solver needs room between limits */
+static const double LEAST_LIMIT = 1e-9; /* smallest limit, N or N m: the solver needs room between
+                                         * limits */
 
 enum { ITERATIONS = 60 };
 

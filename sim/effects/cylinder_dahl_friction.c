@@ -36,7 +36,8 @@ const struct effect cylinder_dahl_friction = {
                            .typical = 2e-4,
                            .per_leg = true,
                            .shape = true}},
-    .parallel_to = {PARAMETER(axis.force_offset_n)}, /* if friction is stronger in one direction */
+    .parallel_to = {PARAMETER(axis.force_offset_n)}, /* similar if friction is stronger in one
+                                                      * direction */
     .contains = {&cylinder_coulomb_friction},      /* limit of this effect for a short distance_m */
     .told_apart = {{.from = &cylinder_coulomb_friction,
                     .record = "`--tests z --set tests.amplitude_m=0.001`",

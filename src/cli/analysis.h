@@ -22,7 +22,7 @@ struct analysis {
     char fault[FAULT_LINE_SIZE];    /* text of the last cycle's fault from a log's event; "": none
                                      * seen */
     int64_t cycles, overruns, lost; /* numbers of cycles; `lost` is counted from gaps in seq */
-    int64_t unlogged;               /* cycles received but not in the log */
+    int64_t unlogged;               /* number of cycles received but not in the log */
     bool seen[DOFS];                /* there are cycles of a test of this axis */
     int64_t flagged[SAMPLE_FLAGS];  /* number of evaluated cycles with each flag */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
@@ -50,10 +50,10 @@ int analysis_init(struct analysis *a, const struct params *params, struct error 
 /* Frees the recording; results remain. */
 void analysis_free(struct analysis *a);
 
-/* Takes a cycle; true if it completed a test. */
+/* Takes a cycle. Returns true if it completed a test. */
 bool analysis_take(struct analysis *a, const struct cycle *c);
 
-/* Ends the stream; true if that completed a test. */
+/* Ends the stream. Returns true if that completed a test. */
 bool analysis_end(struct analysis *a);
 
 /* Runs method C on everything recorded; once, after the stream has ended. */

@@ -24,7 +24,7 @@ struct options {
     int setting_count;
     int run; /* number of the run in a log that holds several; 0: not given */
     double log_quota_bytes, log_part_bytes; /* values of --log-quota and --log-part; 0: no limit */
-    /* --tests, --trajectory and --repeat as settings */
+    /* values of --tests, --trajectory and --repeat as settings */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, verbose, all, once, json_lines;
@@ -47,8 +47,10 @@ int options_measured(struct options *o, struct error *error);
 /* options_params() reads the configuration from -c and --set. Without -c: config/tian2015.yaml of
  * the current directory (a checkout), else the installed one, found relative to this program
  * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else the built-in one. Returns -2 or -3. */
-const char *options_default_config(char installed[PATH_MAX]); /* path used without -c; NULL:
-                                                               * built-in */
+const char *options_default_config(char installed[PATH_MAX]); /* Returns the path of the
+                                                               * configuration that is used without
+                                                               * -c; NULL: the built-in one is
+                                                               * used. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
 /* Reads the run's configuration from the first event of the log at `path`. Returns -2, or -3 if
@@ -65,7 +67,7 @@ bool options_sets(const struct options *o, const char *key);
  * line on stderr reports the frequency that the file states. */
 void cli_take_stated(const char *path, const struct log_event *event, bool overruled, double hz[DOFS]);
 
-/* Calls options_params() and opens the configured bus. */
+/* Opens the configured bus, after calling options_params(). */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 

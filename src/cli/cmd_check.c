@@ -38,7 +38,7 @@ struct check {
     struct params first;         /* configuration of the first input */
     struct survey survey[TESTS_MAX];
     bool more;                   /* there are more tests than the TESTS_MAX that are kept */
-    struct error refused;        /* reason why a directory is refused as a whole */
+    struct error refused;        /* why a directory is refused as a whole */
     struct check_report report;
     struct error *error;
 };
@@ -214,7 +214,7 @@ static int survey_input(struct check *c, const struct input *in) {
     return status;
 }
 
-/* Notes excluded tests; with several logs it adds the name. */
+/* Notes which tests were excluded, with the log's name if there are several logs. */
 static void note_left_out(struct check *c, const struct input *in, const char *tests) {
     char words[CHECK_LIST_SIZE];
     snprintf(words, sizeof words, "%.250s: %.*s", in->name, GAP_LEFT_OUT_SIZE, tests);

@@ -52,7 +52,7 @@ static const struct check {
     {"Modbus", check_modbus},
     {"log room", check_log_room},
     {"log speed", check_log_speed},
-    {"wake-up", check_wakeups}, /* last: it takes long and sums up the checks above */
+    {"wake-up", check_wakeups}, /* last, because it takes long and sums up the checks above */
 };
 enum { CHECKS = sizeof checks / sizeof *checks, LATENCY_S = 10, NAME_WIDTH = 14 };
 
@@ -69,7 +69,7 @@ static void print(FILE *out, const char *name, const struct finding *f) {
     fflush(out);
 }
 
-/* Appends a finding; takes over its data. */
+/* Appends a finding to the list, and takes over its data. */
 static void append(json_t *all, const char *name, struct finding *f) {
     json_array_append_new(all, json_pack("{ss ss so so so}", "name", name, "level", json_levels[f->level], "found", doctor_text(f->found),
                                          "remedy", doctor_text(f->remedy), "data", f->data ? f->data : json_null()));
@@ -87,7 +87,7 @@ static int write_json(struct output *to, const struct doctor *d, json_t *finding
     return status;
 }
 
-/* Returns the exit status, or a negative status. */
+/* Makes all checks. Returns the exit status, or a negative status. */
 static int ask_all(const struct doctor *d, struct output *json, struct error *error) {
     FILE *out = json->name && !strcmp(json->name, "-") ? stderr : stdout;
     int count[LEVEL_FAIL + 1] = {0};

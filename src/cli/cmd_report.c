@@ -35,8 +35,8 @@ static struct identification_log summary(const struct log_analysis *l, const cha
                    .off_rad = m->off_rad,
                    .complete = m->complete},
         .flagged = a->flagged,
-        .fault = a->last.first_fault ? a->fault : NULL, /* text already written by
-                                                         * analysis_fault() */
+        .fault = a->last.first_fault ? a->fault : NULL, /* text that analysis_fault() has already
+                                                         * written */
     };
 }
 

@@ -32,7 +32,8 @@
 #include "trajectory_file.h"
 #include "units.h"
 
-enum { RING_CAPACITY = 8192 }; /* cycles that the ring holds while a disk stalls: 16 s at 2 ms */
+/* number of cycles that the ring holds while a disk stalls: 16 s at 2 ms */
+enum { RING_CAPACITY = 8192 };
 /* SCHED_FIFO priorities below the loop's: below loop and field bus, above all else */
 enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* standard deviation wanted of a survey's proposals without
@@ -61,7 +62,7 @@ struct session {
     char *config;
     struct output json;
     char log_path[PATH_MAX];       /* path of the log if --log is a directory */
-    struct machine_lock lock; /* held to the end of the process */
+    struct machine_lock lock; /* lock of the machine, held to the end of the process */
     int signal_file;          /* descriptor from which signals are read */
     int64_t signalled_ns;  /* time of the first signal to end, CLOCK_MONOTONIC; 0: there was none */
     int signal;            /* number of the first signal to end */
@@ -482,7 +483,8 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    s->recorder.notify.socket = s->keeper.socket = -1; /* not open; 0 would be standard input */
+    s->recorder.notify.socket = s->keeper.socket = -1; /* marks the sockets as not open; 0 would be
+                                                        * standard input */
     commands_init(&s->commands);
     int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVdB", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);

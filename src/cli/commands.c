@@ -9,14 +9,15 @@
 #include "units.h"
 
 enum {
-    MESSAGES_AT_ONCE = 64, /* limit, so that a flood of messages does not stop other work */
+    MESSAGES_AT_ONCE = 64, /* most messages taken in a row, so that a flood of them does not stop
+                            * other work */
     EVENT_MAX = COMMAND_TEXT_SIZE + 200,
     IDLE_MS = 20,
     SOON_MS = 2,
     FLOOD = 32,       /* packets, connections and messages in one wake-up that count as a flood */
     REST_NS = 500000, /* pause after a flood, in which other threads get the processor */
 };
-static const int64_t look_every_ns = NS_PER_S; /* interval of checks of the sockets' files */
+static const int64_t look_every_ns = NS_PER_S; /* interval between checks of the sockets' files */
 
 /* ---- between the sockets and operator.h ---- */
 

@@ -38,7 +38,7 @@ void commands_begin(struct commands *c, const struct params *params, struct loop
 
 void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS]);
 
-/* Returns how long poll() may wait, ms. */
+/* Returns for how many milliseconds poll() may wait. */
 int commands_patience_ms(const struct commands *c);
 
 /* Receives and passes on commands; to be called after poll(), with the time of CLOCK_MONOTONIC.

@@ -7,7 +7,7 @@
 #include "csv_map.h"
 
 struct csv_input {
-    struct csv_source source; /* points into the other members */
+    struct csv_source source; /* source that points into the other members */
     struct csv_map map;
     char *base;
 };

@@ -110,7 +110,7 @@ doctor_check check_lcm_socket, check_lcm_route, check_lcm_datagram, check_lcm_bu
 struct can_controller;
 doctor_check check_can_load, check_can_interface, check_can_errors, check_modbus_line, check_modbus;
 struct finding judge_can_interface(const struct doctor *d, const char *interface, const struct can_controller *s);
-/* before: the interface's state one second earlier */
+/* Judges error counters; `before` is the interface's state one second earlier. */
 struct finding judge_can_errors(const char *interface, const struct can_controller *before, const struct can_controller *s);
 enum { ROUND_TRIPS = 50 };
 struct round_trips {
@@ -131,7 +131,7 @@ doctor_check check_log_room, check_log_speed;
 struct finding judge_log_room(const struct doctor *d, const struct disk *k);
 struct finding judge_log_speed(const struct doctor *d, const struct disk *k);
 
-/* Bytes per second by which a log grows, headers included. */
+/* Returns the bytes per second by which a log grows, headers included. */
 double log_bytes_per_s(const struct params *params);
 
 #endif

@@ -14,7 +14,8 @@
 #include "messages.h"
 
 static const double HOUR_S = 3600.0;
-static const double HANGS_S = 2.0;   /* a log stalled for so long parks the platform (cmd_run.c) */
+static const double HANGS_S = 2.0;   /* time after which a stalled log parks the platform
+                                      * (cmd_run.c) */
 static const double STALLS_S = 0.5;  /* a write that stalls for so long, a quarter of HANGS_S, is
                                       * warned of */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };

@@ -102,7 +102,7 @@ struct finding check_can_errors(const struct doctor *d) {
     struct can_controller before, s;
     struct error error;
     if (!interface || try_interface(interface, &error) || can_controller_read(interface, &before, &error))
-        return finding_none(); /* check_can_interface() reports it */
+        return finding_none(); /* check_can_interface() reports this failure */
     if (!before.known) return judge_can_errors(interface, &before, &before);
     nanosleep(&(struct timespec){.tv_sec = 1}, NULL);
     if (can_controller_read(interface, &s, &error)) return finding(LEVEL_UNKNOWN, "run `hexid doctor` again", "%s", error.text);

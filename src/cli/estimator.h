@@ -21,7 +21,7 @@ struct estimator {
     struct error error;
 };
 
-/* Returns -3 if no thread can be started. */
+/* Starts the worker. Returns -3 if no thread can be started. */
 int estimator_start(struct estimator *e, struct error *error);
 
 /* Waits for the current work and discards it. Accepts an estimator that was never started

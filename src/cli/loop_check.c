@@ -13,8 +13,7 @@
  * order; first those of the shipped machines. */
 static const struct wanted {
     double neutral, away;
-} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* the last one does not judge the other
-                                                         * poses */
+} wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* -1: the other poses are not judged */
 enum { WANTED = sizeof wanted / sizeof *wanted };
 static const double TRIED = 0.8;           /* share of the path from neutral to the nearest end of a
                                             * stroke at which poses are checked */

@@ -43,7 +43,7 @@ struct walk {
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
     double scale;                       /* factor by which all poses are multiplied */
-    double length_m[3][LEGS];           /* lengths in the last three cycles */
+    double length_m[3][LEGS];           /* leg lengths in the last three cycles */
     struct instant at;
     bool to_the_end;                    /* continue after an excess, to find the largest one */
     struct excess worst;

@@ -8,7 +8,7 @@
 #include "verdict.h"
 
 struct motion_result {
-    int64_t cycles;              /* cycles of such tests, in any phase */
+    int64_t cycles;             /* number of cycles in tests that belong to no axis, in any phase */
     int64_t samples, excluded;   /* samples used, and samples excluded, of the evaluated part */
     double off_m, off_rad;       /* largest deviation from the reference on an axis */
     bool complete;

@@ -9,7 +9,7 @@
 #include "units.h"
 
 static const int64_t answer_patience_ns = NS_PER_S / 2;
-static const int64_t said_every_ns = NS_PER_S / 5; /* interval of messages about refusals */
+static const int64_t said_every_ns = NS_PER_S / 5; /* interval between messages about refusals */
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports) {
     *o = (struct operator){.params = params, .loop = loop, .ports = *ports};

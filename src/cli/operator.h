@@ -54,7 +54,7 @@ struct operator {
     struct operator_waiting move;               /* engage, start or reset that was requested last */
     struct operator_waiting stop[OPERATOR_STOPS]; /* stops whose answers are pending */
     uint32_t stop_id;                             /* id in the mailbox of the last stop or park */
-    enum command stop_command;                    /* last stop or park; 0: none yet */
+    enum command stop_command;              /* the last stop or park that was posted; 0: none yet */
     struct operator_lease lease[OPERATOR_LEASES];
     bool refused;                                 /* a refusal has been reported */
     int64_t refused_ns;                           /* time of the last report of a refusal */

@@ -56,7 +56,8 @@ static const struct option long_options[] = {
     {"machine", required_argument, NULL, 'N'},
     {"run", required_argument, NULL, 'U'},
     {"once", no_argument, NULL, '1'},
-    {"json", no_argument, NULL, 'J'}, /* continuous output: lines on standard output */
+    {"json", no_argument, NULL, 'J'}, /* this one is for continuous output: lines on standard
+                                       * output */
     {0},
 };
 

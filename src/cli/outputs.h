@@ -10,7 +10,7 @@
 /* Kind of output that a subcommand's options name, apart from --json. */
 enum outputs_kind {
     OUTPUTS_NONE,  /* no option names an output */
-    OUTPUTS_LOG,   /* --log: a log, or a directory for one */
+    OUTPUTS_LOG,   /* --log names a log, or a directory for one */
     OUTPUTS_PAGE,  /* -o names a result */
     OUTPUTS_FILE,  /* -o names a log, or a new file that its writer opens */
     OUTPUTS_MODEL, /* -o names the directory of hexid gap */

@@ -16,7 +16,7 @@ struct progress {
     struct outlet words;    /* outlet to standard error */
     FILE *out;              /* steps.out */
     bool terminal;
-    int64_t redraw_cycles;  /* cycles between updates of the live line */
+    int64_t redraw_cycles;  /* number of cycles between updates of the live line */
     int64_t state_cycles;   /* number of cycles in the current state */
     const char *computing;  /* the last `what` of progress_compute(); NULL: none yet */
     int64_t computing_ns;   /* time when the first computation began */

@@ -22,7 +22,7 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
  * reduced in proportion where the oil is stiffer than 1.5 times that at neutral; elsewhere it is
  * as configured. */
 struct oil_column {
-    double area_m2[2], dead_m3[2]; /* of the rodless and of the rod side */
+    double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
     double least_m, most_m;        /* leg lengths at the end stops */
     double most_stiff_per_m;       /* stiffness over bulk modulus above which kpf is reduced */
 };

@@ -42,7 +42,7 @@ struct interlock_watch {
  * because contacts do not switch at the same instant. */
 uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s);
 
-/* Returns INPUT_... of the wired inputs. */
+/* Returns the bits INPUT_... of the wired inputs. */
 uint32_t interlock_wired(const struct interlock_params *p);
 
 /* Returns the inputs in a wrong state: required ones that are open; the supply's pressure is
@@ -53,7 +53,7 @@ uint32_t interlock_wrong(const struct interlock_params *p, bool powered, uint32_
 /* True if any input or output is wired, so that there is a device to talk to. */
 bool interlock_any(const struct interlock_params *p);
 
-/* Returns the FAULT_... of open inputs. */
+/* Returns the faults FAULT_... that these open inputs cause. */
 uint32_t interlock_faults(uint32_t open);
 
 /* Describes the first wrong input in words; NULL for 0. */

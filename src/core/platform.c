@@ -7,8 +7,9 @@
 #include "units.h"
 
 enum {
-    GOOD_SAMPLES = 50,     /* consecutive good samples before the sensors are trusted */
-    INIT_PATIENCE = 1000,  /* bad samples that are tolerated while waiting for the sensors */
+    GOOD_SAMPLES = 50,  /* number of consecutive good samples after which the sensors are trusted */
+    INIT_PATIENCE = 1000,  /* number of bad samples that are tolerated while waiting for the
+                            * sensors */
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error) {

@@ -25,7 +25,7 @@ struct bus_message {
     int size;
 };
 
-/* Senders whose messages are accepted. */
+/* Whose messages are accepted. */
 enum bus_source { BUS_ANYONE, BUS_THIS_HOST };
 
 /* Size of the receive buffer requested from the system, which grants at most net.core.rmem_max. */

@@ -49,7 +49,7 @@ struct command_server {
     struct {
         dev_t device;
         ino_t inode;
-    } file[COMMAND_SOCKETS];       /* file to which the listener was bound */
+    } file[COMMAND_SOCKETS];       /* state of the file to which each listener was bound */
     bool rests[COMMAND_SOCKETS];   /* this listener is left out of the next poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
     uint64_t peers;

@@ -20,8 +20,8 @@ struct export {
     const char *log_path, *directory;
     struct params params;
     bool configured;       /* params come from the log */
-    char *config;          /* text of the log's configuration; NULL: none yet */
-    FILE *file;            /* file of the current test; NULL: none */
+    char *config;          /* text of the log's configuration; NULL: none has come yet */
+    FILE *file;            /* file of the current test; NULL: there is none */
     char path[PATH_SIZE];
     struct cycle last;
     double step_s;         /* shortest step between two rows; longer ones may be lost records */

@@ -13,7 +13,7 @@ enum { CSV_CELLS_MAX = 128, CSV_LIST_SIZE = 240 };
 struct csv_head {
     char path[CSV_PATH_SIZE];
     enum mechanism_kind mechanism;
-    enum dof dof;                  /* axis of the test; for a file of a single axis x or none */
+    enum dof dof;                  /* axis of the test; a file of a single axis has x or none */
     double value[CSV_KEYS];        /* value of each key in the head; NaN: not given */
     int line[CSV_KEYS];            /* line number of each key */
     int columns_line;
@@ -26,10 +26,10 @@ struct csv_reader {
     struct csv_head head;
     struct csv_text in;
     int cells;                     /* number of cells in a row */
-    int column[CSV_CELLS_MAX];     /* column of each cell; -1: unknown */
+    int column[CSV_CELLS_MAX];     /* column of each cell; -1: the column is unknown */
     double unit[CSV_CELLS_MAX];    /* factor that converts each cell to SI */
-    int64_t empty;                 /* cells without a number so far */
-    struct csv_map *map;           /* columns under the user's own names; NULL: none */
+    int64_t empty;                 /* number of cells without a number so far */
+    struct csv_map *map;           /* columns under the user's own names; NULL: there are none */
 };
 
 /* Opens the file and reads its head; marks in the map which of its names the file has. */

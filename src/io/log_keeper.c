@@ -17,7 +17,7 @@
 enum { PATIENCE_MS = 5000 };
 
 struct answer {
-    struct error error;    /* status 0: a descriptor comes with the answer */
+    struct error error;    /* error of the request; status 0: a descriptor comes with the answer */
     bool over;
     char path[PATH_MAX];
 };

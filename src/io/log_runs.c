@@ -12,7 +12,8 @@
  * machines: an absolute number, or a share (1 / STRAYS_SHARE) of all cycles beyond STRAYS_LEAST.
  * Fewer are damage. */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
-static const int64_t SAMPLE_AGE_NS = NS_PER_S; /* more than any sample that is believed */
+static const int64_t SAMPLE_AGE_NS = NS_PER_S; /* longer than the age of any sample that is
+                                                * believed */
 static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that is longer than any
                                            * delay of a message */
 
@@ -29,7 +30,7 @@ struct finder {
     struct place candidate;      /* cycle that went back; the next cycle tells why */
     int known;                   /* how many of `last` and `before` are valid */
     bool has_candidate, has_end, more;
-    int64_t config_at;           /* offset of a configuration after the latest cycle; -1: none */
+    int64_t config_at;     /* offset of a configuration after the latest cycle; -1: there is none */
     uint64_t config, candidate_config;
     int part, candidate_part;
     int64_t strays, cycles;

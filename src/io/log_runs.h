@@ -19,7 +19,7 @@ struct log_run {
     int64_t cycles;
     uint64_t first_seq, last_seq;
     int64_t first_ns, last_ns;
-    uint64_t config;             /* hash of the run's configuration; 0: none */
+    uint64_t config;             /* hash of the run's configuration; 0: the run has none */
     int part;                    /* number of the part with which the run begins */
 };
 

@@ -27,8 +27,8 @@
 enum {
     MACHINE_NAME_SIZE = 33,
     MACHINE_DIRECTORY_SIZE = 80,
-    MACHINE_PLACES = 16,                               /* number of directories that are searched */
-    MACHINES_EACH = 32,                                /* number of machines in each directory */
+    MACHINE_PLACES = 16,                               /* most directories that are searched */
+    MACHINES_EACH = 32,                            /* most machines that are found in a directory */
     MACHINES_MAX = MACHINE_PLACES * MACHINES_EACH,
 };
 

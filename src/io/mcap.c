@@ -31,7 +31,7 @@ enum { MAGIC_SIZE = sizeof magic - 1 };
 struct bytes {
     unsigned char *data;
     size_t size, capacity;
-    bool failed; /* out of memory: nothing more is added */
+    bool failed; /* memory ran out, so that nothing more is added */
 };
 
 struct channel {

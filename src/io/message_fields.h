@@ -24,7 +24,7 @@ struct message_type {
     const char *name;            /* name of the type: "test_result" */
     const char *channel;
     int64_t (*fingerprint)(void);
-    struct field field[FIELDS_MAX]; /* ended by a field without a name */
+    struct field field[FIELDS_MAX]; /* fields of the type, ended by one without a name */
 };
 
 enum { MESSAGE_TYPES = 7 };
@@ -39,7 +39,7 @@ struct message {
     const struct message_type *type;
     const void *data;
     int size;
-    struct message_value value[FIELDS_MAX]; /* in the order of type->field[]; unset for a
+    struct message_value value[FIELDS_MAX]; /* values in the order of type->field[]; unset for a
                                              * FIELD_COUNT */
 };
 

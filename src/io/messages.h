@@ -28,7 +28,7 @@ bool state_decode(const void *data, int size, struct cycle *cycle);
 struct event {
     int64_t time_ns;
     uint64_t seq;
-    const char *kind;  /* lcmtypes/README.md lists them */
+    const char *kind;  /* kind of the event, as listed in lcmtypes/README.md */
     const char *text;
 };
 

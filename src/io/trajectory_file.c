@@ -23,7 +23,7 @@ static const char *const names[COLUMNS] = {"t_s", "x_m", "y_m", "z_m", "phi_rad"
 
 struct file {
     struct csv_text text;
-    int cells, column[CELLS_MAX]; /* index in `names` of each cell */
+    int cells, column[CELLS_MAX]; /* number of cells in a row, and index in `names` of each */
     double begin_s;               /* time in the first row */
     struct error *error;
 };

@@ -14,8 +14,8 @@ extern "C" {
 enum { LIN_MAX = 40 }; /* largest number of rows or columns */
 
 struct lin_report {
-    int rank;         /* 0 if an input is not finite; the result is then all NaN */
-    double condition; /* largest over smallest singular value; infinity if singular */
+    int rank;  /* rank of the matrix; 0 if an input is not finite, and the result is then all NaN */
+    double condition; /* largest over smallest singular value; infinity if the matrix is singular */
 };
 
 /* Solves X A = B for X by singular value decomposition, which yields rank and condition at once.

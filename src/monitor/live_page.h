@@ -10,6 +10,6 @@ struct live_file {
     size_t size;
 };
 
-extern const struct live_file live_files[]; /* an entry without a name ends the list */
+extern const struct live_file live_files[]; /* ended by an entry without a name */
 
 #endif

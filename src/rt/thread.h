@@ -11,11 +11,12 @@
 #include "status.h"
 
 enum {
-    THREAD_STACK_COPY = 128 << 10,     /* bytes; for threads that copy text or watch an interface */
+    THREAD_STACK_COPY = 128 << 10,     /* bytes of stack for threads that copy text or watch an
+                                        * interface */
     THREAD_STACK_REALTIME = 512 << 10, /* for threads in real time; realtime_enter() prefaults half
                                         * of it */
-    THREAD_STACK_IDENTIFY = 2 << 20,   /* for recorder and estimators, which identify */
-    THREAD_STACK_FIT = 8 << 20,        /* for `hexid gap`, which nests fits */
+    THREAD_STACK_IDENTIFY = 2 << 20,   /* stack of recorder and estimators, which identify */
+    THREAD_STACK_FIT = 8 << 20,        /* stack of `hexid gap`, which nests fits */
 };
 
 /* Starts a thread. STATUS_IO with the new thread's name ("loop"), the reason and the remedy. Any
