@@ -213,7 +213,7 @@ static void look(struct can *c) {
     if (link != CAN_LINK_GONE || open_socket(&again, c->interface, &(struct error){0})) return;
     c->index = again.index;
     int unused = atomic_exchange(&c->fresh, again.fd); /* an earlier new socket, which the loop has
-                                                        * not taken; it may have ended */
+                                                        * not taken; the loop may have ended */
     if (unused >= 0) close(unused);
 }
 

@@ -97,7 +97,8 @@ struct can_sdo {
     enum can_sdo_kind kind;
     uint16_t index;
     uint8_t sub;
-    int size;       /* bytes of the value in downloads and upload replies; 0 there: not indicated */
+    int size;       /* number of bytes of the value in downloads and upload replies; 0: the transfer
+                     * does not indicate it */
     uint32_t value; /* the object's value, or the abort code */
 };
 
@@ -154,8 +155,8 @@ bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo);
 uint32_t can_get(const uint8_t *data, int size);
 void can_put(uint8_t *data, int size, uint32_t value);
 
-/* Group of a node (0 or 1; node 7 alone is group 2), and the node's position in its group
- * (0..2). */
+/* Return the group of a node (0 or 1; node 7 alone is group 2), and the node's position in its
+ * group (0..2). */
 static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
@@ -170,7 +171,7 @@ int can_nodes(const struct params *params);
 /* Bus load of a cycle's frames. */
 struct can_load {
     int cycle_bits;       /* bits of SYNC and of all nodes' TPDOs and RPDOs */
-    double heartbeat_bits;/* heartbeats of nodes and daemon, mean number of bits per cycle */
+    double heartbeat_bits;/* mean number of bits per cycle of the heartbeats of nodes and daemon */
     double share;         /* share of the cycle's time in which the bus is busy */
     double limit;         /* largest permitted share; the rest is for the loop's own time and one
                            * unplanned frame */

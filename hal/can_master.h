@@ -78,7 +78,7 @@ struct can_peer {
     enum can_phase phase;
     int step, tries;           /* current step of the set-up, and how often its request was sent */
     int64_t deadline_ns;       /* time until which the node has to answer, or to be asked again */
-    bool halted;               /* has been told to enter pre-operational, where it can be set up */
+    bool halted;       /* the node has been told to enter pre-operational, where it can be set up */
     bool claimed;        /* the node belongs to this master, or is of a kind that cannot be owned */
     struct can_refusal refusal;/* the node's refusal; valid in phase CAN_REFUSED */
     int64_t heard_ns;          /* arrival time of the node's last frame */

@@ -28,7 +28,7 @@ static int place(const struct can_node *n, uint16_t index, uint8_t sub) { return
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub) { return n->value[place(n, index, sub)]; }
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value) { n->value[place(n, index, sub)] = value; }
 
-/* Position in the dictionary's table of the object that an RPDO writes. */
+/* Returns the position in the dictionary's table of the object that an RPDO writes. */
 static int commanded(const struct can_node *n) {
     uint32_t entry = n->dictionary->command;
     return place(n, can_entry_index(entry), can_entry_sub(entry));

@@ -13,7 +13,8 @@ static bool taken(const struct can_node *n, uint16_t index, uint32_t cob) {
            (index != 0x1800 && cob == tpdo);
 }
 
-/* CiA 301, 7.5.2.35: a PDO must be off before its identifier changes. */
+/* Returns the abort code for a PDO's new COB-ID; 0 if it is accepted. CiA 301, 7.5.2.35: a PDO must
+ * be off before its identifier changes. */
 static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t cob) {
     uint32_t before = can_node_get(n, index, 1);
     if (!pdo_on(cob)) return 0;

@@ -10,14 +10,15 @@
 #define CHANNEL_NONE_16 INT16_MIN
 #define CHANNEL_NONE_32 INT32_MIN
 
-/* SI value of a raw value for leg 0..5; NAN if raw is NAN or the value is implausible. */
+/* Returns the SI value of a raw value for leg 0..5; NAN if raw is NAN or the value is
+ * implausible. */
 double channel_si(const struct channel_params *c, int leg, double raw);
 
 /* Returns the raw value that is nearest to si and at most `limit` in magnitude; -limit-1 (none) if
  * si is NAN. The receiver checks plausibility. */
 int32_t channel_raw(const struct channel_params *c, int leg, double si, int32_t limit);
 
-/* Raw values of 16 and 32 bit from the bus as numbers; NAN for a missing reading. */
+/* Convert raw values of 16 and 32 bit from the bus to numbers; NAN for a missing reading. */
 static inline double channel_from_16(int16_t raw) { return raw == CHANNEL_NONE_16 ? (double)__builtin_nan("") : (double)raw; }
 static inline double channel_from_32(int32_t raw) { return raw == CHANNEL_NONE_32 ? (double)__builtin_nan("") : (double)raw; }
 

@@ -93,7 +93,7 @@ struct modbus_hal {
 
 static const struct command_record centred = {.keeps_supply = true};
 
-/* Time-out of an answer: readings older than that would be useless. */
+/* Returns the time-out of an answer: readings older than that would be useless. */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
 /* Time-out of an answer. A serial line does not repeat a lost frame: an answer takes less than one

@@ -16,7 +16,7 @@ static unsigned get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | fr
 
 static void put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
 
-/* Size of a request's PDU up to and including its byte count, if it has one; 0: unknown
+/* Returns the size of a request's PDU up to and including its byte count, if it has one; 0: unknown
  * function. */
 static size_t fixed_size(uint8_t function) {
     switch (function) {
@@ -66,8 +66,8 @@ static bool checked(const uint8_t *bytes, size_t size) {
     return bytes[size - 2] == (uint8_t)c && bytes[size - 1] == (uint8_t)(c >> 8);
 }
 
-/* Size of the whole frame according to its function; 0: the function is unknown, or the frame too
- * short to tell. */
+/* Returns the size of the whole frame according to its function; 0: the function is unknown, or the
+ * frame too short to tell. */
 static size_t rtu_size(const uint8_t *bytes, size_t size) {
     size_t fixed = size > RTU_HEAD ? fixed_size(bytes[RTU_HEAD]) : 0;
     if (!fixed || size < RTU_HEAD + fixed) return 0;

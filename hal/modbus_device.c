@@ -284,7 +284,8 @@ static int open_serial(struct modbus_device *d, const struct modbus_address_part
     return connect_serial(d) ? modbus_line_refused(a, errno, error) : STATUS_OK;
 }
 
-/* After an adapter was unplugged, the simulation goes on, and its watchdog centres the valves. */
+/* Closes the serial line after its adapter was unplugged; the simulation goes on, and its watchdog
+ * centres the valves. */
 static void lose_serial(struct modbus_device *d) {
     printf("plant: modbus:rtu:%s: the line is gone; it is opened again when it is back\n", d->address.name);
     fflush(stdout);

@@ -26,11 +26,11 @@ struct geometry_params {          /* geometry of the legs' joints, Tian 2015 Tab
     double lower_half_angle_rad;  /* half the angle between the two lower joints of a pair, beta */
     /* The coordinates below are those of the drawings of platform and base: x forward, y right, z
      * down. */
-    struct leg_vectors upper, lower; /* joints, m; not given: on a circle, by the radii and angles
-                                      * above */
+    struct leg_vectors upper, lower; /* positions of the joints, m; if not given, they are on a
+                                      * circle, by the radii and angles above */
     struct leg_vectors upper_axis, lower_axis; /* first axis of each universal joint, fixed in
-                                                * platform or base, any length; not given: level,
-                                                * tangential to the joint circle */
+                                                * platform or base, of any length; if not given, it
+                                                * is level, tangential to the joint circle */
 };
 
 struct payload_params {           /* the platform with its load, Tian 2015 Table 2 */

@@ -36,7 +36,7 @@ static inline uint64_t ring_count(const struct ring *r) {
     return atomic_load_explicit(&r->head, memory_order_acquire) - tail;
 }
 
-/* Returns false if the ring is full; the element is then not taken. */
+/* Adds an element. Returns false if the ring is full; the element is then not taken. */
 static inline bool ring_push(struct ring *r, const void *element) {
     uint64_t head = atomic_load_explicit(&r->head, memory_order_relaxed);
     if (head - atomic_load_explicit(&r->tail, memory_order_acquire) == r->capacity) return false;
@@ -45,7 +45,7 @@ static inline bool ring_push(struct ring *r, const void *element) {
     return true;
 }
 
-/* Returns false if the ring is empty. */
+/* Takes the oldest element. Returns false if the ring is empty. */
 static inline bool ring_pop(struct ring *r, void *element) {
     uint64_t tail = atomic_load_explicit(&r->tail, memory_order_relaxed);
     if (tail == atomic_load_explicit(&r->head, memory_order_acquire)) return false;

@@ -21,7 +21,8 @@
 #include "ode_machine.h"
 #include "surroundings.h"
 
-/* kg, kg m^2. Below this ODE finds inertia matrices that are not positive definite. */
+/* mass (kg) or inertia (kg m^2) below which ODE finds inertia matrices that are not positive
+ * definite */
 static const double LEAST_BODY = 1e-8;
 
 /* A leg at an instant and its resistance. Forces act on the rod, positive away from the base. */

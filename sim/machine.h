@@ -90,8 +90,8 @@ struct machine {
 /* Prepares a machine; params must outlive it. */
 void machine_init(struct machine *m, const struct params *params);
 
-/* Returns 0, or -2 if no such machine can exist: effects make a mass, an inertia or a viscous
- * friction negative. */
+/* Checks that the machine can exist. Returns 0, or -2 if not: effects make a mass, an inertia or a
+ * viscous friction negative. */
 int machine_check(const struct machine *m, struct error *error);
 
 /* Returns the sum of all effects' friction about one axis of a universal joint of this leg. */

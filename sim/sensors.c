@@ -73,7 +73,8 @@ static double in_steps(const struct sensors *s, double length_m) {
     return s->params->enabled && step_m > 0.0 ? step_m * round(length_m / step_m) : length_m;
 }
 
-/* splitmix64 (Steele, Lea, Flood 2014), top 53 bits: uniform in -0.5 <= x < 0.5. */
+/* Returns a random number, uniform in -0.5 <= x < 0.5: the top 53 bits of splitmix64 (Steele, Lea,
+ * Flood 2014). */
 static double uniform(uint64_t *state) {
     uint64_t z = *state += 0x9e3779b97f4a7c15u;
     z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;

@@ -34,7 +34,8 @@
 
 /* number of cycles that the ring holds while a disk stalls: 16 s at 2 ms */
 enum { RING_CAPACITY = 8192 };
-/* SCHED_FIFO priorities below the loop's: below loop and field bus, above all else */
+/* by how much the stop path's SCHED_FIFO priority is below the loop's: below loop and field bus,
+ * above all else */
 enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* standard deviation wanted of a survey's proposals without
                                     * --std, % */
@@ -129,7 +130,8 @@ static bool on_bus(const struct session *s) {
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
 
-/* A survey is treated as a trajectory without a file, by the loop, the log and its readers. */
+/* Makes the survey's motion, which the loop, the log and its readers treat as a trajectory without
+ * a file. */
 static int check_survey(struct session *s, struct error *error) {
     struct test_params *t = &s->params.tests;
     if (t->trajectory[0]) return error_set(error, STATUS_USAGE, "--survey: tests.trajectory is set; a survey has its own motion");

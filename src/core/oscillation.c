@@ -18,7 +18,8 @@ static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };
 
-/* Gauss-Jordan elimination with pivots; kinematics_init() has found the Jacobian regular. */
+/* Inverts a matrix by Gauss-Jordan elimination with pivots; kinematics_init() has found the
+ * Jacobian regular. */
 static void invert(double m[DOFS][2 * DOFS]) {
     for (int c = 0; c < DOFS; c++) {
         int best = c;

@@ -355,7 +355,7 @@ static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }
 
-/* Reacts to a fault: stops at once, or parks the platform while one is latched. */
+/* Reacts to the faults: stops at once, or parks the platform while a fault is latched. */
 static void react(struct platform *p, enum reaction reaction) {
     if (reaction == REACTION_STOP) apply(p, TRIGGER_FAULT);
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);

@@ -45,8 +45,8 @@ struct live_state {
     uint64_t version[LIVE_PLACES]; /* number of changes of each place */
 };
 
-/* `params` must outlive the state. Returns -2 for a geometry that cannot be drawn, -3 without
- * memory. */
+/* Prepares the state; `params` must outlive it. Returns -2 for a geometry that cannot be drawn, -3
+ * without memory. */
 int live_state_init(struct live_state *s, const struct params *params, struct error *error);
 void live_state_free(struct live_state *s);
 

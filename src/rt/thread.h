@@ -13,8 +13,8 @@
 enum {
     THREAD_STACK_COPY = 128 << 10,     /* bytes of stack for threads that copy text or watch an
                                         * interface */
-    THREAD_STACK_REALTIME = 512 << 10, /* for threads in real time; realtime_enter() prefaults half
-                                        * of it */
+    THREAD_STACK_REALTIME = 512 << 10, /* stack of threads in real time; realtime_enter() prefaults
+                                        * half of it */
     THREAD_STACK_IDENTIFY = 2 << 20,   /* stack of recorder and estimators, which identify */
     THREAD_STACK_FIT = 8 << 20,        /* stack of `hexid gap`, which nests fits */
 };
