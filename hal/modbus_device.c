@@ -208,7 +208,8 @@ static bool welcome(struct modbus_device *d) {
 /* Descriptors and buffers that a turn waits for. */
 struct wait {
     struct pollfd poll[CLIENTS + 1]; /* one for each client, then the listener */
-    bool filled[CLIENTS];      /* complete requests are left in its buffer from the previous turn */
+    bool filled[CLIENTS];      /* complete requests are left in this client's buffer from the
+                                * previous turn */
 };
 
 /* Waits for events of the owner at any time, of others only in their turn. */

@@ -24,7 +24,7 @@ struct options {
     int setting_count;
     int run; /* number of the run in a log that holds several; 0: not given */
     double log_quota_bytes, log_part_bytes; /* values of --log-quota and --log-part; 0: no limit */
-    /* values of --tests, --trajectory and --repeat as settings */
+    /* the settings for which --tests, --trajectory and --repeat stand */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, keys, survey, verbose, all, once, json_lines;

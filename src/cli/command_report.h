@@ -17,7 +17,7 @@ struct asked {
     const char *word;      /* name of the command */
     const char *name;      /* name of the machine; "": not given */
     const char *url;       /* URL of the LCM bus; "": there is none */
-    sigset_t during_waits; /* signal mask while it waits, which admits signals */
+    sigset_t during_waits; /* signal mask of waits for an answer; it admits signals */
     struct machine *found; /* machines that were found; room for MACHINES_MAX */
 };
 
