@@ -126,14 +126,15 @@ static void a_cycle_that_is_damaged_begins_nothing(void **unused) {
 
 static void a_sample_that_is_older_than_a_failed_read_begins_nothing(void **unused) {
     (void)unused;
-    cycles(0, 500, 1, 0);
-    for (uint64_t seq = 500; seq < 520; seq++) { /* a failed read, and two samples of before */
-        struct cycle c = {.seq = seq, .in.time_ns = (int64_t)(seq - (seq % 3 ? 8 : 0)) * PERIOD_NS, .test = -1, .dof = DOF_NONE};
+    cycles(0, 2000, 1, 0);
+    for (uint64_t seq = 2000; seq < 2020; seq++) { /* a failed read, then old samples */
+        int64_t now_ns = (int64_t)seq * PERIOD_NS, age_ns = seq % 3 ? 3 * NS_PER_S : 0;
+        struct cycle c = {.seq = seq, .in.time_ns = now_ns - age_ns, .in.age_ns = age_ns, .test = -1, .dof = DOF_NONE};
         unsigned char buffer[STATE_MESSAGE_MAX];
         log_write(log_, (int64_t)seq * PERIOD_NS / 1000, CHANNEL_STATE, buffer, state_encode(&c, buffer), &error);
     }
     assert_int_equal(found(), 1);
-    assert_int_equal(read_alone(0), 520);
+    assert_int_equal(read_alone(0), 2020);
 }
 
 static void two_machines_at_once_are_refused(void **unused) {

@@ -12,14 +12,13 @@
  * machines: an absolute number, or a share (1 / STRAYS_SHARE) of all cycles beyond STRAYS_LEAST.
  * Fewer are damage. */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
-static const int64_t SAMPLE_AGE_NS = NS_PER_S; /* longer than the age of any sample that is
-                                                * believed */
 static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that is longer than any
                                            * delay of a message */
 
 struct place {
     uint64_t seq;
-    int64_t time_ns, utime_us;
+    int64_t time_ns; /* loop's time: that of samples goes back behind a failed read */
+    int64_t utime_us;
     int64_t offset; /* byte at which the run begins, if this cycle begins one */
 };
 
@@ -45,8 +44,7 @@ static uint64_t hash(const char *text, size_t size) {
 
 static struct log_run *at_hand(struct finder *f) { return &f->runs->run[f->runs->count - 1]; }
 
-/* A read that fails has the loop's time and the next sample its own, which is earlier. */
-static bool follows(const struct place *c, const struct place *p) { return c->seq > p->seq && c->time_ns > p->time_ns - SAMPLE_AGE_NS; }
+static bool follows(const struct place *c, const struct place *p) { return c->seq > p->seq && c->time_ns >= p->time_ns; }
 static bool repeats(const struct place *c, const struct place *p) { return c->seq == p->seq && c->time_ns == p->time_ns; }
 
 static void begin(struct finder *f, const struct place *c, uint64_t config, int part) {
@@ -161,7 +159,7 @@ int log_runs_find(const char *path, struct log_runs *runs, struct error *error) 
         if (!strcmp(event.channel, CHANNEL_EVENT)) take_event(&f, &event, offset);
         if (strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         take_cycle(&f, &(struct place){.seq = cycle.seq,
-                                       .time_ns = cycle.in.time_ns,
+                                       .time_ns = add_saturated(cycle.in.time_ns, cycle.in.age_ns),
                                        .utime_us = event.utime_us,
                                        .offset = f.config_at >= 0 ? f.config_at : offset});
     }
