@@ -72,15 +72,16 @@ static int stop_found(const struct asked *q, int count, const struct error *doub
 static int stop_nobody(const struct asked *q, const struct error *doubt, struct error *error) {
     struct error other_doubt;
     char names[NAMES_SIZE], also[ALSO_SIZE];
-    int others = *q->name ? machine_find("", q->found, &other_doubt) : 0;
+    /* SAFETY: a machine that could not be looked for may be there, so the doubt is reported. */
+    int others = *q->name && !doubt->status ? machine_find("", q->found, &other_doubt) : 0;
     if (others == 0) {
         snprintf(also, sizeof also, "%s" ALARM, by_lcm(q));
         return report_nobody(q, doubt, also, error);
     }
     report_names(q, others, names);
     return error_set(error, STATUS_IO,
-                     "command %s: nobody has the name %s: nothing was stopped. On this host %s: %s. `hexid command %s` without a name goes "
-                     "to all." ALARM,
+                     "command %s: nobody has the name %s: nothing was stopped. On this host %s: %s. `hexid command %s --set "
+                     "machine.name=` goes to all." ALARM,
                      q->word, q->name, others > 1 ? "run" : "runs", names, q->word);
 }
 

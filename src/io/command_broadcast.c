@@ -14,8 +14,8 @@ static bool passes(int why) { return why == EAGAIN || why == EMFILE || why == EN
 static void reach(struct command_told *t, enum command command) {
     bool reached = !command_client_reopen(&t->client, true, 0);
     t->unreached = reached || !passes(errno) ? 0 : errno;
-    if (reached) command_client_send(&t->client, command, false);
-    else if (!t->unreached) t->news = NEWS_LOST;
+    if (reached && command_client_send(&t->client, command, false)) command_client_close(&t->client);
+    else if (!reached && !t->unreached) t->news = NEWS_LOST;
 }
 
 /* Takes one turn with a machine: connects if necessary, and looks for its answer. A connection
@@ -40,13 +40,15 @@ static void rest(const struct command_told *told, int count) {
 
 void command_broadcast(enum command command, struct command_told *told, int count, int patience_ms) {
     int64_t end_ms = monotonic_ms() + patience_ms;
-    for (int left = count; left > 0 && monotonic_ms() <= end_ms;) {
+    bool last = false; /* a look after the patience: this process itself may have been held up */
+    for (int left = count; left > 0 && !last;) {
+        last = monotonic_ms() > end_ms;
         left = 0;
         for (int i = 0; i < count; i++) {
             if (told[i].news == NEWS_NONE) turn(&told[i], command);
             left += told[i].news == NEWS_NONE;
         }
-        if (left > 0) rest(told, count);
+        if (left > 0 && !last) rest(told, count);
     }
     for (int i = 0; i < count; i++) command_client_close(&told[i].client);
 }

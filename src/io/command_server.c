@@ -120,6 +120,7 @@ static struct command_place *least_needed(struct command_server *s, enum command
     struct command_place *place = s->place[kind], *best = NULL;
     int most = 0;
     for (int i = 0; i < COMMAND_PLACES; i++) {
+        if (place[i].fd < 0) continue;
         int count = places_of(place, place[i].user);
         bool before = !best || count > most || (count == most && place[i].heard < best->heard);
         if (!before || s->handler->needs(s->handler->context, place[i].peer)) continue;

@@ -89,7 +89,9 @@ nobodys_name() {
     daemon named --set lcm.url= || return
     "$hexid" command engage >"$work/operator" 2>&1 &
     local operator=$!
-    comes ready named && refuses 3 "nobody hexd nothing hexid (" "$hexid" command stop --machine hexd && ends 0 "$hexid" command stop >"$work/still" &&
+    comes ready named && refuses 3 "nobody hexd nothing hexid (" "$hexid" command stop --machine hexd &&
+        echo "machine: {name: hexd}" >"$work/named.yaml" && refuses 3 "nobody hexd machine.name=" "$hexid" command stop -c "$work/named.yaml" &&
+        ends 0 "$hexid" command stop -c "$work/named.yaml" --set machine.name= >"$work/still" &&
         cat "$work/still" && grep -q 'now ready' "$work/still" && ended_by TERM 0 && ends 0 wait $operator
 }
 lists_no_more() { ends 4 "$hexid" command start 2>"$work/why" && cat "$work/why"; }
