@@ -411,7 +411,7 @@ const struct hal_ops hal_fault = {
     .usage =
         "fault:FAULT[,...];URL      another back-end, broken on purpose: KIND@FROM+LENGTH[/LEG][=VALUE], KIND one of\n"
         "                       stale late delay lag loss repeat reorder hang drop nan deaf stuck valve emergency_stop enable door supply\n"
-        "                       inputs_on inputs_off\n"
+        "                       inputs_on inputs_off twin\n"
         "                       freeze length drift noise flip swap pressure pressure_drift pressure_freeze pressure_swap pressure_nan mix",
     .open = fault_open,
     .read = fault_read,

@@ -8,7 +8,7 @@ import { at, fillTable, fixed, sentence } from "./words.js";
 const OLD_S = 2, MISFIT_M = 1e-3, EVENTS_SHOWN = 14, EVENTS_KEPT = 64;
 const PHASES = ["", "settling", "ramp in", "evaluated part", "ramp out"];
 const FLAGS = ["stale", "late", "samples dropped", "invalid", "overrun", "I/O error", "another master", "interlock open",
-  "command not written"];
+  "command not written", "two devices answer"];
 const DOF_NAMES = { phi: "φ", theta: "θ", psi: "ψ" };
 
 let machine = null; // what the configuration says
