@@ -62,10 +62,10 @@ int cli_log_params(const char *path, const struct log_event *event, const char *
 /* True if --set gives this key. */
 bool options_sets(const struct options *o, const char *key);
 
-/* Sets hz to the frequencies that an imported file states for its own rows (csv_stated.h), if the
- * event has such a statement. overruled: --set gives tests.frequency_hz, which then stays, and a
- * line on stderr reports the frequency that the file states. */
-void cli_take_stated(const char *path, const struct log_event *event, bool overruled, double hz[DOFS]);
+/* Sets hz to the frequencies that an imported file states for its own rows (csv_stated.h), or back
+ * to the configured ones if it states none; any other event leaves them. overruled: --set gives
+ * tests.frequency_hz, which then stays, and a line on stderr reports what the file states. */
+void cli_take_stated(const char *path, const struct log_event *event, bool overruled, const double configured_hz[DOFS], double hz[DOFS]);
 
 /* Opens the configured bus, after calling options_params(). */
 struct bus;

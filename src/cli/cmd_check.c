@@ -180,9 +180,10 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     int status = read_params(c, in, &event);
     bool identifies = !status && !analysis_init(analysis, &c->params, &c->report.identify);
     if (!status && in == c->input) c->first = c->params;
+    const struct test_params configured = c->params.tests;
     do {
         /* if --set gives frequencies, ask_gap() reports that they win */
-        if (!options_sets(&c->o, "tests.frequency_hz")) cli_take_stated(in->name, &event, false, c->params.tests.hz);
+        if (!options_sets(&c->o, "tests.frequency_hz")) cli_take_stated(in->name, &event, false, configured.hz, c->params.tests.hz);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);
         if (identifies) analysis_take(analysis, &cycle);

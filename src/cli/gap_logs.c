@@ -57,6 +57,7 @@ static void follow_test(struct test *t, const struct cycle *c, const struct reco
 
 static int add(const char *path, int run, bool overruled, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE], struct error *error) {
     struct test test = {.last.test = -1};
+    struct test_params configured = {0};
     struct log_reader *log;
     struct log_event event;
     struct cycle cycle;
@@ -65,7 +66,8 @@ static int add(const char *path, int run, bool overruled, struct recording *r, c
     if (status) return status;
     for (bool first = true; !status && log_next(log, &event); first = false) {
         if (first) status = begin(path, &event, r, error);
-        if (!status) cli_take_stated(path, &event, overruled, r->run[r->runs - 1].hz);
+        if (!status && first) configured = r->run[r->runs - 1];
+        if (!status) cli_take_stated(path, &event, overruled, configured.hz, r->run[r->runs - 1].hz);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         follow_test(&test, &cycle, r, left_out);
         status = of_log(path, recording_add(r, &cycle, error), error);

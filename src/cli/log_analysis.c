@@ -32,8 +32,9 @@ static int read_events(struct log_analysis *l, const struct options *o, const ch
     if (!status) status = analysis_init(&l->analysis, &l->params, error);
     if (status) return status;
     bool overruled = options_sets(o, "tests.frequency_hz");
+    const struct test_params configured = l->params.tests;
     do {
-        cli_take_stated(path, &event, overruled, l->params.tests.hz);
+        cli_take_stated(path, &event, overruled, configured.hz, l->params.tests.hz);
         feed(&l->analysis, &event);
     } while (log_next(log, &event));
     analysis_end(&l->analysis);

@@ -20,6 +20,7 @@ struct export {
     const char *log_path, *directory;
     struct params params;
     bool configured;       /* params come from the log */
+    double configured_hz[DOFS];
     char *config;          /* text of the log's configuration; NULL: none has come yet */
     FILE *file;            /* file of the current test; NULL: there is none */
     char path[PATH_SIZE];
@@ -127,6 +128,7 @@ static int take_config(struct export *e, const char *text, size_t length) {
         return error_set(e->error, STATUS_IO, "%.250s: has two configurations, so it is of two runs: export each by itself", e->log_path);
     if (!(e->config = strndup(text, length))) return error_set(e->error, STATUS_IO, "out of memory");
     e->configured = config_parse(&e->params, text, length, "config.yaml", &ignored) == STATUS_OK;
+    memcpy(e->configured_hz, e->params.tests.hz, sizeof e->configured_hz);
     snprintf(e->path, sizeof e->path, "%.3000s/config.yaml", e->directory);
     FILE *file = create(e);
     if (!file) return unwritable(e);
@@ -142,7 +144,7 @@ static int take_stated(struct export *e, const struct log_event *event) {
     double hz;
     if (!csv_stated_decode(event->data, event->size, &dof, &hz)) return STATUS_OK;
     int status = end_test(e);
-    e->params.tests.hz[dof] = hz;
+    e->params.tests.hz[dof] = isnan(hz) ? e->configured_hz[dof] : hz;
     return status;
 }
 

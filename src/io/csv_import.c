@@ -278,10 +278,17 @@ static int write_event(struct import *im, const char *kind, const char *text) {
     return status;
 }
 
-/* Writes the file's own frequency into the log before its rows. */
+static bool axis_stated(const struct import *im, enum dof dof) {
+    for (int i = 0; i < im->files; i++)
+        if (im->head[i].dof == dof && gives(&im->head[i], CSV_FREQUENCY)) return true;
+    return false;
+}
+
+/* Writes the file's own frequency into the log before its rows; one that states none ends what
+ * another file of its axis has stated. */
 static int write_stated(struct import *im, const struct csv_head *h) {
     char text[CSV_STATED_SIZE];
-    if (!gives(h, CSV_FREQUENCY)) return STATUS_OK;
+    if (h->dof == DOF_NONE || !axis_stated(im, h->dof)) return STATUS_OK;
     csv_stated_text(h->dof, h->value[CSV_FREQUENCY], text);
     return write_event(im, csv_stated_kind, text);
 }

@@ -8,12 +8,15 @@
 #include "types.h"
 
 enum { CSV_STATED_SIZE = 64 };
+#define CSV_STATED_LEAST_HZ 0.01 /* range of tests.frequency_hz */
+#define CSV_STATED_MOST_HZ 100.0
 extern const char csv_stated_kind[];
 
+/* hz: NaN for a file that states none, so that what the one before it stated ends. */
 void csv_stated_text(enum dof dof, double hz, char text[CSV_STATED_SIZE]);
 
-/* Decodes an event of kind "stated". Returns false for any other message, and for a frequency
- * outside the range of tests.frequency_hz. */
+/* Decodes an event of kind "stated"; *hz is NaN for a file that states none. Returns false for any
+ * other message, and for a frequency outside the range of tests.frequency_hz. */
 bool csv_stated_decode(const void *data, int size, enum dof *dof, double *hz);
 
 #endif
