@@ -86,8 +86,8 @@ struct can_peer {
     struct can_tpdo tpdo;
     bool fresh;                /* a TPDO has come in this window */
     bool again;                /* more than one TPDO came in this window */
-    bool contradicts;          /* since the last sample two TPDOs of a window differed, or one had a
-                                * wrong length */
+    bool contradicts;          /* since the last sample, two TPDOs of one SYNC differed or one's
+                                * length was wrong */
     int twice;                /* level of a leaky bucket that counts windows with a repeated TPDO */
     int asked;                 /* number of SDO requests whose answers may still come */
     int64_t odd_ns;         /* a leaky bucket of other excess frames, kept as the time at which it

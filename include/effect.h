@@ -74,7 +74,7 @@ struct effect_experiment {
 
 struct effect {
     const char *name;
-    const char *plain;      /* everyday name of the effect: "air in the oil" */
+    const char *plain;      /* everyday name of the effect: "a tilt of the base" */
     const char *law;        /* the effect's law in one line, with the formula */
     const char *signature;  /* where the effect can be seen: channel, harmonic, feature */
     double law_error;       /* expected error of this law on a real machine, as a share of what the

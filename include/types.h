@@ -126,8 +126,8 @@ static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg)
 struct fault_measure {
     int leg;             /* leg furthest beyond its limit, 0..5; -1: no leg */
     double value, limit;
-    double explained;    /* part of the limit that the reference explains; the rest is the
-                          * configured limit */
+    double explained;    /* `limit` less the configured limit: what the reference itself
+                          * causes */
     uint32_t inputs;     /* INPUT_... whose contacts contradict each other; 0: not about inputs */
 };
 

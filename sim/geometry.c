@@ -4,8 +4,8 @@
 #include "engine.h"
 #include "units.h"
 
-/* Places three pairs of legs, 120 degrees apart. A pair's upper joints lie at +-alpha about its
- * axis of symmetry; its lower joints lie within beta of the midway line to the next pair. */
+/* Places three pairs of legs, 120 degrees apart. A pair's upper joints lie alpha to either side of
+ * its axis; its lower joints stop beta short of the midway lines to the pairs beside it. */
 static void on_circles(struct sim_geometry *g, const struct geometry_params *p) {
     for (int leg = 0; leg < LEGS; leg++) {
         double axis = 2.0 * PI / 3.0 * (leg / 2), side = leg % 2 ? 1.0 : -1.0;

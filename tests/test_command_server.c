@@ -359,7 +359,7 @@ static pid_t stop_in_a_process(const struct machine *m, int count) {
     _exit(answered);
 }
 
-/* The first hangs until the second has been told, and that one is too busy at first. */
+/* The first is silent until the second is told, whose queue is full at first. */
 static void a_stop_comes_to_who_was_busy_while_another_hangs(void **unused) {
     (void)unused;
     struct machine m[2];

@@ -30,8 +30,8 @@ enum {
     IN_A_TEST = 250, /* cycles until settled, ramped in and evaluated */
     A_TURN = 50      /* cycles */
 };
-static const double DISTURBED_S = 0.3; /* a client retries after a third of a second: a host that
-                                        * stalls longer spoils a row */
+static const double DISTURBED_S = 0.3; /* a row that took longer is measured again: its client may
+                                        * have retried */
 
 /* Directory of the test's sockets; the table prints the usual places instead. */
 static char directory[] = "/tmp/hexid-commands.XXXXXX";

@@ -350,8 +350,8 @@ static void lengths_and_rates_agree_with_both_engines(void **unused) {
                 for (int d = 0; d < DOFS; d++) rate += j[i][d] * truth.twist[d];
                 /* 10 g for 0.1 ms: it moves, but slowly */
                 assert_below(fabs(truth.rate_mps[i]), 0.1);
-                /* ODE's joints yield by 1e-10 m/s per newton (its CFM): a few joints under some
-                 * kN. */
+                /* ODE's CFM lets a joint yield 1e-10 m/s per newton; a few under kN give
+                 * 1e-6. */
                 assert_close(rate, truth.rate_mps[i], engines[e] == ENGINE_ODE ? 1e-5 : 1e-13);
             }
         }

@@ -196,8 +196,8 @@ static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     assert_close(rounding_over_predicted(3.97, amplitude_m[0], 0.0), 1.0, 0.35);
 }
 
-/* The motion's amplitude settles and rings over the first second; then the same with a pump tone of
- * a fiftieth of the settling part. */
+/* The amplitude settles and rings in the first second, which is no line; a pump tone of a fiftieth
+ * of that is one. */
 static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];

@@ -43,8 +43,8 @@ enum { ANALYSIS_SAMPLES = 300000 };
 /* length of a part of a motion, s; limits memory, and reveals a machine that changes over time */
 #define ANALYSIS_PART_S 180.0
 
-/* Returns -2 with the key if params are not a possible machine, or -3. To be released by
- * analysis_free(), also after a failure. */
+/* Returns -2 with the key if no machine has these params, -3 without memory or thread. Call
+ * analysis_free() even then. */
 int analysis_init(struct analysis *a, const struct params *params, struct error *error);
 
 /* Frees the recording; results remain. */

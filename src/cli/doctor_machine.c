@@ -19,12 +19,12 @@ static const double SINGULAR_NEAR = 0.25; /* share of the path from neutral to a
 static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* smallest and largest plausible
                                                                  * radius of gyration over the
                                                                  * distance of the upper joints */
-static const double FEED_FORWARD_MOST = 1.35; /* control.kff over the value that matches the valve,
-                                               * above which a leg runs ahead */
+static const double FEED_FORWARD_MOST = 1.35; /* largest control.kff over the value that matches
+                                               * the valve; with more a leg runs ahead */
 static const double FOLLOWING_SHARE = 0.7; /* share of limits.following_m that an error of the
                                             * feed-forward may take; the rest is for other causes */
-static const double USELESS = 0.2; /* how far beyond a stroke's end a limit of a length may be, over
-                                    * the stroke; farther, it must belong to another machine */
+static const double USELESS = 0.2; /* largest distance of a length limit beyond the stroke's end,
+                                    * over the stroke; nothing reaches a farther one */
 
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
 

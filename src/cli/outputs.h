@@ -11,7 +11,7 @@
 enum outputs_kind {
     OUTPUTS_NONE,  /* no option names an output */
     OUTPUTS_LOG,   /* --log names a log, or a directory for one */
-    OUTPUTS_PAGE,  /* -o names a result */
+    OUTPUTS_PAGE,  /* -o names a page */
     OUTPUTS_FILE,  /* -o names a log, or a new file that its writer opens */
     OUTPUTS_MODEL, /* -o names the directory of hexid gap */
     OUTPUTS_TESTS, /* -o names the directory of hexid export */

@@ -45,9 +45,9 @@ uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock
 /* Returns the bits INPUT_... of the wired inputs. */
 uint32_t interlock_wired(const struct interlock_params *p);
 
-/* Returns the inputs in a wrong state: required ones that are open; the supply's pressure is
- * required only with the supply on. SAFETY: with the supply off, and both its input and output
- * wired, pressure is wrong too (INPUT_LINGERS): a welded relay or a stuck dump valve. */
+/* Returns the wired inputs that are open; INPUT_SUPPLY only while the supply is on. SAFETY: while
+ * it is off, pressure sets INPUT_LINGERS if both its switch and the supply output are wired: a
+ * relay is welded, or the dump valve is stuck. */
 uint32_t interlock_wrong(const struct interlock_params *p, bool powered, uint32_t inputs);
 
 /* True if any input or output is wired, so that there is a device to talk to. */

@@ -7,8 +7,8 @@
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05;
-/* Largest white noise subtracted from the command's acceleration, over limits.oscillation_mps2. It
- * is bounded because a command that changes its sign in every cycle also looks like white noise. */
+/* At most this times limits.oscillation_mps2 is subtracted from the command's acceleration as white
+ * noise: a command that alternates every cycle looks like noise, too. */
 static const double white_most = 2.0;
 
 /* Factor on the noise subtracted for steps of the readings: isolated steps would need lag^-3 of the

@@ -42,7 +42,7 @@ struct transition {
     enum state from;
     enum trigger trigger;
     enum state to;                /* the next state; `from` if the state does not change */
-    bool ramp_out;                /* the current test is first ended early, by its ramp-out */
+    bool ramp_out;                /* the running test is ramped out early first */
 };
 
 /* Returns the row for a trigger in a state; NULL: the trigger has no effect there. */

@@ -33,9 +33,8 @@ struct diagnosis {
     int hypotheses;
 };
 
-/* Fits the base to the even cycles. threads: number of threads that fit the model; a trial runs on
- * one thread until it is polished. Returns 0, -2 (the recording cannot be evaluated) or -3 (no
- * memory). */
+/* Fits the base to the even cycles. threads: number of threads; each trial uses one, its final
+ * polishing all. Returns 0, -2 (the recording cannot be evaluated) or -3 (no memory). */
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* Allocates zeroed memory, which free() releases. */
+/* Returns zeroed memory, never NULL; free() it. */
 void *memory_get(size_t count, size_t size);
 
 /* Ends the process for lack of memory. For callers that learn of the lack by a status. */

@@ -14,8 +14,8 @@ enum { AGREEMENT_LOGS = 16 };
 /* Number of compared values: entries of the matrix, viscous and dry friction, and springs
  * (equations.h). */
 enum { AGREEMENT_VALUES = UNKNOWN_SHAPE };
-/* Probability of a difference by noise alone, below which it is disagreement: one false alarm in a
- * thousand sets of logs. */
+/* Least probability of a difference by noise alone; less is disagreement. One set of logs in a
+ * thousand gives a false alarm. */
 #define AGREEMENT_PROBABILITY 1e-3
 
 struct agreement {
@@ -28,7 +28,7 @@ struct agreement {
     int degrees;
     /* Probability that noise alone makes chi_square at least so large; 1 if nothing is compared. */
     double probability;
-    /* At least one value was compared, and the overall test succeeded. */
+    /* At least one value was compared, and the overall test was made. */
     bool evaluated;
     bool agree;                                         /* the overall test finds agreement, and no
                                                          * value is apart */

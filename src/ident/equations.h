@@ -35,8 +35,8 @@ enum {
 enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };
 
 struct equations {
-    /* X' W X, lower triangle; W is the inverse covariance of the coefficient rows, with their noise
-     * enlarged to the scatter that they have. */
+    /* X' W X, lower triangle. W is the rows' inverse covariance, divided by scatter^2 if they
+     * scatter by more than their noise. */
     double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y, y the right-hand side */
     /* Change of `with` by a joint coordinate that is off by one standard deviation, or by

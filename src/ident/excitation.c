@@ -57,8 +57,8 @@ static double read_length(struct imagined *m, int leg, double length_m) {
     return step_m > 0.0 ? step_m * round(read / step_m) : read;
 }
 
-/* Makes the sample of the cycle before the last one, whose acceleration is known. Returns false if
- * no pose has these lengths. */
+/* Makes the sample of the middle one of three cycles, which give its acceleration. False: no pose
+ * has these lengths. */
 static bool sample_of(struct imagined *m, double test_time_s, const double ref[DOFS], struct recording_sample *s) {
     struct inverse_dynamics_input in = {0};
     double dt_s = m->params.loop.period_s, force_n[LEGS];

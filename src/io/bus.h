@@ -37,8 +37,8 @@ enum { BUS_RECEIVE_BUFFER = 1 << 21 };
 int bus_open(struct bus **bus, const char *url, struct error *error);
 void bus_close(struct bus *bus);
 
-/* Finds an interface that is up, has an IPv4 address and leads to a network. Returns false if
- * there is none. */
+/* Finds an interface that is up, has an IPv4 address and is no loopback. Returns false if there is
+ * none. */
 bool bus_network(char name[BUS_INTERFACE_SIZE]);
 
 /* Writes the shell commands that add a multicast route: by a network's interface if this host has

@@ -71,9 +71,8 @@ static int merge_mechanism(struct import *im, int file) {
  * with its own value. */
 static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
 
-/* Stores a value from a file's head. Files must agree on it, except for frequency and amplitude,
- * which each test may have its own: hexid gap measures them, and the configuration keeps those
- * of the axis's first file. */
+/* Stores a value from a file's head. Files must agree, except on frequency and amplitude: the
+ * configuration keeps those of the axis's first file, and hexid gap measures each test's own. */
 static int merge(struct import *im, int file, enum csv_key key) {
     const struct csv_head *h = &im->head[file];
     double *place = csv_place(&im->params, key, h->dof);

@@ -4,8 +4,8 @@
 #include <string.h>
 
 enum { TOGETHER = 8 };
-static const double SINGULAR = 1e-14; /* share of a diagonal element that rounding leaves for a
-                                       * dependent column */
+static const double SINGULAR = 1e-14; /* least pivot over its diagonal element; below, only
+                                       * rounding is left */
 
 /* Computes element j of several rows of L at once: their sums do not wait for each other. */
 static inline void column(int j, int row, int rows, double *a, const double *aj) {

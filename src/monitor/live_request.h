@@ -11,7 +11,7 @@
 enum { LIVE_HOST_SIZE = 256, LIVE_URL_SIZE = LIVE_HOST_SIZE + 24 };
 
 struct live_address {
-    char host[LIVE_HOST_SIZE]; /* host as given, without brackets; "127.0.0.1" if none was given */
+    char host[LIVE_HOST_SIZE]; /* host to listen on, without brackets; "127.0.0.1" if not given */
     int port;                  /* port to listen on; 0: any free one */
 };
 

@@ -16,7 +16,7 @@ struct client {
     struct MHD_Connection *connection; /* connection to the browser; NULL: this place is free */
     struct json_text piece; /* the chunk being sent; `sent` bytes of it are handed over */
     size_t sent;
-    bool greeted, waits;               /* `waits`: the stream is suspended until there is news */
+    bool greeted, waits;               /* greeted: machine sent; waits: suspended till news */
     int64_t health_ms;
     uint64_t cycle, event, version[LIVE_PLACES];
 };

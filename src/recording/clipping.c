@@ -6,11 +6,11 @@
 
 /* Least share of samples at the largest or smallest value for a channel to be clipped. */
 static const double CLIPPED = 0.12;
-/* Share of samples at the largest value over that of a sinusoid read at the same resolution, above
- * which the channel is clipped. */
+/* A channel is clipped if it has more than this times as many samples at its largest value as a
+ * sinusoid read at the same resolution. */
 static const double CLIPPED_TIMES = 2.0;
-/* Mean step onto a length's largest value over the length's largest step, above which an end stop
- * stopped the leg: friction stops it more softly. */
+/* An end stop, not friction, stopped the leg if its mean step onto the largest length exceeds this
+ * share of its largest step. */
 static const double ABRUPT = 0.3;
 
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);

@@ -34,8 +34,7 @@ static const double SEARCHED = 0.2;
 /* Tolerance factor on the mean square difference of a run's cycles, since some loops hunt beside
  * their motion. */
 static const double RESTLESS = 1.5;
-/* Ratio of a wrong period to the true one, at which the cycles of a sinusoid differ by more than
- * SEARCHED. */
+/* A trial period off by this factor makes a sinusoid's cycles differ by more than SEARCHED. */
 static const double SEARCHED_RATIO = 1.04;
 static const double LAG_RATIO = 1.005;   /* ratio of successive trial periods */
 /* Largest mean square difference of successive cycles over the motion's variance, whatever the

@@ -54,8 +54,7 @@ static json_t *method(const struct method_result *source, bool damping) {
     return damping ? report_set(report_set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
-/* Dry friction of the six legs in one direction; x: pairs of both directions, from that direction
- * on. */
+/* List of every second value from x: the legs' dry friction in x[0]'s direction. */
 static json_t *strided(const double *x) {
     double value[LEGS];
     for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];

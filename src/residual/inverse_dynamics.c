@@ -106,11 +106,11 @@ static double sliding_share(const struct inverse_dynamics *d, int leg, const str
 }
 
 /* Dry friction of a leg that may be held. A leg that sticks holds against any load, so its friction
- * is the balance of forces, up to the limit F. Noise of the balance is not friction: a held leg's
- * friction lies anywhere within +-F, with variance F^2 / 3, so the linear estimate of least
- * variance adds the share F^2 / 3 / (F^2 / 3 + noise^2) of the balance less sliding friction. The
- * limit includes the harmonics' Gibbs overshoot; a limit of F would cut the balance's ringing on
- * one side only and make the friction too large. */
+ * is the balance of forces, up to the limit F. The balance is noisy, and held friction lies anywhere
+ * within +-F, with variance F^2 / 3. So sliding friction moves towards the balance by the share
+ * F^2 / 3 / (F^2 / 3 + noise^2) of their difference. The limit includes the harmonics' Gibbs
+ * overshoot; a limit of F would cut the balance's ringing on one side only and make the friction
+ * too large. */
 static double held_friction(double balance_n, double noise_n, double extend_n, double retract_n, double sliding_n) {
     double reach_n = 0.5 * (extend_n + retract_n), variance = reach_n * reach_n / 3.0;
     double gain = variance > 0.0 ? variance / (variance + noise_n * noise_n) : 0.0;

@@ -269,8 +269,8 @@ static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
-    bool pieces = t->piece_s > 0.0; /* a record cut into pieces counts as a whole, otherwise the
-                                     * first test alone */
+    bool pieces = t->piece_s > 0.0; /* pieces are averaged over the whole record, else the
+                                     * first test alone is */
     int from = t->first, until = pieces && last->sample == t->sample ? last->end : t->end;
     double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;

@@ -13,13 +13,13 @@
 
 static const double SETTLE_CYCLES = 1.5; /* run-up of the simulation of a cycle: pressures behind a
                                           * long supply hose then have forgotten their start */
-static const double LEAD_S = 2.0;        /* longest run-up of the spools of a piece: one that takes
-                                          * less to cross its range forgets its start */
+static const double LEAD_S = 2.0;        /* longest run-up of a piece's spools: a spool that
+                                          * crosses its range in that time forgets its start */
 static const double SUBSTEP_S = 0.5e-3;   /* step of the Runge-Kutta method: its error is 1e-4 of a
                                            * 100 Hz spool's lag */
-static const double SLOWER = 1.25;        /* sampling period over command period, above which the
-                                           * recording is slower than the commands; jitter is
-                                           * less */
+static const double SLOWER = 1.25;        /* a recording is slower than the commands if its
+                                           * sampling period exceeds this times theirs; jitter
+                                           * is less */
 static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period is
                                            * a whole number of command periods */
 

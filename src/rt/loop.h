@@ -73,8 +73,8 @@ uint64_t loop_acted_word(const struct loop_acted *acted);
  * thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 
-/* Runs one cycle; false after the last one. RT: no heap, no lock, no system call but sleep (and
- * clock). */
+/* Runs one cycle; false after the last. RT: no heap, no lock; only clock and back-end make system
+ * calls. */
 bool loop_cycle(struct loop *l);
 
 #endif

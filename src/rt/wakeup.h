@@ -29,9 +29,9 @@ struct wakeups {
 /* Adds a wake-up to the counts. */
 void wakeups_add(struct wakeups *w, int64_t late_ns, int64_t period_ns);
 
-/* Measures wake-ups in a separate thread, which continues if real time is refused; duration_s 0:
- * requests real time but measures nothing. The process's memory is unlocked afterwards. STATUS_IO:
- * the thread cannot be started. */
+/* Measures wake-ups in a thread of its own, even if real time is refused; with duration_s 0 it only
+ * requests real time. The process's memory is unlocked afterwards. STATUS_IO: the thread cannot be
+ * started. */
 int wakeups_measure(const struct loop_params *loop, double duration_s, struct wakeups *w, struct error *error);
 
 #endif
