@@ -11,8 +11,9 @@ static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber, 
 static const double SEAL_TIME_S = 2e-4; /* shortest time constant of a fast rod's seals */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
-static const double SOFTEST = 0.01;        /* least pressure above vacuum that counts, over the
-                                            * tank's above vacuum; beta then is 1e-4 of the oil's */
+static const double SOFTEST = 0.01;        /* least pressure above vacuum that counts, as a share of
+                                            * the tank's above vacuum; beta then is 1e-4 of the
+                                            * oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
 static const double SHORTEST_LINE_M = 0.2;
 /* LINE_TIME_S is 1 / 5000 rad/s, the highest natural frequency of a hose with a chamber at the

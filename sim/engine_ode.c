@@ -21,7 +21,7 @@
 #include "ode_machine.h"
 #include "surroundings.h"
 
-/* mass (kg) or inertia (kg m^2) below which ODE finds inertia matrices that are not positive
+/* least mass (kg) and inertia (kg m^2): with less, ODE finds inertia matrices that are not positive
  * definite */
 static const double LEAST_BODY = 1e-8;
 

@@ -7,7 +7,7 @@
 
 #include "loop_model.h"
 
-/* Damping ratio below which hexid warns: a step rings for more than three periods. */
+/* hexid warns if the damping ratio is less than this: a step rings for more than three periods */
 #define LOOP_DAMPING_LEAST 0.05
 
 /* Limit of the motion caused by sensor noise alone, as a share of limits.oscillation_mps2. The

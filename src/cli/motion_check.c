@@ -10,9 +10,9 @@
 #include "reference.h"
 #include "trajectory_file.h"
 
-static const double stop_every = 0.1;   /* interval between tried stops over the ramp-out; with a
-                                         * tenth, the effect of the ramp-out's steepest part is
-                                         * found to within a hundredth */
+static const double stop_every = 0.1;   /* interval between tried stops, as a share of the ramp-out;
+                                         * with a tenth, the effect of the ramp-out's steepest part
+                                         * is found to within a hundredth */
 /* a motion with so many cycles in a period or more has cycles near all phases in every period */
 enum { PERIOD_TICKS = 64 };
 /* number of times that an interval from 0 to 1 is halved, to find the scale to a hundredth */

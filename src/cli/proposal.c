@@ -10,25 +10,26 @@
 #include "units.h"
 
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
-static const double SPREAD = 0.65;     /* lowest frequency of a multisine over its highest */
+static const double SPREAD = 0.65;     /* lowest frequency of a multisine, as a share of its
+                                        * highest */
 static const double MARGIN = 0.5;          /* share of limits.following_m, of the limit of rates and
                                             * of checks.amplitude_pct that a proposal may take */
-static const double OF_PEAK = 0.75;        /* speed of the proposed sines' fastest leg over that of
-                                            * the survey's; at other speeds the loop follows a
+static const double OF_PEAK = 0.75;        /* speed of the proposed sines' fastest leg, as a share
+                                            * of the survey's; at other speeds the loop follows a
                                             * little differently */
 static const double UNWANTED = 0.7;      /* share of checks.unwanted_pct that a proposal may take */
 static const double LONGER = 4.0;          /* duration of the second prediction over the shortest
                                             * duration; two durations determine how the variance
                                             * depends on it */
-static const double NEAR = 1.1;     /* standard deviation over the floor that it approaches; below,
-                                     * a longer test does not help */
+static const double NEAR = 1.1;     /* a longer test does not help once the standard deviation is
+                                     * less than this times the floor that it approaches */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
                                            /* method C keeps 100 s of a test of an axis
                                             * (analysis.h), and 48 short segments of other
                                             * motions */
 static const double SEARCH_S = 8.0;
-static const double REACHED = 0.05; /* difference between predicted and wanted deviation, over the
-                                     * wanted one, that counts as none; predictions from so many
+static const double REACHED = 0.05; /* a predicted deviation that differs from the wanted one by
+                                     * less than this share equals it; predictions from so many
                                      * draws are no more exact */
 static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
 enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };

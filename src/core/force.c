@@ -2,8 +2,8 @@
 
 #include "units.h"
 
-/* Stiffness of the oil over that at neutral up to which control.kpf is not reduced. All tests of
- * the shipped machines stay below it. */
+/* control.kpf is reduced where the oil is stiffer than this times its stiffness at neutral. All
+ * tests of the shipped machines stay below it. */
 static const double stiffer_most = 1.5;
 
 struct cylinder_areas cylinder_areas(const struct actuator_params *actuator) {

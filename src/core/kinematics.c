@@ -17,8 +17,9 @@ static const double tolerance_m = 1e-13;
 static const double last_step_m = 1e-7; /* Newton step after which the remaining error (its square
                                          * over a leg length) is below the tolerance */
 
-static const double LEG_THIN = 0.01;   /* distance of two legs' axes over the leg's length below
-                                        * which they collide, as no leg is thinner */
+static const double LEG_THIN = 0.01;   /* two legs collide if their axes come nearer than this share
+                                        * of the shorter leg's neutral length, as no leg is
+                                        * thinner */
 static const double LEG_MIDDLE = 0.45; /* share of a leg's length on either side of its middle
                                         * that counts for collisions */
 /* Sine of the smallest angle between a joint's axis and its leg at neutral: 20 degrees, of which

@@ -23,8 +23,8 @@
 
 #include "kinematics.h"
 
-/* Factor on the requested acceleration above which the measured one counts as an oscillation; a
- * loop that follows badly reaches 1.5. */
+/* An acceleration counts as an oscillation if it exceeds this times the requested one by more than
+ * limits.oscillation_mps2; a loop that follows badly reaches 1.5. */
 #define OSCILLATION_ASKED 1.8
 
 enum {

@@ -8,7 +8,7 @@
 enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 
 static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* longest and shortest step along
-                                                                   * a path, over the path's
+                                                                   * a path, as shares of the path's
                                                                    * length */
 
 static double condition(const struct kinematics *k, const double pose[DOFS]) {

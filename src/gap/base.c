@@ -48,8 +48,8 @@ static const struct base_entry entries[] = {
     {ANY, EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), PART_PRESSURE},
 };
 
-static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a valve's null, over
-                                             * full opening */
+static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a valve's null, as a
+                                             * share of full opening */
 static const double OFFSET_MOST_N = 1e6;
 static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag: that of
                                          * an amplifier with a filter of 160 Hz */

@@ -12,8 +12,8 @@ static const double LINE_TOLERANCE = 0.1;   /* relative difference of two freque
                                              * tone in the model is the measured one: a loop that
                                              * oscillates in both does so at nearly the same
                                              * frequency */
-static const double LINE_EXCITED = 0.5;     /* power threshold of a simulated tone over that of a
-                                             * measured one: another run may excite the same
+static const double LINE_EXCITED = 0.5;     /* a simulated tone needs this share of the power that a
+                                             * measured one needs: another run may excite the same
                                              * resonance less */
 
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {

@@ -7,8 +7,8 @@
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;
-static const double NEXT_CYCLES = 1.5; /* time between two samples, in cycles, above which samples
-                                        * were lost between them */
+static const double NEXT_CYCLES = 1.5; /* samples were lost between two that are more than this many
+                                        * cycles apart */
 static const double FORGOTTEN_S = 0.2; /* time in which the controller's filters forget their
                                         * initial state */
 

@@ -7,9 +7,9 @@
 #include "base.h"
 #include "memory.h"
 
-static const double RIDGE = 1e-4; /* ridge over each diagonal element of the Gram matrix (Levenberg
-                                   * 1944): noise moves the linearised base by at most 50 standard
-                                   * deviations of a column */
+static const double RIDGE = 1e-4; /* ridge, as a share of each diagonal element of the Gram matrix
+                                   * (Levenberg 1944): noise moves the linearised base by at most 50
+                                   * standard deviations of a column */
 enum { BASE_ITERATIONS = 6 };
 
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {

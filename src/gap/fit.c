@@ -12,8 +12,8 @@
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
-static const double BASE_ERROR = 1e-3; /* error of integrators and of omitted harmonics, over a
-                                        * channel's variation */
+static const double BASE_ERROR = 1e-3; /* error of integrators and of omitted harmonics, as a share
+                                        * of a channel's variation */
 static const double ENOUGH = 1e-4; /* relative decrease of the sum of squares in an iteration, below
                                     * which a fit ends */
 

@@ -94,7 +94,7 @@ struct linear_part {
     const double *min, *max;
     const struct fit_prior *prior;
     double *x;                          /* [n]: result, relative to the model */
-    double worth;             /* predicted gain, in white squares, below which no further step is
+    double worth;             /* least predicted gain, in white squares, for which another step is
                                * taken */
 };
 /* Gram matrix of the columns, [n][n]. */

@@ -9,28 +9,28 @@
 #include "numeric.h"
 
 static const double OFFSET_SIGMAS = 6.0, /* least constant force, in its standard deviations */
-    OFFSET_SHARE = 0.05;                 /* least difference of friction between directions, over
-                                           * the sum of both */
-static const double SHARE_MAX = 0.3;      /* share of the gap that a simulation with the effects may
-                                           * leave without being refuted */
-static const double FLOORS_MAX = 2.0;      /* remaining gap over the noise floor, up to which
-                                            * nothing is refuted, in simulation or under the
-                                            * measured motion */
-static const double LEFT_MAX = 0.02;   /* remaining gap over the measured variation, up to which
-                                        * nothing is refuted; it decides if there is hardly any
-                                        * noise */
-static const double LEFT_SHARE = 0.1;      /* share of the gap, up to which what is left may be an
-                                            * error of the model */
-static const double VISIBLE = 0.2;         /* least squared gap above the noise floor that is seen,
-                                            * over the squared floor; a simulation with another
-                                            * start and other steps leaves 0.06 */
-static const double LINE_SHARE = 0.5;      /* rms of a tone over the rms gap in its channel, below
-                                            * which the tone does not matter: through nonlinear laws
-                                            * it changes the harmonics by less than itself */
-static const double TRACE_SHARE = 5e-3;    /* share of the excess below which what is left is a
-                                            * trace: effects that explain all the rest are real */
-static const double THIRD_SHARE = 0.05;    /* share of the excess that the third effect explains,
-                                            * above which three effects imitate something else */
+    OFFSET_SHARE = 0.05;                 /* least difference of friction between directions, as a
+                                          * share of the sum of both */
+static const double SHARE_MAX = 0.3;      /* largest share of the squared gap that a simulation with
+                                           * the effects may leave without being refuted */
+static const double FLOORS_MAX = 2.0;      /* a remaining gap refutes, in simulation or under the
+                                            * measured motion, if it exceeds this times the noise
+                                            * floor, LEFT_MAX and LEFT_SHARE */
+static const double LEFT_MAX = 0.02;   /* share of the measured variation; it decides if there is
+                                        * hardly any noise */
+static const double LEFT_SHARE = 0.1;      /* share of the squared gap; less may be an error of the
+                                            * model */
+static const double VISIBLE = 0.2;         /* a squared gap is seen if it exceeds the squared noise
+                                            * floor by more than this share of it; a simulation with
+                                            * another start and other steps leaves 0.06 */
+static const double LINE_SHARE = 0.5;      /* a tone does not matter if its rms is less than this
+                                            * share of the rms gap in its channel: through nonlinear
+                                            * laws it changes the harmonics by less than itself */
+static const double TRACE_SHARE = 5e-3;    /* what is left is a trace if it is less than this share
+                                            * of the excess: effects that explain all the rest are
+                                            * real */
+static const double THIRD_SHARE = 0.05;    /* three effects imitate something else if the third
+                                            * explains more than this share of the excess */
 
 extern const struct effect clock_skew, cylinder_coulomb_friction;
 

@@ -6,12 +6,12 @@
 
 #include "memory.h"
 
-static const double IDLE = 1e-6;         /* relative change of the sum of squares below which a
-                                          * strength has no effect */
+static const double IDLE = 1e-6;         /* a strength has no effect if it changes the sum of
+                                          * squares by less than this share */
 static const double DOUBTLESS_GAIN = 36.0; /* gain in white squares that is beyond doubt: z = 6 */
-static const double BEND = 0.1;          /* deviation of a law from proportionality over the change
-                                          * that the effect makes, both rms, below which the law
-                                          * counts as proportional */
+static const double BEND = 0.1;          /* a law counts as proportional if its deviation from
+                                          * proportionality is less than this share of the change
+                                          * that the effect makes, both rms */
 static const double SHORTEST_STEP = 0.1; /* share of the base's linear step down to which it is
                                           * halved while the machine is impossible; then the base
                                           * stays */

@@ -7,11 +7,11 @@
 #include "memory.h"
 #include "parallel.h"
 
-static const double WORTH = 0.1; /* gain after the first steps over the best trial's, above which a
-                                  * trial is fitted further */
-static const double NEAR = 0.9;  /* gain of a trial over that of the best, with the base moved
-                                  * linearly, above which it is polished, too: that may change their
-                                  * order */
+static const double WORTH = 0.1; /* a trial is fitted further if its gain after the first steps
+                                  * exceeds this share of the best trial's */
+static const double NEAR = 0.9;  /* a trial is polished, too, if its gain exceeds this share of the
+                                  * best one's, with the base moved linearly: polishing may change
+                                  * their order */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -20,8 +20,8 @@ struct batch {
     const struct batch *before;     /* batch whose trials serve as starts, or NULL */
     struct trial *trial;
     int count;
-    double worth;             /* gain after the first steps, above which a trial is fitted
-                               * further */
+    double worth;             /* a trial is fitted further if its gain after the first steps exceeds
+                               * this */
 };
 
 static const struct trial *alike(const struct batch *before, const struct hypothesis *h) {

@@ -10,8 +10,8 @@
 
 static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basis function's
                                       * coefficient */
-static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior over that of the data, which has no
-                                           * influence */
+static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior that has no influence, as a share of
+                                           * the data's */
 
 void equations_entry(int unknown, int *row, int *column) {
     int i = 0;

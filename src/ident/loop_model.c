@@ -11,8 +11,8 @@
 
 static const double FAST_MPS = 1.0; /* speed at which viscous friction is evaluated: at such a speed
                                      * dry friction no longer changes */
-static const double REST_SHARE = 1e-3;   /* opening over full opening, up to which a valve is near
-                                          * its centre */
+static const double REST_SHARE = 1e-3;   /* a valve is near its centre up to this share of its full
+                                          * opening */
 static const double RESTS_PER_S = 1e-3;
 
 /* A leg at rest: the pressures that hold its force, and the opening that makes up for leakage. */

@@ -17,7 +17,8 @@ static const double UNIT_PA = 1e7;
 static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error that is uniform over an
                                                   * interval of 1 */
 static const double LEAST_LAG_S = 1e-4;
-static const double OSCILLATES = 0.95; /* damping ratio above which a step shows no overshoot */
+static const double OSCILLATES = 0.95; /* a step overshoots only if the damping ratio is less than
+                                        * this */
 
 /* One cylinder with the mass that it moves. */
 struct cylinder_loop {

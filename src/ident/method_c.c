@@ -25,9 +25,9 @@ enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
 /* Coordinates of a leg's two joints: the keys of geometry_error. */
 enum { COORDINATES = JOINT_COORDINATES / LEGS };
 
-static const double FIRST_SHARE = 0.5; /* first guess of dry friction over the rms of the force's
-                                        * variation */
-static const double MODEL_ERROR = 1e-4; /* error of any model over the rms of the force's
+static const double FIRST_SHARE = 0.5; /* first guess of dry friction, as a share of the rms of the
+                                        * force's variation */
+static const double MODEL_ERROR = 1e-4; /* error of any model, as a share of the rms of the force's
                                          * variation */
 
 /* Coefficient rows of one test or piece, all legs. A column belongs to an unknown; the last one is

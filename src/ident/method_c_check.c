@@ -2,10 +2,10 @@
 
 #include <math.h>
 
-static const double AT_LIMIT = 0.999; /* command over control.output_limit, above which it is at the
-                                       * limit */
-static const double SATURATED = 0.02; /* share of samples at the limit, above which a valve is
-                                       * saturated; noise makes few peaks */
+static const double AT_LIMIT = 0.999; /* a command is at the limit from this share of
+                                       * control.output_limit on */
+static const double SATURATED = 0.02; /* a valve is saturated if more than this share of its samples
+                                       * is at the limit; noise makes few peaks */
 
 static double share_at_limit(const struct recording_test *t, int leg, double limit) {
     int at = 0, n = 0;

@@ -8,12 +8,12 @@
 #include "lin.h"
 #include "nominal.h"
 
-static const double UNDETERMINED = 0.2;          /* standard deviation of an entry over sqrt(M_ii
-                                                  * M_jj), above which it is not determined */
-static const double UNDETERMINED_FRICTION = 0.1; /* standard deviation of friction over the varying
-                                                  * force, above which it is not determined */
-static const double UNDETERMINED_SPRING = 0.5;   /* standard deviation of a spring over its prior's,
-                                                  * above which it is not determined */
+static const double UNDETERMINED = 0.2;          /* an entry is determined if its standard deviation
+                                                  * is less than this times sqrt(M_ii M_jj) */
+static const double UNDETERMINED_FRICTION = 0.1; /* friction is determined if its standard deviation
+                                                  * is less than this share of the varying force */
+static const double UNDETERMINED_SPRING = 0.5;   /* a spring is determined if its standard deviation
+                                                  * is less than this share of its prior's */
 
 /* Condition number of the entries' normal matrix, the inverse of their noise covariance, in units
  * of sqrt(M_ii M_jj), with friction eliminated. */

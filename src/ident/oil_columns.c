@@ -15,7 +15,8 @@ enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16 };
 /* Step of the delays that are tried. 24 steps are 12 ms: a valve of 20 Hz, or three cycles of 2 ms
  * on a bus. */
 static const double DELAY_STEP_S = 0.5e-3;
-static const double FLOW_ERROR = 0.02;     /* error of the square-root law over the piston's flow */
+static const double FLOW_ERROR = 0.02;     /* error of the square-root law, as a share of the
+                                            * piston's flow */
 static const double UNDETERMINED = 0.05, MISFIT_MOST = 2.0;
 static const double GOLDEN = 0.61803398874989485;
 

@@ -11,11 +11,11 @@ const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x
                                                    "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
 
 enum { BODY = 4, STEPS = 200 };
-static const double UNDETERMINED_MASS = 0.1; /* standard deviation of the mass over the mass,
-                                              * above which nothing is determined: no centre is
-                                              * known then */
-/* Standard deviation above which a value is not determined: of an inertia over the mean principal
- * inertia, of a centre over the radius of gyration. */
+static const double UNDETERMINED_MASS = 0.1; /* nothing is determined if the mass's standard
+                                              * deviation reaches this share of the mass: no centre
+                                              * is known then */
+/* A value is determined if its standard deviation is less than this share of the mean principal
+ * inertia (inertias), or of the radius of gyration (centres). */
 static const double UNDETERMINED = 0.2;
 
 /* Ten numbers in which the payload's matrix is linear: m, h, Io in the order of payload_names. */

@@ -75,13 +75,13 @@ static const struct guess *const guesses[KINDS] = {
     [LENGTH] = lengths, [ANGLE] = angles, [PRESSURE] = pressures, [FORCE] = forces, [VALVE] = valves};
 
 static const double TURN_MAX_RAD = 0.6;     /* limit of any platform's motion, 35 degrees */
-static const double OF_SUPPLY = 0.6;        /* usual largest pressure over the supply's: between
-                                             * half of the supply's with a light load and all of
+static const double OF_SUPPLY = 0.6;        /* usual largest pressure, as a share of the supply's:
+                                             * between half of that with a light load and all of
                                              * it */
-static const double SUPPLY_MOST = 2.0;      /* largest pressure over the supply's to which a load or
-                                             * the area ratio can raise it */
-static const double OF_STROKE = 0.1;        /* usual swing of a length over the stroke if no
-                                             * amplitude is known */
+static const double SUPPLY_MOST = 2.0;      /* a load or the area ratio can raise a pressure to at
+                                             * most this times the supply's */
+static const double OF_STROKE = 0.1;        /* usual swing of a length, as a share of the stroke, if
+                                             * no amplitude is known */
 
 static double size_of(const struct csv_range *r, int column, bool swing) {
     return swing ? 0.5 * (r->high[column] - r->low[column]) : fmax(fabs(r->low[column]), fabs(r->high[column]));

@@ -8,9 +8,9 @@
 #include "messages.h"
 #include "units.h"
 
-/* Number of cycles whose numbers go back and forth above which a log is taken for one of two
- * machines: an absolute number, or a share (1 / STRAYS_SHARE) of all cycles beyond STRAYS_LEAST.
- * Fewer are damage. */
+/* A log is taken for one of two machines if the numbers of more than STRAYS_MOST cycles go back and
+ * forth, or of more than STRAYS_LEAST that are more than 1 / STRAYS_SHARE of all cycles. Fewer are
+ * damage. */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
 static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that is longer than any
                                            * delay of a message */

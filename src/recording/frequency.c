@@ -6,13 +6,13 @@
 #include "dense.h"
 #include "units.h"
 
-static const double OF_FREQUENCY = 0.5;  /* share of the variance at the stated frequency, above
-                                          * which no other is searched */
+static const double OF_FREQUENCY = 0.5;  /* no other frequency is searched if more than this share
+                                          * of the variance is at the stated one */
 static const double SEARCH_S = 10.0;     /* longest part that is searched for a frequency, unless it
                                           * has fewer than SEARCH_CYCLES: an hour would take too
                                           * long */
-/* Relative difference of frequencies below which the legs follow the reference; it is not 0,
- * because they may still be settling. */
+/* The legs follow the reference if their frequencies differ by less than this share; it is not 0,
+ * because the legs may still be settling. */
 static const double FOLLOWED = 1e-3;
 enum { ITERATIONS = 8, CYCLES_LEAST = 2, SEARCH_CYCLES = 8 };
 

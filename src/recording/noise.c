@@ -8,14 +8,15 @@ enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 
 static const double FOURTH = 70.0;      /* variance of a fourth difference over that of white noise:
                                          * the sum of the squares of 1 -4 6 -4 1 */
-static const double ROUNDING = 1e-12;   /* difference over a value's magnitude, up to which it is
-                                         * rounding, not a step */
-static const double MULTIPLE = 0.05;    /* distance of a difference from a whole number of steps, in
-                                         * steps, below which it is a multiple */
+static const double ROUNDING = 1e-12;   /* a difference of up to this share of the value's magnitude
+                                         * is rounding, not a step */
+static const double MULTIPLE = 0.05;    /* a difference is a multiple of the step if it is off a
+                                         * whole number of steps by less than this share of a
+                                         * step */
 static const double MULTIPLES = 0.95;   /* share of the differences that must be multiples of the
                                          * smallest */
-static const double STEPS_MOST = 1e6;   /* difference in steps, above which every number looks like
-                                         * a multiple, so that none counts as one */
+static const double STEPS_MOST = 1e6;   /* a difference of more steps counts as no multiple, because
+                                         * every number looks like one */
 
 /* Rms of the white noise: from the median over blocks of the mean square of fourth differences. NaN
  * without five finite values in a row. */

@@ -20,15 +20,15 @@ enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 static const double REST_S = 0.5;        /* shortest rest; a shorter one is a turning point */
 static const double NOISE_BAND = 5.0;    /* largest deviation of a leg at rest, in rms noise: white
                                           * noise stays within it for an hour */
-static const double REST_SHARE = 3e-3;   /* largest wander of a leg at rest over its whole range; a
-                                          * position loop wanders by less */
+static const double REST_SHARE = 3e-3;   /* largest wander of a leg at rest, as a share of its whole
+                                          * range; a position loop wanders by less */
 
 /* Least number of cycles of a steady piece. */
 static const double CYCLES_LEAST = 4.0;
-/* Largest rms difference of successive cycles over the motion's rms, beyond the noise, in steady
- * motion. */
+/* In steady motion, successive cycles differ by at most this share of the motion's rms, beyond the
+ * noise. */
 static const double ALIKE = 0.05;
-/* Largest rms difference of successive cycles over the motion's rms while the period is searched: a
+/* While the period is searched, successive cycles may differ by this share of the motion's rms: a
  * period error adds 2 pi times its relative size. */
 static const double SEARCHED = 0.2;
 /* Tolerance factor on the mean square difference of a run's cycles, since some loops hunt beside
@@ -37,8 +37,8 @@ static const double RESTLESS = 1.5;
 /* A trial period off by this factor makes a sinusoid's cycles differ by more than SEARCHED. */
 static const double SEARCHED_RATIO = 1.04;
 static const double LAG_RATIO = 1.005;   /* ratio of successive trial periods */
-/* Largest mean square difference of successive cycles over the motion's variance, whatever the
- * noise. */
+/* In steady motion, the mean square difference of successive cycles is at most this share of the
+ * motion's variance, whatever the noise. */
 static const double MOTION = 0.25;
 /* Largest relative change of period from the first to the second half of a run; a sweep that is cut
  * off at ALIKE has 8e-3. */

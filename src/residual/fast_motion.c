@@ -10,10 +10,10 @@ static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a line's window ove
     SAMPLES = 3.0,                          /* least half-width of a line's window, in samples */
     APART = 0.25,                           /* distance of neighbouring lines over that
                                              * half-width */
-    SPREAD = 0.06; /* variance of the samples' times, in squares of the half-width, below which no
-                    * line is fitted. It is 0.13 with samples on both sides, and 0.04 at a record's
-                    * end. A line there would be off by microns, and 5 um are 26 kPa in a shut
-                    * chamber. */
+    SPREAD = 0.06; /* no line is fitted unless the variance of the samples' times, in squares of the
+                    * half-width, exceeds this. It is 0.13 with samples on both sides, and 0.04 at a
+                    * record's end. A line there would be off by microns, and 5 um are 26 kPa in a
+                    * shut chamber. */
 
 /* Lengths of a sample less those of the Fourier series at its time. */
 static void rest_of(const struct recording_sample *sample, const struct spectrum *series, double rest[LEGS]) {

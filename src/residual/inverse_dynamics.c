@@ -7,14 +7,14 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
-static const double SURE = 3.0;       /* speed in its standard deviations, below which a leg may be
-                                       * held */
+static const double SURE = 3.0;       /* a leg may be held if its speed is less than this many of
+                                       * its standard deviations */
 static const double OVERSHOOT = 1.18; /* height of a jump of friction in the evaluated harmonics
                                        * over its true height (Gibbs) */
-static const double STILL = 0.03;     /* speed over rms speed, below which a rod rests: the Fourier
-                                       * series rings at rest */
-static const double FORGOTTEN = 0.05; /* share of the seals' first deflection that is left, below
-                                       * which it no longer counts */
+static const double STILL = 0.03;     /* a rod rests if its speed is less than this share of its rms
+                                       * speed: the Fourier series rings at rest */
+static const double FORGOTTEN = 0.05; /* the seals' first deflection no longer counts once at most
+                                       * this share of it is left */
 enum { POSE_ITERATIONS = 12, PASSES = 3 };
 
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s) {
@@ -92,7 +92,7 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* Speed below which a leg may be held: a reversal is then nearer than the harmonics can resolve, or
+/* A leg slower than this may be held: a reversal is then nearer than the harmonics can resolve, or
  * the motion is lost in the noise of the speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
@@ -106,9 +106,9 @@ static double sliding_share(const struct inverse_dynamics *d, int leg, const str
 }
 
 /* Dry friction of a leg that may be held. A leg that sticks holds against any load, so its friction
- * is the balance of forces, up to the limit F. The balance is noisy, and held friction lies anywhere
- * within +-F, with variance F^2 / 3. So sliding friction moves towards the balance by the share
- * F^2 / 3 / (F^2 / 3 + noise^2) of their difference. The limit includes the harmonics' Gibbs
+ * is the balance of forces, up to the limit F. The balance is noisy, and held friction lies
+ * anywhere within +-F, with variance F^2 / 3. So sliding friction moves towards the balance by the
+ * share F^2 / 3 / (F^2 / 3 + noise^2) of their difference. The limit includes the harmonics' Gibbs
  * overshoot; a limit of F would cut the balance's ringing on one side only and make the friction
  * too large. */
 static double held_friction(double balance_n, double noise_n, double extend_n, double retract_n, double sliding_n) {

@@ -9,7 +9,7 @@
 
 enum { PHASES = 128 }; /* instants per cycle at which forces are evaluated */
 
-/* Speed below which a leg may be held, m/s; from twice this speed on it surely slides. A leg that
+/* A leg slower than this, m/s, may be held; from twice this speed on it surely slides. A leg that
  * sticks still yields at this speed, as its chambers do. */
 #define INVERSE_DYNAMICS_SLOW_MPS 2e-3
 

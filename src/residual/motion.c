@@ -14,8 +14,8 @@ static const double STEADY = 0.995;       /* least share of a sinusoid in the le
 static const double STATED = 0.5;         /* share of a sinusoid that suffices at the stated
                                            * frequency: friction, a weak loop or a shut valve
                                            * distort a test */
-static const double CYCLE = 0.5;          /* least amplitude of each cycle over the cycles' mean
-                                           * amplitude */
+static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a share of the
+                                           * cycles' mean amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
                                            * errors of clock or typing, not another test */
 /* Least highest frequency of a piece, that of pieces of 3 s. Pieces are longer only so that they
@@ -26,28 +26,29 @@ static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a piece ov
                                                * samples as coefficients (spectrum_cut) */
 static const double BAND_OF_MOTION = 8.0; /* highest frequency of a piece over the motion's mean
                                            * frequency: harmonics of a sinusoid are below it */
-static const double STANDS_OUT = 10.0;    /* power of a bin over the noise floor, above which it is
-                                           * motion; of noise alone, the strongest of 500 bins in
-                                           * twelve segments reaches 3 */
-static const double REST = 1e-3;          /* mean square speed of a piece over that of all pieces,
-                                           * below which it is at rest */
+static const double STANDS_OUT = 10.0;    /* a bin is motion if its power exceeds this times the
+                                           * noise floor; of noise alone, the strongest of 500 bins
+                                           * in twelve segments reaches 3 */
+static const double REST = 1e-3;          /* a piece is at rest if its mean square speed is less
+                                           * than this share of the mean of all pieces */
 static const double STEPS = 3.0;          /* least motion of a piece, in resolution steps per period
                                            * of its highest frequency: rounding errors of slower
                                            * motion are not random */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
-static const double GAP_STEPS = 2.5;      /* steps between two good samples, above which they
-                                           * enclose a gap: jitter is less */
+static const double GAP_STEPS = 2.5;      /* two good samples enclose a gap if they are more than
+                                           * this many steps apart: jitter is less */
 static const double BESIDE = 3.0, /* least time over which a speed beside a gap is fitted, in
                                    * steps */
     BESIDE_S = 0.01;              /* least time over which a speed beside a gap is fitted */
-static const double TURN = 4.0;           /* change of speed across a gap that is a turn, over the
-                                           * change that a motion of the mean frequency makes in
-                                           * that time */
-static const double TURN_LEAST = 0.5;     /* least change of speed that is a turn, over rms speed */
-static const double GAPS = 2.0;           /* duration of a periodogram segment over that of its
-                                           * samples, above which it is left out: half of it is
-                                           * gaps, and no motion goes on across them */
+static const double TURN = 4.0;           /* the motion turns in a gap if its speed changes by more
+                                           * than this times what a motion of the mean frequency
+                                           * changes in that time */
+static const double TURN_LEAST = 0.5;     /* least change of speed that is a turn, as a share of the
+                                           * rms speed */
+static const double GAPS = 2.0;           /* a segment of the periodogram is left out if it lasts
+                                           * more than this times its samples: half of it is gaps,
+                                           * and no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {

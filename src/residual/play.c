@@ -5,13 +5,13 @@
 
 #include "dense.h"
 
-static const double SURE = 3.0;    /* standard deviations of a contact force, below which its sign
-                                    * is unsure */
-static const double SEEN = 1.2;    /* rms place of a rod in its backlash over the path's noise,
-                                    * above which the path is used: see seen() */
-static const double RIPPLE = 0.06; /* contact force over the largest one, below which its sign is
-                                    * unsure: beside a knock the series rings by 5 % of it
-                                    * (Gibbs) */
+static const double SURE = 3.0;    /* a contact force has an unsure sign if it is less than this
+                                    * many of its standard deviations */
+static const double SEEN = 1.2;    /* the path is used if the rod's rms place in its backlash
+                                    * exceeds this times the path's noise: see seen() */
+static const double RIPPLE = 0.06; /* a contact force has an unsure sign if it is less than this
+                                    * share of the largest one: beside a knock the series rings by 5
+                                    * % of that (Gibbs) */
 
 struct instant {
     int flank[LEGS];                 /* 1: the rod pushes; -1: the rod pulls; 0: its joint may be

@@ -16,19 +16,20 @@
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06; /* difference of force and weight over the sum of the
-                                          * chambers' forces, up to which wrong scales of the
-                                          * sensors can explain it */
-static const double SUPPLY_MOST = 1.04;  /* pressure over the supply's, above which it is an error
-                                          * unless it lasts for moments only */
-/* Mean power over rms force times rms speed, below which the force works against the motion:
- * -WITHOUT_LOSS if force and acceleration agree, WITH_LOSS if a spring makes them disagree. */
+static const double SENSOR_SCALE = 0.06; /* wrong scales of the sensors can explain a difference of
+                                          * force and weight of less than this share of the sum of
+                                          * the chambers' forces */
+static const double SUPPLY_MOST = 1.04;  /* a pressure of more than this times the supply's is an
+                                          * error, unless it lasts for moments only */
+/* The force works against the motion if the mean power is less than this share of rms force times
+ * rms speed: -WITHOUT_LOSS if force and acceleration agree, WITH_LOSS if a spring makes them
+ * disagree. */
 static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05;
 static const double ABSURD = 1e12;       /* magnitude in any unit that no sensor reads */
-static const double FREQUENCY_SAME = 5e-5;  /* relative difference of frequencies, below which they
+static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
                                              * are the same: two crystals differ by less */
-static const double NOISE_MOST = 0.5;       /* rms noise over rms variation, above which nothing can
-                                             * be said of a test or piece */
+static const double NOISE_MOST = 0.5;       /* nothing can be said of a test or piece if its rms
+                                             * noise exceeds this share of its rms variation */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 

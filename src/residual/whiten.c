@@ -13,11 +13,11 @@
 /* Factor on the model error of mean pressures. The commands' noise is averaged away here, but a
  * real spool rectifies it where it passes zero. */
 static const double STATIC_ERROR = 3.0;
-static const double UNSTEADY = 10.0; /* change of a mean pressure from cycle to cycle over its
-                                      * noise, above which the state is not steady */
-static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor over its variation:
-                                                * class 0.5; a drive knows its motor's constant
-                                                * no better */
+static const double UNSTEADY = 10.0; /* the state is unsteady if a mean pressure changes from cycle
+                                      * to cycle by more than this times its noise */
+static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor, as a share of its
+                                                * variation: class 0.5; a drive knows its motor's
+                                                * constant no better */
 
 /* Inverts J M^-1 J', the accelerations of the legs for forces along them. */
 void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
