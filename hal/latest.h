@@ -19,7 +19,7 @@ static inline void latest_init(struct latest *l) {
     atomic_init(&l->between, 2);
 }
 
-/* Called by the producer after it has filled slot[l->back]: that value becomes the newest, and one
+/* Called by the producer after it has filled slot[l->back]: that value becomes the newest; a value
  * that was not taken is dropped. */
 static inline void latest_publish(struct latest *l) {
     l->back = atomic_exchange_explicit(&l->between, l->back | LATEST_NEW, memory_order_acq_rel) & ~(unsigned)LATEST_NEW;

@@ -87,8 +87,8 @@ struct effect {
     /* Parameters of the base model whose changes look nearly the same; none of them is fitted
      * beside the effect (src/gap/hypothesis.h). */
     size_t parallel_to[EFFECT_TIES];
-    /* Limiting cases of this effect; if one explains the data as well, it is preferred to this
-     * one. */
+    /* Limiting cases of this effect; a case that explains the data as well is preferred to the
+     * effect. */
     const struct effect *contains[EFFECT_TIES];
     /* Experiments that tell this effect from others. A pair of effects stands in the file of the
      * effect written later (of two written together, the first by name), so that a new effect

@@ -901,8 +901,8 @@ static void without_node_7_nothing_is_closed_and_no_sample_is_whole(void **state
     assert_int_equal(s.inputs, INPUTS_ALL);
 }
 
-/* A rebooted module may have other inputs than before; one that only lost the daemon has the
- * same. */
+/* A rebooted module may have other inputs than before; a module that only lost the daemon has the
+ * same ones. */
 static void an_io_module_that_boots_closes_nothing_until_it_is_set_up(void **state) {
     for (int boots = 0; boots < 2; boots++) {
         struct world w;

@@ -213,7 +213,7 @@ static void two_heartbeats_are_watched_and_the_loss_of_either_is_one(void **stat
         assert_int_equal(download(&b, 0x1016, 2, 4, 10u << 16 | 100), 0);
         nmt(&b, NMT_START);
         drive(&b);
-        assert_int_equal(can_node_output(&b.node), 0); /* a single one is ignored */
+        assert_int_equal(can_node_output(&b.node), 0); /* a single error is ignored */
         for (int ms = 0; ms < 99; ms++) {
             if (ms == 0 || lost == 0) say(&b, can_frame_heartbeat(10, CAN_OPERATIONAL));
             if (ms == 0 || lost == 1) heartbeat(&b);

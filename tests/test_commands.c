@@ -40,7 +40,7 @@ static const char usual[] = "/run/hexid, /run/user/1000/hexid";
 struct row {
     enum state state;
     enum command command;
-    bool waits;           /* it holds the lease and was ended by the test */
+    bool waits;           /* the client held the lease until the test killed it */
     int status;
     char state_name[80];
     char text[TEXT_SIZE]; /* lines of terminal output without "hexid: " */
@@ -313,8 +313,8 @@ static void told_to_end(void) {
 static void killed(void) {
     struct command_server *s = &b.commands.server;
     struct pollfd p[COMMANDS_POLLS];
-    for (int64_t heard = s->heard; s->heard == heard;) { /* one more renewal, so that it knows the
-                                                          * state */
+    for (int64_t heard = s->heard; s->heard == heard;) { /* waits for one more renewal, so that the
+                                                          * client knows the state */
         commands_polls(&b.commands, p);
         poll(p, COMMANDS_POLLS, 20);
         commands_serve(&b.commands, p, b.now_ns);
@@ -526,7 +526,8 @@ static const struct {
 };
 enum { ACTS = sizeof acts / sizeof *acts, TWO_CYCLES = 2 };
 
-/* A packet on the socket before this turn; then turns of the main thread and cycles, one each. */
+/* A packet waits on the socket before this turn; then turns of the main thread and cycles
+ * alternate. */
 static int cycles_until_acted(int i) {
     struct command_client c;
     int cycles = 0;

@@ -137,8 +137,9 @@ static void time_may_begin_anywhere(void **unused) {
         {"# duration_s: 4\n", 0.0, 1.0, 5.0, 0.0, 0.0, 2000},
         {"# duration_s: 4\n", 0.0, 1.0, 5.0, 6.5, 6.5, 2000},                  /* the logger's clock
                                                                                 * started earlier */
-        {"# duration_s: 4\n", 2.0, 1.0, 5.0, 1732478400.0, 1732478402.0, 2000}, /* it rests first */
-        {"# duration_s: 4\n", 1.0, 1.0, 5.0, -500.0, -499.0, 2000}, /* it counts towards 0 */
+        {"# duration_s: 4\n", 2.0, 1.0, 5.0, 1732478400.0, 1732478402.0, 2000}, /* the platform
+                                                                                 * rests first */
+        {"# duration_s: 4\n", 1.0, 1.0, 5.0, -500.0, -499.0, 2000}, /* the clock counts towards 0 */
         {"", 0.0, 1.0, 5.0, 3.0, 3.0, 2500},
         {"# duration_s: 4\n", 0.0, 0.0, 5.0, 1.5, 0.0, 1750},  /* the file's own time, its ramp-in
                                                                 * cut off */

@@ -442,7 +442,7 @@ static void the_kernels_answer_is_read_member_by_member(void **unused) {
     assert_close(c.sample_point, 0.75, 1e-12);
     assert_true(c.bus_errors == 1 && c.warnings == 2 && c.passives == 3 && c.bus_offs == 4 && c.arbitration_lost == 5 && c.restarts == 6);
     assert_true(c.rx_dropped == 7 && c.tx_dropped == 8);
-    m = of_controller("vxcan"); /* its data have another meaning */
+    m = of_controller("vxcan"); /* a vxcan's data have another meaning */
     assert_true(can_controller_parse(m.bytes, m.size, &c));
     assert_true(!c.known && !c.bitrate_bps && !strcmp(c.kind, "vxcan"));
 }

@@ -259,7 +259,7 @@ static void every_verdict_has_its_first_screen(void **unused) {
     assert_says(page, "<b>Next experiment:</b> repeat z at 0.2 Hz.");
     free(page);
 
-    r.effects = 2; /* the most certain one is in doubt, the other is not */
+    r.effects = 2; /* the most certain effect is in doubt, the other is not */
     page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
     assert_says(page, "ither dry (Coulomb) friction in the cylinders (leg 4 only), or ");
     assert_says(page, ", and friction in the universal joints");

@@ -359,7 +359,7 @@ static void faults_add_up_and_each_remembers_its_own_beginning(void **unused) {
     for (int n = 0; n < 300; n++) {
         pair_read(&p, n);
         if (n == 100) first = p.before.length_m[0];
-        if (n == 150) second = p.before.length_m[1]; /* while the first one is already frozen */
+        if (n == 150) second = p.before.length_m[1]; /* while the first leg is already frozen */
         double expected[LEGS];
         memcpy(expected, p.healthy.length_m, sizeof expected);
         if (n >= 100 && n < 200) expected[0] = first;

@@ -101,7 +101,7 @@ static void a_law_excuses_what_is_left_where_it_acts_and_nowhere_else(void **sta
     assert_true(weighed(0.5, 2000.0, 3.0) > 1.0); /* more than that */
     assert_true(weighed(1.5, 0.5, 3.0) > 1.0);    /* it does not relax the other rows */
     static const double white[] = {2.0, 0.0}, one[] = {1.0, 0.0}, law[] = {0.0, 0.0};
-    /* the other one is not evaluated */
+    /* the other value is not evaluated */
     assert_true(goodness_weigh(2, white, one, law) == goodness_weigh(1, white, one, law));
 }
 
@@ -211,7 +211,7 @@ static void three_that_are_needed_are_none_of_them(void **state) {
     r.effect[1] = (struct gap_effect){.effect = effect_find("base_tilt"), .z = 150.0};
     r.effect[2] = (struct gap_effect){.effect = effect_find("payload_mass"), .z = 100.0};
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "takes 3");
-    r.effect[2].z = 10.0; /* a trace of a third one is not needed */
+    r.effect[2].z = 10.0; /* a trace of a third effect is not needed */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_lag, base_tilt and payload_mass");
     /* the search ended at its limit, however little the last ones weigh */
     r.effects = GAP_EFFECTS;

@@ -202,8 +202,8 @@ static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
     bench_end(&b);
 }
 
-/* Ten deadlines in five cycles. The reads stand closer together than the deadlines where the cycle
- * before was later on its own period. */
+/* Five cycles miss ten deadlines. Two reads lie closer together than their deadlines if the first
+ * of them was later in its own period. */
 static void deadlines_are_counted_on_the_grid_not_between_reads(void **unused) {
     (void)unused;
     static const int64_t late[] = {3 * PERIOD_NS - 1, 2 * PERIOD_NS, 3 * PERIOD_NS - 1, 2 * PERIOD_NS, 3 * PERIOD_NS - 1};
@@ -568,7 +568,7 @@ static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void 
     assert_true(b.last.in.flags & SAMPLE_IO); /* the identifier excludes it */
     bench_cycle(&b);
     assert_int_equal(b.last.in.flags, 0);
-    assert_int_equal(b.last.state, STATE_READY); /* a single one is ridden out */
+    assert_int_equal(b.last.state, STATE_READY); /* a single failed write is ridden out */
     bench_end(&b);
 }
 

@@ -66,8 +66,8 @@ static void hold(const struct params *p, const double pose[DOFS], double rms_mps
     for (int i = 0; i < BLOCKS; i++) rms_mps[i] = sqrt(rms_mps[i]);
 }
 
-/* Two seconds after the blow it moves at more than 1 mm/s: as fast as at first, or at its own
- * limits. */
+/* In the last half second the platform moves at more than 10 mm/s or at more than 1 mm/s and faster
+ * than after the blow. */
 static bool shakes(const struct params *p, const double pose[DOFS]) {
     double rms_mps[BLOCKS];
     hold(p, pose, rms_mps);
@@ -143,7 +143,7 @@ static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
                   table[1][0], table[0][1], table[0][0]);
 }
 
-/* The same for an effect that was found and configured, and for the machine itself. */
+/* The same holds for an effect that was found and configured, and for the machine itself. */
 static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
     (void)unused;
     slow_case();
@@ -188,7 +188,7 @@ static void a_bus_is_a_delay_of_one_cycle(void **unused) {
     assert_true(loop_pole_damping(&bus.neutral.pole) < loop_pole_damping(&direct.neutral.pole));
 }
 
-/* It is damped at neutral but not when tilted, and the machine agrees. */
+/* The loop is damped at neutral but not when tilted, and the simulated machine agrees. */
 static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     (void)unused;
     slow_case();

@@ -54,8 +54,8 @@ struct fake {
     int watchdog_ms, longer_ms; /* the configured time, and the excess that it reads back */
     uint16_t sample;
     _Atomic bool twin;          /* a second device answers each function 23 as well */
-    _Atomic int refuses;        /* its exception to function 3, 0: none */
-    _Atomic int behind;         /* its answers belong to a command so many before */
+    _Atomic int refuses;        /* the device's exception to function 3; 0: none */
+    _Atomic int behind;         /* each answer belongs to a command this many before */
     long byte_ns;               /* gap between bytes of an answer to function 23; 0: none */
 };
 
@@ -157,7 +157,7 @@ static void fake_start(struct fake *f) {
     assert_int_equal(pthread_create(&f->thread, NULL, fake_thread, f), 0);
 }
 
-/* Its clients are gone. */
+/* Ends the fake device; its clients are gone by then. */
 static void fake_stop(struct fake *f) {
     shutdown(f->listener, SHUT_RDWR);
     pthread_join(f->thread, NULL);
@@ -344,7 +344,7 @@ static void a_command_refused_for_another_master_is_told(void **unused) {
     session_end(&s);
 }
 
-/* It was away so long that another master has the machine: it never writes again. */
+/* The daemon was away for so long that another master has the machine: it never writes again. */
 static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
     (void)unused;
     /* ten time-outs in a row are a lost connection; so is one refusal */
@@ -508,7 +508,7 @@ static void a_device_that_is_silent_for_long_is_connected_to_again(void **unused
 }
 
 /* Two latches far apart: the command between them was held for too long, however fresh the second
- * one is. */
+ * sample is. */
 static void a_sample_latched_off_the_grid_is_late(void **unused) {
     (void)unused;
     static const struct timespec ten_periods = {.tv_nsec = 20000000};

@@ -274,8 +274,8 @@ static void a_new_master_finds_the_valves_centred_and_the_devices_own_watchdog(v
     rig_free(&r);
 }
 
-/* The one before was silent for the time that it set last, which is shorter than the one its last
- * command holds for: that command ends with it. */
+/* The former owner was silent for the watchdog time that it set last. Its last command would hold
+ * for longer, but ends with the hand-over. */
 static void a_hand_over_ends_a_command_that_still_holds(void **unused) {
     (void)unused;
     struct rig r;

@@ -248,7 +248,7 @@ static void of_many_that_begin_at_once_each_has_a_file_or_is_refused(void **unus
     assert_int_equal(files(), written);
 }
 
-/* Each disturbs the file of a log while it is written. */
+/* Each of these functions disturbs the file of a log while it is written. */
 static void delete(const char *path) { assert_int_equal(unlink(path), 0); }
 static void rename_it(const char *path) { assert_int_equal(rename(path, in("away")), 0); }
 static void replace(const char *path) {

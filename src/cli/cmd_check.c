@@ -22,7 +22,7 @@ enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 
 /* A log that is checked: one of the command line, or one made from a directory. */
 struct input {
-    const char *name;            /* its name on the command line */
+    const char *name;            /* the file's name on the command line */
     char copy[PATH_SIZE];        /* for a directory: path of an unnamed log, which ends with the
                                   * process; else "" */
     struct csv_report csv;
@@ -92,8 +92,8 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
     return STATUS_OK;
 }
 
-/* If a directory is refused as a whole, reads it file by file, so that one file's error, or one
- * between two files, hides no other. */
+/* If a directory is refused as a whole, reads it file by file, so that no error, in a file or
+ * between two of them, hides another. */
 static int import_files(struct check *c, struct csv_source source, int files) {
     int unused, before = c->inputs;
     c->refused = *c->error;

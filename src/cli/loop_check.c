@@ -9,8 +9,8 @@
 #include "number_text.h"
 #include "units.h"
 
-/* Damping ratios that a proposed gain must reach at neutral and in all other poses, tried in this
- * order; first those of the shipped machines. */
+/* Damping ratios that a proposed gain must reach, at neutral and in all other poses. They are tried
+ * in this order; the first are those of the shipped machines. */
 static const struct wanted {
     double neutral, away;
 } wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* -1: the other poses are not judged */

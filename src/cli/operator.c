@@ -164,8 +164,8 @@ static void answer_move(struct operator *o, int64_t now_ns) {
     }
 }
 
-/* SAFETY: a stop waits for a stalled loop for any time. A stop that a later one replaced counts as
- * done when the later one is done. */
+/* SAFETY: a stop waits for a stalled loop for any time. A stop that was replaced by a later stop
+ * counts as done when the later one is. */
 static void answer_stops(struct operator *o) {
     struct loop_acted acted = loop_acted(o->loop);
     for (int i = 0; i < OPERATOR_STOPS; i++) {

@@ -39,9 +39,10 @@ struct operator_lease {
     uint64_t peer;        /* client that holds the lease; 0: none */
     enum command command; /* command that began the lease, COMMAND_ENGAGE or COMMAND_START */
     int64_t heard_ns;
-    bool expired;       /* it was not renewed in time, or its peer is gone, so the platform is being
-                         * parked */
-    bool over;  /* its command has ended, so the peer is told, and the lease is no longer watched */
+    bool expired;       /* the lease was not renewed in time, or its peer is gone, so the platform
+                         * is being parked */
+    bool over;  /* the lease's command has ended, so the peer is told, and the lease is no longer
+                 * watched */
 };
 
 enum { OPERATOR_STOPS = 64, OPERATOR_LEASES = 8 };

@@ -275,8 +275,8 @@ static void normal_equations(int n, int values, const double *residual, const do
     }
 }
 
-/* Standard deviations of the solution. A value at its bound has none, unless it has a prior: then
- * it keeps that of the prior, and its uncertainty counts in the others'. A value that cannot move
+/* Standard deviations of the solution. A value at its bound has none without a prior; with one it
+ * keeps the prior's, and its uncertainty counts in those of the others. A value that cannot move
  * has none. */
 static void deviations(int n, const double *h, const struct fit_prior *prior, const double *min, const double *max, const bool *is_free,
                        double *std) {
@@ -392,7 +392,7 @@ static double promised(const struct descent *s, int n, const double *h, const do
 }
 
 /* Moves the model along x, by a shorter step if the sum of squares does not fall. False if no step
- * lowers it: the model is unchanged, but s->raw and s->white are those of a tried step. */
+ * lowers it: the model is unchanged, but s->raw and s->white are those of the last step tried. */
 static bool descend(struct descent *s, const double *x) {
     double scale = 1.0, linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;

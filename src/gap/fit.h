@@ -18,7 +18,8 @@ struct variable {
     int leg, legs;
     bool own;                /* affects only its own leg's residuals, in parts whose legs are
                               * independent (residual_legs_apart) */
-    /* effect: the one that the variable belongs to and switches on; -1: none. key: its key. */
+    /* effect: effect to which the variable belongs, and which it switches on; -1: none. key: number
+     * of its key in the effect. */
     int effect, key;
     bool base;               /* part of the base model, so never a finding */
     double min, max;         /* bounds of the value */

@@ -33,8 +33,8 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
 enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 
-/* Gives a base variable the prior that it has beside a parallel effect. Its mean is the middle of
- * the variable's range, its standard deviation that of a uniform distribution over the range. */
+/* Gives a base variable the prior that it has beside a parallel effect: mean in the middle of the
+ * variable's range, standard deviation of a uniform distribution over the range. */
 void variable_draw(struct variable *base);
 
 /* True if the second effect is a special case of the first, and therefore preferred. */

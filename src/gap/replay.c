@@ -204,9 +204,9 @@ static double varying_left(const struct spectrum *s, int size, int channel, int 
     return mean_square(size, s->std[channel][leg]) - square(s->std[channel][leg][0]);
 }
 
-/* Adds the comparison of one channel of a leg, measured (m) with simulated (s). The difference is
- * that of the mean cycles, plus the noise of the samples. The noise is that of the samples, plus
- * what it leaves in both mean cycles. */
+/* Adds mean squares of one channel of a leg, measured (m) and simulated (s). Difference: that of
+ * the mean cycles, plus the samples' noise. Noise: the samples', plus the part of it that both mean
+ * cycles retain. */
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];
@@ -251,8 +251,8 @@ struct replay_sizes replay_compare(const struct recording *measured, const struc
     return sizes_of(sums, both[1].model != NULL);
 }
 
-/* Adds the comparison of one channel of a leg, by the residual of the equations. Its noise includes
- * that of the measured motion. A segment has no noise beyond its band that could be added. */
+/* Adds mean squares of one channel of a leg, by the residual of the equations. The residual's noise
+ * includes the measured motion's. A segment has no noise beyond its band that could be added. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
     double left = 0.0, left_over = 0.0;

@@ -11,10 +11,11 @@
  * frees it, even after an error. Returns 0, -2 if a run ends in a fault, or -3 without memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
-/* One of two simulations of the same tests, before and after the effects. */
+/* One of two simulations of the same tests: with the model before the effects, or with the model
+ * after them. */
 struct replay {
-    const struct params *model; /* simulated model; NULL: there is no simulation, and the other one
-                                 * stands for it */
+    const struct params *model; /* simulated model; NULL: no simulation, the other one stands for
+                                 * it */
     const struct recording *like;
     struct recording run;
     int status;                 /* result of replay_closed_loop */

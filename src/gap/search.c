@@ -127,9 +127,10 @@ static void put_first(struct trial *trial, int place) {
     trial[0] = first;
 }
 
-/* True if a trial is a special case of the best one and explains about as much. It is another
- * effect that the best one contains, or the same effect with one value for all legs or for one leg
- * in place of a value for each. Values for each leg must gain as much as an added effect. */
+/* True if a trial is a special case of the best one and explains about as much. A special case is
+ * another effect that the best trial's effect contains, or the same effect with one value for all
+ * legs, or for one leg, in place of a value for each. Values for each leg must gain as much as an
+ * added effect. */
 static bool as_good(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis, *than = best->hypothesis;
     if (t->bound || !t->ok || !t->polished) return false;
@@ -374,9 +375,9 @@ static struct gap_effect *only_one(struct gap_result *r) {
     return only;
 }
 
-/* Finds the share that each effect explains. A single effect explains all that is gone. With
- * several, it is the larger of the effect's share alone in the first round and of what was gone
- * when it joined. */
+/* Finds the share that each effect explains. A single effect explains all that is gone. Of several,
+ * each explains what it explained alone in the first round, or what was gone when it joined,
+ * whichever is more. */
 static void share_out(const struct diagnosis *d, double initial, double initial_held, struct gap_result *r) {
     double whole = initial_held - d->held_square;
     struct gap_effect *only = only_one(r);

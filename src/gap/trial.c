@@ -22,8 +22,8 @@ enum { WEAK, TYPICAL, STARTS = 7 };
  * acts always or never outside a range of strengths */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
-/* True if the effect is proportional to its strength, by the white residuals without it, with it
- * weak and with it typical. */
+/* True if the effect is proportional to its strength, by the white residuals without the effect,
+ * with a weak one and with a typical one. */
 static bool in_proportion(int values, const double *without, const double *weak, const double *typical) {
     double bend = 0.0, square = 0.0;
     for (int i = 0; i < values; i++) {
@@ -194,8 +194,8 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
 
     t->ok = true;
     rate(d, t, r.square, r.std);
-    /* a trial that gains no more than noise is not evaluated on the held-out cycles, where its gain
-     * is taken to be that on the fitted ones */
+    /* a trial that gains no more than noise is not evaluated on the held-out cycles; its gain there
+     * is taken to be that on the fitted cycles */
     bool seen = again || t->gain > TRIAL_LEAST;
     t->held_square = seen ? diagnosis_held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;

@@ -147,10 +147,10 @@ static const struct trial *best_shape(const struct trial *finalist, int finalist
     return NULL;
 }
 
-/* Polishes the finalists one after the other, each with all threads, and sorts all trials, the
- * best first. Finalists are, for each of the best few effects, the trial with its best choice of
- * legs and those near it; and contradicted trials. worth: gain that a trial needed to be fitted
- * further. */
+/* Polishes the finalists one after the other, each with all threads, and sorts all trials, the best
+ * first. Finalists are contradicted trials and, for each of the best few effects, the trial with
+ * its best choice of legs and any whose gain is near that trial's. worth: gain that a trial needed
+ * to be fitted further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;

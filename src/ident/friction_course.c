@@ -56,8 +56,8 @@ static void find_motion(struct motion *m, const struct residual_test *t, const s
     find_kept(t, noise, kept);
     double rates = 0.0, accelerations = 0.0;
     for (int k = 0; k < LEGS; k++) {
-        bool piece = s->cycles == 0; /* Wiener's shares are for independent coefficients, which
-                                      * those of a piece are not */
+        bool piece = s->cycles == 0; /* Wiener's shares are for independent coefficients; a piece's
+                                      * are not independent */
         memcpy(row, s->mean[CHANNEL_LENGTH][k], sizeof row);
         m->variance[k] = piece ? square(s->speed_gain * s->noise[CHANNEL_LENGTH][k]) : 0.0;
         for (int a = 1; a < 1 + 2 * s->harmonics && !piece; a++) {

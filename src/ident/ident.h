@@ -59,8 +59,8 @@ int ident_init(struct ident *id, const struct params *params, struct error *erro
  * id->result.test[0 .. tests-1]. */
 bool ident_feed(struct ident *id, const struct cycle *cycle);
 
-/* Ends the stream and closes a test under way, which is not `complete` unless its evaluated part
- * was over. Returns true if there was one, whose result is then the last of id->result.test[0 ..
+/* Ends the stream and closes a test under way, which is `complete` only if its evaluated part was
+ * over. Returns true if a test was under way; its result is then the last of id->result.test[0 ..
  * tests-1]. */
 bool ident_end(struct ident *id);
 

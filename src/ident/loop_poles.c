@@ -116,8 +116,8 @@ static struct delay delay_cycles(double delay_s, double dt_s) {
     return (struct delay){.whole = (int)whole, .part = fmax(cycles - whole, 0.0)};
 }
 
-/* Number of commands in a delay: one for each whole cycle, and one that still acts in part of a
- * cycle. */
+/* Number of commands in a delay: one for each whole cycle, and one more that still acts in a part
+ * of a cycle. */
 static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 
 /* Fills the rows of the controller's states, and the command, each as a combination of the states

@@ -38,8 +38,9 @@ struct oil_leg {
     double misfit;          /* rms residual of the tones' equations over their standard deviation */
 };
 
-/* Finds the stiffness of each leg. It is not determined if its standard deviation exceeds a
- * twentieth of it, its delay 12 ms, or its misfit 2. Returns -3 without memory. */
+/* Finds the stiffness of each leg. A stiffness is not determined if its standard deviation exceeds
+ * a twentieth of it, if the leg's delay exceeds 12 ms, or if the misfit exceeds 2. Returns -3
+ * without memory. */
 int oil_columns_find(const struct multisine_mean *mean, const struct params *params, struct oil_leg leg[LEGS], struct error *error);
 
 struct oil_mode {

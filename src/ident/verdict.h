@@ -22,7 +22,7 @@ struct verdict {
 extern const char *const verdict_names[]; /* "pass", "fail", "not_evaluated" */
 
 /* Judges a run. sinusoids: each test moves one axis; any other motion need not yield a matrix.
- * cycles, overruns: totals of the run. A check that failed outweighs one that could not be done. */
+ * cycles, overruns: totals of the run. A failed check outweighs a check that could not be done. */
 struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles,
                              int64_t overruns);
 

@@ -67,8 +67,8 @@ void witness_add(struct witness *w, double since_s, const struct hal_sample *sam
     if (block != w->block) close_block(w);
     w->block = block;
     w->block_samples++;
-    /* before the first good sample a bad one counts as that one, whose difference from itself is
-     * zero */
+    /* a bad sample before the first good one counts as the first good one, whose difference from
+     * itself is zero */
     if (!good && w->samples == 0) return;
     w->samples += good;
     for (int i = 0; i < LEGS; i++) {

@@ -98,7 +98,8 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     require(c, parked >= shortest,
             "motion.park_z_m %g makes leg %d %.4g m long, and its stroke ends at %.4g m (%.4g m at neutral): park higher (smaller z)", drop,
             i + 1, parked, shortest, neutral);
-    /* a park position higher than this one leaves the leg at least as long as when retracted */
+    /* parked < shortest was refused above; a higher park position makes the leg at least that
+     * long */
     require(c, fmax(parked, shortest) > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long, limits.length_min_m is %g: lower that below the leg that is in, %.4g m, or park "
             "higher (smaller z)",

@@ -55,8 +55,8 @@ static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 struct expectation {
     bool swing;
     double least, most; /* range of plausible values, SI */
-    double usual;       /* of the possible units that one is chosen whose value comes nearest to
-                         * this, as a ratio */
+    double usual;       /* usual value: of the possible units, the one under which a value comes
+                         * nearest to this, as a ratio, is chosen */
     const char *si;
 };
 

@@ -34,8 +34,8 @@ static int unwritable(struct export *e) {
     return error_set(e->error, STATUS_IO, "%.250s: cannot be written: %s", e->path, strerror(errno));
 }
 
-/* Makes the directory. Refuses one with CSV files: nothing is overwritten, and files of an earlier
- * export would be taken for this one's. */
+/* Makes the directory. Refuses one with CSV files: nothing is overwritten, and an earlier export's
+ * files would be taken for files of this export. */
 static int make_directory(const char *directory, struct error *error) {
     struct dirent **files;
     if (mkdir(directory, 0777) && errno != EEXIST)

@@ -12,7 +12,7 @@ enum { CSV_STATED_SIZE = 64 };
 #define CSV_STATED_MOST_HZ 100.0
 extern const char csv_stated_kind[];
 
-/* hz: NaN for a file that states none, so that what the one before it stated ends. */
+/* hz: NaN for a file that states none, which ends what the file before it stated. */
 void csv_stated_text(enum dof dof, double hz, char text[CSV_STATED_SIZE]);
 
 /* Decodes an event of kind "stated"; *hz is NaN for a file that states none. Returns false for any

@@ -86,8 +86,8 @@ static bool same_clock(const struct place *c, const struct place *p) {
     return fabs(loop_s - log_s) < CLOCKS_APART_S;
 }
 
-/* Tells whether an unrecorded run lies between the last cycle and this one: cycles are missing, and
- * the clock has changed. */
+/* Tells whether an unrecorded run lies between the last cycle and c: cycles are missing, and the
+ * clock has changed. */
 static bool elsewhere(const struct finder *f, const struct place *c) {
     return f->known == 2 && c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq) && !same_clock(c, &f->last);
 }
@@ -114,7 +114,7 @@ static void take_cycle(struct finder *f, const struct place *c) {
     if (f->known && repeats(c, &f->last) && !other) return;
     if (other) begin(f, c, f->config, f->part);
     else if (f->known && (!follows(c, &f->last) || elsewhere(f, c))) {
-        /* the cycle before this one was a stray one ahead */
+        /* the cycle before c was a stray that came too early */
         if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c;
         else {
             f->has_candidate = true, f->candidate = *c;

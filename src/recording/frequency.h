@@ -6,7 +6,7 @@
 #include "recording.h"
 
 /* Finds the frequency of the test's evaluated part. The search starts at near_hz and goes elsewhere
- * only if that frequency does not hold most of the motion. reference: the log has one; if the legs
+ * only if near_hz does not hold most of the motion. reference: the log has a reference; if the legs
  * follow it, its frequency is returned, which is exact even while the amplitude settles. NaN if no
  * frequency repeats at least twice. */
 double frequency_fit(const struct recording_test *t, int legs, bool reference, double near_hz);

@@ -28,7 +28,7 @@ static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *
     return value[0];
 }
 
-/* Rate of change from those harmonics that the equations use: after differentiation a higher one is
+/* Rate of change, from the harmonics that the equations use: after differentiation, higher ones are
  * mostly noise. */
 static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];

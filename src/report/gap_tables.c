@@ -98,8 +98,8 @@ static int first_named(const struct gap_result *r) {
     return 0;
 }
 
-/* Outcome of a candidate, or "". If it is better alone than those that are named, this is the
- * reason why it is not named. */
+/* Outcome of a candidate, or "". A candidate that explains more alone than the named effects gets
+ * the reason why it is not named. */
 static const char *fate(const struct gap_result *r, int place) {
     int effect = r->candidate[place].effect;
     if (is_named(r, effect)) return "named";

@@ -128,7 +128,8 @@ static void integrate(const struct play_motion *m, const struct instant at[PHASE
 }
 
 /* Follows a rod from flank to flank. In a motion that does not repeat, the rod stays at its first
- * known flank before that, and at its last one after it. If no flank is sure, the rod pushes. */
+ * known flank until then, and at its last known flank from then on. If no flank is sure, the rod
+ * pushes. */
 static void follow(const struct play_motion *m, const struct instant at[PHASES], int leg, double half_m, double ahead_m[PHASES][LEGS]) {
     int first = 0, last;
     while (first < m->phases && at[first].flank[leg] == 0) first++;

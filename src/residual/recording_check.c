@@ -353,9 +353,9 @@ static struct drive drive_of(const struct recording *r, const struct residual_da
     return (struct drive){.power = sum[0], .effort = sqrt(sum[3] * sum[4]), .mass_kg = sum[1] / sum[2], .most_kg = sqrt(sum[3] / sum[2])};
 }
 
-/* True if the force drives the motion. It does so whatever the friction, so that its power tells
- * its sign. A spring makes the mass look negative but returns its energy; a loss must be seen
- * then. */
+/* True if the force drives the motion. The true force does, whatever the friction, so the power
+ * shows whether the force has the right sign. A spring makes the mass look negative but returns its
+ * energy; a loss must be seen then. */
 static bool drives(const struct drive *d, double mass_kg) {
     return d->power > (d->mass_kg > -0.5 * mass_kg ? -WITHOUT_LOSS : WITH_LOSS) * d->effort;
 }

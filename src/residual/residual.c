@@ -44,8 +44,8 @@ static void undo(const struct sensor_path *path, const struct residual_test *t, 
     }
 }
 
-/* Turns a difference of values, as a coefficient row, into one of readings. Its noise is then the
- * one that the whitener assumes, whatever the sensor's scale and lag. */
+/* Turns a difference of values, as a coefficient row, into a difference of readings, so that its
+ * noise is what the whitener assumes, whatever the sensor's scale and lag. */
 static void read_back(const struct sensor_path *path, const struct residual_test *t, double *row) {
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
@@ -147,9 +147,9 @@ static void command_at(const struct run *r, int sample, double valve[LEGS]) {
         valve[k] = t->valve[(t->lead + of) * LEGS + k] + (r->dither ? r->dither * t->dither[of * LEGS + k] : 0.0);
 }
 
-/* Number of samples after which the spools have forgotten their start and the command path its
+/* Number of samples after which the spools have forgotten their start, and the command path its
  * earlier commands; for a piece at most its lead. A cycle is first run without noise and without
- * the longer run-in of a rate limit: a run that meets one is repeated with both. */
+ * the longer run-in of a rate limit; if it reaches such a limit, it is run again with both. */
 static int run_in(const struct run *r) {
     const struct residual_test *t = r->t;
     double slowest = HUGE_VAL, cycle = 2.0 * PI / t->spectrum.omega / t->step_s, samples;

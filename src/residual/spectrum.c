@@ -50,9 +50,9 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
  * k), if x varies by a Gaussian of this standard deviation from cycle to cycle. */
 static double rounding_line(int k, double shaken) { return 0.5 * pow(exp(-2.0 * pow(PI * k * shaken, 2.0)) / (PI * k), 2.0); }
 
-/* Standard deviation of the motion from cycle to cycle, in resolution steps. scatter: that of
- * samples at one phase, which is this deviation plus the rounding errors, less those errors that
- * repeat in every cycle. */
+/* Standard deviation of the motion from cycle to cycle, in resolution steps. scatter: standard
+ * deviation of samples at one phase, which is caused by this motion and the rounding errors, except
+ * errors that repeat in every cycle. */
 static double shaking(double scatter) {
     double least = 0.0, most = scatter;
     for (int i = 0; i < BISECTIONS; i++) {
