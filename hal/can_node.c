@@ -249,8 +249,8 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
 
 static bool expired(int64_t heard_ns, int64_t now_ns, uint32_t limit_ms) { return now_ns - heard_ns > limit_ms * NS_PER_MS; }
 
-/* SAFETY: an owner whose heartbeat is late, or never came, has lost the node, so that motion it
- * started does not continue without an owner. */
+/* SAFETY: an owner whose heartbeat is late, or never came, has lost the node, so that motion which
+ * it started does not continue without an owner. */
 static void watch_owner(struct can_node *n, int64_t now_ns, struct can_queue *out) {
     if (!n->owner.token || !expired(n->owner.heard_ns, now_ns, n->owner.limit_ms)) return;
     n->owner = (struct can_owner){0};

@@ -36,8 +36,8 @@ enum {
     TTY_LATENCY_NS = 4 * TURN_NS, /* added to the silence of 3.5 characters: delays within a
                                    * frame by adapters (their latency timer, 1 ms if set so) and
                                    * schedulers */
-    EMPTY_READS_MAX = 8,       /* so many reads in a row without bytes, although the line polls
-                                * readable, mean that it is lost */
+    EMPTY_READS_MAX = 8,       /* the line is lost after so many reads in a row without bytes,
+                                * although it polls readable */
     REOPEN_NS = NS_PER_S,      /* interval between attempts to open a lost line */
     SEND_BUFFER = 4096,        /* size of a connection's send buffer, bytes; so small that few
                                 * answers wait unread */

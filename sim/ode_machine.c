@@ -4,8 +4,9 @@
 #include <pthread.h>
 #include <string.h>
 
-static const double AXIAL_SHARE = 4e-6;         /* axial over transverse inertia of a leg's part;
-                                                 * the closed form neglects it */
+static const double AXIAL_SHARE = 4e-6;         /* axial inertia of a leg's part, as a share of its
+                                                 * transverse inertia; the closed form neglects
+                                                 * it */
 static const double JOINT_ERP = 0.2;
 static const double JOINT_CFM = 1e-10;
 static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 10 kN

@@ -9,8 +9,8 @@ static const double DEPENDENT = 1e-12;  /* share of a row's square that the basi
 static const double GIVES_WAY = 1e-6;  /* acceleration from which on friction gives way, m/s^2 or
                                         * rad/s^2: far above the solver's error, far below any real
                                         * motion (0.5 um after 1 s) */
-static const double CONVERGED = 1e-12; /* complementarity() over the room between limits at which
-                                        * the solver ends, m/s^2 or rad/s^2 */
+static const double CONVERGED = 1e-12; /* the solver ends once complementarity() is at most this
+                                        * times the room between limits, m/s^2 or rad/s^2 */
 static const double LEAST_LIMIT = 1e-9; /* smallest limit, N or N m: the solver needs room between
                                          * limits */
 

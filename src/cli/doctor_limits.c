@@ -9,14 +9,14 @@
 #include "units.h"
 
 /* A limit protects only if the machine can exceed it, and if it trips before harm is done. */
-static const double FORCE_MOST = 1.0;      /* largest limits.force_n over the supply's largest force
-                                            * on a leg */
-static const double RATE_MOST = 2.0;       /* largest limits.leg_rate_mps over a leg's speed at full
-                                            * opening */
-static const double FOLLOWING_MOST = 0.1;  /* largest limits.following_m and standstill_m over the
-                                            * stroke */
-static const double PRESSURE_MOST = 2.5;   /* largest limits.pressure_max_pa over the supply's
-                                            * pressure; a chamber's peaks are lower */
+static const double FORCE_MOST = 1.0;      /* largest limits.force_n, as a share of the supply's
+                                            * largest force on a leg */
+static const double RATE_MOST = 2.0;       /* largest limits.leg_rate_mps, as a multiple of a leg's
+                                            * speed at full opening */
+static const double FOLLOWING_MOST = 0.1;  /* largest limits.following_m and standstill_m, as a
+                                            * share of the stroke */
+static const double PRESSURE_MOST = 2.5;   /* largest limits.pressure_max_pa, as a multiple of the
+                                            * supply's pressure; a chamber's peaks are lower */
 static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge pressure of a vacuum, the lowest
                                                      * possible */
 static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa, this share of the

@@ -17,14 +17,16 @@
 static const double SINGULAR_NEAR = 0.25; /* share of the path from neutral to an end of the
                                            * strokes; a singular pose that is nearer is warned of */
 static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* smallest and largest plausible
-                                                                 * radius of gyration over the
-                                                                 * distance of the upper joints */
-static const double FEED_FORWARD_MOST = 1.35; /* largest control.kff over the value that matches
-                                               * the valve; with more a leg runs ahead */
+                                                                 * radius of gyration, as multiples
+                                                                 * of the upper joints' distance
+                                                                 * from their centre */
+static const double FEED_FORWARD_MOST = 1.35; /* largest control.kff, as a multiple of the value
+                                               * that matches the valve; with more a leg runs
+                                               * ahead */
 static const double FOLLOWING_SHARE = 0.7; /* share of limits.following_m that an error of the
                                             * feed-forward may take; the rest is for other causes */
-static const double USELESS = 0.2; /* largest distance of a length limit beyond the stroke's end,
-                                    * over the stroke; nothing reaches a farther one */
+static const double USELESS = 0.2; /* largest distance of a length limit beyond the stroke's end, as
+                                    * a share of the stroke; nothing reaches a farther one */
 
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
 

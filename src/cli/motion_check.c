@@ -28,11 +28,11 @@ struct instant {
 /* A limit that is exceeded. */
 struct excess {
     const char *what, *unit;            /* quantity and unit: "length", "m" */
-    double value, least, rest, most;    /* the value, its limits, and its value at neutral, from
+    double value, least, rest, most;    /* the value, its limits, and the value at neutral, from
                                          * which both limits are counted */
     const char *below, *above;          /* configuration keys of the two limits */
     int leg;
-    double share;            /* deviation from `rest` over the deviation that is allowed; above 1 */
+    double share;            /* deviation from `rest`, as a share of what is allowed; above 1 */
     struct instant at;
 };
 

@@ -128,8 +128,7 @@ static void note_writes(struct use *u, const struct options *o, enum outputs_kin
     }
 }
 
-/* Refuses a directory that contains recordings; one in the place of a result is named itself,
- * else the directory is. */
+/* Refuses a directory that contains recordings, and names one of them. */
 static int check_directory(const struct options *o, enum outputs_kind kind, struct error *error) {
     char name[NAME_MAX + 1];
     const char *found = recognise_in(o->output, kind == OUTPUTS_MODEL, name, sizeof name);

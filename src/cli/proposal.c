@@ -18,9 +18,9 @@ static const double OF_PEAK = 0.75;        /* speed of the proposed sines' faste
                                             * of the survey's; at other speeds the loop follows a
                                             * little differently */
 static const double UNWANTED = 0.7;      /* share of checks.unwanted_pct that a proposal may take */
-static const double LONGER = 4.0;          /* duration of the second prediction over the shortest
-                                            * duration; two durations determine how the variance
-                                            * depends on it */
+static const double LONGER = 4.0;          /* duration of the second prediction, as a multiple of
+                                            * the shortest duration; two durations determine how the
+                                            * variance depends on it */
 static const double NEAR = 1.1;     /* a longer test does not help once the standard deviation is
                                      * less than this times the floor that it approaches */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
@@ -94,7 +94,8 @@ static void set_amplitudes(struct design *d, double rate_mps) {
  * checks.unwanted_pct with a margin. */
 static void keep_apart(struct design *d) {
     double *amplitude = d->trial.tests.amplitude, most = UNWANTED * d->params->checks.unwanted_pct / 100.0;
-    /* reducing one amplitude lowers what it tolerates from others, so this is repeated */
+    /* the smaller an axis's own amplitude, the less motion it tolerates from other axes' tests, so
+     * this is repeated */
     for (int pass = 0; pass < DOFS; pass++)
         for (int driven = 0; driven < DOFS; driven++)
             for (int i = 0; i < DOFS; i++) {

@@ -8,9 +8,9 @@
 #include "parallel.h"
 #include "replay.h"
 
-static const double LINE_TOLERANCE = 0.1;   /* relative difference of two frequencies, up to which a
-                                             * tone in the model is the measured one: a loop that
-                                             * oscillates in both does so at nearly the same
+static const double LINE_TOLERANCE = 0.1;   /* a tone in the model is the measured one if their
+                                             * frequencies differ by less than this share: a loop
+                                             * that oscillates in both does so at nearly the same
                                              * frequency */
 static const double LINE_EXCITED = 0.5;     /* a simulated tone needs this share of the power that a
                                              * measured one needs: another run may excite the same

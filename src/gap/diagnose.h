@@ -56,9 +56,9 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
  * leaves everything as it was. */
 bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct params *model);
 
-/* Removes an added effect and refits the rest. If the white squares rise by less than `most` on the
- * held-out cycles, and by less than that and the parameters' penalty on the fitted ones, the effect
- * is not needed: returns true. Otherwise restores everything and returns false. */
+/* Removes an added effect and refits the rest. The effect is not needed, and true is returned, if
+ * the white squares rise by less than `most` on the held-out cycles, and by less than `most` plus
+ * the parameters' penalty on the fitted ones. Otherwise restores everything and returns false. */
 bool diagnosis_drop(struct diagnosis *d, int addition, double most);
 
 #endif

@@ -82,8 +82,8 @@ struct fit_result {
     double std[FIT_VARIABLES];
 };
 
-/* Variables that a fit moves linearly beside its own: those of the rest of the model during a
- * trial. */
+/* Variables that a fit moves linearly beside its own; during a trial, those of the rest of the
+ * model. */
 struct linear_part {
     int n;
     const double *raw;                  /* raw residuals of the model that the columns belong to;

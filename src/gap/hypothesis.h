@@ -28,8 +28,8 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
 
 /* Tells whether a base variable can be fitted beside an effect. PARALLEL_NOT: yes. PARALLEL_SAME:
  * no, both do (nearly) the same, and the variable stays at its given value. PARALLEL_DRAWN: yes,
- * but with a prior about its given value, so that the effect takes what all legs have in common and
- * each leg's own variable the rest. */
+ * but with a prior about its given value, so that the effect takes what is common to all legs, and
+ * each leg's own variable takes the rest. */
 enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 

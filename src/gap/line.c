@@ -14,11 +14,12 @@ enum {
 };
 static const double LINE_STEP_S = 2e-3;     /* least time between the searched samples: tones are
                                              * found up to 250 Hz */
-static const double LINE_POWER = 12.0;      /* least power of a tone over that of white noise in a
-                                             * bin, as the mean of six legs; noise gives 1 +- 0.4 */
-static const double LINE_POWER_ONE = 30.0;  /* least power of a tone over that of white noise in a
-                                             * bin, with a single leg; the strongest of 20,000 bins
-                                             * of noise has 10 */
+static const double LINE_POWER = 12.0;      /* least power of a tone, as a multiple of white noise's
+                                             * in a bin, in the mean of six legs; noise gives 1 +-
+                                             * 0.4 */
+static const double LINE_POWER_ONE = 30.0;  /* least power of a tone, as a multiple of white noise's
+                                             * in a bin, with a single leg; the strongest of 20,000
+                                             * bins of noise has 10 */
 
 /* Samples of a channel without their mean cycle, constant and trend; 0 where they are bad. */
 static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {

@@ -218,9 +218,9 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
 }
 
-/* Revision: an effect that was found before a later one is removed and judged again beside the
- * later one, before the search goes on. For two effects together can look like a third, and a wrong
- * effect brings in others that imitate what it leaves. */
+/* Revision: before the search goes on, an effect that was found earlier is removed and judged again
+ * beside those found later. For two effects together can look like a third, and a wrong effect
+ * brings in others that imitate what it leaves. */
 struct revision {
     bool known[EFFECTS_MAX];       /* the effect was found before */
     double penalty[EFFECTS_MAX];   /* its penalty when it was found */
@@ -245,7 +245,7 @@ static bool judged_beside_all(const struct diagnosis *d, const struct revision *
 }
 
 /* Removes the first effect that was not yet judged beside all others. While the last effect has
- * rivals nothing is judged beside it: they are left to the verdict. */
+ * rivals, nothing is judged beside it, and the rivals are left to the verdict. */
 static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r) {
     for (int i = 0; i < d->added - 1 && !r->ambiguous && !v->open; i++) {
         int effect = d->addition[i].effect, place = 0;
@@ -260,8 +260,8 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
     }
 }
 
-/* True if a trial explains more than the removed effect did. That holds for the removed effect
- * itself, too: a search from a more distant start may end worse. */
+/* True if a trial explains more than the removed effect did, even if it is that effect again: a
+ * search from a more distant start may end worse. */
 static bool takes_place(const struct revision *v, const struct trial *t) {
     return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }

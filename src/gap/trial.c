@@ -220,8 +220,8 @@ static bool base_columns(const struct diagnosis *d, const struct trial *t, const
     return true;
 }
 
-/* Fits base and effect together. near: the trial begins near its optimum, so that columns of base
- * variables whose residuals the effect does not move are taken from the current model. If there are
+/* Fits base and effect together. near: the trial begins near its optimum, so that base variables
+ * whose residuals the effect does not move take their columns from the current model. If there are
  * too many variables or the columns cannot be computed, the trial stays as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];

@@ -5,7 +5,7 @@
 
 #include "diagnose.h"
 
-#define TRIAL_LEAST 4.0 /* gain in white squares on fitted or held-out cycles, up to which it is
+#define TRIAL_LEAST 4.0 /* a gain up to this, in white squares on fitted or held-out cycles, is
                          * noise */
 #define TRIAL_KEPT 0.5  /* share of a gain that the held-out cycles must confirm; otherwise they
                          * contradict it */

@@ -88,8 +88,8 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
-/* Leg whose value differs most certainly from the given one, in a trial with a value for each leg;
- * -1: none does. A value at its bound is certain. */
+/* In a trial with a value for each leg, the leg whose value differs most certainly from the given
+ * one; -1: none does. A value at its bound is certain. */
 static int single_out(const struct diagnosis *d, const struct trial *each) {
     const struct hypothesis *h = each->hypothesis;
     bool given = d->given->effects[h->effect].on;

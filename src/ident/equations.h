@@ -74,8 +74,8 @@ void equations_entry(int unknown, int *row, int *column);
 enum { EQUATIONS_NAME = 32 };
 void equations_name(int unknown, char name[EQUATIONS_NAME]);
 
-/* Rms residual of the coefficient rows over their noise. NaN unless there are more rows than
- * unknowns. */
+/* Rms residual of the coefficient rows, as a multiple of their noise. NaN unless there are more
+ * rows than unknowns. */
 double equations_scatter(const struct equations *e);
 
 /* Prior variance, N^2, of the unknown UNKNOWN_SHAPE + i. size: relative size of each kind of basis

@@ -38,8 +38,8 @@ struct friction_course {
     /* Course of atanh(direction) along the motion: errors at two phases correlate by
      * exp(-|difference of these|). */
     double lasting[PHASES][LEGS];
-    /* Change of `lasting` over a whole cycle, whose errors also correlate the other way round;
-     * infinite for a piece. */
+    /* Change of `lasting` over a whole cycle; as a cycle repeats, its errors also correlate across
+     * its end. Infinite for a piece. */
     double round[LEGS];
     double shape[UNKNOWN_SHAPES][PHASES][LEGS];
 };

@@ -53,8 +53,8 @@ struct loop_mode {
 };
 
 /* Poles of a surveyed mode, which must be determined. viscous: viscous friction of each leg, N s/m.
- * The spool is modelled as a critically damped lag, whose time is the delay found for the legs,
- * less half a cycle. */
+ * The spool is modelled as a critically damped lag; its time is the delay found for the legs, less
+ * half a cycle. */
 struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
                             const struct params *params);
 

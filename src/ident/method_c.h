@@ -62,8 +62,8 @@ struct method_c {
                                                   * N m/rad */
     struct payload payload;
     struct matrix_at_pose at_pose;
-    /* rms residual of the coefficient rows over their noise: about 1 if the model holds, less with
-     * dry friction */
+    /* rms residual of the coefficient rows, as a multiple of their noise: about 1 if the model
+     * holds, less with dry friction */
     double scatter;
 };
 

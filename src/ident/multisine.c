@@ -9,11 +9,11 @@
 #include "units.h"
 
 static const double PERIOD_S = 4.0, LOW_HZ = 1.0, HIGH_HZ = 32.0;
-/* Frequency of the highest tone over the loop's rate: a delay of half a cycle is a fifth of a
- * radian there. */
+/* Frequency of the highest tone, as a share of the loop's rate: a delay of half a cycle is a fifth
+ * of a radian there. */
 static const double OF_RATE = 1.0 / 16.0;
-/* Rms rate of the fastest leg over the highest rate of the legs; peaks are about four times as
- * high. */
+/* Rms rate of the fastest leg, as a share of the highest rate of the legs; peaks are about four
+ * times as high. */
 static const double SHARE = 1.0 / 25.0;
 static const double neutral[DOFS] = {0};
 

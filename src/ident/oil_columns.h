@@ -35,7 +35,8 @@ struct oil_leg {
     double delay_s;
     double stiffness, stiffness_std; /* stiffness of the leg with its ports shut, N/m; NaN if not
                                       * determined */
-    double misfit;          /* rms residual of the tones' equations over their standard deviation */
+    double misfit;          /* rms residual of the tones' equations, as a multiple of their standard
+                             * deviation */
 };
 
 /* Finds the stiffness of each leg. A stiffness is not determined if its standard deviation exceeds

@@ -9,7 +9,8 @@
 #include "kinematics.h"
 #include "noise.h"
 
-static const double FULL_SCALE = 0.999; /* last count of a pressure sensor over its full scale */
+static const double FULL_SCALE = 0.999; /* last count of a pressure sensor, as a share of its full
+                                         * scale */
 
 const char *const survey_names[SURVEY_KINDS] = {"length", "reference", "p1", "p2", "force", "command"};
 

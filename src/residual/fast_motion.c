@@ -5,10 +5,10 @@
 
 #include "units.h"
 
-static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a line's window over the series'
-                                             * shortest period */
+static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a line's window, as a share of the
+                                             * series' shortest period */
     SAMPLES = 3.0,                          /* least half-width of a line's window, in samples */
-    APART = 0.25,                           /* distance of neighbouring lines over that
+    APART = 0.25,                           /* distance of neighbouring lines, as a share of that
                                              * half-width */
     SPREAD = 0.06; /* no line is fitted unless the variance of the samples' times, in squares of the
                     * half-width, exceeds this. It is 0.13 with samples on both sides, and 0.04 at a

@@ -9,8 +9,8 @@
 static const double POSE_TOLERANCE_M = 1e-12;
 static const double SURE = 3.0;       /* a leg may be held if its speed is less than this many of
                                        * its standard deviations */
-static const double OVERSHOOT = 1.18; /* height of a jump of friction in the evaluated harmonics
-                                       * over its true height (Gibbs) */
+static const double OVERSHOOT = 1.18; /* height of a jump of friction in the evaluated harmonics, as
+                                       * a multiple of its true height (Gibbs) */
 static const double STILL = 0.03;     /* a rod rests if its speed is less than this share of its rms
                                        * speed: the Fourier series rings at rest */
 static const double FORGOTTEN = 0.05; /* the seals' first deflection no longer counts once at most

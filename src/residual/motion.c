@@ -21,11 +21,12 @@ static const double FREQUENCY = 0.1;      /* relative tolerance of the stated fr
 /* Least highest frequency of a piece, that of pieces of 3 s. Pieces are longer only so that they
  * cover all of a long record. */
 static const double BAND_LEAST_HZ = 2.75;
-static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a piece over the sampling
-                                               * rate: a piece then has more than twice as many
-                                               * samples as coefficients (spectrum_cut) */
-static const double BAND_OF_MOTION = 8.0; /* highest frequency of a piece over the motion's mean
-                                           * frequency: harmonics of a sinusoid are below it */
+static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a piece, as a share of the
+                                               * sampling rate: a piece then has more than twice as
+                                               * many samples as coefficients (spectrum_cut) */
+static const double BAND_OF_MOTION = 8.0; /* highest frequency of a piece, as a multiple of the
+                                           * motion's mean frequency: harmonics of a sinusoid are
+                                           * below it */
 static const double STANDS_OUT = 10.0;    /* a bin is motion if its power exceeds this times the
                                            * noise floor; of noise alone, the strongest of 500 bins
                                            * in twelve segments reaches 3 */
@@ -265,7 +266,7 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* True if a leg may turn within one of the piece's gaps, more sharply than a motion of its
+/* True if a leg may turn within one of the piece's gaps, more sharply than a motion of the mean
  * frequency does. The series bridges a gap only if the motion goes on as before. */
 static bool hides_turn(const struct cut *c, const struct piece *p, double omega, double speed) {
     const struct recording_test *t = c->test;

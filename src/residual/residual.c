@@ -89,10 +89,10 @@ static void differentiate(const struct residual_test *t, const double *row, doub
     }
 }
 
-/* Run-in of a spool at its rate limit, in cycles, after which it has forgotten its start. */
+/* A spool at its rate limit has forgotten its start after this many cycles. */
 enum { LIMITED_CYCLES = 12 };
-static const double SPOOL_TIMES = 10.0; /* run-in of a spool, in time constants: e^-10 of its start
-                                         * is left */
+static const double SPOOL_TIMES = 10.0; /* run-in of any other spool, in its time constants: e^-10
+                                         * of its start is left */
 
 /* A simulation of the hydraulics for the measured motion and commands. */
 struct run {
