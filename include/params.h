@@ -175,8 +175,10 @@ static inline const char *tests_name(const struct test_params *t, enum dof dof) 
 }
 
 struct check_params { /* limits in percent unless a unit is named; a run beyond any of them fails */
-    double amplitude_pct; /* difference between achieved and commanded amplitude, over the latter */
-    double unwanted_pct;         /* motion of another axis in a test, over its own test amplitude */
+    double amplitude_pct; /* difference between achieved and commanded amplitude, as a share of the
+                           * commanded one */
+    double unwanted_pct;         /* motion of another axis in a test, as a share of that axis's own
+                                  * test amplitude */
     double overruns_pct;          /* share of the cycles in which the loop was late */
     double excluded_pct;          /* share of the evaluated samples that are excluded */
     double length_wander_m;       /* change of a leg length's fundamental between test periods */

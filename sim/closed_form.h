@@ -61,7 +61,7 @@ struct closed_form {
     bool forced;       /* given forces replaced the hydraulics in the last step */
 };
 
-/* What is known about the machine at one instant. */
+/* Everything that follows from the machine's state at one instant. */
 struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* set only with joint friction */

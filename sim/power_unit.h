@@ -13,7 +13,7 @@
 struct power_unit {
     double hold_s;   /* the relay opens if the life sign stands still so long */
     double still_s;  /* time since the life sign last changed */
-    double share;    /* pressure over the full supply pressure, 0..1 */
+    double share;    /* pressure, as a share of the full supply pressure, 0..1 */
     bool level;
     bool pressure;   /* the pressure switch is closed */
 };

@@ -157,8 +157,8 @@ static void add_sideways(const struct rigid_model *m, const struct rigid_legs *l
     }
 }
 
-/* What each leg contributes at its upper joint: f and ma - f of its mass, and its force while the
- * joint does not accelerate. */
+/* Each leg at its upper joint. f: effective mass across the leg; axial: the additional mass along
+ * the leg, ma - f. pull, moment: load while the joint does not accelerate. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
     double pull[3][LEGS], moment[3][LEGS]; /* force and moment on the platform, about the origin of

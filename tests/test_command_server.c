@@ -345,8 +345,8 @@ static void answer_at(int fd, const struct command_request *r) {
     assert_int_equal(send(fd, packet, sizeof packet, MSG_NOSIGNAL), COMMAND_ANSWER_SIZE);
 }
 
-/* A client's process that stops these machines with the patience of a minute: its status is how
- * many have answered. */
+/* Starts a client's process that stops these machines with a minute's patience. Its exit status is
+ * the number of machines that answered. */
 static pid_t stop_in_a_process(const struct machine *m, int count) {
     fflush(NULL);
     pid_t process = fork();

@@ -513,7 +513,8 @@ static void the_end_of_a_lease_has_its_own_status(void **unused) {
     }
 }
 
-/* In a request's own state, what the record of the cycle shows that acts upon it. */
+/* For each command, given in state `from`: state and phase in the record of the cycle that acts on
+ * it. */
 static const struct {
     enum command command;
     enum state from, to;

@@ -58,8 +58,8 @@ static void what_is_sure_is_held(void **unused) {
     assert_close(friction_of(&d, -0.4 * DRY_N), -0.4 * DRY_N, 0.01 * DRY_N);
 }
 
-/* A balance beyond sliding is believed by the share F^2 / 3 over that plus the squared noise,
- * within the friction's limit in that direction. */
+/* A balance beyond sliding friction is believed by the share F^2 / 3 / (F^2 / 3 + noise^2), within
+ * the friction's limit in that direction. */
 static void a_balance_is_believed_as_far_as_it_is_sure(void **unused) {
     (void)unused;
     struct params params;

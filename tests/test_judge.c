@@ -118,7 +118,8 @@ static void one_axis_gets_experiments_that_it_can_make(void **state) {
     offset.effect[0].values.value[0][0] = 120.0, offset.effect[0].values.value[1][0] = 40.0;
     assert_verdict(&offset, &noise, GAP_AMBIGUOUS, "a constant force");
     assert_non_null(strstr(offset.next_experiment, "let go of the load"));
-    offset.model.mechanism = MECHANISM_STEWART; /* on which weight and geometry decide */
+    offset.model.mechanism = MECHANISM_STEWART; /* a platform's weight and geometry tell a constant
+                                                 * force from friction */
     assert_verdict(&offset, &noise, GAP_EFFECT_NAMED, "cylinder_coulomb_friction");
 }
 

@@ -66,8 +66,8 @@ static void hold(const struct params *p, const double pose[DOFS], double rms_mps
     for (int i = 0; i < BLOCKS; i++) rms_mps[i] = sqrt(rms_mps[i]);
 }
 
-/* In the last half second the platform moves at more than 10 mm/s or at more than 1 mm/s and faster
- * than after the blow. */
+/* In the last half second the platform moves at more than 10 mm/s, or at more than 1 mm/s and
+ * faster than after the blow. */
 static bool shakes(const struct params *p, const double pose[DOFS]) {
     double rms_mps[BLOCKS];
     hold(p, pose, rms_mps);

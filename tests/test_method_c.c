@@ -330,8 +330,8 @@ static struct agreement agreement_of(const struct rig *r, int logs, const struct
     return a;
 }
 
-/* Four trios: the mean of chi-square is its degrees of freedom, to a fifth; its own deviation is 6
- * %, and the rows' noise is less well known. */
+/* Four trios: the mean of chi-square is its degrees of freedom, to a fifth. That mean has a
+ * deviation of 6 %, and the rows' noise is less well known. */
 static void logs_that_differ_by_noise_agree(void **unused) {
     (void)unused;
     slow_case();

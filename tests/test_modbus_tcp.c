@@ -73,7 +73,7 @@ static void ask(int fd, int count) {
     for (int i = 0; i < count; i++) (void)!send(fd, question, sizeof question, MSG_NOSIGNAL);
 }
 
-/* Nobody else waits to be welcomed meanwhile: the device does not wait for them. */
+/* No other client connects meanwhile, and the device does not wait for one. */
 static void a_client_alone_is_answered(void **unused) {
     (void)unused;
     struct served s = {0};

@@ -161,7 +161,7 @@ static struct recording in_a_row(void) {
     return r;
 }
 
-/* For a third of the time the legs move against it, but overall they follow. */
+/* For a third of the time the legs move against the reference, but overall they follow it. */
 static void a_reference_is_judged_by_the_whole_record(void **unused) {
     (void)unused;
     for (int all = 0; all < 2; all++) {

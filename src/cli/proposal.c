@@ -43,9 +43,9 @@ struct design {
     double jacobian[LEGS][DOFS];
     double share[DOFS];                    /* multisine: shares of the axes in the legs' rate */
     struct params trial;
-    struct params exact;                /* trial with exact joint positions: excitation does not
-                                         * reduce the error of their tolerance, which is slow to
-                                         * compute */
+    struct params exact;                /* trial with exact joint positions: no excitation reduces
+                                         * the error by their tolerance, and computing that error is
+                                         * slow */
 };
 
 static double round_to(double step, double x) { return step * round(x / step); }

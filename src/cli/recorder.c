@@ -307,7 +307,7 @@ static void *recorder_thread(void *argument) {
     if (analysis_end(&r->analysis)) result(r), r->estimate_due = r->bus != NULL;
     atomic_store_explicit(&r->computes, true, memory_order_relaxed);
     estimate(r, true); /* waits for the estimate in progress */
-    estimate(r, true); /* makes the estimate that is due after it */
+    estimate(r, true); /* makes the estimate that became due meanwhile */
     estimator_stop(&r->estimator);
     atomic_store_explicit(&r->computes, false, memory_order_relaxed);
     statistics(r);

@@ -13,7 +13,7 @@ struct test_judgement {
     double hz, amplitude;
     double of_oil, of_loop;    /* frequency over the lowest eigenfrequency of the oil columns, and
                                 * over the loop's; NaN: no such eigenfrequency */
-    double follow;             /* amplitude reached in the survey over the reference's */
+    double follow;             /* amplitude reached in the survey, as a share of the reference's */
     double leg_m, leg_n;       /* length amplitude of the leg that moves most, and force amplitude
                                 * of the leg that pushes most */
     double noise_m, noise_n;   /* rms noise of a sample of the worst leg; for lengths at least the

@@ -22,7 +22,7 @@ enum { INPUT_INVERSE = 4 };
 
 struct interlock_reading {
     uint32_t closed;       /* inputs (INPUT_...) that are closed according to both contacts, or to
-                            * the only one */
+                            * the only contact */
     uint32_t contradicted; /* inputs (INPUT_...) whose two contacts have the same state */
 };
 

@@ -18,8 +18,8 @@ struct fk_result {
     int iterations;       /* number of Newton steps taken */
     double residual_m;    /* largest length error of the returned pose; an upper bound if the
                            * last step was below 0.1 um */
-    double pivot_ratio;   /* smallest over largest pivot of J in elimination, angles in units of
-                           * 1/arm_m: 1 .. 0 (singular) */
+    double pivot_ratio;   /* smallest pivot of J in elimination, as a share of the largest, angles
+                           * in units of 1/arm_m: 1 .. 0 (singular) */
     bool converged;
 };
 

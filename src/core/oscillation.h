@@ -39,7 +39,7 @@ struct oscillation_block {
                    * noise */
     double asked_measured, asked_commanded; /* acceleration of the reference, filtered as `measured`
                                              * and as `commanded` */
-    double leg[LEGS];        /* the same of each leg's own commanded acceleration */
+    double leg[LEGS];        /* each leg's own commanded acceleration */
 };
 
 struct oscillation {

@@ -107,8 +107,8 @@ void fit_gram(int n, int values, const double *column, double *gram);
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *raw, double *white);
 
-/* Factor of `change`, a change of the white residuals, that together with the linear part brings
- * them closest to zero; 0 if undetermined. */
+/* Factor on `change`, a change of the white residuals: with it, and with the linear part, they come
+ * closest to zero; 0 if undetermined. */
 double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear);
 
 /* Fits the variables, starting from the model, which receives the result. known: columns that stay

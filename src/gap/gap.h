@@ -132,7 +132,8 @@ struct gap_result {
     double sampled_s;                     /* time between the log's samples if it differs from the
                                            * controller's cycle; otherwise 0 */
     double controller_difference;         /* rms part of the commands that the configured controller
-                                           * does not reproduce, over the rms of their variation */
+                                           * does not reproduce, as a share of the rms of their
+                                           * variation */
     double white_before, white_after;     /* mean white square on held-out cycles, without and with
                                            * the effects found; noise gives 1 */
     bool matrices;

@@ -10,7 +10,8 @@ static const double NOISE_SQUARE = 0.8;  /* largest mean square of white residua
                                           * is an allowance for modelling error (BASE_ERROR), and
                                           * half of the scatter of the cycles is motion, which the
                                           * equations follow; 0.4 to 0.6 is measured */
-static const double SCATTER = 6.0;       /* standard deviations that are allowed above that mean */
+static const double SCATTER = 6.0;       /* allowance above NOISE_SQUARE, in standard deviations of
+                                          * the mean square */
 static const double LAW_SIGMAS = 4.0;    /* error of a law that an effect may leave, in multiples of
                                           * the effect's law_error */
 static const double FEW_CYCLES = 10.0;   /* allowance in place of the mean square of Student's t

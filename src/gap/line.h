@@ -10,8 +10,8 @@
 struct line {
     /* rms: over all legs */
     double hz, rms;
-    double power;        /* power over that of noise, as the mean of the legs; about 1 without a
-                          * tone */
+    double power;        /* power as a multiple of the noise's, in the mean of the legs; about 1
+                          * without a tone */
 };
 struct line line_in(const struct spectrum *s, const struct recording_test *test, enum channel channel);
 

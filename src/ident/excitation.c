@@ -18,7 +18,8 @@ struct imagined {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
-    double follow[DOFS];            /* amplitude that each axis reaches over the one asked for */
+    double follow[DOFS];            /* amplitude that each axis reaches, as a share of the one asked
+                                     * for */
     double dry_n[LEGS];
     double length_m[3][LEGS];       /* lengths of the last three cycles, oldest first */
     uint64_t random;

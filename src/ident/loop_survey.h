@@ -13,7 +13,7 @@ struct loop_survey {
     bool determined; /* all six modes are determined; otherwise their frequencies are NaN */
     struct oil_mode mode[DOFS];               /* modes of the oil columns, by ascending frequency */
     struct loop_mode loop[DOFS];              /* closed loop in each mode; NaN: none oscillates */
-    /* Amplitude of every axis at each tone, over the reference of the tone's own axis. */
+    /* Amplitude of every axis at each tone, relative to the reference of the tone's own axis. */
     double complex follow[MULTISINE_LINES][DOFS];
     double noise_m[LEGS], noise_pa[2][LEGS];  /* rms noise of a sample, from pass to pass */
     double mean_pa[2][LEGS];
@@ -29,11 +29,12 @@ int loop_survey(struct loop_survey *s, const struct multisine *multisine, const 
 double loop_survey_oil_hz(const struct loop_survey *s);
 double loop_survey_loop_hz(const struct loop_survey *s);
 
-/* Amplitude of axis `dof` over the reference of axis `driven` at a frequency. It is interpolated
- * between the neighbouring tones of the driven axis; beyond them it is that of the nearest tone. */
+/* Amplitude of axis `dof`, relative to the reference of axis `driven`, at a frequency. It is
+ * interpolated between the neighbouring tones of the driven axis; beyond them it is that of the
+ * nearest tone. */
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz);
 
-/* Amplitude of an axis over its own reference at a frequency. */
+/* Amplitude of an axis, relative to its own reference, at a frequency. */
 double complex loop_survey_follow(const struct loop_survey *s, enum dof dof, double hz);
 
 #endif

@@ -26,8 +26,8 @@ struct test_result {
     double frequency_hz, amplitude; /* commanded frequency and amplitude, the latter in m or rad */
     double achieved_amplitude;   /* amplitude of the tested axis */
     double phase_deg;            /* phase of the tested axis against sin(w t), t the test time */
-    /* Amplitude of each axis over the one that its own test commands, per cent; 0 for the tested
-     * axis. */
+    /* Amplitude of each axis, per cent of the amplitude that its own test commands; 0 for the
+     * tested axis. */
     double unwanted_pct[DOFS];
     /* samples: used ones. excluded: those left out because they are flagged, not finite or without
      * a pose. */

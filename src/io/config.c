@@ -178,7 +178,7 @@ static int read_mapping(struct reader *r, const char *prefix) {
     }
 }
 
-/* Fails unless the next event is of this type; otherwise: message for that. */
+/* Fails with the message `otherwise` unless the next event is of this type. */
 static int expect(struct reader *r, yaml_event_type_t type, const char *otherwise) {
     yaml_event_t e;
     int status = next_event(r, &e);

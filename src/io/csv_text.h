@@ -29,8 +29,8 @@ void csv_text_close(struct csv_text *t);
  * quotes. Returns 1, 0 at the end of the file, or a negative status. */
 int csv_text_line(struct csv_text *t, char **line, struct error *error);
 
-/* Takes a line as the one with the columns' names: finds the separator from it and normalises it
- * like later lines. Returns 0 or -2. */
+/* Takes the line with the columns' names: finds the separator from it and normalises it like later
+ * lines. Returns 0 or -2. */
 int csv_text_columns(struct csv_text *t, char *line, struct error *error);
 
 /* Reads a number that ends at a comma or at the end of the text; NaN for an empty cell. Returns

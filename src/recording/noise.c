@@ -6,8 +6,9 @@
 
 enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 
-static const double FOURTH = 70.0;      /* variance of a fourth difference over that of white noise:
-                                         * the sum of the squares of 1 -4 6 -4 1 */
+static const double FOURTH = 70.0;      /* variance of white noise's fourth difference, as a
+                                         * multiple of the noise's: the sum of the squares of 1 -4 6
+                                         * -4 1 */
 static const double ROUNDING = 1e-12;   /* a difference of up to this share of the value's magnitude
                                          * is rounding, not a step */
 static const double MULTIPLE = 0.05;    /* a difference is a multiple of the step if it is off a

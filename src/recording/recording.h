@@ -97,8 +97,8 @@ double recording_step_s(const struct recording_test *t);
 /* First test of this axis in this run, or NULL. */
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
 
-/* Rate of the recorder's clock over the controller's, fitted to all evaluated parts. std: its
- * standard deviation. NaN unless there are two clocks. */
+/* Rate of the recorder's clock relative to the controller's, fitted to all evaluated parts. std:
+ * its standard deviation. NaN unless there are two clocks. */
 double recording_clock(const struct recording *r, double *std);
 
 #endif

@@ -105,8 +105,8 @@ struct spot {
     const struct wave_test *test;
     enum gap_channel channel;
     int leg;
-    double size; /* rms difference of the measurement and the model without the effects found, over
-                  * the channel's rms variation */
+    double size; /* rms difference of the measurement and the model without the effects found, as a
+                  * share of the channel's rms variation */
 };
 
 static double spot_size(const struct waves *w, const struct wave_test *t, int channel, int leg, bool after) {

@@ -18,8 +18,8 @@ static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a
                                            * cycles' mean amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
                                            * errors of clock or typing, not another test */
-/* Least highest frequency of a piece, that of pieces of 3 s. Pieces are longer only so that they
- * cover all of a long record. */
+/* Least highest frequency of a piece, which gives pieces of 3 s. Only pieces that must cover a long
+ * record are longer. */
 static const double BAND_LEAST_HZ = 2.75;
 static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a piece, as a share of the
                                                * sampling rate: a piece then has more than twice as
