@@ -186,7 +186,8 @@ struct check_params { /* limits in percent unless a unit is named; a run beyond 
                                    * period; of the mean also from test to test */
     double period_s;             /* longest loop.period_s; a longer one puts the command's staircase
                                   * into the matrix */
-    double symmetry_pct;       /* |Mt - Mt'| over the root of the product of the diagonal entries */
+    double symmetry_pct;       /* |Mt - Mt'| divided by the root of the product of the diagonal
+                                * entries */
 };
 
 struct tolerance_params {         /* tolerances of the model's parameters that hexid gap does not

@@ -80,7 +80,8 @@ struct machine {
     } sensors;
     struct {
         double command_delay_s[LEGS];
-        double clock_ratio;                             /* recorder's time over the controller's */
+        double clock_ratio;                             /* recorder's time divided by the
+                                                         * controller's */
     } timing;
 
     /* Effects that add laws. */

@@ -60,8 +60,8 @@ void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LE
 /* Reads the sensors into arrays and inputs of the sample; leaves time, age, sequence and flags. */
 void plant_measure(struct plant *plant, struct hal_sample *sample);
 
-/* Returns the recorder's time over the controller's: rate of the samples' time stamps on the loop's
- * clock. */
+/* Returns the recorder's time divided by the controller's: rate of the samples' time stamps on the
+ * loop's clock. */
 double plant_clock_ratio(const struct plant *plant);
 
 void plant_get_truth(const struct plant *plant, struct plant_truth *truth);

@@ -190,7 +190,7 @@ static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) 
     assert_verdict(&one, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
-/* Half of the gap in its channel decides: sqrt(10^2 - 1^2) of it is present. */
+/* A line is negligible below half of its channel's gap above the noise, sqrt(10^2 - 1^2). */
 static void a_line_refutes_what_is_no_larger_than_it(void **state) {
     (void)state;
     struct gap_result weak = found("load_dependent_friction"), strong = weak, known = weak, alone = weak;

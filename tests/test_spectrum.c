@@ -155,7 +155,8 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
 }
 
 /* Measured square of the rounding error in the mean cycle's first eight harmonics, in excess of the
- * scatter, over the predicted one; for sinusoids near this amplitude with this much vibration. */
+ * scatter, divided by the predicted one; for sinusoids near this amplitude with this much
+ * vibration. */
 static double rounding_over_predicted(double hz, double amplitude_m, double shaken_m) {
     static struct recording_sample sample[SAMPLES];
     const double step_m = 50e-6;

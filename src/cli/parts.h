@@ -21,7 +21,7 @@ struct parts {
     struct error why;        /* why the first part that was left out has no equations */
 };
 
-/* Starts the estimator. Returns -3 on failure. To be freed even then. */
+/* Starts the estimator. Returns -3 on failure. Call parts_free() even then. */
 int parts_init(struct parts *p, struct error *error);
 void parts_free(struct parts *p);
 

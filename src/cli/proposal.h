@@ -36,7 +36,7 @@ struct proposal {
 enum proposal_kind { PROPOSAL_SINES, PROPOSAL_MULTISINE, PROPOSALS };
 
 /* Receives the progress of a long computation: share() is called before each prediction with the
- * number of predictions made over the most that there may be. */
+ * number of predictions made, divided by the largest number that there may be. */
 struct proposal_watch {
     void (*share)(void *context, double share);
     void *context;

@@ -6,10 +6,10 @@
 
 #include "recording.h"
 
-/* Rms difference between recorded and recomputed commands over the rms variation of the recorded
- * ones, over all tests. A constant is removed for each leg and each stretch without a gap, because
- * the integrator's initial value is unknown. NaN on a single axis, if references, commands or
- * pressures are missing, or if samples do not come at the controller's rate. */
+/* Rms difference between recorded and recomputed commands, divided by the rms variation of the
+ * recorded ones, over all tests. A constant is removed for each leg and each stretch without a gap,
+ * because the integrator's initial value is unknown. NaN on a single axis, if references, commands
+ * or pressures are missing, or if samples do not come at the controller's rate. */
 double controller_difference(const struct params *params, const struct recording *recording);
 
 /* Time between the samples of the log if it differs from the controller's cycle, s; otherwise 0. */

@@ -72,8 +72,8 @@ struct gap_place {
 
 /* Size of a difference between model and measurement. overall: root mean square over the channels
  * of `normalised`. varying: like overall, but without the constants, which depend on where a run
- * began if a valve stays shut. channel: rms in SI units. normalised: channel over the rms of the
- * measured variation. */
+ * began if a valve stays shut. channel: rms in SI units. normalised: channel divided by the rms of
+ * the measured variation. */
 struct gap_size {
     double overall, varying, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };

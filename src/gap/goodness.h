@@ -11,17 +11,17 @@
  * explains nothing. */
 double goodness_law_error(const struct diagnosis *d);
 
-/* White squares on held-out cycles over the most that noise and laws (at four times their error)
- * explain. Above 1 something is left that neither explains. The error of a leg's friction law is
- * also allowed along the leg's whole stroke. INFINITY: the model cannot make the measured
+/* White squares on held-out cycles, divided by the most that noise and laws (at four times their
+ * error) explain. Above 1 something is left that neither explains. The error of a leg's friction
+ * law is also allowed along the leg's whole stroke. INFINITY: the model cannot make the measured
  * motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
-/* White squares over the most that noise and laws explain, for any values. noise: mean square of
- * each value's noise, 0 if it is not evaluated. law: square of the law's error in each. Returns the
- * larger of two ratios: with each value weighted by its inverse variance, error of the laws
- * included, and by the square of that weight, so that values with a large error of the laws do not
- * excuse the others. */
+/* White squares, divided by the most that noise and laws explain, for any values. noise: mean
+ * square of each value's noise, 0 if it is not evaluated. law: square of the law's error in each.
+ * Returns the larger of two ratios: with each value weighted by its inverse variance, error of the
+ * laws included, and by the square of that weight, so that values with a large error of the laws do
+ * not excuse the others. */
 double goodness_weigh(int rows, const double *white, const double *noise, const double *law);
 
 /* Largest sum of white squares on held-out cycles that noise alone gives. */

@@ -141,8 +141,8 @@ static double weight_tolerance_n(const struct params *p) {
     return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
 }
 
-/* Friction that clearly differs between the directions of a single axis, where it equals symmetric
- * friction and a constant force. NULL: there is none. */
+/* Friction that clearly differs between the directions of a single axis, where it looks like
+ * symmetric friction with a constant force. NULL: there is none. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);

@@ -11,8 +11,8 @@ struct remainder {
     /* before: excess of the base's sum over that of noise. after: sum with the effects. */
     double before, after;
     double noise;              /* largest sum that noise alone gives */
-    double beyond_laws;        /* white squares over the most that noise and errors of the laws
-                                * explain (goodness_beyond_laws) */
+    double beyond_laws;        /* white squares, divided by the most that noise and errors of the
+                                * laws explain (goodness_beyond_laws) */
 };
 
 /* Fills verdict, reason and next_experiment of a result that is otherwise complete. */

@@ -27,7 +27,7 @@ static const double NO_DOUBT = 1e-9, LEAST = 1e-300;
 /* leg: position, rate and acceleration of each leg at each phase. variance: of each leg's rate. */
 struct motion {
     double leg[PHASES][LEGS][3], variance[LEGS];
-    /* Rate at which the legs reverse: rms acceleration over rms speed, all legs together. */
+    /* Rate at which the legs reverse: rms acceleration / rms speed, all legs together. */
     double turns_radps;
 };
 

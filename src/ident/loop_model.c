@@ -38,7 +38,7 @@ static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mai
     return r[0].opening > 0.0 || r[1].opening >= 0.0 ? r[0] : r[1];
 }
 
-/* Finds the flow into each chamber per opening, and its slope over the chamber's own pressure. A
+/* Finds the flow into each chamber per opening, and its derivative by the chamber's own pressure. A
  * spool that rests near its centre meets both pairs of edges in turn, so their mean counts
  * there. */
 static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double open[PORTS], double by_pa[PORTS]) {

@@ -24,7 +24,7 @@
 struct oil_chamber {
     double push, push_std;  /* c of the chamber's law, Pa/m */
     double gain, own, other;/* g of the chamber's law, sqrt(Pa)/s; then a and b, 1/s */
-    /* Slopes of P' at the mean command and pressures: over the opening, Pa/s, and over -P, 1/s. */
+    /* Derivatives of P' at the mean command and pressures: by the opening, Pa/s, and by -P, 1/s. */
     double open, sag;
 };
 

@@ -58,8 +58,8 @@ struct residual_test {
     int size;                    /* coefficients in a row, at most RESIDUAL_SIZE */
     double rate[RESIDUAL_SIZE];  /* frequency of each coefficient, rad/s */
     double weight[RESIDUAL_SIZE];/* weight of each coefficient's square in the mean square */
-    double curve[RESIDUAL_SIZE]; /* noise of an acceleration over that of a length, 1/s^2: rate^2,
-                                  * more where a window's slope adds to it */
+    double curve[RESIDUAL_SIZE]; /* noise of an acceleration divided by that of a length, 1/s^2:
+                                  * rate^2, more where a window's slope adds to it */
     /* coefficient rows of the measured values, and their standard deviations */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
     double speed_std_mps[LEGS];  /* standard deviation of each leg's speed */

@@ -187,8 +187,8 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
 }
 
 /* Makes t->projection for a piece. Simulated samples are projected like the measured ones, by the
- * fit of the series, and the run-up is left out of both. share: simulated over measured sampling
- * period. */
+ * fit of the series, and the run-up is left out of both. share: simulated divided by measured
+ * sampling period. */
 static void project_samples(struct residual_test *t, int settling, double share, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)

@@ -22,8 +22,8 @@ struct spectrum {
     int harmonics;               /* number of harmonics: fewer than SPECTRUM_HARMONICS if the
                                   * sampling is slow */
     int cycles;                  /* number of averaged cycles; 0 for a piece */
-    double speed_gain;           /* for a piece: standard deviation of a leg's speed over that of a
-                                  * sample's length, 1/s */
+    double speed_gain;           /* for a piece: standard deviation of a leg's speed divided by that
+                                  * of a sample's length, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the

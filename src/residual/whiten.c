@@ -160,8 +160,8 @@ void whiten_force_std(const struct residual_test *t, const struct params *model,
     }
 }
 
-/* Mean square deviation of a sinusoid of random phase from its chord, over the sinusoid's mean
- * square and radians^4. The chord's ends are so many radians apart. */
+/* Mean square deviation of a sinusoid of random phase from its chord, divided by the sinusoid's
+ * mean square and radians^4. The chord's ends are so many radians apart. */
 static double off_line(double radians) {
     if (radians < 0.3) return 1.0 / 120.0;
     double c = cos(radians);
