@@ -52,8 +52,8 @@ static void keep_better(struct start *s, const struct params *model, double squa
     s->square = square, *s->model = *model;
 }
 
-/* Tries a start with this strength of the effect and keeps it if it is the best. white: set to its
- * white residuals. without: sum of squares without the effect. */
+/* Tries a start with this strength of the effect and keeps it if it is the best so far. white: set
+ * to the start's white residuals. without: sum of squares without the effect. */
 static void try_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, double strength, double without,
                       const struct linear_part *linear, double *white, struct start *s) {
     struct params model = *base;
@@ -110,9 +110,9 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return s->square < HUGE_VAL;
 }
 
-/* Makes the base of a trial: the current model with the variables that are parallel to the
- * hypothesis at their given value, or, if as_found, as found. Fills in box and priors of all
- * variables, relative to it. True if the base differs from the current model. */
+/* Makes the base of a trial: the current model, in which the variables that are parallel to the
+ * hypothesis have their given values, or, if as_found, those found. Fills in box and priors of all
+ * variables, relative to this base. True if the base differs from the current model. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
                              double *max, struct fit_prior *prior) {
     bool changed = false;

@@ -277,8 +277,8 @@ static double shortest_period(const struct grid *g, const struct stretch *s, con
     return period;
 }
 
-/* True if the cycle that starts here is like the next one. from: sums at its first point; share:
- * largest rms difference over the motion's rms. */
+/* True if the cycle that starts here is like the next one. from: sums at the cycle's first point;
+ * share: largest rms difference, as a share of the motion's rms. */
 static bool alike(const struct sums *from, int cycle, double share, double noise) {
     double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
     double e = (from[cycle].difference - from->difference) / n, mean = (from[2 * cycle].x - from->x) / points;

@@ -98,10 +98,11 @@ static double way_noise_m2(const struct play_motion *m, const struct instant at[
 /* Share s of the integrated path that is used, by far_m, the distance that the rod goes. The path
  * follows the noise of the residuals: under white forces that lowers their sum of squares by the
  * share 2 s - 5/3 s^2, so that a joint without backlash would seem to have some. A rod that crosses
- * to the other flank pays for this: its straight path alone raises that sum by the share 0.27 r^2,
- * where r^2 is the mean square of a place in the backlash, half^2 / 3, over that of the noise. With
- * s rising from 0 at r = 1.2 to 1 at r = 2.4, crossing costs more than the noise gains. A rod that
- * returns to its flank pays nothing, so its path itself must reach that far from the flank. */
+ * to the other flank pays for this: its straight path alone raises the sum by the share 0.27 r^2,
+ * where r^2 is the mean square of a place in the backlash, half^2 / 3, divided by that of the
+ * noise. With s rising from 0 at r = 1.2 to 1 at r = 2.4, crossing costs more than the noise gains.
+ * A rod that returns to its flank pays nothing, so its path itself must reach that far from the
+ * flank. */
 static double seen(double noise_m2, double far_m) {
     double least_m = SEEN * sqrt(3.0 * noise_m2);
     return least_m > 0.0 ? fmin(fmax(far_m / least_m - 1.0, 0.0), 1.0) : 1.0;
