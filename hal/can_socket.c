@@ -20,7 +20,7 @@ int64_t can_realtime_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* SAFETY: watchdogs count from the arrival time, so it is neither in the future nor before the
+/* SAFETY: watchdogs count from it, so the arrival time is neither in the future nor before the
  * previous frame's, even if the clock of the kernel's stamps was set. */
 int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns) {
     int64_t came_ns = now_ns - age_ns;
