@@ -55,7 +55,9 @@ uint32_t interlock_faults(uint32_t open) {
 const char *interlock_why(uint32_t wrong) {
     for (int i = 0; i < INPUTS; i++)
         if (wrong & interlock_table[i].input) return interlock_table[i].open;
-    return wrong & INPUT_LINGERS ? "the supply has pressure although it is off: look at its relay and the dump valve" : NULL;
+    return wrong & INPUT_LINGERS
+               ? "the supply has pressure although it is off: wait until it is gone; if it stays, look at its relay and the dump valve"
+               : NULL;
 }
 
 /* Writes the names of the inputs in the mask, and of the supply output. Returns their number. */

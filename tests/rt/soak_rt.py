@@ -88,6 +88,7 @@ def cycle(daemon):
     finally:
         engage.wait(wake.HANG_S)
     daemon.wait_for("settled")
+    time.sleep(1) # until the pressure is gone, with which `engage` is refused
     daemon.rounds += 1
 
 
