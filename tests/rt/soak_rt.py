@@ -43,6 +43,9 @@ class Daemon:
     def __init__(self, work, url, quarter_s):
         self.logs = work + "/logs"
         os.mkdir(self.logs)
+        before = [wake.HEXID, "run", "--fast", "--set", "sim.engine=closed_form", "--set", "lcm.url=", "--tests", "z", "--log", self.logs]
+        subprocess.run(before, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.earlier, = os.listdir(self.logs) # an earlier run's, which the quota deletes; parts of the run that goes on are kept
         command = [wake.HEXID, "run", "--hal", url, "--rt", "require", "--log", self.logs, "--log-part", str(PART_GB), "--log-quota", str(QUOTA_GB),
                    "--json", work + "/run.json"]
         self.result, self.said = work + "/run.json", open(work + "/said", "w+")
@@ -140,7 +143,7 @@ def faults_of(daemon, looks, loop, rows):
         if look["fds"] > max(l["fds"] for l in first): yield "descriptors grew from %d to %d" % (first[0]["fds"], look["fds"])
     if looks[-1][1]["faults"] != looks[0][1]["faults"]: yield "the loop met %d page faults" % (looks[-1][1]["faults"] - looks[0][1]["faults"])
     if loop["lost_records"]: yield "%d records lost" % loop["lost_records"]
-    if max(look["log_mb"] for _, look in looks) > 1.1e3 * QUOTA_GB + 1e3 * PART_GB: yield "the quota is not kept"
+    if looks[-1][1]["log_mb"] > 1e3 * QUOTA_GB and daemon.earlier in os.listdir(daemon.logs): yield "the quota is not kept: %s is still there" % daemon.earlier
     if len(os.listdir(daemon.logs)) < 2: yield "the log has no parts"
 
 
