@@ -3,7 +3,7 @@
 . tests/scenarios/lib
 chrt -f 80 true 2>/dev/null || { echo "ok - latency # SKIP this user has no SCHED_FIFO: run as root"; exit; }
 
-quiet=(--set motion.engage_s=3 --set motion.park_s=3 --set motion.hold_s=0 --set tests.settle_s=0.2 --set tests.ramp_s=0.2
+quiet=(--set motion.engage_s=3 --set motion.park_s=3 --set motion.hold_s=0 --set tests.settle_s=1 --set tests.ramp_s=0.2
     --set tests.ramp_out_s=0.2 --set tests.duration_s=0.5 --set lcm.url=)
 beside() { cyclictest --quiet --mlockall --policy=fifo --priority=80 --interval=2000 --threads=1 --duration=60 --histogram=50000 >"$work/cyclic" & }
 run() { "$hexid" run --hal sim: --rt require "${quiet[@]}" --json "$work/loop.json" >"$work/run"; }
