@@ -45,7 +45,7 @@ static const struct {
                   {"a hole of 3 s", hole}, {"a tenth lost", tenth},   {"200 ppm fast", fast},    {"a clock that wanders", wander}};
 enum { RECORDINGS = sizeof recordings / sizeof *recordings };
 
-/* Whether stated or not, the rate is that of the rows, each row has its place, and missing rows are
+/* The rate, stated or not, is that of the rows, each row has its place, and missing rows are
  * counted exactly. */
 static void rows_have_their_places(void **unused) {
     (void)unused;

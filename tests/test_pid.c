@@ -406,7 +406,7 @@ static void a_stop_or_park_in_testing_is_a_row_that_ramps_out_and_no_other_row_d
         }
 }
 
-/* Whether a driven state can be reached from `from` without this trigger. */
+/* Tells whether a driven state can be reached from `from` without this trigger. */
 static bool drives_without(enum state from, enum trigger missing) {
     bool reached[STATES] = {false};
     reached[from] = true;

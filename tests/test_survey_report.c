@@ -8,7 +8,7 @@
 
 #include "survey_report.h"
 
-/* What is printed of a survey that found these damping ratios and predicted these deviations. */
+/* Prints a survey that found these damping ratios and predicted these deviations. */
 static char *printed(double damping, double predicted_pct, bool reached) {
     char *text;
     size_t size;

@@ -181,9 +181,10 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     bool identifies = !status && !analysis_init(analysis, &c->params, &c->report.identify);
     if (!status && in == c->input) c->first = c->params;
     const struct test_params configured = c->params.tests;
+    bool overruled = options_sets(&c->o, "tests.frequency_hz");
     do {
         /* if --set gives frequencies, ask_gap() reports that they win */
-        if (!options_sets(&c->o, "tests.frequency_hz")) cli_take_stated(in->name, &event, false, configured.hz, c->params.tests.hz);
+        if (!overruled) cli_take_stated(in->name, &event, false, configured.hz, c->params.tests.hz);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);
         if (identifies) analysis_take(analysis, &cycle);

@@ -23,13 +23,9 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
 };
 
-/* Whether the configuration has the effects found, with another size: none of them, some or all. */
-enum given {
-    NONE_GIVEN,
-    SOME_GIVEN,
-    ALL_GIVEN
-}; /* SOME_GIVEN also counts if an effect is in
-                                                   * doubt */
+/* Number of the effects found that the configuration has with another size. An effect that is in
+ * doubt counts as SOME_GIVEN. */
+enum given { NONE_GIVEN, SOME_GIVEN, ALL_GIVEN };
 
 static enum given given(const struct gap_result *r) {
     int there = 0;

@@ -148,7 +148,7 @@ static void write_left(FILE *file, const double left[], int count, double z) {
         if (isfinite(share[e])) fprintf(file, "%s:%.3f ", effect_table[e]->name, share[e]);
 }
 
-/* Whether a row is wanted; all are if none is named. */
+/* Tells whether a row is wanted; all are if none is named. */
 static bool asked(const char *effect, int names, char **name) {
     for (int i = 0; i < names; i++)
         if (!strcmp(name[i], effect)) return true;
