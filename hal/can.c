@@ -37,6 +37,7 @@
 #include "can_socket.h"
 #include "crash.h"
 #include "monotonic.h"
+#include "params.h"
 #include "thread.h"
 #include "units.h"
 

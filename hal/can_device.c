@@ -12,6 +12,7 @@
 #include "device.h"
 #include "interlock.h"
 #include "monotonic.h"
+#include "params.h"
 #include "units.h"
 
 struct can_device {

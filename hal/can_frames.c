@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "interlock.h"
+#include "params.h"
 
 static struct can_frame frame_make(unsigned cob, int length) { return (struct can_frame){.can_id = cob, .len = (uint8_t)length}; }
 

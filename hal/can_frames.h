@@ -27,7 +27,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "params.h"
+#include "types.h"
+
+struct params;
 
 enum { CAN_IO = LEGS + 1, CAN_NODES = CAN_IO, CAN_MASTER = 127, CAN_GROUPS = 2, CAN_GROUP_NODES = 3 };
 

@@ -7,6 +7,7 @@
 
 #include "channel.h"
 #include "interlock.h"
+#include "params.h"
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3 };

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "params/field.h"
+
 double channel_si(const struct channel_params *c, int leg, double raw) {
     double part = (raw - c->raw_min[leg]) / (c->raw_max[leg] - c->raw_min[leg]);
     double si = c->si_min[leg] + part * (c->si_max[leg] - c->si_min[leg]) + c->offset[leg];

@@ -1,10 +1,10 @@
-/* Scaling between raw values of a field bus and SI (params.h, struct channel_params). Pure, RT. */
+/* Scaling between raw values of a field bus and SI (params/field.h). Pure, RT. */
 #ifndef HEXID_CHANNEL_H
 #define HEXID_CHANNEL_H
 
 #include <stdint.h>
 
-#include "params.h"
+struct channel_params;
 
 /* Raw value for a missing reading: the most negative value of the width. It decodes to NAN. */
 #define CHANNEL_NONE_16 INT16_MIN

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "params.h"
 #include "plant.h"
 #include "units.h"
 

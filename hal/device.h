@@ -10,10 +10,12 @@
 #define HEXID_DEVICE_H
 
 #include <stdatomic.h>
+#include <stdbool.h>
 
-#include "params.h"
 #include "status.h"
+#include "types.h"
 
+struct params;
 struct device;
 
 /* Creates a device; params must outlive it. */

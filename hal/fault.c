@@ -26,6 +26,7 @@
 
 #include "backends.h"
 #include "interlock.h"
+#include "params.h"
 #include "units.h"
 
 enum { FAULTS_MAX = 16, ALL_LEGS = -1, HISTORY = 64, LENGTH_BITS = 22 };

@@ -35,6 +35,7 @@
 #include "modbus_link.h"
 #include "modbus_map.h"
 #include "monotonic.h"
+#include "params.h"
 #include "thread.h"
 #include "units.h"
 

@@ -23,6 +23,7 @@
 #include "modbus_link.h"
 #include "modbus_server.h"
 #include "monotonic.h"
+#include "params.h"
 #include "units.h"
 
 enum {

@@ -4,6 +4,7 @@
 
 #include "channel.h"
 #include "interlock.h"
+#include "params.h"
 
 const struct modbus_register modbus_map[] = {
     {MODBUS_IDENTITY, 1, "u16", "-", "read", "0x4845"},

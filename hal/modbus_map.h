@@ -12,7 +12,9 @@
 
 #include <stdio.h>
 
-#include "params.h"
+#include "types.h"
+
+struct params;
 
 /* Addresses of holding registers, from 0 on. */
 enum modbus_address {

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "params.h"
 #include "units.h"
 
 /* largest numbers of registers in a request, from sections 6.3, 6.12 and 6.17 */

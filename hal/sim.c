@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "backends.h"
+#include "params.h"
 #include "plant.h"
 
 struct sim {

@@ -7,8 +7,6 @@
 #ifndef HEXID_EFFECT_H
 #define HEXID_EFFECT_H
 
-#include <stddef.h>
-
 #include "types.h"
 
 enum { EFFECT_KEYS = 6, EFFECT_TIES = 6, EFFECTS_MAX = 48 };
@@ -56,15 +54,11 @@ struct friction {
                      * sign */
 };
 
-/* A parameter of the base model, identified by its offset in struct params, which is never 0:
- * PARAMETER(payload.mass_kg). A parameter with a value for each leg is identified by the first
- * leg's. Needs params.h. */
-#define PARAMETER(member) offsetof(struct params, member)
-
 /* An experiment that tells an effect from another effect, or from a parameter of the base model. */
 struct effect_experiment {
     const struct effect *from; /* the other effect; NULL: it is a parameter */
-    size_t from_parameter;     /* the other parameter, PARAMETER(); 0: it is an effect */
+    const char *from_parameter; /* the other parameter's name, "axis.force_offset_n"; NULL: it is an
+                                 * effect */
     const char *record;        /* how to measure; options of `hexid run` stand in backquotes, and
                                 * the new log goes to `hexid gap` with the same --set */
     const char *record_axis;   /* measurement for one axis, which hexid does not drive; NULL: the
@@ -84,9 +78,9 @@ struct effect {
     /* Relations to other effects; lists that end with zeros. Another effect is named by its object,
      * declared in the file, so that the linker knows whether it exists. */
 
-    /* Parameters of the base model whose changes look nearly the same; none of them is fitted
-     * beside the effect (src/gap/hypothesis.h). */
-    size_t parallel_to[EFFECT_TIES];
+    /* Parameters of the base model whose changes look nearly the same, by their names in
+     * src/gap/base.c; none of them is fitted beside the effect (src/gap/hypothesis.h). */
+    const char *parallel_to[EFFECT_TIES];
     /* Limiting cases of this effect; a case that explains the data as well is preferred to the
      * effect. */
     const struct effect *contains[EFFECT_TIES];

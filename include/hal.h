@@ -9,10 +9,10 @@
 
 #include <stddef.h>
 
-#include "params.h"
 #include "status.h"
 #include "types.h"
 
+struct params;
 struct hal; /* each back-end embeds this as its first member */
 
 struct hal_ops {

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "engine.h"
+#include "params.h"
 #include "units.h"
 
 static const double LAMINAR_PA = 1e4;

@@ -19,6 +19,7 @@
 
 #include "hydraulics.h"
 #include "ode_machine.h"
+#include "params.h"
 #include "surroundings.h"
 
 /* least mass (kg) and inertia (kg m^2): with less, ODE finds inertia matrices that are not positive

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "params.h"
 #include "units.h"
 
 /* Places three pairs of legs, 120 degrees apart. A pair's upper joints lie alpha to either side of

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "params.h"
 
 static const double FLANK_RADPS = 2500.0, FLANK_DAMPING = 0.25; /* natural frequency and damping
                                                                  * ratio of a rod on its flank */

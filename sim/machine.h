@@ -4,9 +4,11 @@
 #ifndef HEXID_MACHINE_H
 #define HEXID_MACHINE_H
 
-#include "params.h"
+#include "effect.h"
 #include "status.h"
 #include "units.h"
+
+struct params;
 
 /* A sensor's path from the exact value: first lag or delay, then reading = scale value + offset. */
 struct sensor_path {

@@ -4,6 +4,8 @@
 #include <pthread.h>
 #include <string.h>
 
+#include "params.h"
+
 static const double AXIAL_SHARE = 4e-6;         /* axial inertia of a leg's part, as a share of its
                                                  * transverse inertia; the closed form neglects
                                                  * it */

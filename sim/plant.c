@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "engine.h"
+#include "params.h"
 #include "power_unit.h"
 #include "resolution.h"
 #include "rigid.h"

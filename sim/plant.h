@@ -10,9 +10,10 @@
 #ifndef HEXID_PLANT_H
 #define HEXID_PLANT_H
 
-#include "params.h"
 #include "status.h"
+#include "types.h"
 
+struct params;
 struct plant;
 
 /* Exact state, for tests and figures of merit; never for the controller. */

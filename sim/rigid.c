@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "params.h"
 #include "vec.h"
 
 static void inertia_of(const struct machine *m, double inertia[3][3]) {

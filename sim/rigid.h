@@ -28,6 +28,7 @@
 
 #include "engine.h"
 #include "machine.h"
+#include "types.h"
 
 struct rigid_model {
     struct machine machine;

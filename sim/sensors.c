@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "params.h"
+
 /* the kinds are lengths, first pressures, second pressures */
 enum { KINDS = 3, VALUES = KINDS * LEGS };
 _Static_assert(sizeof(struct exact) == VALUES * sizeof(double), "struct exact is walked as an array");

@@ -7,6 +7,8 @@
 
 #include "machine.h"
 
+struct sensor_params;
+
 /* Exact values of what the sensors measure, at one instant. */
 struct exact {
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];

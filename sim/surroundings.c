@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "params.h"
 #include "units.h"
 
 static const double DAMPING_RATIO = 0.05;

@@ -9,7 +9,9 @@
 #ifndef HEXID_SURROUNDINGS_H
 #define HEXID_SURROUNDINGS_H
 
-#include "params.h"
+#include <stdbool.h>
+
+struct params;
 
 struct surroundings {
     const struct params *params;

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "params.h"
+
 void valve_line_init(struct valve_line *l, const struct machine *machine) {
     double longest_s = 0.0;
     for (int k = 0; k < LEGS; k++) longest_s = fmax(longest_s, machine->timing.command_delay_s[k]);

@@ -2,6 +2,7 @@
 #ifndef HEXID_TESTS_CLOSED_FORM_RIG_H
 #define HEXID_TESTS_CLOSED_FORM_RIG_H
 
+#include "params.h"
 #include "support.h"
 
 #include "engine.h"

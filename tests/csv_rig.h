@@ -3,6 +3,7 @@
 #ifndef HEXID_TESTS_CSV_RIG_H
 #define HEXID_TESTS_CSV_RIG_H
 
+#include "params.h"
 #include "support.h"
 
 #include <stdio.h>

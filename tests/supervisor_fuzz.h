@@ -6,6 +6,7 @@
 
 #include <malloc.h>
 
+#include "params.h"
 #include "supervisor_clients.h"
 #include "supervisor_world.h"
 

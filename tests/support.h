@@ -13,6 +13,7 @@
 
 #include "config.h"
 #include "effect.h"
+#include "params.h"
 #include "units.h"
 
 /* Uniform in -1..1; the same sequence in every run. */

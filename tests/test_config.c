@@ -12,6 +12,7 @@
 #include "config.h"
 #include "config_keys.h"
 #include "harmonics.h"
+#include "params.h"
 
 static const char shipped[] = "config/tian2015.yaml";
 

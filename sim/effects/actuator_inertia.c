@@ -21,7 +21,7 @@ const struct effect actuator_inertia = {
     .keys = {[UPPER] = {.name = "upper_mass_kg", .unit = "kg", .min = -1e3, .max = 1e4, .typical = 4.0, .per_leg = true},
              [LOWER] = {.name = "lower_mass_kg", .unit = "kg", .min = -1e3, .max = 1e4, .typical = 13.0, .per_leg = true},
              [TRANSVERSE] = {.name = "transverse_kg_m2", .unit = "kg m^2", .min = -1e3, .max = 1e4, .typical = 1.0, .per_leg = true}},
-    .parallel_to = {PARAMETER(actuator.upper_mass_kg), PARAMETER(actuator.lower_mass_kg)},
+    .parallel_to = {"actuator.upper_mass_kg", "actuator.lower_mass_kg"},
     .told_apart = {{.from = &external_stiffness,
                     .record = "`--set tests.frequency_hz=2 --set tests.amplitude_m=0.016 --set tests.amplitude_rad=0.024`",
                     .shows = "the force of an inertia falls with the square of the frequency, a spring's stays"},

@@ -16,7 +16,7 @@ const struct effect command_delay = {
                  "a step tells",
     .law_error = 0.02,
     .keys = {[DELAY] = {.name = "delay_s", .unit = "s", .min = 0.0, .max = 0.1, .typical = 2e-3, .per_leg = true}},
-    .parallel_to = {PARAMETER(hydraulics.valve_damping)},
+    .parallel_to = {"hydraulics.valve_damping"},
     .told_apart = {{.from = &position_sensor_delay,
                     .record = "`--tests z --set tests.frequency_hz=20 --set tests.amplitude_m=0.001`",
                     .record_axis = "a test at five times the frequency, of small amplitude",

@@ -1,4 +1,4 @@
-#include "params.h"
+#include "effect.h"
 
 enum { EXTEND, RETRACT };
 
@@ -16,7 +16,7 @@ const struct effect cylinder_coulomb_friction = {
     .law_error = 0.05,
     .keys = {[EXTEND] = {.name = "force_extend_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true},
              [RETRACT] = {.name = "force_retract_n", .unit = "N", .min = 0.0, .max = 2e4, .typical = 100.0, .per_leg = true}},
-    .parallel_to = {PARAMETER(axis.force_offset_n)}, /* similar if friction is stronger in one
+    .parallel_to = {"axis.force_offset_n"}, /* similar if friction is stronger in one
                                                       * direction */
     .told_apart = {{.from = &cylinder_stribeck_friction,
                     .record = "`--tests z --set tests.frequency_hz=0.5 --set tests.duration_s=20`",
@@ -29,7 +29,7 @@ const struct effect cylinder_coulomb_friction = {
                    {.from = &passive_joint_friction,
                     .record = "`--tests psi`",
                     .shows = "the joints turn there while the legs hardly move"},
-                   {.from_parameter = PARAMETER(axis.force_offset_n),
+                   {.from_parameter = "axis.force_offset_n",
                     .record = "let go of the load and read the force at rest, coming from both sides",
                     .shows = "an offset stays, friction changes its sign"}},
     .leg_friction = leg_friction,

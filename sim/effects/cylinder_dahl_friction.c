@@ -36,7 +36,7 @@ const struct effect cylinder_dahl_friction = {
                            .typical = 2e-4,
                            .per_leg = true,
                            .shape = true}},
-    .parallel_to = {PARAMETER(axis.force_offset_n)}, /* similar if friction is stronger in one
+    .parallel_to = {"axis.force_offset_n"}, /* similar if friction is stronger in one
                                                       * direction */
     .contains = {&cylinder_coulomb_friction},      /* limit of this effect for a short distance_m */
     .told_apart = {{.from = &cylinder_coulomb_friction,
@@ -47,7 +47,7 @@ const struct effect cylinder_dahl_friction = {
                     .record = "`--tests z --set tests.amplitude_m=0.01`",
                     .record_axis = "a test of a longer stroke",
                     .shows = "seals slide, and their force stays; that of a spring grows"},
-                   {.from_parameter = PARAMETER(axis.force_offset_n),
+                   {.from_parameter = "axis.force_offset_n",
                     .record = "let go of the load and read the force at rest, coming from both sides",
                     .shows = "an offset stays, friction changes its sign"}},
     .machine = machine,

@@ -1,4 +1,4 @@
-#include "params.h"
+#include "effect.h"
 
 enum { EXTEND, RETRACT };
 
@@ -14,6 +14,6 @@ const struct effect cylinder_viscous_friction = {
     .law_error = 1e-3,
     .keys = {[EXTEND] = {.name = "extend_n_s_per_m", .unit = "N s/m", .min = -1e5, .max = 1e5, .typical = 1e3, .per_leg = true},
              [RETRACT] = {.name = "retract_n_s_per_m", .unit = "N s/m", .min = -1e5, .max = 1e5, .typical = 1e3, .per_leg = true}},
-    .parallel_to = {PARAMETER(hydraulics.viscous_n_s_per_m)},
+    .parallel_to = {"hydraulics.viscous_n_s_per_m"},
     .leg_friction = leg_friction,
 };

@@ -25,7 +25,7 @@ const struct effect entrained_air = {
                        .typical = 6e8,
                        .per_leg = true,
                        .reciprocal = true}},
-    .parallel_to = {PARAMETER(hydraulics.bulk_modulus_pa)},
+    .parallel_to = {"hydraulics.bulk_modulus_pa"},
     .told_apart = {{.from = &internal_leakage,
                     .record = "`--set tests.frequency_hz=2`",
                     .record_axis = "a test at half the frequency",

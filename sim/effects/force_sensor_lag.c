@@ -24,7 +24,7 @@ const struct effect force_sensor_lag = {
                          .typical = 100.0,
                          .per_leg = true,
                          .reciprocal = true}},
-    .parallel_to = {PARAMETER(axis.force_lag_s)},
+    .parallel_to = {"axis.force_lag_s"},
     .told_apart = {{.from = &cylinder_viscous_friction,
                     .record = "a test at a quarter of the frequency",
                     .shows = "what a lag makes of an inertia falls with the cube of the frequency, viscous friction with the frequency"}},

@@ -13,7 +13,7 @@ const struct effect payload_mass = {
     .signature = "leg forces: static, and in phase with the acceleration of the translations",
     .law_error = 1e-3,
     .keys = {[MASS] = {.name = "mass_kg", .unit = "kg", .min = -1e4, .max = 1e5, .typical = 15.0}},
-    .parallel_to = {PARAMETER(payload.mass_kg), PARAMETER(axis.mass_kg)},
+    .parallel_to = {"payload.mass_kg", "axis.mass_kg"},
     .told_apart = {{.from = &position_sensor_scale,
                     .record = "hold a rule against the stroke",
                     .shows = "the position sensor's scale shows at rest"},

@@ -15,6 +15,6 @@ const struct effect payload_rotational_inertia = {
     .keys = {[XX] = {.name = "xx", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 6.0},
              [YY] = {.name = "yy", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 6.0},
              [ZZ] = {.name = "zz", .unit = "kg m^2", .min = -1e4, .max = 1e5, .typical = 10.0}},
-    .parallel_to = {PARAMETER(payload.inertia_xx_kg_m2), PARAMETER(payload.inertia_yy_kg_m2), PARAMETER(payload.inertia_zz_kg_m2)},
+    .parallel_to = {"payload.inertia_xx_kg_m2", "payload.inertia_yy_kg_m2", "payload.inertia_zz_kg_m2"},
     .machine = machine,
 };

@@ -12,6 +12,6 @@ const struct effect supply_pressure_sag = {
                  "static where they do not",
     .law_error = 1e-3,
     .keys = {[RESISTANCE] = {.name = "resistance_pa_s_per_m3", .unit = "Pa s/m^3", .min = 0.0, .max = 1e11, .typical = 1e9}},
-    .parallel_to = {PARAMETER(hydraulics.supply_pa)},
+    .parallel_to = {"hydraulics.supply_pa"},
     .machine = machine,
 };

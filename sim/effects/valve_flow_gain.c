@@ -13,6 +13,6 @@ const struct effect valve_flow_gain = {
     .signature = "valve command: the fundamental in phase with velocity; the pressures hardly change",
     .law_error = 1e-3,
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.1, .max = 5.0, .neutral = 1.0, .typical = 0.9, .per_leg = true}},
-    .parallel_to = {PARAMETER(hydraulics.valve_flow_m3_per_s)},
+    .parallel_to = {"hydraulics.valve_flow_m3_per_s"},
     .machine = machine,
 };

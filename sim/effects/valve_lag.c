@@ -22,6 +22,6 @@ const struct effect valve_lag = {
                             .typical = 50.0,
                             .per_leg = true,
                             .reciprocal = true}},
-    .parallel_to = {PARAMETER(hydraulics.valve_damping)},
+    .parallel_to = {"hydraulics.valve_damping"},
     .machine = machine,
 };

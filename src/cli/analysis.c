@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "identification_table.h"
+#include "params.h"
 #include "supervisor.h"
 #include "units.h"
 

@@ -5,11 +5,15 @@
 #define HEXID_CLI_H
 
 #include <limits.h>
+#include <stdbool.h>
 #include <stdio.h>
 
-#include "params.h"
+#include "params/text.h"
 #include "realtime.h"
 #include "status.h"
+#include "types.h"
+
+struct params;
 
 enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 

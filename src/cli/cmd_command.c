@@ -10,6 +10,7 @@
 #include "command_stop.h"
 #include "edit_distance.h"
 #include "monotonic.h"
+#include "params.h"
 #include "supervisor.h"
 
 enum { RENEWALS = 4 /* number of times that a lease is renewed during its term */ };

@@ -10,6 +10,7 @@
 #include "hal.h"
 #include "modbus_map.h"
 #include "outputs.h"
+#include "params.h"
 #include "version.h"
 
 /* The checks in order of execution. JSON uses their names, so the names never change. */

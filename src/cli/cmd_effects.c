@@ -4,6 +4,7 @@
 
 #include "cli.h"
 #include "edit_distance.h"
+#include "effect.h"
 #include "output.h"
 
 static void print_effect(const struct effect *e) {

@@ -14,6 +14,7 @@
 #include "live_server.h"
 #include "messages.h"
 #include "monotonic.h"
+#include "params.h"
 #include "process.h"
 #include "terminal.h"
 

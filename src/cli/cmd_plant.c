@@ -2,6 +2,7 @@
 
 #include "cli.h"
 #include "device.h"
+#include "params.h"
 #include "process.h"
 #include "realtime.h"
 

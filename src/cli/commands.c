@@ -6,6 +6,7 @@
 
 #include "clock.h"
 #include "messages.h"
+#include "params.h"
 #include "units.h"
 
 enum {

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "monotonic.h"
+#include "params.h"
 #include "printable.h"
 
 struct finding finding(enum level level, const char *remedy, const char *format, ...) {

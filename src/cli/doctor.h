@@ -16,7 +16,6 @@
 #include <stdint.h>
 
 #include "loop_check.h"
-#include "params.h"
 #include "status.h"
 
 enum level { LEVEL_NONE /* does not apply to this configuration; not shown */, LEVEL_OK, LEVEL_UNKNOWN, LEVEL_WARN, LEVEL_FAIL };

@@ -9,6 +9,7 @@
 
 #include "doctor.h"
 
+#include "params.h"
 #include "reference.h"
 #include "log.h"
 #include "messages.h"

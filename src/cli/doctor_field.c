@@ -12,6 +12,7 @@
 #include "machine_lock.h"
 #include "modbus_link.h"
 #include "modbus_map.h"
+#include "params.h"
 
 /* ---- CAN ---- */
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "doctor.h"
+#include "params.h"
 #include "wakeup.h"
 
 #define CPU "/sys/devices/system/cpu"

@@ -2,6 +2,7 @@
 
 #include "bus.h"
 #include "doctor.h"
+#include "params.h"
 
 static const char channel[] = "HEXID_DOCTOR"; /* no other program listens to it */
 enum { TRIES = 3, PATIENCE_MS = 500 };

@@ -6,6 +6,7 @@
 #include "doctor.h"
 #include "force.h"
 #include "kinematics.h"
+#include "params.h"
 #include "units.h"
 
 /* A limit protects only if the machine can exceed it, and if it trips before harm is done. */

@@ -9,6 +9,7 @@
 #include "interlock.h"
 #include "kinematics.h"
 #include "motion_check.h"
+#include "params.h"
 #include "trajectory_file.h"
 #include "reference.h"
 #include "units.h"

@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "params.h"
 #include "units.h"
 #include "wakeup.h"
 

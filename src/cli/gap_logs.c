@@ -8,6 +8,7 @@
 #include "log_runs.h"
 #include "log_set.h"
 #include "messages.h"
+#include "params.h"
 #include "recording_check.h"
 
 _Static_assert((int)LOGS_MAX <= (int)RECORDING_RUNS, "a run a log");

@@ -5,6 +5,7 @@
 
 #include "analysis.h"
 #include "cli.h"
+#include "params.h"
 
 struct log_analysis {
     struct params params; /* configuration from the log, changed by --set; or from the file of -c */

@@ -2,8 +2,9 @@
 #ifndef HEXID_LOG_SET_H
 #define HEXID_LOG_SET_H
 
-#include "params.h"
 #include "status.h"
+
+struct params;
 
 /* Checks that the log at `path[log]` differs from all before it, because the same data would count
  * twice. Returns -2 for the same file, or a copy of it. */

@@ -7,6 +7,7 @@
 
 #include "kinematics.h"
 #include "number_text.h"
+#include "params.h"
 #include "units.h"
 
 /* Damping ratios that a proposed gain must reach, at neutral and in all other poses. They are tried

@@ -7,6 +7,7 @@
 #include "force.h"
 #include "inverse_dynamics.h"
 #include "kinematics.h"
+#include "params.h"
 #include "reference.h"
 #include "trajectory_file.h"
 

@@ -20,9 +20,10 @@
 #ifndef HEXID_MOTION_CHECK_H
 #define HEXID_MOTION_CHECK_H
 
-#include "params.h"
 #include "status.h"
 #include "trajectory.h"
+
+struct params;
 
 /* Checks a motion. trajectory: NULL for sinusoids. Returns -2 with the test, leg, time, value and
  * limit, and the necessary reduction of the motion. */

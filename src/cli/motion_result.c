@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "params.h"
+
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *c) {
     if (c->test < 0 || c->dof != DOF_NONE) return;
     if (c->test_time_s < m->test_time_s) *m = (struct motion_result){0}; /* a new motion begins */

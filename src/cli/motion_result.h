@@ -4,7 +4,6 @@
 #ifndef HEXID_MOTION_RESULT_H
 #define HEXID_MOTION_RESULT_H
 
-#include "params.h"
 #include "verdict.h"
 
 struct motion_result {

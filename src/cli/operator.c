@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "failure.h"
+#include "params.h"
 #include "supervisor.h"
 #include "units.h"
 

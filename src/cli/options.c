@@ -15,6 +15,7 @@
 #include "log.h"
 #include "log_runs.h"
 #include "messages.h"
+#include "params.h"
 #include "printable.h"
 
 /* limits of --std, %; method C calls an entry undetermined if its deviation is above a fifth of its

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "monotonic.h"
+#include "params.h"
 #include "printable.h"
 #include "reference.h"
 #include "supervisor.h"

@@ -8,7 +8,6 @@
 #include "ident.h"
 #include "motion_result.h"
 #include "outlet.h"
-#include "params.h"
 
 struct progress {
     const struct params *params;

@@ -6,6 +6,7 @@
 
 #include "kinematics.h"
 #include "motion_check.h"
+#include "params.h"
 #include "recording_check.h"
 #include "units.h"
 

@@ -22,6 +22,7 @@
 #define HEXID_PROPOSAL_H
 
 #include "excitation.h"
+#include "params/tests.h"
 
 struct proposal {
     struct error none;              /* why there is no proposal; status 0: there is one */

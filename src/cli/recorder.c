@@ -11,6 +11,7 @@
 #include "ident_messages.h"
 #include "messages.h"
 #include "monotonic.h"
+#include "params.h"
 #include "thread.h"
 #include "units.h"
 

@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 
+#include "params.h"
 #include "proposal.h"
 
 /* One axis of a test: frequency in Hz, amplitude in m or rad. */

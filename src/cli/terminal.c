@@ -7,6 +7,7 @@
 #include "cli.h"
 #include "failure.h"
 #include "messages.h"
+#include "params.h"
 #include "units.h"
 
 enum { REDRAW_MS = 200, LINE_MS = 1000, BAR = 11 };

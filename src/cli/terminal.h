@@ -5,7 +5,9 @@
 #define HEXID_TERMINAL_H
 
 #include "bus.h"
-#include "params.h"
+#include "types.h"
+
+struct params;
 
 struct terminal {
     const struct params *params;

@@ -1,5 +1,7 @@
 #include "blind_time.h"
 
+#include "params.h"
+
 static const double tick_s = 1e-3, rounding = 1e-9;
 
 struct blind_time blind_time(const struct params *p) {

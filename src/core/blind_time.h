@@ -38,7 +38,9 @@
 #ifndef HEXID_BLIND_TIME_H
 #define HEXID_BLIND_TIME_H
 
-#include "params.h"
+#include <stdbool.h>
+
+struct params;
 
 struct blind_time {
     double s;

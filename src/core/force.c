@@ -1,5 +1,6 @@
 #include "force.h"
 
+#include "params.h"
 #include "units.h"
 
 /* control.kpf is reduced where the oil is stiffer than this times its stiffness at neutral. All

@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "params/interlocks.h"
+
 const struct interlock interlock_table[INPUTS] = {
     {INPUT_EMERGENCY_STOP, FAULT_EMERGENCY_STOP, "emergency stop",
      "the emergency stop's chain is open: see that nobody is in danger, then release it"},

@@ -5,7 +5,9 @@
 
 #include <stddef.h>
 
-#include "params.h"
+#include "types.h"
+
+struct interlock_params;
 
 struct interlock {
     uint32_t input, fault;

@@ -3,8 +3,11 @@
 #ifndef HEXID_KINEMATICS_H
 #define HEXID_KINEMATICS_H
 
-#include "params.h"
 #include "status.h"
+#include "types.h"
+
+struct actuator_params;
+struct params;
 
 struct kinematics {
     double upper[LEGS][3];       /* joints on the platform, in {M} */

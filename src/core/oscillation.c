@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "force.h"
+#include "params.h"
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05;

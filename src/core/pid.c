@@ -1,5 +1,7 @@
 #include "pid.h"
 
+#include "params/control.h"
+
 static double clamp(double x, double limit) { return x > limit ? limit : x < -limit ? -limit : x; }
 
 void pid_reset(struct pid *c, double length_m, double force_n) { *c = (struct pid){.force_lp_n = force_n, .ref_m = length_m}; }

@@ -15,7 +15,9 @@
 #ifndef HEXID_PID_H
 #define HEXID_PID_H
 
-#include "params.h"
+#include <stdbool.h>
+
+struct control_params;
 
 struct pid {
     double integral;       /* integral part I of the output, as a share of full opening */

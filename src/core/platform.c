@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "params.h"
 #include "units.h"
 
 enum {

@@ -7,7 +7,6 @@
 #include "interlock.h"
 #include "kinematics.h"
 #include "oscillation.h"
-#include "params.h"
 #include "pid.h"
 #include "reference.h"
 #include "status.h"

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "params/motion.h"
+#include "params/tests.h"
 #include "units.h"
 
 /* Shortest braking time. It bounds the rate of change of the acceleration. */

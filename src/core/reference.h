@@ -29,8 +29,10 @@
 #ifndef HEXID_REFERENCE_H
 #define HEXID_REFERENCE_H
 
-#include "params.h"
 #include "trajectory.h"
+
+struct motion_params;
+struct test_params;
 
 enum reference_mode { REFERENCE_HOLD, REFERENCE_MOVE, REFERENCE_TEST };
 

@@ -12,7 +12,6 @@
 #define HEXID_SUPERVISOR_H
 
 #include "failure.h"
-#include "params.h"
 
 enum trigger {
     TRIGGER_NONE,

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "lin.h"
+#include "params.h"
 
 enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 

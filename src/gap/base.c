@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "params.h"
+
 enum { PLATFORM = 1 << MECHANISM_STEWART, AXIS = 1 << MECHANISM_AXIS, ANY = PLATFORM | AXIS };
 
 struct base_entry {

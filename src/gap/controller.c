@@ -4,6 +4,7 @@
 
 #include "force.h"
 #include "kinematics.h"
+#include "params.h"
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;

@@ -5,6 +5,7 @@
 
 #include "gap.h"
 #include "hypothesis.h"
+#include "params.h"
 
 /* Penalty for each parameter, in white squares: about ln of the number of values. */
 #define DIAGNOSIS_PENALTY 8.0

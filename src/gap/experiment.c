@@ -1,6 +1,7 @@
 #include "experiment.h"
 
 #include <stdio.h>
+#include <string.h>
 
 static const struct effect_experiment general = {
     .record = "`--set tests.frequency_hz=2` and `--set tests.amplitude_m=0.002 --set tests.amplitude_rad=0.003`",
@@ -8,11 +9,9 @@ static const struct effect_experiment general = {
     .shows = "effects scale differently with speed and stroke",
 };
 
-static const struct effect_experiment *find(const struct effect *effect, const struct effect *from, size_t from_parameter) {
-    for (int i = 0; i < EFFECT_TIES && effect->told_apart[i].record; i++) {
-        const struct effect_experiment *e = &effect->told_apart[i];
-        if (e->from == from && e->from_parameter == from_parameter) return e;
-    }
+static const struct effect_experiment *find(const struct effect *effect, const struct effect *from) {
+    for (int i = 0; i < EFFECT_TIES && effect->told_apart[i].record; i++)
+        if (effect->told_apart[i].from == from) return &effect->told_apart[i];
     return NULL;
 }
 
@@ -23,12 +22,14 @@ static void say(enum mechanism_kind mechanism, const struct effect_experiment *e
 }
 
 void experiment_between(enum mechanism_kind mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]) {
-    const struct effect_experiment *e = find(a, b, 0);
-    say(mechanism, e ? e : find(b, a, 0), text);
+    const struct effect_experiment *e = find(a, b);
+    say(mechanism, e ? e : find(b, a), text);
 }
 
-void experiment_from_parameter(enum mechanism_kind mechanism, const struct effect *effect, size_t parameter, char text[GAP_TEXT]) {
-    say(mechanism, find(effect, NULL, parameter), text);
+void experiment_from_parameter(enum mechanism_kind mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]) {
+    const struct effect_experiment *e = effect->told_apart, *end = e + EFFECT_TIES;
+    while (e < end && e->record && (e->from || strcmp(e->from_parameter, parameter))) e++;
+    say(mechanism, e < end && e->record ? e : NULL, text);
 }
 
 const char *experiment_unknown(void) {

@@ -6,14 +6,15 @@
 #define HEXID_EXPERIMENT_H
 
 #include "gap.h"
+#include "params.h"
 
 /* Writes the experiment that tells two effects, in any order, apart; general advice if the pair has
  * none of its own. */
 void experiment_between(enum mechanism_kind mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]);
 
 /* Writes the experiment that tells an effect from a parameter of the base, such as
- * PARAMETER(axis.force_offset_n). */
-void experiment_from_parameter(enum mechanism_kind mechanism, const struct effect *effect, size_t parameter, char text[GAP_TEXT]);
+ * "axis.force_offset_n". */
+void experiment_from_parameter(enum mechanism_kind mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]);
 
 /* Advice for a gap that no effect of the catalogue explains (unknown), and for a tone off the
  * harmonics of the motion (line). */

@@ -9,6 +9,7 @@
 #include "memory.h"
 #include "numeric.h"
 #include "parallel.h"
+#include "params.h"
 
 enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 

@@ -5,6 +5,7 @@
 #ifndef HEXID_GAP_H
 #define HEXID_GAP_H
 
+#include "params.h"
 #include "recording.h"
 
 enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80 };

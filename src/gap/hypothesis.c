@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "machine.h"
+#include "params.h"
 
 static const double LEFT = 0.1; /* least share of a mass, an inertia or a friction that an effect
                                  * may leave over */
@@ -169,9 +170,9 @@ void variable_draw(struct variable *base) {
 }
 
 static bool alike(const struct hypothesis *h, const struct variable *base) {
-    const size_t *parallel = effect_table[h->effect]->parallel_to;
+    const char *const *parallel = effect_table[h->effect]->parallel_to;
     for (int i = 0; i < EFFECT_TIES && parallel[i]; i++)
-        if (parallel[i] == base->offset) return true;
+        if (!strcmp(parallel[i], base->name)) return true;
     return base->effect == h->effect;
 }
 

@@ -3,6 +3,7 @@
 #ifndef HEXID_HYPOTHESIS_H
 #define HEXID_HYPOTHESIS_H
 
+#include "effect.h"
 #include "fit.h"
 
 enum { SHAPE_ALL = -1, SHAPE_EACH = -2 }; /* a shape of 0..5 is that leg alone */

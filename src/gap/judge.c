@@ -206,7 +206,7 @@ static void name(struct gap_result *r) {
             "these data cannot tell cylinder_coulomb_friction stronger in one direction from symmetric friction of %.3g N beside a "
             "constant force of %.3g N, a force sensor's zero, say",
             0.5 * (extend + retract), 0.5 * fabs(extend - retract));
-        experiment_from_parameter(mechanism, &cylinder_coulomb_friction, PARAMETER(axis.force_offset_n), r->next_experiment);
+        experiment_from_parameter(mechanism, &cylinder_coulomb_friction, "axis.force_offset_n", r->next_experiment);
         return;
     }
     r->verdict = GAP_EFFECT_NAMED;
@@ -220,12 +220,12 @@ static void say_constants(struct gap_result *r) {
     const char *before = "; first check ";
     int count = base_variables(&r->model, PART_ALL | PART_FORCE_SENSOR, base);
     for (int i = 0; i < r->effects; i++) {
-        const size_t *parallel = effect_table[r->effect[i].effect]->parallel_to;
+        const char *const *parallel = effect_table[r->effect[i].effect]->parallel_to;
         for (int k = 0; k < EFFECT_TIES && parallel[k] && !r->effect[i].given.on; k++) {
             int v = 0;
-            while (v < count && base[v].offset != parallel[k]) v++;
+            while (v < count && strcmp(base[v].name, parallel[k])) v++;
             /* a constant force has no stated value to check */
-            if (v == count || parallel[k] == PARAMETER(axis.force_offset_n)) continue;
+            if (v == count || !strcmp(parallel[k], "axis.force_offset_n")) continue;
             append(r, before);
             append(r, base[v].name);
             before = ", ";

@@ -4,6 +4,7 @@
 #define HEXID_TRIAL_H
 
 #include "diagnose.h"
+#include "params.h"
 
 #define TRIAL_LEAST 4.0 /* a gain up to this, in white squares on fitted or held-out cycles, is
                          * noise */

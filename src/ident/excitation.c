@@ -7,6 +7,7 @@
 #include "force.h"
 #include "inverse_dynamics.h"
 #include "kinematics.h"
+#include "params.h"
 #include "recording_check.h"
 #include "reference.h"
 

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "params.h"
 #include "units.h"
 
 enum { CHANNELS = 2 * DOFS };

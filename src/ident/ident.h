@@ -16,7 +16,6 @@
 #include "method_c.h"
 #include "methods.h"
 #include "nominal.h"
-#include "params.h"
 
 struct identification {
     int tests;                    /* number of results in `test` */

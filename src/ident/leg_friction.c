@@ -6,6 +6,7 @@
 
 #include "matrix_forces.h"
 #include "nominal.h"
+#include "params.h"
 
 extern const struct effect external_stiffness;
 

@@ -9,6 +9,7 @@
 #include "inverse_dynamics.h"
 #include "method_c.h"
 #include "residual.h"
+#include "types.h"
 
 struct leg_friction_test {
     int of;                      /* index of the test in the recording */

@@ -7,6 +7,7 @@
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "lin.h"
+#include "params.h"
 #include "vec.h"
 
 static const double FAST_MPS = 1.0; /* speed at which viscous friction is evaluated: at such a speed

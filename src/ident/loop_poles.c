@@ -5,6 +5,7 @@
 
 #include "force.h"
 #include "lin.h"
+#include "params.h"
 #include "units.h"
 
 /* States of the sampled loop: first the plant's, then the controller's, then commands on their way.

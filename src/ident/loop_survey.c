@@ -6,6 +6,7 @@
 
 #include "kinematics.h"
 #include "lin.h"
+#include "params.h"
 
 /* Finds the response of the axes. Amplitudes of the lengths become those of the pose by the
  * Jacobian at neutral, because the motions are small. */

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "params.h"
+
 void matrix_bare_machine(struct params *p) {
     for (int k = 0; k < LEGS; k++) p->hydraulics.viscous_n_s_per_m[k] = 0.0;
     for (int e = 0; e < EFFECTS_MAX; e++) p->effects[e].on = false;

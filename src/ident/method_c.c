@@ -10,6 +10,7 @@
 #include "matrix_forces.h"
 #include "nominal.h"
 #include "numeric.h"
+#include "params.h"
 #include "units.h"
 #include "whiten.h"
 

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "params.h"
+
 static const double AT_LIMIT = 0.999; /* a command is at the limit from this share of
                                        * control.output_limit on */
 static const double SATURATED = 0.02; /* a valve is saturated if more than this share of its samples

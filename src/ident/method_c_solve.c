@@ -7,6 +7,7 @@
 #include "kinematics.h"
 #include "lin.h"
 #include "nominal.h"
+#include "params.h"
 
 static const double UNDETERMINED = 0.2;          /* an entry is determined if its standard deviation
                                                   * is less than this times sqrt(M_ii M_jj) */

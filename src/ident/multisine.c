@@ -6,6 +6,7 @@
 
 #include "force.h"
 #include "kinematics.h"
+#include "params.h"
 #include "units.h"
 
 static const double PERIOD_S = 4.0, LOW_HZ = 1.0, HIGH_HZ = 32.0;

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "params.h"
+
 /*  symbol     meaning                                               unit
  *  q = T a_i  lever arm of the upper joint                          m
  *  j          row of the Jacobian of leg rates, [n', (q x n)']      -, m

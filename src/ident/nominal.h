@@ -5,7 +5,7 @@
 #define HEXID_NOMINAL_H
 
 #include "kinematics.h"
-#include "params.h"
+#include "types.h"
 
 void nominal_matrix(const struct params *params, const struct kinematics *k, const double pose[DOFS], double mt[DOFS][DOFS]);
 

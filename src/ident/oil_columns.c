@@ -8,6 +8,7 @@
 #include "force.h"
 #include "kinematics.h"
 #include "lin.h"
+#include "params.h"
 #include "units.h"
 
 enum { PUSH, GAIN, OWN, OTHER, UNKNOWNS };

@@ -5,6 +5,7 @@
 
 #include "dense.h"
 #include "nominal.h"
+#include "params.h"
 
 const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x_m",       "center_y_m",       "center_z_m",
                                                    "inertia_xx_kg_m2", "inertia_yy_kg_m2", "inertia_zz_kg_m2", "inertia_xy_kg_m2",

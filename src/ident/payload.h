@@ -13,7 +13,7 @@
 #define HEXID_PAYLOAD_H
 
 #include "kinematics.h"
-#include "params.h"
+#include "types.h"
 
 enum {
     MATRIX_ENTRIES = DOFS * (DOFS + 1) / 2

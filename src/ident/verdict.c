@@ -4,6 +4,7 @@
 #include <stdarg.h>
 
 #include "lin.h"
+#include "params.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
 static const char of_sinusoids[] =

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "force.h"
+#include "params.h"
 
 bool areas_stated(const struct params *params) {
     return params->mechanism != MECHANISM_AXIS || (params->actuator.stated.piston && params->actuator.stated.rod);

@@ -3,7 +3,9 @@
 #ifndef HEXID_AREAS_H
 #define HEXID_AREAS_H
 
-#include "params.h"
+#include <stdbool.h>
+
+struct params;
 
 enum { AREAS_TEXT_SIZE = 200 };
 

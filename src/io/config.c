@@ -8,6 +8,7 @@
 
 #include "config_keys.h"
 #include "input.h"
+#include "params.h"
 
 enum { FILE_MAX = 1 << 20, NAMES_MAX = 512 };
 

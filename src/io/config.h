@@ -4,10 +4,12 @@
 #ifndef HEXID_CONFIG_H
 #define HEXID_CONFIG_H
 
+#include <stdbool.h>
 #include <stdio.h>
 
-#include "params.h"
 #include "status.h"
+
+struct params;
 
 /* Sets the values of config/tian2015.yaml (a test keeps the two equal), with all effects off. */
 void config_default(struct params *params);

@@ -9,6 +9,7 @@
 #include "effect.h"
 #include "kinematics.h"
 #include "machine.h"
+#include "params.h"
 #include "units.h"
 
 static const double substep_max_s = 0.25e-3; /* largest substep; with longer steps, errors of the

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "config_keys.h"
+#include "params.h"
 
 static bool within(const char *path, const char *const *sections) {
     for (; *sections; sections++) {

@@ -7,6 +7,7 @@
 #include "config.h"
 #include "edit_distance.h"
 #include "number_text.h"
+#include "params.h"
 
 /* Derives the kind from the member's type, so that a row cannot contradict the struct. */
 #define KIND(place) _Generic(((struct params *)0)->place, double: CONFIG_REAL, int: CONFIG_INTEGER, bool: CONFIG_BOOLEAN)

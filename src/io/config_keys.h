@@ -7,8 +7,11 @@
 
 #include <stddef.h>
 
-#include "params.h"
+#include "params/text.h"
 #include "status.h"
+#include "types.h"
+
+struct params;
 
 enum {
     CONFIG_PATH_SIZE = 80,

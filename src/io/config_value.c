@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "params.h"
+
 static bool takes_list(enum config_kind kind) { return kind == CONFIG_AXES || kind == CONFIG_REALS || kind == CONFIG_POINTS; }
 
 int config_key_depth(const struct config_key *key) { return key->kind == CONFIG_POINTS ? 2 : 1; }

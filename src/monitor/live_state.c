@@ -6,6 +6,7 @@
 #include "ident.h"
 #include "messages.h"
 #include "nominal.h"
+#include "params.h"
 #include "printable.h"
 #include "units.h"
 

@@ -8,7 +8,6 @@
 #include "failure.h"
 #include "json_text.h"
 #include "kinematics.h"
-#include "params.h"
 
 enum { LIVE_CYCLES = 1024, LIVE_EVENTS = 64, LIVE_MESSAGE_MAX = 16384 };
 

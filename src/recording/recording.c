@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "force.h"
+#include "params.h"
 
 enum {
     LONG = 400000,     /* samples of a test, at which every other block is dropped: thirteen minutes

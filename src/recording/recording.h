@@ -4,8 +4,10 @@
 
 #include <stdint.h>
 
-#include "params.h"
+#include "params/tests.h"
 #include "status.h"
+
+struct params;
 
 enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
 #define RECORDING_CLOCK_TOLERANCE 1e-4 /* relative difference between two clocks that their crystals

@@ -8,6 +8,7 @@
 #include "identification_sections.h"
 #include "identification_tables.h"
 #include "page.h"
+#include "params.h"
 
 /* September 2001, us since 1970: an earlier time is that of a clock which started at 0. */
 static const int64_t DATED_US = 1000000000000000;

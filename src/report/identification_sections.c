@@ -8,6 +8,7 @@
 #include "identification_pictures.h"
 #include "identification_tables.h"
 #include "page.h"
+#include "params.h"
 
 static void title(const struct report_page *p, int log, const char *words) {
     fputs("<section><h2>", p->out);

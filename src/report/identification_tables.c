@@ -5,6 +5,7 @@
 
 #include "html.h"
 #include "identification_table.h"
+#include "params.h"
 
 enum { COLUMNS = 3 };
 

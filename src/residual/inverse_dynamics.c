@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "joint_axes.h"
+#include "params.h"
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;

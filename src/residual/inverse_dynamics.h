@@ -6,6 +6,7 @@
 
 #include "cylinder.h"
 #include "rigid.h"
+#include "types.h"
 
 enum { PHASES = 128 }; /* instants per cycle at which forces are evaluated */
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "dense.h"
+#include "params.h"
 #include "residual.h"
 #include "sort.h"
 #include "units.h"

@@ -16,6 +16,7 @@
 #define HEXID_PLAY_H
 
 #include "inverse_dynamics.h"
+#include "types.h"
 
 /* Mean squares that noise gives a path over so many steps whose ends are held: from each leg's
  * force, integrated twice, and from its length. */

@@ -10,6 +10,7 @@
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "motion.h"
+#include "params.h"
 #include "residual.h"
 #include "sort.h"
 #include "units.h"

@@ -6,6 +6,7 @@
 
 #include "hydraulics.h"
 #include "inverse_dynamics.h"
+#include "params.h"
 #include "units.h"
 #include "valve_line.h"
 

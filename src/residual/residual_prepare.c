@@ -8,6 +8,7 @@
 
 #include "dense.h"
 #include "inverse_dynamics.h"
+#include "params.h"
 #include "units.h"
 #include "whiten.h"
 

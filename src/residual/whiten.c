@@ -6,6 +6,7 @@
 
 #include "cylinder.h"
 #include "numeric.h"
+#include "params.h"
 #include "rigid.h"
 #include "units.h"
 #include "vec.h"

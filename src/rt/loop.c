@@ -5,6 +5,7 @@
 
 #include "confine.h"
 #include "crash.h"
+#include "params.h"
 #include "thread.h"
 #include "units.h"
 

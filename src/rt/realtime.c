@@ -7,6 +7,8 @@
 #include <string.h>
 #include <sys/mman.h>
 
+#include "params/loop.h"
+
 enum { STACK_PREFAULT = 256 * 1024 };
 
 static void prefault_stack(void) {

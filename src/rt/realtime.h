@@ -3,8 +3,9 @@
 #ifndef HEXID_REALTIME_H
 #define HEXID_REALTIME_H
 
-#include "params.h"
 #include "status.h"
+
+struct loop_params;
 
 enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
 

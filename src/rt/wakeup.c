@@ -1,6 +1,7 @@
 #include "wakeup.h"
 
 #include "clock.h"
+#include "params/loop.h"
 #include "realtime.h"
 #include "thread.h"
 #include "units.h"

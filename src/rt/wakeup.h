@@ -5,8 +5,9 @@
 #define HEXID_WAKEUP_H
 
 #include "histogram.h"
-#include "params.h"
 #include "status.h"
+
+struct loop_params;
 
 enum { WAKEUP_EDGES = 16 };
 extern const int wakeup_edge_us[WAKEUP_EDGES]; /* upper edges of the classes of struct wakeups, in

@@ -23,6 +23,7 @@
 #include "config.h"
 #include "ident.h"
 #include "loop.h"
+#include "params.h"
 #include "plant.h"
 #include "platform.h"
 #include "units.h"

@@ -12,6 +12,7 @@
 
 #include "config.h"
 #include "loop.h"
+#include "params.h"
 #include "platform.h"
 
 enum { CYCLES = 4000, REQUEST_PARK = 3000 };

@@ -5,6 +5,7 @@
 
 #include "can_master.h"
 #include "config.h"
+#include "params.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "config.h"
+#include "params.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -8,6 +8,7 @@
 #include "config.h"
 #include "live_state.h"
 #include "messages.h"
+#include "params.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

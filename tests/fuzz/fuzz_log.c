@@ -12,6 +12,7 @@
 #include "log_export.h"
 #include "message_fields.h"
 #include "messages.h"
+#include "params.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -17,6 +17,7 @@
 #include "modbus_link.h"
 #include "modbus_map.h"
 #include "modbus_server.h"
+#include "params.h"
 
 enum { TRANSACTION = 2 };
 

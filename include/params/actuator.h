@@ -1,0 +1,24 @@
+/* Section `actuator` of the configuration (params.h). */
+#ifndef HEXID_PARAMS_ACTUATOR_H
+#define HEXID_PARAMS_ACTUATOR_H
+
+#include "types.h"
+
+struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertias about each part's
+                                   * own mass centre (docs/method.md, 3) */
+    double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
+    struct {
+        bool piston, rod;
+    } stated;                     /* false if an axis's configuration leaves the diameter out,
+                                   * because the built-in platform's does not suit an axis */
+    double stroke_m[LEGS];
+    double mid_stroke_m[LEGS];    /* leg length at mid-stroke less leg length at neutral */
+    double upper_mass_kg[LEGS], lower_mass_kg[LEGS];      /* masses of rod (ma) and cylinder (mb) */
+    double upper_inertia_kg_m2[LEGS], lower_inertia_kg_m2[LEGS]; /* transverse moments of inertia of
+                                                                  * rod (ia) and cylinder (ib) */
+    /* distance of the rod's mass centre from the upper joint (ra), and of the cylinder's from the
+     * lower joint (rb) */
+    double upper_center_m[LEGS], lower_center_m[LEGS];
+};
+
+#endif

@@ -1,0 +1,15 @@
+/* Section `control` of the configuration (params.h). */
+#ifndef HEXID_PARAMS_CONTROL_H
+#define HEXID_PARAMS_CONTROL_H
+
+struct control_params {           /* gains of the controller; src/core/pid.h has the exact law */
+    double kp, ki, kd;            /* gains of the proportional, the integral and the derivative
+                                   * part: 1/m, 1/(m s), s/m */
+    double kff;                   /* gain of the reference's leg rate, s/m */
+    double kpf;                   /* gain of the high-passed leg force, 1/N */
+    double tf, tp;                /* time constants of the filters of derivative and force, s */
+    double integral_limit;        /* largest integral part, as a share of full opening */
+    double output_limit;          /* largest output, as a share of full opening */
+};
+
+#endif

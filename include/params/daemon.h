@@ -1,0 +1,32 @@
+/* Sections `security`, `machine` and `lcm` of the configuration (params.h): the daemon on its host
+ * and on the LCM bus. */
+#ifndef HEXID_PARAMS_DAEMON_H
+#define HEXID_PARAMS_DAEMON_H
+
+#include <stdbool.h>
+
+#include "params/text.h"
+
+struct security_params {
+    bool confine;                 /* limits the daemon's rights in the system (src/rt/confine.h) */
+};
+
+struct machine_params {
+    char name[PARAMS_TEXT_SIZE]; /* name on the bus (machine.h); "": the first of hexid, hexid-2,
+                                  * ... that is free */
+};
+
+struct lcm_params {
+    char url[PARAMS_TEXT_SIZE];   /* URL of the LCM bus; "": none. A udpm URL with ttl 0 stays on
+                                   * this host */
+    int state_every;      /* number of cycles from one HEXID_STATE message on the bus to the next */
+    bool commands;                /* SAFETY: accept commands that move; stop and
+                                   * park are always accepted */
+    double lease_s;               /* SAFETY: longest time between messages of an operator who
+                                   * engaged or started by command, after which the platform is
+                                   * parked; 0: there is no such limit */
+    char remote_stop[PARAMS_TEXT_SIZE]; /* addresses of other hosts whose stop and park are
+                                         * accepted; "": none */
+};
+
+#endif

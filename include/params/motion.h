@@ -1,0 +1,17 @@
+/* Section `motion` of the configuration (params.h). */
+#ifndef HEXID_PARAMS_MOTION_H
+#define HEXID_PARAMS_MOTION_H
+
+#include <stdbool.h>
+
+struct motion_params {
+    double engage_s, park_s;      /* durations of the moves up and down; longer if rate_mps or
+                                   * accel_mps2 require it */
+    double rate_mps, accel_mps2;  /* largest speed and acceleration in a move: of the origin, or of
+                                   * the upper joints in a turn */
+    double park_z_m;              /* pose z at which the platform is put down; z points down */
+    double hold_s;                /* waiting time at neutral before the first test */
+    bool automatic;               /* engages, tests and parks without commands */
+};
+
+#endif

@@ -1,0 +1,17 @@
+/* Section `sim` of the configuration (params.h). */
+#ifndef HEXID_PARAMS_SIM_H
+#define HEXID_PARAMS_SIM_H
+
+enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
+
+struct sim_params {
+    enum engine_kind engine;
+    int substeps;                 /* integration steps per cycle; one is at most 0.25 ms long */
+    double base_hz, base_mass_kg; /* the base on its springs (sim/surroundings.h); 0 Hz: the base is
+                                   * rigid */
+    double ripple_pa, ripple_hz;  /* amplitude and frequency of the pump's pressure ripple */
+    double smooth_friction_mps;   /* 0: true stick; otherwise dry friction of the cylinders is F
+                                   * tanh(v / this), as in models without stick */
+};
+
+#endif
