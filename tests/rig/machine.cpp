@@ -86,6 +86,12 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
     bodies.evaluate(q, still, now);
 
     Coords load = now.bias;
+    if (p.mode_kg > 0) {
+        const Vec3 weight = p.mode_kg * p.bodies.gravity;
+        y.segment<3>(kMode) = pose.head<3>() + weight / p.mode_stiffness;
+        load.head<3>() -= weight;
+        load.segment<3>(kBase) -= weight;
+    }
     load.head<6>() += p.stiffness.cwiseProduct(pose)({0, 1, 2, 5, 4, 3});
     base_load = load.segment<3>(kBase);
     const Vec6 force = now.length_row.leftCols<6>().transpose().fullPivLu().solve(load.head<6>());
@@ -225,6 +231,20 @@ double Machine::speed(const Friction &f) const
     return f.cylinder ? now.rod_rate[f.index] : row(f).head(n).dot(y.segment(kV, n));
 }
 
+/* Force on the platform of the payload's part on springs, whose motion goes into ds. */
+Vec3 Machine::mode_force(const State &s, State &ds) const
+{
+    if (p.mode_kg <= 0)
+        return Vec3::Zero();
+    const Vec3 at = s.segment<3>(kQ) + s.segment<3>(kQ + kBase);
+    const Vec3 rate = s.segment<3>(kV) + s.segment<3>(kV + kBase);
+    const Vec3 force = p.mode_stiffness * (s.segment<3>(kMode) - at) +
+                       p.mode_damping * (s.segment<3>(kMode + 3) - rate);
+    ds.segment<3>(kMode) = s.segment<3>(kMode + 3);
+    ds.segment<3>(kMode + 3) = p.bodies.gravity - force / p.mode_kg;
+    return force;
+}
+
 void Machine::derivative(double at, const State &s, State &ds)
 {
     const Coords q = s.segment<kMax>(kQ), v = s.segment<kMax>(kV);
@@ -320,8 +340,10 @@ void Machine::derivative(double at, const State &s, State &ds)
             }
     }
     ds[kSupplyFlow] = (drawn - s[kSupplyFlow]) / kSupplyLag;
+    const Vec3 mode = mode_force(s, ds);
+    Q.head<3>() += mode;
     if (n > 6)
-        Q.segment<3>(kBase) -= p.base_damping * v.segment<3>(kBase);
+        Q.segment<3>(kBase) += mode - p.base_damping * v.segment<3>(kBase);
 
     state_of_forces = &s;
     Coords accel = Coords::Zero(), spring = Coords::Zero();

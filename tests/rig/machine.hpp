@@ -38,6 +38,8 @@ struct MachineParameters {
     double stop_stiffness, stop_damping;
     Vec6 stiffness;                      /* x y z phi theta psi, N/m and N m/rad */
     double base_stiffness, base_damping; /* N/m, N s/m, each of three directions */
+    double mode_stiffness, mode_damping; /* the same of the payload's part on springs */
+    double mode_kg;                      /* its mass, at the origin of {M}; 0: none */
     double step;                         /* longest step, s */
 };
 
@@ -60,7 +62,8 @@ public:
         kV = kMax,
         kLeg = 2 * kMax,
         kSupplyFlow = kLeg + kPerLeg * kLegs,
-        kWork,
+        kMode, /* position and velocity in {B} of the payload's part on springs */
+        kWork = kMode + 6,
         kState
     };
     using State = Eigen::Matrix<double, kState, 1>;
@@ -97,6 +100,7 @@ private:
     void accept(const State &s, double h);
     void release_or_hold();
     double potential(const State &s) const;
+    Vec3 mode_force(const State &s, State &ds) const;
     double tank_pressure(const State &s, double supply) const;
 
     MachineParameters p;

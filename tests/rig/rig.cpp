@@ -17,10 +17,11 @@ constexpr double kJointError = 0.5e-3; /* m */
 constexpr double kJitterShare =
     1.0 / 500; /* share of samples that arrive one period late, in the series beyond tolerance */
 constexpr double kBaseDamping = 0.03; /* damping ratio of the base plate on its spring */
+constexpr double kModeDamping = 0.03; /* and of the payload's part on springs */
 
 static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
-/* The catalogue of docs/gap.md and three further effects: each key with the value that switches it
+/* The catalogue of docs/gap.md and five further effects: each key with the value that switches it
  * off. position_sensor_scale.zero_m is counted from the neutral length. */
 // clang-format off
 static const std::map<std::string, double> kEffects = {
@@ -53,7 +54,8 @@ static const std::map<std::string, double> kEffects = {
     {"position_sensor_scale.zero_m", 0}, {"position_sensor_offset.offset_m", 0},
     {"pressure_sensor_lag.cutoff_hz", 0}, {"position_sensor_delay.delay_s", 0},
     {"command_delay.delay_s", 0}, {"clock_skew.ratio", 1}, {"base_spring.frequency_hz", 0},
-    {"base_spring.mass_kg", 1000}, {"pump_ripple.pressure_pa", 0},
+    {"base_spring.mass_kg", 1000}, {"payload_mode.frequency_hz", 0}, {"payload_mode.mass_kg", 20},
+    {"pressure_sensor_delay.delay_s", 0}, {"pump_ripple.pressure_pa", 0},
     {"pump_ripple.frequency_hz", 216}, {"bristle_friction.force_n", 0},
     {"bristle_friction.excess_n", 0}, {"bristle_friction.velocity_mps", 0.01},
     {"bristle_friction.give_m", 1e-4}, {"bristle_friction.damping_n_s_per_m", 0},
@@ -187,6 +189,14 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
     p.base_stiffness = plate * std::pow(2 * kPi * hz, 2);
     p.base_damping = 2 * kBaseDamping * plate * 2 * kPi * hz;
 
+    const double mode = 2 * kPi * fx("payload_mode.frequency_hz");
+    p.mode_kg = mode > 0 ? fx("payload_mode.mass_kg") : 0;
+    p.mode_stiffness = p.mode_kg * mode * mode;
+    p.mode_damping = 2 * kModeDamping * p.mode_kg * mode;
+    b.payload_kg -= p.mode_kg;
+    if (!(b.payload_kg > 0))
+        throw std::runtime_error("payload_mode.mass_kg: less than the payload has");
+
     p.supply = s.at("hydraulics.supply_pa") * base.supply;
     p.tank = s.at("hydraulics.tank_pa");
     p.supply_resistance = fx("supply_pressure_sag.resistance_pa_s_per_m3");
@@ -308,16 +318,18 @@ public:
         volt = s.at("sensors.pressure_full_scale_pa") / range_v;
         steps = std::pow(2, s.at("sensors.adc_bits") - 1);
         machine.read(last.rod, lag1, lag2);
+        machine.read(last.rod, last.p1, last.p2);
         last.t = machine.time();
         history.push_back(last);
-        machine.read(last.rod, last.p1, last.p2);
         for (int i = 0; i < kLegs; i++) {
             delay[i] = effect(setup, "position_sensor_delay.delay_s", i);
+            pressure_delay[i] = effect(setup, "pressure_sensor_delay.delay_s", i);
             cutoff[i] = 2 * kPi * effect(setup, "pressure_sensor_lag.cutoff_hz", i);
         }
+        longest_delay = std::max(delay.maxCoeff(), pressure_delay.maxCoeff());
     }
 
-    bool continuous() const { return delay.maxCoeff() > 0 || cutoff.maxCoeff() > 0; }
+    bool continuous() const { return longest_delay > 0 || cutoff.maxCoeff() > 0; }
 
     /* Follows the machine between samples: lags of the sensors, exact for an input that is linear
      * in time. */
@@ -332,8 +344,8 @@ public:
             lag2[i] = lagged(lag2[i], last.p2[i], now.p2[i], cutoff[i] * dt);
         }
         last = now;
-        history.push_back(now);
-        while (history.size() > 2 && history[1].t <= now.t - delay.maxCoeff())
+        history.push_back({now.t, now.rod, lag1, lag2});
+        while (history.size() > 2 && history[1].t <= now.t - longest_delay)
             history.pop_front();
     }
 
@@ -343,20 +355,26 @@ public:
         machine.read(rod, p1, p2);
         for (int i = 0; i < kLegs; i++) {
             if (delay[i] > 0)
-                rod[i] = past(i, machine.time() - delay[i]);
+                rod[i] = past(&Moment::rod, i, machine.time() - delay[i]);
+            if (cutoff[i] > 0) {
+                p1[i] = lag1[i];
+                p2[i] = lag2[i];
+            }
+            if (pressure_delay[i] > 0) {
+                p1[i] = past(&Moment::p1, i, machine.time() - pressure_delay[i]);
+                p2[i] = past(&Moment::p2, i, machine.time() - pressure_delay[i]);
+            }
             const double zero = neutral[i] + effect(setup, "position_sensor_scale.zero_m", i);
             rod[i] = zero + effect(setup, "position_sensor_scale.scale", i) * (rod[i] - zero) +
                      effect(setup, "position_sensor_offset.offset_m", i);
             out.length[i] =
                 enabled && resolution > 0 ? resolution * std::round(rod[i] / resolution) : rod[i];
-            out.p1[i] =
-                card((cutoff[i] > 0 ? lag1 : p1)[i] * effect(setup, "pressure_sensor_scale.p1", i) +
-                     effect(setup, "pressure_sensor_offset.p1", i));
+            out.p1[i] = card(p1[i] * effect(setup, "pressure_sensor_scale.p1", i) +
+                             effect(setup, "pressure_sensor_offset.p1", i));
         }
         for (int i = 0; i < kLegs; i++)
-            out.p2[i] =
-                card((cutoff[i] > 0 ? lag2 : p2)[i] * effect(setup, "pressure_sensor_scale.p2", i) +
-                     effect(setup, "pressure_sensor_offset.p2", i));
+            out.p2[i] = card(p2[i] * effect(setup, "pressure_sensor_scale.p2", i) +
+                             effect(setup, "pressure_sensor_offset.p2", i));
 
         const Sample fresh = out;
         if (jitter && !previous.empty() && random.uniform(0, 1) < kJitterShare) {
@@ -381,16 +399,16 @@ private:
         return u1 - ramp + (y - u0 + ramp) * e;
     }
 
-    double past(int leg, double t) const
+    double past(Vec6 Moment::*of, int leg, double t) const
     {
         size_t k = 1;
         while (k + 1 < history.size() && history[k].t < t)
             k++;
         if (history.size() < 2)
-            return history[0].rod[leg];
+            return (history[0].*of)[leg];
         const Moment &a = history[k - 1], &b = history[k];
         const double part = std::clamp((t - a.t) / (b.t - a.t), 0.0, 1.0);
-        return a.rod[leg] + part * (b.rod[leg] - a.rod[leg]);
+        return (a.*of)[leg] + part * ((b.*of)[leg] - (a.*of)[leg]);
     }
 
     double card(double pressure)
@@ -405,8 +423,8 @@ private:
     const Setup &setup;
     Random random;
     bool jitter, enabled;
-    Vec6 neutral, delay, cutoff, lag1, lag2;
-    double resolution, noise_v, range_v, volt, steps;
+    Vec6 neutral, delay, pressure_delay, cutoff, lag1, lag2;
+    double longest_delay, resolution, noise_v, range_v, volt, steps;
     Moment last;
     std::deque<Moment> history;
     std::vector<Sample> previous;
@@ -690,10 +708,12 @@ static void write_truth(const std::string &file, const Setup &setup)
         throw std::runtime_error("cannot write " + file);
 }
 
-/* At neutral, for the platform's twist in {M}: x y z phi theta psi. */
+/* At neutral, for the platform's twist in {M}: x y z phi theta psi. A part of the payload on
+ * springs counts as rigid. */
 static void print_inertia_matrix(const Setup &setup)
 {
-    const Machine machine(make_parameters(setup, draw_base(setup)), Vec6::Zero());
+    const MachineParameters p = make_parameters(setup, draw_base(setup));
+    const Machine machine(p, Vec6::Zero());
     const int order[6] = {0, 1, 2, 5, 4, 3}; /* at neutral the angles' rates equal the twist */
     for (int i = 0; i < 6; i++)
         for (int k = 0; k < 6; k++)
@@ -701,7 +721,8 @@ static void print_inertia_matrix(const Setup &setup)
                         k   ? ", "
                         : i ? " ["
                             : "[[",
-                        machine.body_state().M(order[i], order[k]),
+                        machine.body_state().M(order[i], order[k]) +
+                            (i == k && i < 3 ? p.mode_kg : 0),
                         k < 5   ? ""
                         : i < 5 ? "],\n"
                                 : "]]\n");

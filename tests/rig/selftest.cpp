@@ -234,6 +234,9 @@ static void energy_is_balanced(const Settings &s)
                   {"base_spring.frequency_hz=12", "external_stiffness.z=20000",
                    "pipeline_dynamics.length_m=1"},
                   1e-5},
+                 {"energy is balanced: part of the payload on springs",
+                  {"payload_mode.frequency_hz=8", "base_spring.frequency_hz=15"},
+                  1e-5},
                  {"energy is balanced: centre of mass off, tilted base",
                   {"payload_center_of_mass.x_m=0.03", "base_tilt.phi_rad=0.05",
                    "geometry_error.b_x_m=0.01,0,0,0,0,0"},
@@ -555,6 +558,9 @@ static void each_effect_does_what_it_says(const Settings &s)
         {{"position_sensor_delay.delay_s=0.003"},
          [&](const Response &r) { return turned(Z(r, 1), Z(clean, 1)) / (w * 0.003); },
          0.05},
+        {{"pressure_sensor_delay.delay_s=0.003"},
+         [&](const Response &r) { return turned(Z(clean, 1), Z(r, 1)) / (w * 0.003); },
+         0.05},
         {{"command_delay.delay_s=0.003"},
          [&](const Response &r) {
              return turned(r.U / r.X[0], clean.U / clean.X[0]) / (w * 0.003);
@@ -564,6 +570,12 @@ static void each_effect_does_what_it_says(const Settings &s)
          [&](const Response &r) { return r.t_end / clean.t_end / 1.01; },
          1e-9},
         {{"base_spring.frequency_hz=12"}, moves, 0},
+        {{"payload_mode.frequency_hz=12", "payload_mode.mass_kg=50"},
+         [&](const Response &r) { /* the mass on its spring follows by 1 / (1 - (f / f0)^2) */
+                                  const double more = 50 * (1 / (1 - 1.0 / 9) - 1);
+                                  return std::real(dZ(r, 0)) / (-w * w * more);
+         },
+         0.05},
         {{"pump_ripple.pressure_pa=200000"}, moves, 0},
     };
     const double variation = (clean.all.rowwise() - clean.all.colwise().mean()).norm();
