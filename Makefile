@@ -131,6 +131,10 @@ bench-friction: $(BUILD)/hexid $(BUILD)/tests/rig/rig ## method C on the rig by 
 bench-springs: $(BUILD)/hexid $(BUILD)/tests/rig/rig ## method C's springs on the rig by other means, six hidden, at 4 and 2 Hz; 3 minutes
 	@HEXID=$(BUILD)/hexid RIG=$(BUILD)/tests/rig/rig python3 tests/ident/rig_springs.py --seeds 12
 
+bench-sensors: $(BUILD)/hexid $(if $(filter mujoco,$(TRUTH)),$(BUILD)/tests/ident/venv/ready,$(BUILD)/tests/rig/rig) ## method C with gains, zeros, lags, skew and pipes of real sensors, on the rig by other means; TRUTH=mujoco: on MuJoCo's bodies; 15 minutes
+	@HEXID=$(BUILD)/hexid RIG=$(BUILD)/tests/rig/rig $(if $(filter mujoco,$(TRUTH)),$(BUILD)/tests/ident/venv/bin/)python3 \
+		tests/ident/real_sensors.py --truth $(or $(TRUTH),rig) --recordings $(BUILD)/sensors
+
 bench-coverage: $(BUILD)/hexid ## method C on 200 random machines: do its intervals hold? 3 minutes
 	@HEXID=$(BUILD)/hexid python3 tests/ident/coverage.py --machines 200
 
@@ -321,6 +325,14 @@ $(VENV)/ready: tests/peers/requirements.txt | deps-test
 	$(Q)$(VENV)/bin/pip install --quiet --disable-pip-version-check -r $<
 	@touch $@
 
+# A second truth of the identification.
+$(BUILD)/tests/ident/venv/ready: tests/ident/requirements.txt | deps-test
+	@rm -rf $(@D)
+	@echo venv $(@D)
+	$(Q)python3 -m venv $(@D)
+	$(Q)$(@D)/bin/pip install --quiet --disable-pip-version-check -r $<
+	@touch $@
+
 # An independent rig. RIG selects the scorecard's. It uses only Pinocchio's headers; its variant has more types than Boost.MPL's
 # preprocessed headers allow.
 RIG_BUILD := $(BUILD)/tests/rig
@@ -350,7 +362,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)javac -cp /usr/share/java/lcm.jar -d $(@D) $(@D)/hexid/*.java
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
-.PHONY: all always check install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
+.PHONY: all always check install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-sensors bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
 .PHONY: bench-check bench-cycle bench-rt soak-rt test-rt-kernel deps-rt deps-rt-kernel
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
