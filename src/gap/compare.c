@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "gap.h"
 #include "line.h"
 #include "memory.h"
 #include "parallel.h"

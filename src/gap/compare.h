@@ -6,6 +6,8 @@
 #include "diagnose.h"
 #include "replay.h"
 
+struct gap_options;
+
 /* Checks whether the recorded loop can be closed again in simulation. Returns 0, or -2 with the
  * reason why not. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error);

@@ -3,7 +3,7 @@
 #ifndef HEXID_DIAGNOSE_H
 #define HEXID_DIAGNOSE_H
 
-#include "gap.h"
+#include "gap_result.h"
 #include "hypothesis.h"
 #include "params.h"
 

@@ -5,7 +5,7 @@
 #ifndef HEXID_EXPERIMENT_H
 #define HEXID_EXPERIMENT_H
 
-#include "gap.h"
+#include "gap_result.h"
 #include "params.h"
 
 /* Writes the experiment that tells two effects, in any order, apart; general advice if the pair has

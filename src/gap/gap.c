@@ -1,10 +1,8 @@
 #include "gap.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "compare.h"
 #include "controller.h"
@@ -19,10 +17,6 @@
 #include "waves.h"
 
 static const double CONTROLLER_DIFFERS = 0.02;
-
-const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
-const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
-const char *const gap_channel_units[GAP_CHANNELS] = {"m", "N", "Pa", "Pa", "-"};
 
 /* Fills r->model, the given configuration with the found effects, whose base values stay as stated,
  * and r->fitted, with the base as fitted. */
@@ -53,37 +47,6 @@ static void give_up(const struct params *given, struct gap_result *r) {
 
 void gap_progress(const struct gap_options *o, const char *step, double share) {
     if (o->progress) o->progress(o->context, step, share);
-}
-
-bool gap_given_alike(const struct gap_effect *effect, int key) {
-    bool alike = true;
-    for (int leg = 1; leg < LEGS; leg++) alike = alike && effect->given.value[key][leg] == effect->given.value[key][0];
-    return alike;
-}
-
-double gap_deviation(const struct gap_effect *e, int key, int leg) {
-    const struct effect_key *k = &effect_table[e->effect]->keys[key];
-    /* parameters of a law's form and reciprocals are not proportional to the effect's strength */
-    bool shapes = k->reciprocal || k->shape;
-    double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
-    return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;
-}
-
-double gap_short(const struct gap_result *r, const struct gap_candidate *candidate) {
-    double most = 0.0;
-    for (int i = 0; i < r->candidates; i++) most = fmax(most, r->candidate[i].z);
-    if (r->effects == 1) most = fmax(most, r->effect[0].z);
-    return sqrt(fmax(most * most - candidate->z * candidate->z, 0.0));
-}
-
-const char *gap_place_words(const struct gap_place *p, int legs, char words[GAP_WORDS]) {
-    char of_leg[32] = "";
-    if (legs > 1) snprintf(of_leg, sizeof of_leg, " of leg %d", p->leg + 1);
-    if (!(p->piece_s > 0.0))
-        snprintf(words, GAP_WORDS, "test %s at %.3g Hz, %s%s, harmonic %d", dof_names[p->dof], p->frequency_hz,
-                 gap_channel_names[p->channel], of_leg, p->harmonic);
-    else snprintf(words, GAP_WORDS, "at %.4g s near %.2g Hz, %s%s", p->at_s, p->frequency_hz, gap_channel_names[p->channel], of_leg);
-    return words;
 }
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,

@@ -3,7 +3,7 @@
 #ifndef HEXID_JUDGE_H
 #define HEXID_JUDGE_H
 
-#include "gap.h"
+#include "gap_result.h"
 
 /* Sums of white squares on the held-out cycles, where noise gives about 1 for each value. */
 struct remainder {

@@ -3,7 +3,7 @@
 #ifndef HEXID_LINE_H
 #define HEXID_LINE_H
 
-#include "gap.h"
+#include "gap_result.h"
 #include "spectrum.h"
 
 /* The strongest tone of a channel off the harmonics. */

@@ -4,7 +4,7 @@
 #ifndef HEXID_REPLAY_H
 #define HEXID_REPLAY_H
 
-#include "gap.h"
+#include "gap_result.h"
 #include "residual.h"
 
 /* Simulates the tests of `like`, run by run. out: what a log of these runs would hold; the caller

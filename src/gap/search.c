@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base.h"
+#include "gap.h"
 #include "goodness.h"
 #include "inverse_dynamics.h"
 #include "machine.h"

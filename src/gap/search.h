@@ -6,6 +6,8 @@
 
 #include "diagnose.h"
 
+struct gap_options;
+
 /* Searches the effects of the machine and fills the result's effects, candidates, rivals and base
  * values. */
 void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result);

@@ -3,7 +3,7 @@
 #ifndef HEXID_WAVES_H
 #define HEXID_WAVES_H
 
-#include "gap.h"
+#include "gap_result.h"
 #include "spectrum.h"
 
 /* One channel of one leg in one test: Fourier coefficients (spectrum.h), padded with zeros. */

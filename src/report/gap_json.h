@@ -3,7 +3,7 @@
 #ifndef HEXID_GAP_JSON_H
 #define HEXID_GAP_JSON_H
 
-#include "gap.h"
+#include "gap_result.h"
 
 /* The result as text, which the caller frees; NULL without memory. model: path of the configuration
  * with the effects found. */

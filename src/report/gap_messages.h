@@ -2,7 +2,7 @@
 #ifndef HEXID_GAP_MESSAGES_H
 #define HEXID_GAP_MESSAGES_H
 
-#include "gap.h"
+#include "gap_result.h"
 
 /* Encodes the result; values that were not evaluated are NaN. Returns the size, or -1 if it does
  * not fit the buffer. Ordinary threads, no heap. */

@@ -4,7 +4,7 @@
 
 #include <stdio.h>
 
-#include "gap.h"
+#include "gap_result.h"
 
 void gap_text_print(FILE *out, const struct gap_result *result);
 

@@ -1,0 +1,166 @@
+/* Result of hexid gap: where the gap between model and measurement lies, which effect of the
+ * catalogue explains it, how certain that is, and how much of the gap that effect closes. It holds
+ * everything that a report needs, but for waveforms (waves.h). SI units, legs 0..5. */
+#ifndef HEXID_GAP_RESULT_H
+#define HEXID_GAP_RESULT_H
+
+#include "params.h"
+
+enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80 };
+
+enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_VERDICTS };
+extern const char *const gap_verdict_names[GAP_VERDICTS]; /* effect_named, no_gap, ambiguous,
+                                                           * unknown_effect */
+
+/* Channels in which model and measurement are compared. */
+enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNELS };
+extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, p2, valve */
+extern const char *const gap_channel_units[GAP_CHANNELS];
+
+/* How models are compared with the log: by simulation in closed loop, or under the measured motion.
+ * GAP_AS_KNOWN: in closed loop if the log has reference, commands and pressures, otherwise under
+ * the motion. */
+enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
+
+struct gap_effect {
+    int effect;                           /* index in effect_table */
+    int shape;                /* which legs: -1 all with one value, -2 each with its own, 0..5 that
+                               * leg alone */
+    int keys;                             /* number of keys in use; on a single axis an effect that
+                                           * acts on the pose has x alone */
+    struct effect_values values;
+    struct effect_values given;           /* values in the configuration; `on`: the configuration
+                                           * has the effect, with another size */
+    double std[EFFECT_KEYS][LEGS];        /* standard deviations, enlarged by the gap that is left;
+                                           * 0: the value is at its bound */
+    bool bound[EFFECT_KEYS][LEGS];        /* the value is at the end of its range, so it is no
+                                           * estimate */
+    double share_explained;               /* share that the effect explains of the squared gap above
+                                           * the noise floor, on held-out cycles; with several
+                                           * effects, at least what was gone when it joined */
+    double z;                             /* square root of the likelihood's gain on all cycles,
+                                           * less the penalty of the effect's priors; with several
+                                           * effects, of the gain when it joined */
+    char evidence[GAP_TEXT];
+};
+
+/* An effect that was tried in the first round, with the best choice of legs. */
+struct gap_candidate {
+    int effect, shape;
+    double gain;     /* gain in white squares on the fitted cycles, less the penalty for its
+                      * parameters */
+    double z;        /* z as in gap_effect; a trial that gained little in its first steps was not
+                      * fitted further */
+    double share_explained;
+    bool unseen;     /* the data do not show the effect, so that it is never named: its values are
+                      * at a bound, or it is a friction that acts only where a leg may stick */
+};
+
+struct gap_place {
+    int test, leg, harmonic;
+    enum dof dof;
+    double frequency_hz;             /* frequency of the motion, of which the harmonic is a
+                                      * multiple */
+    double at_s, piece_s;                 /* start and length of a segment of any motion; piece_s 0:
+                                           * a steady sinusoid */
+    enum gap_channel channel;
+    const char *feature; /* motion feature that the gap follows most: static, velocity_reversal,
+                          * spool_reversal, one_direction, peak_speed, peak_acceleration */
+    double share;        /* share of this place in the sum of white squares */
+};
+
+/* Size of a difference between model and measurement. overall: root mean square over the channels
+ * of `normalised`. varying: like overall, but without the constants, which depend on where a run
+ * began if a valve stays shut. channel: rms in SI units. normalised: channel divided by the rms of
+ * the measured variation. */
+struct gap_size {
+    double overall, varying, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
+};
+
+/* A tone off the harmonics of the motion, as from a pump, a neighbouring machine or a loop that
+ * oscillates. No effect of the catalogue explains one. */
+struct gap_line {
+    /* hz 0: there is no tone */
+    double hz, rms;
+    enum gap_channel channel;
+    enum dof dof;                         /* axis of the test in which the tone is strongest */
+    int test;
+};
+
+struct gap_base_value {
+    const char *name;
+    int leg; /* 0..5, or -1: the whole machine */
+    /* std NaN: the value is held fixed, because an effect is parallel to it */
+    double given, value, std;
+    bool bound;
+};
+
+struct gap_result {
+    enum gap_verdict verdict;
+    char reason[GAP_TEXT];                /* the verdict's reason, one sentence for people */
+    int effects;
+    struct gap_effect effect[GAP_EFFECTS];/* the most certain effect first */
+    int ambiguous;                        /* number of effects that the data cannot tell from
+                                           * effect[in_doubt]; ambiguous_with: their indices in
+                                           * effect_table */
+    int in_doubt;
+    int ambiguous_with[GAP_RIVALS];
+    bool offset_rival;                    /* the data cannot tell effect[in_doubt] from a constant
+                                           * force either, which is no effect of the catalogue
+                                           * (single axis) */
+    int candidates;                       /* number of effects that were tried; the best is first */
+    struct gap_candidate candidate[EFFECTS_MAX];
+    int places;
+    struct gap_place where[GAP_PLACES];
+    struct gap_size before, after, noise_floor, held_out_before, held_out_after;
+    bool simulated;                       /* the sizes come from simulations in closed loop; false:
+                                           * from the equations under the measured motion */
+    bool validated;                       /* the held-out sizes come from another log */
+    char replay_fault[GAP_TEXT];          /* fault in which the simulation with the effects ended;
+                                           * empty: none */
+    double unexplained_fraction;          /* share of the gap that is left on held-out data; NaN if
+                                           * nothing can be compared */
+    char next_experiment[GAP_TEXT];
+    int base_values;
+    struct gap_base_value base[GAP_BASE];
+    struct gap_line line;
+    bool line_simulated;                  /* the simulation with the effects shows the tone, too */
+    bool controller_known, controller_differs;
+    double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
+                                           * which they differ; otherwise 0 */
+    double sampled_s;                     /* time between the log's samples if it differs from the
+                                           * controller's cycle; otherwise 0 */
+    double controller_difference;         /* rms part of the commands that the configured controller
+                                           * does not reproduce, as a share of the rms of their
+                                           * variation */
+    double white_before, white_after;     /* mean white square on held-out cycles, without and with
+                                           * the effects found; noise gives 1 */
+    bool matrices;
+    double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
+    bool repaired;                        /* repaired_mt is valid, because friction was found */
+    double repaired_mt[DOFS][DOFS];       /* measured inertia matrix, less the change that the found
+                                           * friction makes in simulation */
+    struct params base_model;             /* the base as fitted without effects */
+    struct params model; /* the given configuration, base unchanged, with the found effects */
+    struct params fitted;                 /* the base as fitted with the found effects; `after` was
+                                           * simulated with it */
+    enum gap_replay replay;
+    double seconds;
+};
+
+/* True if the configuration gives all legs the same value of this key. */
+bool gap_given_alike(const struct gap_effect *effect, int key);
+
+/* Standard deviation of an effect's value: that from noise and the relative error of the effect's
+ * law, added in quadrature. 0: the value is at its bound. */
+double gap_deviation(const struct gap_effect *effect, int key, int leg);
+
+/* How far a candidate is behind the likeliest one, as a difference of z: the root of the difference
+ * of their squares. */
+double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
+
+/* Writes "test x at 4 Hz, force of leg 2, harmonic 3" for a steady sinusoid, "at 3.21 s near 5.4
+ * Hz, force of leg 2" for a segment. With one leg its number is left out. */
+const char *gap_place_words(const struct gap_place *place, int legs, char words[GAP_WORDS]);
+
+#endif
