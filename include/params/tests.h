@@ -5,6 +5,10 @@
 #include "params/text.h"
 #include "types.h"
 
+/* Range of a test's frequency: that of tests.frequency_hz and of what a CSV file states. */
+#define TESTS_LEAST_HZ 0.01
+#define TESTS_MOST_HZ 100.0
+
 struct test_params {
     enum dof order[DOFS];         /* axes to test, in this order */
     int count;

@@ -163,7 +163,7 @@ static const struct config_key keys[] = {
     KEY(interlocks, discrepancy_s, "0.1", 0.002, 1.0, "s", "the two contacts of an input may contradict each other for so long"),
 
     WORD(tests, order, CONFIG_AXES, "[x, y, z, phi, theta, psi]", "axes to test, in turn", dof_names),
-    AXES_KEY("frequency_hz", hz[DOF_X], DOFS, "4", 0.01, 100.0, "Hz",
+    AXES_KEY("frequency_hz", hz[DOF_X], DOFS, "4", TESTS_LEAST_HZ, TESTS_MOST_HZ, "Hz",
              "below the lowest open-loop rigid eigenfrequency; one for all, or of x, y, z, phi, theta, psi"),
     AXES_KEY("amplitude_m", amplitude[DOF_X], 3, "0.004", 1e-6, 1.0, "m", "one for all, or of x, y, z"),
     AXES_KEY("amplitude_rad", amplitude[DOF_PHI], 3, "0.006", 1e-6, 0.5, "rad", "one for all, or of phi, theta, psi"),

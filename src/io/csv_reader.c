@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "csv_stated.h"
+#include "params/tests.h"
 
 int csv_refuse(const struct csv_reader *r, int column, struct error *error, const char *format, ...) {
     char reason[160];
@@ -27,7 +27,7 @@ static int read_value(struct csv_reader *r, int key, char *text, struct error *e
                                                                               * be 0 */
     /* range of loop.period_s and of the keys of tests */
     double value, least = key == CSV_RATE ? 10.0 : time ? 0.0 : 1e-9, most = key == CSV_RATE ? 1e4 : 3600.0;
-    if (key == CSV_FREQUENCY) least = CSV_STATED_LEAST_HZ, most = CSV_STATED_MOST_HZ;
+    if (key == CSV_FREQUENCY) least = TESTS_LEAST_HZ, most = TESTS_MOST_HZ;
     char *end = csv_text_number(text, &value);
     if (!isnan(h->value[key])) return csv_text_refuse(&r->in, error, "%s: given twice", csv_keys[key]);
     if (!end || *end || !(value >= least && value <= most))

@@ -6,6 +6,7 @@
 
 #include "csv_format.h"
 #include "number_text.h"
+#include "params/tests.h"
 
 const char csv_stated_kind[] = "stated";
 
@@ -19,6 +20,6 @@ bool csv_stated_decode(const void *data, int size, enum dof *dof, double *hz) {
     char name[8];
     if (!event_decode(data, size, &event) || strcmp(event.kind, csv_stated_kind)) return false;
     if (sscanf(event.text, "frequency_hz of %7[a-z]: %lf", name, hz) != 2) return false;
-    bool possible = isnan(*hz) || (*hz >= CSV_STATED_LEAST_HZ && *hz <= CSV_STATED_MOST_HZ);
+    bool possible = isnan(*hz) || (*hz >= TESTS_LEAST_HZ && *hz <= TESTS_MOST_HZ);
     return csv_dof_find(name, dof) && *dof != DOF_NONE && possible;
 }

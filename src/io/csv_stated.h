@@ -8,8 +8,6 @@
 #include "types.h"
 
 enum { CSV_STATED_SIZE = 64 };
-#define CSV_STATED_LEAST_HZ 0.01 /* range of tests.frequency_hz */
-#define CSV_STATED_MOST_HZ 100.0
 extern const char csv_stated_kind[];
 
 /* hz: NaN for a file that states none, which ends what the file before it stated. */
