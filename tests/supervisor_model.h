@@ -69,7 +69,7 @@ struct model {
     char text[240];              /* the broken rule in words */
 };
 
-enum { GOOD_RUN = 50, INIT_BAD = 1000, UNSURE = 50 };
+enum { GOOD_RUN = 50, INIT_BAD = 1000, INIT_LONGEST = 2000, UNSURE = 50 };
 
 static const uint32_t MODEL_PARKS = FAULT_PRESSURE_SENSOR;
 static const uint32_t MODEL_AT_ONCE = FAULT_MASTER | FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
@@ -334,7 +334,10 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     bool waits = c->state == STATE_INIT || m->before.state == STATE_INIT;
     /* buckets are empty again */
     bool anew = m->reset || (c->state == STATE_SETTLED && m->before.state != STATE_SETTLED);
-    int limit = waits ? INIT_BAD : m->params->limits.bad_cycles;
+    int limit = waits ? INIT_BAD : m->params->limits.bad_cycles, least = limit;
+    /* the cycle of a reset counts as one in init or not */
+    if (waits && m->in_state >= INIT_LONGEST) limit = 1;
+    if (waits && m->in_state >= INIT_LONGEST - 1) least = 1;
     fill(&m->sure_stop, d.sure & ~MODEL_PARKS & ~(uint32_t)FAULT_OVERRUN);
     fill(&m->sure_park, d.sure & MODEL_PARKS);
     fill(&m->maybe_bad, d.maybe != 0);
@@ -348,8 +351,8 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     uint32_t patient = c->faults & ~m->before.faults & FAULT_ANY & ~(MODEL_AT_ONCE | (uint32_t)FAULT_OVERRUN);
     /* an oscillation is watched for long before it is a fault */
     if (c->faults & ~m->before.faults & FAULT_OSCILLATION) patient = 0;
-    never(!anew && patient && !(d.maybe & (MODEL_AT_ONCE | FAULT_OVERRUN)) && m->maybe_bad < limit, "fault %x after %d bad samples of %d",
-          (unsigned)patient, m->maybe_bad, limit);
+    never(!anew && patient && !(d.maybe & (MODEL_AT_ONCE | FAULT_OVERRUN)) && m->maybe_bad < least, "fault %x after %d bad samples of %d",
+          (unsigned)patient, m->maybe_bad, least);
     never(m->repeated && !c->in.flags, "a sample that the device's count calls old was not flagged");
     uint32_t stops = d.sure & ~MODEL_PARKS, latched = c->faults & ~m->before.faults & FAULT_ANY & ~MODEL_PARKS;
     never(!anew && latched && stops & ~c->faults, "%x was latched, %x beside it was not", (unsigned)latched,

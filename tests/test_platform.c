@@ -75,6 +75,25 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
     plant_destroy(rig.plant);
 }
 
+/* A device that spoils one sample in `apart` never shows enough good ones in a row, and its bad ones
+ * never outnumber them. */
+static void a_device_that_is_bad_now_and_then_does_not_hold_init_for_ever(void **unused) {
+    (void)unused;
+    static const int apart[] = {2, 7, 49};
+    struct params params = brisk();
+    for (int i = 0; i < 3; i++) {
+        struct rig rig;
+        char text[FAULT_LINE_SIZE];
+        rig_init(&rig, &params);
+        for (int n = 0; n < 2000; n++) rig_spoilt(&rig, n % apart[i] ? NULL : leg_too_short, n);
+        assert_int_equal(rig.now.state, STATE_INIT);
+        for (int n = 2000; n < 2000 + apart[i]; n++) rig_spoilt(&rig, n % apart[i] ? NULL : leg_too_short, n);
+        fault_line(rig.now.first_fault, rig.now.faults, &rig.now.measure, text);
+        assert_string_equal(text, "stroke, leg 2: 1420 mm, limit 1425 mm (limits.length_min_m)");
+        plant_destroy(rig.plant);
+    }
+}
+
 static void a_request_cannot_hide_a_fault_of_the_same_cycle(void **unused) {
     (void)unused;
     slow_case();
@@ -347,6 +366,7 @@ int main(void) {
         cmocka_unit_test(automatic_run_tests_every_axis_and_ends_put_down),
         cmocka_unit_test(nothing_moves_without_engage),
         cmocka_unit_test(init_waits_for_the_sensors_and_then_gives_up),
+        cmocka_unit_test(a_device_that_is_bad_now_and_then_does_not_hold_init_for_ever),
         cmocka_unit_test(a_request_cannot_hide_a_fault_of_the_same_cycle),
         cmocka_unit_test(engage_starts_where_the_platform_is),
         cmocka_unit_test(a_move_keeps_its_limits_whatever_duration_is_asked_for),

@@ -11,6 +11,7 @@ enum {
     GOOD_SAMPLES = 50,  /* number of consecutive good samples after which the sensors are trusted */
     INIT_PATIENCE = 1000,  /* number of bad samples that are tolerated while waiting for the
                             * sensors */
+    INIT_CYCLES = 2 * INIT_PATIENCE, /* number of cycles within which the sensors become good */
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error) {
@@ -206,11 +207,12 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
 /* Returns the number of bad samples tolerated before a fault. Overruns are counted elsewhere, and
  * an oscillation has been observed for a quarter of a second. SAFETY: none with two masters,
  * because neither knows where the platform goes next, and none for switches, because a person
- * operated them on purpose. */
+ * operated them on purpose. A device that is good and bad in turns never fills a leaky bucket, so
+ * its first bad sample after INIT_CYCLES ends the wait for it and says what is wrong. */
 static int patience(const struct platform *p, uint32_t suspect) {
     const uint32_t means_it = FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
     if (suspect & (FAULT_MASTER | FAULT_OSCILLATION | means_it)) return 1;
-    if (p->supervisor.state == STATE_INIT) return INIT_PATIENCE;
+    if (p->supervisor.state == STATE_INIT) return p->ticks < INIT_CYCLES ? INIT_PATIENCE : 1;
     return suspect & FAULT_OVERRUN ? 1 : p->params->limits.bad_cycles;
 }
 
