@@ -11,6 +11,7 @@
 #include "edit_distance.h"
 #include "monotonic.h"
 #include "params.h"
+#include "process.h"
 #include "supervisor.h"
 
 enum { RENEWALS = 4 /* number of times that a lease is renewed during its term */ };
@@ -132,14 +133,6 @@ static int unknown(const struct options *o, struct error *error) {
                      nearest ? nearest : "", nearest ? "?" : "");
 }
 
-/* True if a signal stays ignored. nohup(1) asks that the lease survives the terminal. SIGINT is
- * different: a shell ignores it for background programs, in which kill(1) must still park the
- * platform. */
-static bool kept_ignored(int number) {
-    struct sigaction inherited;
-    return number == SIGHUP && !sigaction(number, NULL, &inherited) && inherited.sa_handler == SIG_IGN;
-}
-
 /* Blocks the signals except while the client waits, so that they interrupt nothing else. */
 static void catch_signals(struct asked *q) {
     static const int caught[] = {SIGINT, SIGTERM, SIGHUP};
@@ -147,7 +140,7 @@ static void catch_signals(struct asked *q) {
     sigset_t set;
     sigemptyset(&set);
     for (int i = 0; i < (int)(sizeof caught / sizeof *caught); i++) {
-        if (kept_ignored(caught[i])) continue;
+        if (process_ignores(caught[i])) continue;
         sigaction(caught[i], &action, NULL);
         sigaddset(&set, caught[i]);
     }

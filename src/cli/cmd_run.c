@@ -203,7 +203,8 @@ static int open_all(struct session *s, struct error *error) {
 }
 
 /* SAFETY: signals that would end or stop the process reach the main thread as requests to park.
- * Signals of a terminal, a pipe or a file limit are ignored. Threads inherit the mask. */
+ * Signals of a terminal, a pipe or a file limit are ignored, and SIGHUP under nohup(1). Threads
+ * inherit the mask. */
 static int block_signals(struct error *error) {
     static const int ignored[] = {SIGTTIN, SIGTTOU};
     static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
@@ -212,7 +213,8 @@ static int block_signals(struct error *error) {
     process_survive_readers();
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) signal(ignored[i], SIG_IGN);
     sigemptyset(&set);
-    for (size_t i = 0; i < sizeof stops / sizeof *stops; i++) sigaddset(&set, stops[i]);
+    for (size_t i = 0; i < sizeof stops / sizeof *stops; i++)
+        if (!process_ignores(stops[i])) sigaddset(&set, stops[i]);
     for (int number = SIGRTMIN; number <= SIGRTMAX; number++) sigaddset(&set, number);
     pthread_sigmask(SIG_BLOCK, &set, NULL);
     int file = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);

@@ -83,4 +83,9 @@ int process_limits(struct error *error) {
                   : need(RLIMIT_NOFILE, PROCESS_FILES, 1, "open files", "`ulimit -n 128`, or LimitNOFILE=128 of its service", error);
 }
 
+bool process_ignores(int number) {
+    struct sigaction inherited;
+    return number == SIGHUP && !sigaction(number, NULL, &inherited) && inherited.sa_handler == SIG_IGN;
+}
+
 void process_survive_readers(void) { signal(SIGPIPE, SIG_IGN); }

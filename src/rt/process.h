@@ -20,6 +20,8 @@
 #ifndef HEXID_PROCESS_H
 #define HEXID_PROCESS_H
 
+#include <stdbool.h>
+
 #include "status.h"
 
 enum {
@@ -37,6 +39,11 @@ int process_start(struct error *error);
  * limit, value and remedy if one is too low. SAFETY: not for `hexid command`, because a stop must
  * work within any limits. */
 int process_limits(struct error *error);
+
+/* True if the caller asked that this signal stays ignored. nohup(1) asks that a program survives
+ * its terminal (SIGHUP). SIGINT is different: a shell ignores it for background programs, in which
+ * kill(1) must still park the platform. */
+bool process_ignores(int number);
 
 /* Makes writing to a closed pipe an error instead of the end of the process; for programs that
  * serve others, above all the daemon. Main thread. */
