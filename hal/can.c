@@ -21,7 +21,6 @@
  * sends ends it, and the running master is not disturbed. Later such a frame, unless it is an
  * own echo, is a fault at once (can_master.h). */
 #include <errno.h>
-#include <poll.h>
 #include <pthread.h>
 #include <semaphore.h>
 #include <signal.h>
@@ -38,6 +37,7 @@
 #include "crash.h"
 #include "monotonic.h"
 #include "params.h"
+#include "poll_any.h"
 #include "thread.h"
 #include "units.h"
 
@@ -107,7 +107,7 @@ static int housekeep(struct can *c, bool alive) {
 
 static void wait_for_frames(const struct can *c) {
     struct pollfd p = {.fd = c->socket.fd, .events = POLLIN};
-    poll(&p, 1, 5);
+    poll_any(&p, 1, 5, NULL);
 }
 
 static void leave(struct can *c) {

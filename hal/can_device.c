@@ -1,7 +1,6 @@
 /* The device side of can: seven CANopen nodes (can_node.h) on one socket, with the simulated
  * machine behind them. */
 #include <errno.h>
-#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -13,6 +12,7 @@
 #include "interlock.h"
 #include "monotonic.h"
 #include "params.h"
+#include "poll_any.h"
 #include "units.h"
 
 struct can_device {
@@ -144,14 +144,17 @@ static int can_serve(const char *interface, const struct params *params, struct 
     fflush(stdout);
     while (!atomic_load_explicit(stop, memory_order_relaxed)) {
         struct pollfd p = {.fd = d.socket.fd, .events = POLLIN};
-        if (poll(&p, 1, 1) < 0 && errno != EINTR) break;
+        if (poll_any(&p, 1, 1, NULL) < 0 && errno != EINTR) {
+            status = error_set(error, STATUS_IO, "plant: can:%s: %s", interface, strerror(errno));
+            break;
+        }
         int64_t now_ns = monotonic_ns();
         receive(&d);
         tick(&d, now_ns);
         look_after_interface(&d, interface, now_ns);
     }
     can_socket_close(&d.socket);
-    return STATUS_OK;
+    return status;
 }
 
 const struct device_bus device_can = {

@@ -12,7 +12,6 @@
 #include <modbus/modbus.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -24,6 +23,7 @@
 #include "modbus_server.h"
 #include "monotonic.h"
 #include "params.h"
+#include "poll_any.h"
 #include "units.h"
 
 enum {
@@ -225,7 +225,7 @@ static void wait_for(const struct modbus_device *d, struct wait *w, bool others,
         if (w->filled[i]) timeout_ms = 0;
     }
     w->poll[CLIENTS] = (struct pollfd){.fd = others ? d->listener : -1, .events = POLLIN};
-    if (poll(w->poll, CLIENTS + 1, timeout_ms) >= 0) return;
+    if (poll_any(w->poll, CLIENTS + 1, timeout_ms, NULL) >= 0) return;
     for (int i = 0; i <= CLIENTS; i++) w->poll[i].revents = 0;
 }
 

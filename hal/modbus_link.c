@@ -5,7 +5,6 @@
 #include <math.h>
 #include <modbus/modbus.h>
 #include <netdb.h>
-#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -14,6 +13,7 @@
 
 #include "modbus_map.h"
 #include "monotonic.h"
+#include "poll_any.h"
 #include "units.h"
 
 static int misused(const char *address, struct error *error) {
@@ -158,7 +158,7 @@ static size_t drain(int fd) {
     enum { MOST = 4096 }; /* limit, because a device may never stop sending */
     uint8_t rest[ADU_SIZE];
     size_t count = 0;
-    for (struct pollfd p = {.fd = fd, .events = POLLIN}; count < MOST && poll(&p, 1, 0) > 0 && p.revents & POLLIN;) {
+    for (struct pollfd p = {.fd = fd, .events = POLLIN}; count < MOST && poll_any(&p, 1, 0, NULL) > 0 && p.revents & POLLIN;) {
         ssize_t got = read(fd, rest, sizeof rest);
         if (got <= 0) break;
         count += (size_t)got;
@@ -250,7 +250,8 @@ static bool echoes(struct modbus_link *link) {
     nanosleep(&(struct timespec){.tv_nsec = 50000000}, NULL);
     sent[0] = (uint8_t)modbus_get_slave(context(link));
     if (!link->serial || modbus_send_raw_request(cleared(link), sent, sizeof sent) < 0) return false;
-    for (struct pollfd p = {.fd = modbus_get_socket(context(link)), .events = POLLIN}; count < sizeof heard && poll(&p, 1, 100) > 0;) {
+    for (struct pollfd p = {.fd = modbus_get_socket(context(link)), .events = POLLIN};
+         count < sizeof heard && poll_any(&p, 1, 100, NULL) > 0;) {
         ssize_t got = read(p.fd, heard + count, sizeof heard - count);
         if (got <= 0) break;
         count += (size_t)got;

@@ -12,7 +12,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "command_broadcast.h"
 #include "command_client.h"
 #include "command_server.h"
 #include "process.h"
@@ -313,79 +312,35 @@ static void without_a_descriptor_the_listener_rests_and_then_takes_who_waited(vo
     close_all();
 }
 
-/* ---- several at once ---- */
+static bool ended(int fd) { return poll(&(struct pollfd){.fd = fd, .events = POLLRDHUP}, 1, 0) == 1; }
 
-/* A machine's socket for stops, with room for so many connections that wait. */
-static int machine_at(const char *name, int room, struct machine *m) {
-    struct sockaddr_un at;
-    *m = (struct machine){0};
-    snprintf(m->name, sizeof m->name, "%s", name);
-    snprintf(m->directory, sizeof m->directory, "%s", directory);
-    assert_true(machine_address(m, true, &at));
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    assert_int_equal(bind(fd, (const struct sockaddr *)&at, sizeof at), 0);
-    assert_int_equal(listen(fd, room), 0);
-    return fd;
-}
-
-/* The next connection and its packet, which comes within ten seconds. */
-static int told_by(int listener, struct command_request *r) {
-    unsigned char packet[COMMAND_REQUEST_SIZE];
-    struct pollfd p = {.fd = listener, .events = POLLIN};
-    assert_int_equal(poll(&p, 1, 10000), 1);
-    int fd = accept(listener, NULL, NULL);
-    assert_int_equal(recv(fd, packet, sizeof packet, 0), COMMAND_REQUEST_SIZE);
-    assert_true(command_request_decode(packet, sizeof packet, r));
-    return fd;
-}
-
-static void answer_at(int fd, const struct command_request *r) {
-    unsigned char packet[COMMAND_ANSWER_SIZE];
-    command_answer_encode(&(struct command_answer){.id = r->id, .outcome = OUTCOME_DONE, .state = STATE_SETTLED}, packet);
-    assert_int_equal(send(fd, packet, sizeof packet, MSG_NOSIGNAL), COMMAND_ANSWER_SIZE);
-}
-
-/* Starts a client's process that stops these machines with a minute's patience. Its exit status is
- * the number of machines that answered. */
-static pid_t stop_in_a_process(const struct machine *m, int count) {
-    fflush(NULL);
-    pid_t process = fork();
-    if (process) return process;
-    struct command_told told[2] = {0};
-    int answered = 0;
-    for (int i = 0; i < count; i++) told[i].client = (struct command_client){.machine = m[i], .fd = -1};
-    command_broadcast(COMMAND_STOP, told, count, 60000);
-    for (int i = 0; i < count; i++) answered += told[i].news == NEWS_ANSWER && !told[i].unreached && told[i].client.fd < 0;
-    _exit(answered);
-}
-
-/* The first is silent until the second is told, whose queue is full at first. */
-static void a_stop_comes_to_who_was_busy_while_another_hangs(void **unused) {
+/* Free places are no help without a descriptor. */
+static void without_a_descriptor_the_silent_connection_makes_room_for_a_stop(void **unused) {
     (void)unused;
-    struct machine m[2];
-    struct command_request r[2];
-    int status, hangs = machine_at("aa", 8, &m[0]), busy = machine_at("bb", 0, &m[1]), waits = machine_connect(&m[1], true);
-    assert_true(waits >= 0);
-    assert_int_equal(machine_connect(&m[1], true), -1);
-    assert_int_equal(errno, EAGAIN);
-    pid_t process = stop_in_a_process(m, 2);
-    int first = told_by(hangs, &r[0]);
-    close(accept(busy, NULL, NULL)); /* it has come to the one that waited */
-    int second = told_by(busy, &r[1]);
-    assert_true(r[0].command == COMMAND_STOP && r[1].command == COMMAND_STOP);
-    answer_at(second, &r[1]);
-    close(first); /* to make room: it connects again, and is answered there */
-    first = told_by(hangs, &r[0]);
-    answer_at(first, &r[0]);
-    assert_int_equal(waitpid(process, &status, 0), process);
-    assert_true(WIFEXITED(status));
-    assert_int_equal(WEXITSTATUS(status), 2);
-    for (int i = 0; i < 2; i++) {
-        struct sockaddr_un at;
-        machine_address(&m[i], true, &at);
-        assert_int_equal(unlink(at.sun_path), 0);
-    }
-    close(first), close(second), close(waits), close(hangs), close(busy);
+    open_as("");
+    int held = client(true), silent = client(true);
+    say(held, COMMAND_STOP); /* both are accepted, and the answer to this one is pending */
+    serve_all();
+    got.needed = got.peer;
+    assert_int_equal(got.stops, 1);
+    int late = client(true);
+    say(late, COMMAND_STOP);
+    take_all_descriptors();
+    for (int i = 0; i < 5; i++) serve();
+    assert_int_equal(got.stops, 2);
+    assert_int_equal(got.goes, 1);
+    assert_true(ended(silent) && !ended(held) && !ended(late));
+    give_descriptors_back();
+    int later = client(true);
+    say(later, COMMAND_STOP);
+    take_all_descriptors();
+    got.needed = got.peer; /* the newer one is needed, so the older one goes */
+    for (int i = 0; i < 5; i++) serve();
+    assert_int_equal(got.stops, 3);
+    assert_true(ended(held) && !ended(late) && !ended(later));
+    give_descriptors_back();
+    close(held), close(silent), close(late), close(later);
+    close_all();
 }
 
 /* ---- names and directories ---- */
@@ -600,7 +555,7 @@ int main(void) {
         cmocka_unit_test(what_moves_is_not_taken_from_who_has_gone_and_a_stop_is),
         cmocka_unit_test(who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody),
         cmocka_unit_test(without_a_descriptor_the_listener_rests_and_then_takes_who_waited),
-        cmocka_unit_test(a_stop_comes_to_who_was_busy_while_another_hangs),
+        cmocka_unit_test(without_a_descriptor_the_silent_connection_makes_room_for_a_stop),
         cmocka_unit_test(a_name_is_one_daemons_and_what_it_leaves_is_removed),
         cmocka_unit_test(a_file_that_is_no_socket_is_not_deleted),
         cmocka_unit_test(a_socket_that_is_deleted_moved_or_replaced_is_missed),

@@ -1,7 +1,6 @@
 /* `hexid monitor`: shows a running hexid, received over LCM, in the terminal, as JSON, or as a page
  * for browsers. It sends nothing. */
 #include <errno.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +14,7 @@
 #include "messages.h"
 #include "monotonic.h"
 #include "params.h"
+#include "poll_any.h"
 #include "process.h"
 #include "terminal.h"
 
@@ -98,7 +98,7 @@ static int serve(struct bus *bus, struct live_state *state, struct live_server *
     struct bus_message m;
     while (!interrupted) {
         int got = 0;
-        if (poll(ready, 2, live_server_patience_ms(server)) < 0 && errno != EINTR)
+        if (poll_any(ready, 2, live_server_patience_ms(server), NULL) < 0 && errno != EINTR)
             return error_set(error, STATUS_IO, "monitor: %s", strerror(errno));
         for (int n = 0; n < MESSAGES_AT_ONCE && (got = bus_receive(bus, &m)) > 0; n++) {
             if (got == 1) live_state_take(state, &m, monotonic_ms());

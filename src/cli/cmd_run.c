@@ -1,5 +1,4 @@
 #include <errno.h>
-#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <limits.h>
@@ -26,6 +25,7 @@
 #include "monotonic.h"
 #include "motion_check.h"
 #include "outputs.h"
+#include "poll_any.h"
 #include "process.h"
 #include "recorder.h"
 #include "survey_report.h"
@@ -271,7 +271,7 @@ static void wait_for_end(struct session *s) {
     commands_begin(&s->commands, &s->params, &s->loop, say, s);
     while (!atomic_load_explicit(&s->loop.ended, memory_order_acquire)) {
         commands_polls(&s->commands, p + 1);
-        poll(p, 1 + COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands));
+        poll_any(p, 1 + COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands), NULL);
         take_signals(s);
         commands_serve(&s->commands, p + 1, monotonic_ns());
         watch_recorder(s);

@@ -129,13 +129,28 @@ static void watch_files(struct commands *c) {
     say(c, text);
 }
 
+/* SAFETY: a stop that cannot be accepted is reported, because only the daemon knows the reason.
+ * Somebody may have lowered its limit of open files while it ran. */
+static void watch_room(struct commands *c) {
+    char text[COMMAND_TEXT_SIZE];
+    bool starved = command_server_starved(&c->server);
+    if (starved == c->starved) return;
+    c->starved = starved;
+    snprintf(
+        text, sizeof text,
+        "no descriptor is free for `hexid command`, not even for a stop. What still stops this hexid: the emergency stop, SIGTERM (`kill "
+        "%ld` parks)%s. Raise its limit: prlimit --pid %ld --nofile=128",
+        (long)getpid(), c->listens ? ", stop and park over LCM" : "", (long)getpid());
+    say(c, starved ? text : "`hexid command` is accepted again");
+}
+
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns) {
     static const struct timespec rest = {.tv_nsec = REST_NS};
     c->now_ns = now_ns;
     int taken = command_server_serve(&c->server, polls);
     if (c->listens && polls[COMMAND_POLLS].revents) taken += take_messages(c);
     operator_tick(&c->operator, c->now_ns);
-    if (now_ns >= c->look_ns) c->look_ns = now_ns + look_every_ns, watch_files(c);
+    if (now_ns >= c->look_ns) c->look_ns = now_ns + look_every_ns, watch_files(c), watch_room(c);
     if (taken >= FLOOD) clock_nanosleep(CLOCK_MONOTONIC, 0, &rest, NULL);
 }
 

@@ -20,6 +20,7 @@ struct commands {
     int64_t look_ns; /* time of the next check of the sockets' files */
     /* socket whose file was missing at the last check; COMMAND_SOCKETS: none */
     enum command_socket missing;
+    bool starved;    /* at the last check a client waited for a connection in vain */
     /* Called with messages for an operator at the terminal. */
     void (*say)(void *context, const char *text);
     void *context;

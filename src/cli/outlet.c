@@ -2,13 +2,13 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <poll.h>
 #include <stdatomic.h>
 #include <stdio_ext.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "crash.h"
+#include "poll_any.h"
 #include "thread.h"
 
 enum { WHOLE = 4096 /* PIPE_BUF: so much is written as a whole or not at all */, ROOM = 1 << 20, GIVE_UP_S = 1 };
@@ -21,7 +21,7 @@ static void *copy(void *argument) {
     while ((size = read(o->from, text, sizeof text)) > 0 || (size < 0 && errno == EINTR))
         for (ssize_t done = 0; done < size;) {
             ssize_t written = write(o->to, text + done, (size_t)(size - done));
-            if (written < 0 && errno == EAGAIN) poll(&(struct pollfd){.fd = o->to, .events = POLLOUT}, 1, -1);
+            if (written < 0 && errno == EAGAIN) poll_any(&(struct pollfd){.fd = o->to, .events = POLLOUT}, 1, -1, NULL);
             else if (written < 0 && errno != EINTR) break; /* the reader has gone */
             if (written <= 0) continue;
             done += written;

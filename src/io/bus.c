@@ -1,12 +1,13 @@
 #include "bus.h"
 
+#include "poll_any.h"
+
 #include <arpa/inet.h>
 #include <errno.h>
 #include <ifaddrs.h>
 #include <linux/filter.h>
 #include <linux/rtnetlink.h>
 #include <net/if.h>
-#include <poll.h>
 #include <stdatomic.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -326,7 +327,7 @@ int bus_receive(struct bus *b, struct bus_message *message) {
 
 int bus_wait(struct bus *b, int timeout_ms) {
     struct pollfd p = {.fd = b->in, .events = POLLIN};
-    int ready = poll(&p, 1, timeout_ms);
+    int ready = poll_any(&p, 1, timeout_ms, NULL);
     if (ready < 0) return errno == EINTR ? 0 : STATUS_IO;
     return ready;
 }

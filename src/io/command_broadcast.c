@@ -1,9 +1,9 @@
 #include "command_broadcast.h"
 
 #include <errno.h>
-#include <poll.h>
 
 #include "monotonic.h"
+#include "poll_any.h"
 
 enum { AT_ONCE = 64 /* answers that end the wait; more machines are only looked at in turns */, TURN_MS = 2 };
 
@@ -35,7 +35,7 @@ static void rest(const struct command_told *told, int count) {
     nfds_t due = 0;
     for (int i = 0; i < count && due < AT_ONCE; i++)
         if (told[i].client.fd >= 0) p[due++] = (struct pollfd){.fd = told[i].client.fd, .events = POLLIN};
-    poll(p, due, TURN_MS);
+    poll_any(p, due, TURN_MS, NULL);
 }
 
 void command_broadcast(enum command command, struct command_told *told, int count, int patience_ms) {

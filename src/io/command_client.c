@@ -1,19 +1,19 @@
 #include "command_client.h"
 
 #include <errno.h>
-#include <poll.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "monotonic.h"
+#include "poll_any.h"
 
 enum { AGAIN_MS = 2 };
 
 int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms) {
     int64_t end_ms = monotonic_ms() + patience_ms;
     *c = (struct command_client){.machine = *m};
-    while ((c->fd = machine_connect(m, stop)) < 0 && errno == EAGAIN && monotonic_ms() < end_ms) poll(NULL, 0, AGAIN_MS);
+    while ((c->fd = machine_connect(m, stop)) < 0 && errno == EAGAIN && monotonic_ms() < end_ms) poll_any(NULL, 0, AGAIN_MS, NULL);
     return c->fd < 0 ? -1 : 0;
 }
 
@@ -49,8 +49,7 @@ enum command_news command_client_wait(struct command_client *c, int patience_ms,
     unsigned char packet[COMMAND_ANSWER_SIZE];
     struct pollfd p = {.fd = c->fd, .events = POLLIN};
     for (int64_t end_ms = monotonic_ms() + patience_ms, left_ms = patience_ms; left_ms >= 0; left_ms = end_ms - monotonic_ms()) {
-        struct timespec left = {.tv_sec = left_ms / MS_PER_S, .tv_nsec = left_ms % MS_PER_S * NS_PER_MS};
-        int ready = ppoll(&p, 1, &left, mask);
+        int ready = poll_any(&p, 1, (int)left_ms, mask);
         if (ready < 0 && !mask) continue;
         if (ready <= 0) return NEWS_NONE;
         ssize_t size = receive(c->fd, packet);

@@ -1,5 +1,7 @@
 #include "command_server.h"
 
+#include "poll_any.h"
+
 #include <errno.h>
 #include <grp.h>
 #include <string.h>
@@ -88,7 +90,7 @@ static void release(struct command_server *s, struct command_place *c) {
 
 static bool hung_up(int fd) {
     struct pollfd p = {.fd = fd, .events = POLLRDHUP};
-    return poll(&p, 1, 0) != 0;
+    return poll_any(&p, 1, 0, NULL) != 0;
 }
 
 /* Takes a packet from the connection if one waits. False: the connection has ended. SAFETY: a stop
@@ -140,15 +142,21 @@ static struct command_place *free_place(struct command_server *s, enum command_s
     return c;
 }
 
+static bool awaited(int listener) {
+    struct pollfd p = {.fd = listener, .events = POLLIN};
+    return poll_any(&p, 1, 0, NULL) > 0;
+}
+
 /* Accepts a connection and takes its first packet, which has usually arrived with it. */
 static bool take_connection(struct command_server *s, enum command_socket kind) {
     struct ucred peer = {.uid = (uid_t)-1};
     socklen_t length = sizeof peer;
-    int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    /* out of descriptors: a connection that is not needed is closed */
-    bool none = fd < 0 && (errno == EMFILE || errno == ENFILE), short_of = none || (fd < 0 && (errno == ENOBUFS || errno == ENOMEM));
-    struct command_place *c = fd >= 0 ? free_place(s, kind) : none ? least_needed(s, kind) : NULL;
-    bool sheds = none && c && c->fd >= 0;
+    int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC), why = fd < 0 ? errno : 0;
+    /* out of descriptors, which the kernel says even if nobody waits: a connection that is not
+     * needed is closed for one that waits */
+    bool none = why == EMFILE || why == ENFILE, short_of = (none || why == ENOBUFS || why == ENOMEM) && awaited(s->listener[kind]);
+    struct command_place *c = fd >= 0 ? free_place(s, kind) : none && short_of ? least_needed(s, kind) : NULL;
+    bool sheds = fd < 0 && c;
     if (sheds) take_packet(s, c, kind), release(s, c);
     s->rests[kind] = short_of && !sheds;
     if (fd < 0) return false;
@@ -158,6 +166,8 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     if (!take_packet(s, here, kind) || !c) release(s, here);
     return true;
 }
+
+bool command_server_starved(const struct command_server *s) { return s->rests[SOCKET_STOP] || s->rests[SOCKET_ALL]; }
 
 void command_server_polls(const struct command_server *s, struct pollfd polls[COMMAND_POLLS]) {
     for (int k = 0; k < COMMAND_SOCKETS; k++) {

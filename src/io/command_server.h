@@ -73,6 +73,9 @@ void command_server_polls(const struct command_server *s, struct pollfd polls[CO
  * it; COMMAND_SOCKETS: none. Looks up two paths in a local file system. */
 enum command_socket command_server_missing(const struct command_server *s);
 
+/* True if a client waits for a connection for which there is no descriptor or memory. */
+bool command_server_starved(const struct command_server *s);
+
 /* Takes packets and connections, those of NAME.stop first; to be called after poll(). Returns the
  * number of packets and new connections. */
 int command_server_serve(struct command_server *s, const struct pollfd polls[COMMAND_POLLS]);

@@ -2,7 +2,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <poll.h>
 #include <signal.h>
 #include <string.h>
 #include <sys/file.h>
@@ -13,6 +12,7 @@
 
 #include "confine.h"
 #include "log_directory.h"
+#include "poll_any.h"
 
 enum { PATIENCE_MS = 5000 };
 
@@ -113,7 +113,7 @@ static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
 static ssize_t hear(int socket, int wait_ms) {
     static struct answer a;
     struct pollfd p = {.fd = socket, .events = POLLIN};
-    return poll(&p, 1, wait_ms) > 0 ? recv(socket, &a, sizeof a, MSG_DONTWAIT) : -1;
+    return poll_any(&p, 1, wait_ms, NULL) > 0 ? recv(socket, &a, sizeof a, MSG_DONTWAIT) : -1;
 }
 
 int log_keeper_start(struct log_keeper *k, const char *first, int64_t quota_bytes, struct error *error) {
@@ -164,7 +164,7 @@ int log_keeper_take(struct log_keeper *k, int wait_ms, struct log_part *part, st
     struct msghdr message = {.msg_iov = &data, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};
     struct pollfd p = {.fd = k->socket, .events = POLLIN};
     if (!k->asked) return 0;
-    if (wait_ms > 0) poll(&p, 1, wait_ms);
+    if (wait_ms > 0) poll_any(&p, 1, wait_ms, NULL);
     ssize_t size = recvmsg(k->socket, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
     k->asked = false;

@@ -1,7 +1,6 @@
 #include "output.h"
 
 #include <errno.h>
-#include <poll.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "poll_any.h"
 #include "recognise.h"
 
 enum { PROC_MAGIC = 0x9fa0, LINKS_MAX = 40, READER_MS = 5000, TAKES_MS = 10000, STEP_MS = 10, LOCK_MS = 200, ASIDE_MAX = 99999 };
@@ -109,7 +109,7 @@ static int write_all(int file, const char *data, size_t size) {
     while (size > 0) {
         ssize_t written = write(file, data, size);
         if (written < 0 && errno == EAGAIN) {
-            if (poll(&(struct pollfd){.fd = file, .events = POLLOUT}, 1, TAKES_MS) == 0) return ETIMEDOUT;
+            if (poll_any(&(struct pollfd){.fd = file, .events = POLLOUT}, 1, TAKES_MS, NULL) == 0) return ETIMEDOUT;
         } else if (written < 0 && errno != EINTR) return errno;
         if (written > 0) data += written, size -= (size_t)written;
     }

@@ -188,6 +188,19 @@ hung_up() {
 }
 claim "\`nohup hexid command engage\` outlives its terminal, and SIGTERM still parks" hung_up
 
+# RLIMIT_NOFILE is lowered from outside: below the number of places, where poll(2) refuses them, and below the descriptors in use.
+lowered() {
+    local ticks more
+    daemon lowered --set lcm.url= || return
+    prlimit --pid $daemon --nofile=30:1024 && ticks=$(cut -d' ' -f14 /proc/$daemon/stat) && sleep 1 &&
+        more=$(($(cut -d' ' -f14 /proc/$daemon/stat) - ticks)) && echo "$more ticks of a second's 100" && ((more < 60)) &&
+        ends 0 "$hexid" command stop && prlimit --pid $daemon --nofile=3:1024 || return
+    "$hexid" command stop >"$work/unheard" 2>&1 &
+    comes 'not even for a stop.*kill.*prlimit --pid' lowered && prlimit --pid $daemon --nofile=1024 && comes 'accepted again' lowered &&
+        wait $! && ended_by TERM 0
+}
+claim "a limit of open files that is lowered while the daemon runs costs no stop as long as it may open one, and is said otherwise" lowered
+
 # The sockets' directory is deleted, or another program takes the place, while the daemon runs; confined as ever.
 deleted() {
     daemon deleted "$@" || return
