@@ -68,8 +68,12 @@ bool options_sets(const struct options *o, const char *key);
 
 /* Sets hz to the frequencies that an imported file states for its own rows (csv_stated.h), or back
  * to the configured ones if it states none; any other event leaves them. overruled: --set gives
- * tests.frequency_hz, which then stays, and a line on stderr reports what the file states. */
+ * tests.frequency_hz, which then stays, and cli_say_overruled() reports what the file states. */
 void cli_take_stated(const char *path, const struct log_event *event, bool overruled, const double configured_hz[DOFS], double hz[DOFS]);
+
+/* Reports on stderr that --set gives other frequencies than files of this path state: "x: 5" or
+ * "1_x.csv: 5; 2_y.csv: 6"; "": none. */
+void cli_say_overruled(const char *path, const char *stated);
 
 /* Opens the configured bus, after calling options_params(). */
 struct bus;

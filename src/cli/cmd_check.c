@@ -84,7 +84,7 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
         close(file);
         return status;
     }
-    csv_input_say_overruled(source->path, &in->csv);
+    cli_say_overruled(source->path, in->csv.overruled);
     join(c->report.zero, sizeof c->report.zero, in->csv.zero);
     join(c->report.missing, sizeof c->report.missing, in->csv.missing);
     join(c->report.ignored, sizeof c->report.ignored, in->csv.ignored);
@@ -156,9 +156,18 @@ static int begin_survey(struct check *c, const struct input *in, const struct cy
     return STATUS_OK;
 }
 
+/* True if the test's time begins anew, as it does in a log made of several files of one axis. Single
+ * rows that are out of order go back less than half of the test. */
+static bool begins_anew(const struct recording_test *t, const struct cycle *cycle) {
+    enum { ROWS_LEAST = 10 };
+    if (t->count < ROWS_LEAST) return false;
+    double first_s = t->sample[0].test_time_s, last_s = t->sample[t->count - 1].test_time_s;
+    return 2.0 * (last_s - cycle->test_time_s) > last_s - first_s;
+}
+
 static int add_cycle(struct check *c, const struct input *in, const struct cycle *cycle, struct place *p) {
     const struct recording_test *t = p->survey ? &p->survey->test : NULL;
-    bool other = !t || cycle->test != p->test || cycle->dof != t->dof;
+    bool other = !t || cycle->test != p->test || cycle->dof != t->dof || begins_anew(t, cycle);
     if (cycle->test < 0) return STATUS_OK;
     if (in->copy[0]) {
         bool last = p->rows == in->csv.file[p->file].rows;

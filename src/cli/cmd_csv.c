@@ -33,7 +33,7 @@ int cmd_import(int argc, char **argv) {
     if (status) return cli_fail(&error);
     cli_say(stdout, "%s: %d test%s, %lld rows, %lld cycles without a row", o.output, report.files, report.files == 1 ? "" : "s",
             (long long)report.rows, (long long)report.lost);
-    csv_input_say_overruled(o.operand[0], &report);
+    cli_say_overruled(o.operand[0], report.overruled);
     if (report.stated_hz > 0.0)
         cli_say(stderr, "hexid: warning: rate_hz: %g is not what t_s has, %.6g Hz: that is taken", report.stated_hz, report.rate_hz);
     if (report.zero[0])

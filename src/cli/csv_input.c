@@ -29,11 +29,6 @@ int csv_input_begin(struct csv_input *input, const struct options *o, const char
     return input->base ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-void csv_input_say_overruled(const char *path, const struct csv_report *report) {
-    if (report->overruled[0])
-        cli_say(stderr, "hexid: %.250s: tests.frequency_hz of --set is taken, not the files' frequency_hz: %s", path, report->overruled);
-}
-
 void csv_input_end(struct csv_input *input) {
     free(input->base);
     input->base = NULL;

@@ -15,9 +15,6 @@ struct csv_input {
 /* Returns -2 for a wrong --map, and for -c or --set if the directory has its own configuration. */
 int csv_input_begin(struct csv_input *input, const struct options *o, const char *directory, struct error *error);
 
-/* Reports on stderr the files that state frequencies which --set has overruled. */
-void csv_input_say_overruled(const char *path, const struct csv_report *report);
-
 void csv_input_end(struct csv_input *input);
 
 #endif

@@ -320,14 +320,21 @@ bool options_sets(const struct options *o, const char *key) {
     return false;
 }
 
+void cli_say_overruled(const char *path, const char *stated) {
+    if (*stated)
+        cli_say(stderr, "hexid: %.250s: tests.frequency_hz of --set is taken, not the frequency_hz that a file states: %s", path, stated);
+}
+
 void cli_take_stated(const char *path, const struct log_event *event, bool overruled, const double configured_hz[DOFS], double hz[DOFS]) {
     enum dof dof;
     double stated_hz;
     if (strcmp(event->channel, CHANNEL_EVENT) || !csv_stated_decode(event->data, event->size, &dof, &stated_hz)) return;
     if (!overruled) hz[dof] = isnan(stated_hz) ? configured_hz[dof] : stated_hz;
-    else if (hz[dof] != stated_hz && !isnan(stated_hz))
-        cli_say(stderr, "hexid: %.250s: %s: %g Hz of --set is taken, not the file's frequency_hz, %g", path, dof_names[dof], hz[dof],
-                stated_hz);
+    else if (hz[dof] != stated_hz && !isnan(stated_hz)) {
+        char stated[32];
+        snprintf(stated, sizeof stated, "%s: %g", dof_names[dof], stated_hz);
+        cli_say_overruled(path, stated);
+    }
 }
 
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error) {
