@@ -30,7 +30,8 @@ TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'|/\*.*?\*/', re.S)
 MARK = re.compile(r"/\*(?:(?!\*/).)*?SAFETY:.*?\*/", re.S)
 ROW = re.compile(r"^ *\{(STATE_\w+), (TRIGGER_\w+), STATE_\w+[^}\n]*\},\n", re.M)
 HEAD = re.compile(r"(?:^static |^)([A-Za-z_][\w ]*?\**)(?<![\w])?\s*\b(\w+)\([^;{]*\)\s*\{", re.M)
-HANG_S = 240
+HANG_S = 240  # a test that takes longer hangs,
+HANG_TIMES = 5  # and than so many times what it takes without any change
 
 
 def blank(text):
@@ -150,6 +151,7 @@ class Tree:
         self.environment = {**os.environ, "BUILD": "build", "CMOCKA_MESSAGE_OUTPUT": "TAP", "CCACHE_BASEDIR": str(root), "CCACHE_NOHASHDIR": "1"}
         self.environment.pop("MAKEFLAGS", None)
         self.environment.pop("MAKELEVEL", None)
+        self.took_s = {}  # test -> seconds that it takes without any change
 
     def make(self, targets, flags=()):
         ccache = "ccache " if shutil.which("ccache") else ""
@@ -163,12 +165,14 @@ class Tree:
         built = self.make("build/hexid" if script else f"build/tests/{test}", flags)
         if built.returncode:
             return "does not compile: " + built.stderr.strip().split("\n")[0][:200]
-        command = [f"tests/scenarios/{test}"] if script else [f"build/tests/{test}"]
+        command, begun = [f"tests/scenarios/{test}"] if script else [f"build/tests/{test}"], time.monotonic()
+        hang_s = max(HANG_S, HANG_TIMES * self.took_s.get(test, HANG_S))
         try:
-            run = subprocess.run(command, cwd=self.root, env=self.environment, capture_output=True, text=True, timeout=HANG_S, check=False,
+            run = subprocess.run(command, cwd=self.root, env=self.environment, capture_output=True, text=True, timeout=hang_s, check=False,
                                  stdin=subprocess.DEVNULL, errors="replace")
         except subprocess.TimeoutExpired:
-            return "hangs"
+            return f"hangs for {hang_s:.0f} s"
+        self.took_s.setdefault(test, time.monotonic() - begun)
         failed = re.findall(r"^not ok (?:\d+ )?(?:- )?(.*)$", run.stdout, re.M)
         if failed:
             return failed[0].strip()

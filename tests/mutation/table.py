@@ -3,7 +3,8 @@
 FILES = "src/core/*.c", "src/rt/*.c", "src/cli/operator.c", "src/cli/cmd_run.c", "hal/*.c"
 
 CORE = "test_supervisor", "test_pid", "test_platform", "test_safety", "test_interlock", "test_platform_limits", "test_loop", "test_commands"
-CAN = "test_can_master", "test_can_node", "test_can_link", "test_device", "test_hal"
+CAN = tuple(f"test_can_{name}" for name in ("frames", "master", "master_setup", "master_pdo", "master_io", "master_lost", "master_twins", "node",
+                                            "node_sdo", "node_pdo", "link")) + ("test_device", "test_hal")
 MODBUS = "test_modbus", "test_modbus_server", "test_modbus_line", "test_modbus_rtu", "test_modbus_tcp", "test_device", "test_hal"
 TESTS = (
     ("src/core/*", CORE),
@@ -15,7 +16,7 @@ TESTS = (
     ("hal/can*", CAN),
     ("hal/modbus*", MODBUS),
     ("hal/machine_lock.c", ("test_machine_lock",)),
-    ("hal/*", ("test_device", "test_hal", "test_can_node", "test_modbus_server")),
+    ("hal/*", ("test_channel", "test_device", "test_hal", "test_can_node", "test_modbus_server")),
 )
 
 # Exceptions to the file's tests: (file, first words of the mark, tests)
@@ -25,6 +26,7 @@ BY_MARK = (
     ("src/cli/cmd_run.c", "if the log stalls", ("stop.sh",)),
     ("src/cli/cmd_run.c", "reports inputs that are", ("errors.sh", "service.sh")),
     ("src/cli/cmd_run.c", "warns of weaknesses with", ("errors.sh", "machines.sh")),
+    ("src/cli/cmd_run.c", "an unstable loop endangers", ("errors.sh",)),
     ("src/cli/cmd_run.c", "if confinement fails, the", ("confine.sh",)),
 )
 

@@ -31,7 +31,7 @@ def out_of_date():
         held = [m for m in MODULES if fnmatch.fnmatch(m, pattern)]
         if not held or not tests:
             yield f"{pattern}: no such module, or no test"
-        yield from (f"{m}: has {own(m)}, so it needs no line" for m in held if own(m).exists())
+        yield from (f"{m}: {own(m)} needs no line" for m in held if own(m).stem in tests)
         yield from (f"{pattern}: {t}: no such test" for t in tests
                     if not pathlib.Path("tests/scenarios" if t.endswith(".sh") else "tests", t if t.endswith(".sh") else t + ".c").exists())
     counts = collections.Counter(line[0] for line in LINES)
