@@ -12,7 +12,7 @@
 
 struct report {
     struct identification id;
-    struct verdict verdict;
+    struct verdicts verdicts;
     struct loop_statistics loop;
 };
 
@@ -62,14 +62,18 @@ static struct report *report_full(double (*source)(void)) {
     fill(&r->id.nominal_mt[0][0], DOFS * DOFS, source);
     fill_method(&r->id.method_a, source), fill_method(&r->id.modified_a, source), fill_method(&r->id.method_b, source);
     fill(&r->loop.period_s, 1, source), fill(r->loop.wake_us, 4, source), fill(r->loop.exec_us, 4, source);
-    r->verdict.scope = "what it is about";
-    verdict_add(&r->verdict, VERDICT_NOT_EVALUATED, "first");
-    verdict_add(&r->verdict, VERDICT_FAIL, "with a \"quote\", a \\ and a %%");
+    struct verdict *const every[] = {&r->verdicts.run, &r->verdicts.method_a, &r->verdicts.modified_a, &r->verdicts.method_b,
+                                     &r->verdicts.method_c};
+    for (size_t i = 0; i < sizeof every / sizeof *every; i++) every[i]->scope = "what it is about";
+    verdict_add(&r->verdicts.method_b, VERDICT_FAIL, "method B's own");
+    verdict_note(&r->verdicts.run, "nobody stated this");
+    verdict_add(&r->verdicts.run, VERDICT_NOT_EVALUATED, "first");
+    verdict_add(&r->verdicts.run, VERDICT_FAIL, "with a \"quote\", a \\ and a %%");
     return r;
 }
 
 static json_t *parsed(const struct report *r) {
-    char *text = identification_json(&r->id, &r->verdict, &r->loop);
+    char *text = identification_json(&r->id, &r->verdicts, &r->loop);
     assert_non_null(text);
     json_error_t error;
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES, &error);
@@ -210,9 +214,31 @@ static void json_keeps_the_verdict_word_by_word(void **unused) {
     struct report *r = report_full(awkward);
     json_t *root = parsed(r), *verdict = member(root, "verdict"), *reasons = member(verdict, "reasons");
     assert_string_equal(json_string_value(member(verdict, "status")), "fail");
-    assert_string_equal(json_string_value(member(verdict, "scope")), r->verdict.scope);
+    assert_string_equal(json_string_value(member(verdict, "scope")), r->verdicts.run.scope);
     assert_int_equal(json_array_size(reasons), 2);
-    for (int i = 0; i < 2; i++) assert_string_equal(json_string_value(json_array_get(reasons, (size_t)i)), r->verdict.reason[i]);
+    for (int i = 0; i < 2; i++) assert_string_equal(json_string_value(json_array_get(reasons, (size_t)i)), r->verdicts.run.reason[i]);
+    assert_string_equal(json_string_value(json_array_get(member(verdict, "notes"), 0)), "nobody stated this");
+    json_decref(root);
+}
+
+static void json_has_the_verdict_of_each_method_in_its_place(void **unused) {
+    (void)unused;
+    struct report *r = report_full(awkward);
+    fill_method(&r->id.method_c.matrix, awkward);
+    verdict_add(&r->verdicts.method_c, VERDICT_NOT_EVALUATED, "method C's own");
+    json_t *root = parsed(r);
+    static const struct {
+        const char *method, *status, *reason;
+    } expected[] = {{"method_a", "pass", NULL},
+                    {"modified_a", "pass", NULL},
+                    {"method_b", "fail", "method B's own"},
+                    {"method_c", "not_evaluated", "method C's own"}};
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
+        const json_t *verdict = member(member(root, expected[i].method), "verdict"), *reasons = member(verdict, "reasons");
+        assert_string_equal(json_string_value(member(verdict, "status")), expected[i].status);
+        assert_int_equal(json_array_size(reasons), expected[i].reason != NULL);
+        if (expected[i].reason) assert_string_equal(json_string_value(json_array_get(reasons, 0)), expected[i].reason);
+    }
     json_decref(root);
 }
 
@@ -289,7 +315,7 @@ static char *json_counted(const struct report *r, int failing) {
     held = requests = 0;
     fail_at = failing;
     json_set_alloc_funcs(counting_malloc, counting_free);
-    char *text = identification_json(&r->id, &r->verdict, &r->loop);
+    char *text = identification_json(&r->id, &r->verdicts, &r->loop);
     json_set_alloc_funcs(malloc, free);
     return text;
 }
@@ -441,6 +467,7 @@ int main(void) {
         cmocka_unit_test(json_names_its_schema_and_has_its_keys_and_no_others),
         cmocka_unit_test(json_has_method_c_with_its_friction_or_why_not),
         cmocka_unit_test(json_keeps_the_verdict_word_by_word),
+        cmocka_unit_test(json_has_the_verdict_of_each_method_in_its_place),
         cmocka_unit_test(json_errors_are_against_the_nominal_entries),
         cmocka_unit_test(json_has_null_for_what_was_not_evaluated),
         cmocka_unit_test(json_never_has_what_is_not_a_number),

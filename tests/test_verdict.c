@@ -27,6 +27,7 @@ static struct run *good_run(void) {
         double size = amplitude(&r->params, d);
         r->id.test[d] = (struct test_result){.test = d,
                                              .dof = (enum dof)d,
+                                             .reference = true,
                                              .frequency_hz = r->params.tests.hz[d],
                                              .amplitude = size,
                                              .achieved_amplitude = size,
@@ -37,9 +38,20 @@ static struct run *good_run(void) {
     return r;
 }
 
-static struct verdict judge(const struct run *r) {
-    return ident_verdict(&r->params, &r->id, tests_single(&r->params.tests), r->cycles, r->overruns);
+static struct run_facts facts_of(const struct run *r) {
+    return (struct run_facts){.sinusoids = tests_single(&r->params.tests), .cycles = r->cycles, .overruns = r->overruns};
 }
+
+static struct verdicts judge_all(const struct run *r) {
+    const struct run_facts facts = facts_of(r);
+    struct verdicts v = {.run = verdict_of_data(&r->params, &r->id, &facts),
+                         .method_a = verdict_of_matrix(&r->params, &r->id, &facts, &r->id.method_a, "method A"),
+                         .method_c = {.status = VERDICT_PASS}};
+    verdict_of_run(&v, &r->id, &facts);
+    return v;
+}
+
+static struct verdict judge(const struct run *r) { return judge_all(r).run; }
 
 static void assert_passes(const struct run *r) {
     struct verdict v = judge(r);
@@ -224,17 +236,78 @@ static void reasons_beyond_the_last_place_still_count(void **unused) {
     for (int i = 0; i < VERDICT_REASONS; i++) assert_int_equal(strlen(v.reason[i]), VERDICT_TEXT - 1);
 }
 
+/* Method A's checks judge method A: a run with a result of method C has that one's verdict. */
+static void the_run_has_the_verdict_of_method_c_where_that_has_a_result(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    const struct run_facts facts = facts_of(r);
+    r->id.method_a.mt[0][0] = -1;
+    struct verdicts v = judge_all(r);
+    assert_true(v.run.status == VERDICT_FAIL && v.method_a.status == VERDICT_FAIL && strstr(v.run.scope, "method A"));
+    r->id.method_c.matrix.evaluated = true;
+    v = judge_all(r);
+    assert_true(v.run.status == VERDICT_PASS && v.method_a.status == VERDICT_FAIL && strstr(v.run.scope, "method C"));
+    v.run = verdict_of_data(&r->params, &r->id, &facts);
+    verdict_add(&v.method_c, VERDICT_FAIL, "impossible");
+    verdict_of_run(&v, &r->id, &facts);
+    assert_true(v.run.status == VERDICT_FAIL && v.run.reasons == 1 && !strcmp(v.run.reason[0], "impossible"));
+    /* the data are everybody's */
+    r->overruns = CYCLES;
+    assert_int_equal(judge(r).status, VERDICT_FAIL);
+}
+
+/* All six tests are good for method A, and method C contradicts the machine: that is no pass. */
+static void a_run_that_method_c_refused_is_not_evaluated_and_says_why(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    error_set(&r->id.no_method_c, STATUS_USAGE, "another machine");
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "method C: another machine");
+    assert_int_equal(judge_all(r).method_a.status, VERDICT_PASS);
+    /* without a complete test there is nothing that it should have evaluated */
+    r->id.tests = 0, r->id.method_a.evaluated = false;
+    struct verdict v = judge(r);
+    for (int i = 0; i < v.reasons; i++) assert_null(strstr(v.reason[i], "another machine"));
+    /* any other motion has no method A */
+    r->params.tests.multisine = true;
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "method C: another machine");
+}
+
+static void entries_that_method_c_leaves_open_in_tests_of_few_axes_are_not_evaluated(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    r->id.tests = r->params.tests.count = 3;
+    r->id.method_a.evaluated = false, r->id.method_c.matrix.evaluated = true;
+    assert_passes(r);
+    r->id.method_c.matrix.mt[4][5] = (double)NAN;
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
+}
+
+/* Nobody stated what the amplitude should be, so a note says that nothing was judged by it. */
+static void an_amplitude_without_a_reference_is_not_judged(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    for (int d = 0; d < DOFS; d++)
+        r->id.test[d].reference = false, r->id.test[d].achieved_amplitude = 0, r->id.test[d].unwanted_pct[2] = 99;
+    assert_passes(r);
+    struct verdict v = judge(r);
+    assert_int_equal(v.notes, 1);
+    assert_non_null(strstr(v.note[0], "no reference"));
+    r->id.test[4].reference = true;
+    assert_int_equal(judge(r).status, VERDICT_FAIL);
+}
+
 static void print_gives_status_and_reasons(void **unused) {
     (void)unused;
     struct verdict v = {.status = VERDICT_PASS};
     char text[400] = {0};
     verdict_add(&v, VERDICT_NOT_EVALUATED, "first %d", 1);
     verdict_add(&v, VERDICT_FAIL, "second");
+    verdict_note(&v, "a note");
     FILE *out = fmemopen(text, sizeof text, "w");
     assert_non_null(out);
     verdict_print(&v, out);
     fclose(out);
-    assert_string_equal(text, "verdict   fail\n          first 1\n          second\n");
+    assert_string_equal(text, "verdict   fail\n          first 1\n          second\n          (a note)\n");
 }
 
 int main(void) {
@@ -251,6 +324,10 @@ int main(void) {
         cmocka_unit_test(missing_tests_are_not_evaluated),
         cmocka_unit_test(without_a_matrix_it_is_not_evaluated_and_its_entries_are_not_looked_at),
         cmocka_unit_test(a_failure_outweighs_what_was_not_evaluated_whichever_comes_first),
+        cmocka_unit_test(the_run_has_the_verdict_of_method_c_where_that_has_a_result),
+        cmocka_unit_test(a_run_that_method_c_refused_is_not_evaluated_and_says_why),
+        cmocka_unit_test(entries_that_method_c_leaves_open_in_tests_of_few_axes_are_not_evaluated),
+        cmocka_unit_test(an_amplitude_without_a_reference_is_not_judged),
         cmocka_unit_test(reasons_beyond_the_last_place_still_count),
         cmocka_unit_test(print_gives_status_and_reasons),
     };

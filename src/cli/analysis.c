@@ -183,15 +183,29 @@ const char *analysis_fault(struct analysis *a) {
     return a->fault;
 }
 
-struct verdict analysis_verdict(struct analysis *a) {
-    ident_solve(&a->ident);
-    struct verdict v = ident_verdict(a->params, &a->ident.result, analysis_sinusoids(a), a->cycles, a->overruns);
-    if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v);
-    for (int dof = 0; dof < DOFS; dof++)
-        if (a->seen[dof] && !evaluated(&a->ident.result, (enum dof)dof))
-            verdict_add(&v, VERDICT_NOT_EVALUATED, "test %s: left out, none of its samples is in its evaluated part", dof_names[dof]);
+static struct verdict judge_method_c(const struct analysis *a) {
+    const struct identification *id = &a->ident.result;
+    if (!id->method_c.matrix.evaluated) return method_c_no_verdict(id->no_method_c.status ? id->no_method_c.text : NULL);
+    return method_c_verdict(&(struct method_c_findings){
+        .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
+}
+
+struct verdicts analysis_verdicts(struct analysis *a) {
+    const struct identification *id = &a->ident.result;
+    const struct run_facts facts = {.sinusoids = analysis_sinusoids(a), .cycles = a->cycles, .overruns = a->overruns};
     const char *fault = analysis_fault(a);
-    if (fault) verdict_add(&v, VERDICT_FAIL, "fault %s", fault);
+    ident_solve(&a->ident);
+    struct verdicts v = {.run = verdict_of_data(a->params, id, &facts),
+                         .method_a = verdict_of_matrix(a->params, id, &facts, &id->method_a, "method A"),
+                         .modified_a = verdict_of_matrix(a->params, id, &facts, &id->modified_a, "modified method A"),
+                         .method_b = verdict_of_matrix(a->params, id, &facts, &id->method_b, "method B"),
+                         .method_c = judge_method_c(a)};
+    if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v.run);
+    for (int dof = 0; dof < DOFS; dof++)
+        if (a->seen[dof] && !evaluated(id, (enum dof)dof))
+            verdict_add(&v.run, VERDICT_NOT_EVALUATED, "test %s: left out, none of its samples is in its evaluated part", dof_names[dof]);
+    if (fault) verdict_add(&v.run, VERDICT_FAIL, "fault %s", fault);
+    verdict_of_run(&v, id, &facts);
     return v;
 }
 
@@ -217,22 +231,31 @@ static void print_loop(const struct loop_statistics *s, bool brief, FILE *out) {
     print_times("execution", s->exec_us, out);
 }
 
-void analysis_print(struct analysis *a, const struct verdict *verdict, bool brief, FILE *out) {
+/* Prints method A's verdict where the run's is method C's. */
+static void print_method_a(const struct analysis *a, const struct verdicts *v, FILE *out) {
+    const struct identification *id = &a->ident.result;
+    if (!id->method_a.evaluated || !id->method_c.matrix.evaluated) return;
+    fprintf(out, "method A  %s\n", verdict_names[v->method_a.status]);
+    for (int i = 0; i < v->method_a.reasons; i++) fprintf(out, "          %s\n", v->method_a.reason[i]);
+}
+
+void analysis_print(struct analysis *a, const struct verdicts *verdicts, bool brief, FILE *out) {
     struct loop_statistics s = analysis_statistics(a);
     if (brief) identification_brief_print(out, &a->ident.result, analysis_sinusoids(a));
     else identification_table_print(out, &a->ident.result, analysis_sinusoids(a));
     print_loop(&s, brief, out);
-    verdict_print(verdict, out);
+    verdict_print(&verdicts->run, out);
+    if (!brief) print_method_a(a, verdicts, out);
 }
 
-char *analysis_json(const struct analysis *a, const struct verdict *verdict) {
+char *analysis_json(const struct analysis *a, const struct verdicts *verdicts) {
     struct loop_statistics s = analysis_statistics(a);
-    return identification_json(&a->ident.result, verdict, &s);
+    return identification_json(&a->ident.result, verdicts, &s);
 }
 
-int analysis_write_json(struct analysis *a, const struct verdict *verdict, struct output *to, struct error *error) {
+int analysis_write_json(struct analysis *a, const struct verdicts *verdicts, struct output *to, struct error *error) {
     if (!to->name) return STATUS_OK;
-    char *json = analysis_json(a, verdict);
+    char *json = analysis_json(a, verdicts);
     int status = json ? output_write(to, json, error) : error_set(error, STATUS_IO, "out of memory");
     free(json);
     return status;

@@ -8,6 +8,7 @@
 #include "histogram.h"
 #include "ident.h"
 #include "identification_json.h"
+#include "method_c_verdict.h"
 #include "motion_result.h"
 #include "output.h"
 #include "parts.h"
@@ -65,8 +66,9 @@ int analysis_copy(const struct analysis *a, struct recording *copy, struct error
 
 struct loop_statistics analysis_statistics(const struct analysis *a);
 
-/* Solves and judges the identification. */
-struct verdict analysis_verdict(struct analysis *a);
+/* Solves methods A and B, and judges all methods and the run. Method C takes part if
+ * analysis_identify() has run. */
+struct verdicts analysis_verdicts(struct analysis *a);
 
 /* Returns the name of the last cycle's fault with its measured value; NULL: there is none. The text
  * is valid until the next call. */
@@ -81,12 +83,12 @@ int analysis_identifies(const struct analysis *a, const char *path, struct error
 
 /* Prints the table of results, the loop's statistics and the verdict as text; brief: about eight
  * lines of them. */
-void analysis_print(struct analysis *a, const struct verdict *verdict, bool brief, FILE *out);
+void analysis_print(struct analysis *a, const struct verdicts *verdicts, bool brief, FILE *out);
 
 /* Returns identification_json's text, to be freed by the caller; NULL without memory. */
-char *analysis_json(const struct analysis *a, const struct verdict *verdict);
+char *analysis_json(const struct analysis *a, const struct verdicts *verdicts);
 
 /* Writes analysis_json()'s text to `to`, which must be prepared. Returns -3 on failure. */
-int analysis_write_json(struct analysis *a, const struct verdict *verdict, struct output *to, struct error *error);
+int analysis_write_json(struct analysis *a, const struct verdicts *verdicts, struct output *to, struct error *error);
 
 #endif

@@ -204,7 +204,7 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     if (status || !identifies || c->report.identify.status) return status;
     analysis_identify(analysis);
     if (analysis_identifies(analysis, in->name, &c->report.identify)) return STATUS_OK;
-    struct verdict v = analysis_verdict(analysis);
+    struct verdict v = analysis_verdicts(analysis).run;
     const char *reason = v.reasons ? v.reason[0] : verdict_names[v.status];
     if (v.status == VERDICT_NOT_EVALUATED) error_set(&c->report.identify, STATUS_USAGE, "%s", reason);
     if (v.status == VERDICT_FAIL) snprintf(c->report.identify.text, sizeof c->report.identify.text, "verdict fail: %s", reason);

@@ -25,9 +25,9 @@ static int one_log(const struct options *o, struct log_analysis *i, struct outpu
     int status = identify(o, o->operand[0], i, error);
     if (!status && o->pose_given) status = method_c_at_pose(found, &i->params, o->pose, error);
     if (status) return status;
-    analysis_print(&i->analysis, &i->verdict, false, out_of(o));
-    status = analysis_write_json(&i->analysis, &i->verdict, json, error);
-    return status ? status : exit_status(&i->verdict);
+    analysis_print(&i->analysis, &i->verdicts, false, out_of(o));
+    status = analysis_write_json(&i->analysis, &i->verdicts, json, error);
+    return status ? status : exit_status(&i->verdicts.run);
 }
 
 /* Evaluates each log; all must be of one machine and give a matrix. */
@@ -56,6 +56,9 @@ static int combine(struct combination *c, const struct log_analysis *i, struct e
             .equations = &i[l].analysis.equations, .estimate = &i[l].analysis.estimate, .result = &i[l].analysis.ident.result.method_c};
     }
     if (!status) status = method_c_solve(sum, &i[0].params, all, &c->all, error);
+    if (!status)
+        c->method_c = method_c_verdict(&(struct method_c_findings){
+            .result = &c->all, .equations = sum, .estimate = all, .nominal = i[0].analysis.ident.result.nominal_mt});
     if (!status) status = agreement_find(c->logs, log, &i[0].params, &c->agreement, error);
     free(sum), free(all);
     return status;
@@ -75,7 +78,7 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
     for (int l = 0; l < c.logs && !status; l++)
         c.log[l] = (struct combination_log){.path = o->operand[l],
                                             .id = &i[l].analysis.ident.result,
-                                            .verdict = &i[l].verdict,
+                                            .verdicts = &i[l].verdicts,
                                             .loop = analysis_statistics(&i[l].analysis)};
     if (!status) status = combine(&c, i, error);
     if (!status && o->pose_given) status = method_c_at_pose(&c.all, &i[0].params, o->pose, error);

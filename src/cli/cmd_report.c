@@ -24,7 +24,7 @@ static struct identification_log summary(const struct log_analysis *l, const cha
         .config = config,
         .sinusoids = analysis_sinusoids(a),
         .id = &a->ident.result,
-        .verdict = &l->verdict,
+        .verdicts = &l->verdicts,
         .loop = analysis_statistics(a),
         .recording = &a->recording,
         .motion = {.there = m->cycles > 0,
@@ -65,9 +65,9 @@ static int report(const struct options *o, struct log_analysis *analysis, struct
     FILE *out = !strcmp(o->output, "-") ? stderr : stdout;
     if (!status) status = write_page(&r, &page, error);
     for (int i = 0; i < r.logs && !status; i++) {
-        cli_say(out, "%s: %s", o->operand[i], verdict_names[r.log[i].verdict->status]);
-        for (int j = 0; j < r.log[i].verdict->reasons; j++) cli_say(out, "  %s", r.log[i].verdict->reason[j]);
-        if (r.log[i].verdict->status != VERDICT_PASS) result = EXIT_CHECK_FAILED;
+        cli_say(out, "%s: %s", o->operand[i], verdict_names[r.log[i].verdicts->run.status]);
+        for (int j = 0; j < r.log[i].verdicts->run.reasons; j++) cli_say(out, "  %s", r.log[i].verdicts->run.reason[j]);
+        if (r.log[i].verdicts->run.status != VERDICT_PASS) result = EXIT_CHECK_FAILED;
     }
     if (!status) cli_say(out, "page      %s", o->output);
     for (int i = 0; i < r.logs; i++) free(config[i]);

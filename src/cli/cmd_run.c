@@ -280,9 +280,9 @@ static void wait_for_end(struct session *s) {
     commands_close(&s->commands);
 }
 
-static int write_result(struct session *s, const struct verdict *verdict, struct error *error) {
+static int write_result(struct session *s, const struct verdicts *verdicts, struct error *error) {
     if (!s->json.name) return STATUS_OK;
-    char *json = analysis_json(&s->recorder.analysis, verdict);
+    char *json = analysis_json(&s->recorder.analysis, verdicts);
     if (s->survey) json = survey_report_json(s->survey, json);
     int status = json ? output_write(&s->json, json, error) : error_set(error, STATUS_IO, "out of memory");
     free(json);
@@ -326,14 +326,14 @@ static void say_whole(const struct session *s) {
 
 static int report(struct session *s, struct error *error) {
     struct analysis *a = &s->recorder.analysis;
-    struct verdict verdict = analysis_verdict(a);
     analysis_identify(a);
+    struct verdicts verdicts = analysis_verdicts(a);
     progress_end(&s->progress);
-    if (s->signalled_ns) verdict_add(&verdict, VERDICT_NOT_EVALUATED, "interrupted");
-    int status = s->survey ? report_survey(s, &verdict, error) : STATUS_OK;
+    if (s->signalled_ns) verdict_add(&verdicts.run, VERDICT_NOT_EVALUATED, "interrupted");
+    int status = s->survey ? report_survey(s, &verdicts.run, error) : STATUS_OK;
     if (status) return status;
     if (s->survey) survey_report_print(s->survey, s->progress.out);
-    analysis_print(a, &verdict, !s->options.verbose, s->progress.out);
+    analysis_print(a, &verdicts, !s->options.verbose, s->progress.out);
     char trouble[200] = "";
     if (s->hal->ops->describe) s->hal->ops->describe(s->hal, trouble, sizeof trouble);
     if (*trouble) cli_say(s->progress.out, "device    %s: %s", s->options.hal, trouble);
@@ -342,8 +342,8 @@ static int report(struct session *s, struct error *error) {
     else cli_say(s->progress.out, "log       %s", log);
     say_whole(s);
     outlet_flush(&s->progress.steps);
-    status = write_result(s, &verdict, error);
-    return status ? status : verdict.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;
+    status = write_result(s, &verdicts, error);
+    return status ? status : verdicts.run.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }
 
 /* Waits for the recorder and closes log and result; a recorder that hangs is left behind. */

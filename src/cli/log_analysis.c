@@ -51,7 +51,7 @@ int log_analysis_read(struct log_analysis *l, const struct options *o, const cha
     if (status) return status;
     status = read_events(l, o, path, log, error);
     log_release(log);
-    if (!status) l->verdict = analysis_verdict(&l->analysis);
+    if (!status) l->verdicts = analysis_verdicts(&l->analysis);
     return status;
 }
 

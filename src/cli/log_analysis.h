@@ -10,7 +10,7 @@
 struct log_analysis {
     struct params params; /* configuration from the log, changed by --set; or from the file of -c */
     struct analysis analysis;    /* analysis of all cycles, including method C */
-    struct verdict verdict;
+    struct verdicts verdicts;
     int64_t began_us;            /* time of the start on the log's clock: since 1970, or in virtual
                                   * time since the start of the run */
     int64_t cut;                 /* byte up to which the log was readable; -1: the whole log */

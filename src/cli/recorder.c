@@ -131,7 +131,7 @@ static void result(struct recorder *r) {
     keep_and_send(r, CHANNEL_TEST_RESULT, buffer, test_result_encode(t, time_ns, buffer, sizeof buffer));
     progress_result(r->progress, t);
     if (t->test != r->params->tests.count - 1) return;
-    struct verdict verdict = analysis_verdict(&r->analysis);
+    struct verdict verdict = analysis_verdicts(&r->analysis).run;
     if (id->method_a.evaluated)
         keep_and_send(r, CHANNEL_IDENTIFICATION, buffer, identification_encode(id, &verdict, time_ns, buffer, sizeof buffer));
 }

@@ -52,6 +52,7 @@ static void open_test(struct ident *id, const struct cycle *c) {
     id->running = c->test;
     id->dof = c->dof;
     id->seen = id->excluded = 0;
+    id->referenced = false;
     id->first_s = c->test_time_s;
     memset(id->pose, 0, sizeof id->pose);
     double hz = id->params->tests.hz[c->dof];
@@ -75,6 +76,7 @@ static void take(struct ident *id, const struct cycle *c) {
     double values[CHANNELS], force_n[LEGS] = {0};
     bool good = c->in.flags == 0 && measure(id, c, values, force_n);
     id->seen++;
+    id->referenced = id->referenced || isfinite(c->ref[id->dof]);
     id->last_s = c->test_time_s;
     witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n, good);
     if (good) harmonics_add(&id->fit, c->test_time_s, values);
@@ -110,6 +112,7 @@ static void close_test(struct ident *id) {
     double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1);
     *t = (struct test_result){.test = id->running,
                               .dof = id->dof,
+                              .reference = id->referenced,
                               .frequency_hz = p->hz[id->dof],
                               .amplitude = p->amplitude[id->dof],
                               .samples = id->fit.samples,

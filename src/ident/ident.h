@@ -46,6 +46,8 @@ struct ident {
     enum dof dof;
     int64_t seen, excluded;       /* cycles in the running test's evaluated part, and those of them
                                    * that were left out */
+    bool referenced;              /* some sample of the running test's evaluated part has a
+                                   * reference */
     double first_s, last_s;       /* test time of the running test's first and last evaluated
                                    * cycle */
     struct identification result;

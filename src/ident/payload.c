@@ -255,6 +255,7 @@ struct payload payload_find(const struct params *params, const struct kinematics
     pseudo_inertia(s.x, body);
     p.possible = s.x[PAYLOAD_MASS] > 0.0 && dense_factor(BODY, BODY, body);
     if (!p.possible) find_nearest(s.x, s.weight, nearest);
+    p.impossible = distance(nearest, s.x, s.weight);
     for_people(s.x, p.value);
     for_people(nearest, p.nearest);
     find_std(&s, p.value, p.std);

@@ -35,6 +35,9 @@ struct payload {
     bool possible;                      /* a body of positive density can have these values */
     /* Values of the nearest body of positive density; equal to `value` if that is possible. */
     double nearest[PAYLOAD_VALUES];
+    /* Squared distance of that body from the ten numbers, weighted by their covariance; 0 if they
+     * are possible. For a true body it exceeds no chi-square of ten degrees of freedom. */
+    double impossible;
     /* Rms difference of the matrix from that of one body, in standard deviations: about 1 if the
      * payload is one. */
     double misfit;

@@ -2,17 +2,25 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <string.h>
 
 #include "lin.h"
 #include "params.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
-static const char of_sinusoids[] =
-    "amplitudes reached, unwanted motion, overruns, excluded samples, readings that live, steady mean forces, "
-    "symmetry and positive definiteness of method A; not the error against the nominal matrix";
-static const char of_a_motion[] =
-    "overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference, "
-    "and not the matrix";
+static const char of_data[] = "the run: complete tests, overruns, excluded samples, readings that live, steady mean forces";
+static const char of_matrix[] =
+    "amplitudes reached, unwanted motion, the cycle's length, symmetry and positive definiteness; not the error against the nominal "
+    "matrix";
+static const char of_run_c[] =
+    "method C's result (method_c.verdict) and the run: overruns, excluded samples, readings that live, steady mean forces; not the error "
+    "against the nominal matrix";
+static const char of_run_a[] =
+    "method A's result (amplitudes reached, unwanted motion, symmetry, positive definiteness) and the run: overruns, excluded samples, "
+    "readings that live, steady mean forces; not the error against the nominal matrix";
+static const char of_motion[] =
+    "the run: overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference, and not the "
+    "matrix, which method C refused";
 
 void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...) {
     va_list args;
@@ -23,23 +31,33 @@ void verdict_add(struct verdict *v, enum verdict_status status, const char *form
     va_end(args);
 }
 
+void verdict_note(struct verdict *v, const char *format, ...) {
+    va_list args;
+    if (v->notes == VERDICT_NOTES) return;
+    va_start(args, format);
+    vsnprintf(v->note[v->notes], VERDICT_TEXT, format, args);
+    va_end(args);
+    for (int i = 0; i < v->notes; i++)
+        if (!strcmp(v->note[i], v->note[v->notes])) return;
+    v->notes++;
+}
+
+void verdict_join(struct verdict *v, const struct verdict *other) {
+    for (int i = 0; i < other->reasons; i++) verdict_add(v, other->status, "%s", other->reason[i]);
+    for (int i = 0; i < other->notes; i++) verdict_note(v, "%s", other->note[i]);
+    if (other->status != VERDICT_PASS && v->status != VERDICT_FAIL) v->status = other->status;
+}
+
 /* Conditions are negated, so that NaN fails a check. */
-static void check_test(struct verdict *v, const struct params *params, const struct test_result *t) {
+static void check_readings(struct verdict *v, const struct params *params, const struct test_result *t) {
     const struct check_params *limit = &params->checks;
     const struct testimony *w = &t->witness;
     const char *name = dof_names[t->dof];
-    double short_pct = 100.0 * fabs(t->achieved_amplitude / t->amplitude - 1.0);
     double excluded_pct = 100.0 * (double)t->excluded / (double)(t->samples + t->excluded);
     if (!t->complete) {
         verdict_add(v, VERDICT_NOT_EVALUATED, "test %s: not complete (%lld samples)", name, (long long)t->samples);
         return;
     }
-    if (!(short_pct <= limit->amplitude_pct))
-        verdict_add(v, VERDICT_FAIL, "test %s: amplitude off by %.1f %%, limit %g %%", name, short_pct, limit->amplitude_pct);
-    for (int i = 0; i < DOFS; i++)
-        if (!(t->unwanted_pct[i] <= limit->unwanted_pct))
-            verdict_add(v, VERDICT_FAIL, "test %s: unwanted motion of %s %.1f %%, limit %g %%", name, dof_names[i], t->unwanted_pct[i],
-                        limit->unwanted_pct);
     if (!(excluded_pct <= limit->excluded_pct))
         verdict_add(v, VERDICT_FAIL, "test %s: %.2f %% of the samples excluded, limit %g %%", name, excluded_pct, limit->excluded_pct);
     if (!((double)w->still_samples * params->loop.period_s * t->frequency_hz <= 1.0))
@@ -51,6 +69,24 @@ static void check_test(struct verdict *v, const struct params *params, const str
     if (!(w->force_n <= limit->force_wander_n))
         verdict_add(v, VERDICT_FAIL, "test %s: force of leg %d wandered by %.0f N between periods, limit %g N", name, w->force_leg + 1,
                     w->force_n, limit->force_wander_n);
+}
+
+/* Checks the motion that a test made against the motion that was asked for. Without a recorded
+ * reference the configured amplitude is only assumed, and nothing is judged by it. */
+static void check_motion(struct verdict *v, const struct check_params *limit, const struct test_result *t) {
+    const char *name = dof_names[t->dof];
+    double short_pct = 100.0 * fabs(t->achieved_amplitude / t->amplitude - 1.0);
+    if (!t->complete) return;
+    if (!t->reference) {
+        verdict_note(v, "amplitudes and unwanted motion are not judged: the recording has no reference to compare them with");
+        return;
+    }
+    if (!(short_pct <= limit->amplitude_pct))
+        verdict_add(v, VERDICT_FAIL, "test %s: amplitude off by %.1f %%, limit %g %%", name, short_pct, limit->amplitude_pct);
+    for (int i = 0; i < DOFS; i++)
+        if (!(t->unwanted_pct[i] <= limit->unwanted_pct))
+            verdict_add(v, VERDICT_FAIL, "test %s: unwanted motion of %s %.1f %%, limit %g %%", name, dof_names[i], t->unwanted_pct[i],
+                        limit->unwanted_pct);
 }
 
 /* Checks that each leg's mean force, its load at neutral, is the same in all complete tests. The
@@ -69,43 +105,77 @@ static void check_load(struct verdict *v, const struct check_params *limit, cons
     }
 }
 
-static void check_matrix(struct verdict *v, const struct check_params *limit, const struct method_result *a) {
+static void check_matrix(struct verdict *v, const struct check_params *limit, const struct method_result *m, const char *name) {
     double symmetric[DOFS][DOFS], eigenvalue[DOFS];
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) {
-            symmetric[i][j] = 0.5 * (a->mt[i][j] + a->mt[j][i]);
-            double skew_pct = 100.0 * fabs(a->mt[i][j] - a->mt[j][i]) / sqrt(fabs(a->mt[i][i] * a->mt[j][j]));
+            symmetric[i][j] = 0.5 * (m->mt[i][j] + m->mt[j][i]);
+            double skew_pct = 100.0 * fabs(m->mt[i][j] - m->mt[j][i]) / sqrt(fabs(m->mt[i][i] * m->mt[j][j]));
             if (i < j && !(skew_pct <= limit->symmetry_pct))
-                verdict_add(v, VERDICT_FAIL, "method A: Mt(%d,%d) and Mt(%d,%d) differ by %.1f %%, limit %g %%", i + 1, j + 1, j + 1, i + 1,
+                verdict_add(v, VERDICT_FAIL, "%s: Mt(%d,%d) and Mt(%d,%d) differ by %.1f %%, limit %g %%", name, i + 1, j + 1, j + 1, i + 1,
                             skew_pct, limit->symmetry_pct);
         }
     if (lin_eigenvalues(DOFS, symmetric[0], eigenvalue) || !(eigenvalue[0] > 0.0))
-        verdict_add(v, VERDICT_FAIL, "method A: Mt is not positive definite: no inertia matrix");
+        verdict_add(v, VERDICT_FAIL, "%s: Mt is not positive definite: no inertia matrix", name);
 }
 
-struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles,
-                             int64_t overruns) {
-    struct verdict v = {.status = VERDICT_PASS, .scope = sinusoids ? of_sinusoids : of_a_motion};
+struct verdict verdict_of_data(const struct params *params, const struct identification *id, const struct run_facts *facts) {
+    struct verdict v = {.status = VERDICT_PASS, .scope = of_data};
     const struct check_params *limit = &params->checks;
-    for (int i = 0; i < id->tests; i++) check_test(&v, params, &id->test[i]);
+    for (int i = 0; i < id->tests; i++) check_readings(&v, params, &id->test[i]);
     check_load(&v, limit, id);
-    if (sinusoids && id->tests < params->tests.count)
+    if (facts->sinusoids && id->tests < params->tests.count)
         verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
-    double overruns_pct = cycles > 0 ? 100.0 * (double)overruns / (double)cycles : 0.0;
+    double overruns_pct = facts->cycles > 0 ? 100.0 * (double)facts->overruns / (double)facts->cycles : 0.0;
     if (!(overruns_pct <= limit->overruns_pct))
         verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%: a core of its own (loop.cpu), or a longer loop.period_s",
                     overruns_pct, limit->overruns_pct);
-    if (sinusoids && !(params->loop.period_s <= limit->period_s))
+    return v;
+}
+
+struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct run_facts *facts,
+                                 const struct method_result *m, const char *name) {
+    struct verdict v = {.status = VERDICT_PASS, .scope = of_matrix};
+    const struct check_params *limit = &params->checks;
+    for (int i = 0; i < id->tests; i++) check_motion(&v, limit, &id->test[i]);
+    if (facts->sinusoids && !(params->loop.period_s <= limit->period_s))
         verdict_add(&v, VERDICT_FAIL,
                     "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms; if only the recording is so slow, give "
                     "the configuration with the controller's own loop.period_s (-c)",
                     params->loop.period_s * 1e3, limit->period_s * 1e3);
-    if (id->method_a.evaluated) check_matrix(&v, limit, &id->method_a);
-    else if (sinusoids) verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
+    if (m->evaluated) check_matrix(&v, limit, m, name);
+    else verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     return v;
+}
+
+static bool any_complete(const struct identification *id) {
+    for (int i = 0; i < id->tests; i++)
+        if (id->test[i].complete) return true;
+    return false;
+}
+
+static bool all_determined(const struct method_result *m) {
+    for (int i = 0; i < DOFS * DOFS; i++)
+        if (isnan(m->mt[i / DOFS][i % DOFS])) return false;
+    return true;
+}
+
+void verdict_of_run(struct verdicts *v, const struct identification *id, const struct run_facts *facts) {
+    const struct method_result *c = &id->method_c.matrix;
+    bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status && (any_complete(id) || !facts->sinusoids);
+    v->run.scope = by_c ? of_run_c : facts->sinusoids ? of_run_a : of_motion;
+    if (by_c) {
+        verdict_join(&v->run, &v->method_c);
+        if (facts->sinusoids && !id->method_a.evaluated && !all_determined(c))
+            verdict_add(&v->run, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
+    } else {
+        if (facts->sinusoids) verdict_join(&v->run, &v->method_a);
+        if (refused) verdict_add(&v->run, VERDICT_NOT_EVALUATED, "method C: %s", id->no_method_c.text);
+    }
 }
 
 void verdict_print(const struct verdict *v, FILE *out) {
     fprintf(out, "verdict   %s\n", verdict_names[v->status]);
     for (int i = 0; i < v->reasons; i++) fprintf(out, "          %s\n", v->reason[i]);
+    for (int i = 0; i < v->notes; i++) fprintf(out, "          (%s)\n", v->note[i]);
 }

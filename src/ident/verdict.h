@@ -1,6 +1,6 @@
-/* The checks of a run that a real machine can fail, against params.checks. Neither the error
- * against the nominal matrix nor a condition number is a check; both are only reported. Pure, no
- * heap. */
+/* Verdicts on a run and on what each method made of it. A check is one that a real machine can
+ * fail; neither the error against the nominal matrix nor a condition number is a check, both are
+ * only reported. Pure, no heap. */
 #ifndef HEXID_VERDICT_H
 #define HEXID_VERDICT_H
 
@@ -9,7 +9,7 @@
 #include "ident.h"
 
 enum verdict_status { VERDICT_PASS, VERDICT_FAIL, VERDICT_NOT_EVALUATED };
-enum { VERDICT_REASONS = 24, VERDICT_TEXT = 160 };
+enum { VERDICT_REASONS = 24, VERDICT_NOTES = 8, VERDICT_TEXT = 240 };
 
 struct verdict {
     enum verdict_status status;
@@ -17,17 +17,48 @@ struct verdict {
     int reasons;
     /* Checks that failed or could not be done, each with value and limit. */
     char reason[VERDICT_REASONS][VERDICT_TEXT];
+    int notes;
+    /* Checks that do not apply to this recording, because nobody stated what they compare with.
+     * They do not change the status. */
+    char note[VERDICT_NOTES][VERDICT_TEXT];
+};
+
+/* The run's verdict, whose status is the exit status, and that of each method on its own result.
+ * The run's is that of its data together with that of the method that its scope names: method C
+ * where that is evaluated, else method A. A method without a result is not evaluated. */
+struct verdicts {
+    struct verdict run, method_a, modified_a, method_b, method_c;
 };
 
 extern const char *const verdict_names[]; /* "pass", "fail", "not_evaluated" */
 
-/* Judges a run. sinusoids: each test moves one axis; any other motion need not yield a matrix.
- * cycles, overruns: totals of the run. A failed check outweighs a check that could not be done. */
-struct verdict ident_verdict(const struct params *params, const struct identification *id, bool sinusoids, int64_t cycles,
-                             int64_t overruns);
+/* Facts about a run that no method's result holds. */
+struct run_facts {
+    bool sinusoids; /* each test moves one axis; any other motion need not yield a matrix */
+    int64_t cycles, overruns; /* totals of the run */
+};
+
+/* Judges the run's data, which every method uses: complete tests, excluded samples, readings that
+ * live and repeat, overruns. */
+struct verdict verdict_of_data(const struct params *params, const struct identification *id, const struct run_facts *facts);
+
+/* Judges one of the methods A, modified A and B: the tests' motion, the cycle, and the matrix m of
+ * that method, which `name` names. */
+struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct run_facts *facts,
+                                 const struct method_result *m, const char *name);
+
+/* Judges the run from its data's verdict and the methods' verdicts, all of which stand in `v`. A
+ * motion that method C refused, though it is complete, is not evaluated. */
+void verdict_of_run(struct verdicts *v, const struct identification *id, const struct run_facts *facts);
 
 /* Adds a reason to a verdict. NOT_EVALUATED replaces a pass; FAIL outweighs both. */
 __attribute__((format(printf, 3, 4))) void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...);
+
+/* Adds a note to a verdict, once. */
+__attribute__((format(printf, 2, 3))) void verdict_note(struct verdict *v, const char *format, ...);
+
+/* Adds another verdict's status, reasons and notes. */
+void verdict_join(struct verdict *v, const struct verdict *other);
 
 void verdict_print(const struct verdict *v, FILE *out);
 

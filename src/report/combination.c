@@ -39,13 +39,15 @@ static void judge_agreement(const struct agreement *a, struct verdict *v) {
 
 struct verdict combination_verdict(const struct combination *c) {
     struct verdict v = {.status = VERDICT_PASS,
-                        .scope = "do the logs agree, has no log failed its own checks, is every entry determined; not the error "
-                                 "against the nominal matrix"};
+                        .scope = "do the logs agree, has no log failed its own checks, is method C's result from all of them possible "
+                                 "(combined.method_c.verdict), is every entry determined; not the error against the nominal matrix"};
     int open = 0;
     double std;
     judge_agreement(&c->agreement, &v);
     for (int l = 0; l < c->logs; l++)
-        if (c->log[l].verdict->status == VERDICT_FAIL) verdict_add(&v, VERDICT_FAIL, "log %d: %.100s", l + 1, c->log[l].verdict->reason[0]);
+        if (c->log[l].verdicts->run.status == VERDICT_FAIL)
+            verdict_add(&v, VERDICT_FAIL, "log %d: %.100s", l + 1, c->log[l].verdicts->run.reason[0]);
+    verdict_join(&v, &c->method_c);
     for (int i = 0; i < MATRIX_ENTRIES; i++) open += isnan(method_c_value(&c->all, i, &std));
     if (open) verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d entries are not determined by all logs together", open, MATRIX_ENTRIES);
     return v;
@@ -92,8 +94,8 @@ void combination_table_print(FILE *out, const struct combination *c) {
     for (int l = 0; l < c->logs; l++) {
         char path[1024];
         text_printable(c->log[l].path, path, sizeof path);
-        fprintf(out, "log %-2d    %s: %s\n", l + 1, path, verdict_names[c->log[l].verdict->status]);
-        for (int i = 0; i < c->log[l].verdict->reasons; i++) fprintf(out, "          %s\n", c->log[l].verdict->reason[i]);
+        fprintf(out, "log %-2d    %s: %s\n", l + 1, path, verdict_names[c->log[l].verdicts->run.status]);
+        for (int i = 0; i < c->log[l].verdicts->run.reasons; i++) fprintf(out, "          %s\n", c->log[l].verdicts->run.reason[i]);
     }
     identification_determined_print(out, &c->all, c->log[0].id->nominal_mt);
     fprintf(out, "\n%-29s", "");

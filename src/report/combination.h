@@ -11,7 +11,7 @@
 struct combination_log {
     const char *path;
     const struct identification *id;  /* result of the log, which has a matrix by method C */
-    const struct verdict *verdict;
+    const struct verdicts *verdicts;
     struct loop_statistics loop;
 };
 
@@ -19,13 +19,14 @@ struct combination {
     int logs;                         /* number of logs, 2 to AGREEMENT_LOGS */
     struct combination_log log[AGREEMENT_LOGS];
     struct method_c all;
+    struct verdict method_c;          /* method C's verdict on `all` */
     struct agreement agreement;
     struct verdict verdict;
 };
 
 /* Judges several logs. The verdict fails if the logs disagree, and names the values that are
- * apart; it also fails if a log's own verdict fails. It is not evaluated if entries remain
- * undetermined. */
+ * apart; it also fails if a log's own verdict fails, or method C's on all of them. It is not
+ * evaluated if entries remain undetermined. */
 struct verdict combination_verdict(const struct combination *c);
 
 /* Prints one column for each log, then one for all logs together and one for its standard

@@ -6,7 +6,7 @@
 static json_t *log_json(const struct combination_log *log) {
     char path[1024];
     text_printable(log->path, path, sizeof path);
-    return report_set(report_identification(log->id, log->verdict, &log->loop), "log", json_string(path));
+    return report_set(report_identification(log->id, log->verdicts, &log->loop), "log", json_string(path));
 }
 
 /* Deviation of each log's values from those of the other logs; null if it is not compared. */
@@ -42,5 +42,5 @@ char *combination_json(const struct combination *c) {
     for (int l = 0; l < c->logs; l++) logs = report_append(logs, log_json(&c->log[l]));
     json_t *agreement = report_set(report_set(report_agreement(a), "apart", apart(a)), "deviations", deviations(a));
     return report_text(json_pack("{ss so s{so} so so}", "schema", "hexid.identifications/1", "logs", logs, "combined", "method_c",
-                                 report_method_c(&c->all), "agreement", agreement, "verdict", report_verdict(&c->verdict)));
+                                 report_method_c(&c->all, &c->method_c), "agreement", agreement, "verdict", report_verdict(&c->verdict)));
 }

@@ -71,7 +71,7 @@ static void fact_motion(FILE *out, const struct identification_log *l) {
 }
 
 static void fact_verdict(FILE *out, const struct identification_log *l) {
-    const struct verdict *v = l->verdict;
+    const struct verdict *v = &l->verdicts->run;
     fprintf(out, "<b>%s</b>", verdict_names[v->status]);
     for (int i = 0; i < v->reasons; i++) {
         fputs("<br><span class=\"notice\">", out);
@@ -113,12 +113,12 @@ static void facts(FILE *out, const struct identification_report *r) {
 
 static void headline(FILE *out, const struct identification_report *r) {
     int passed = 0;
-    for (int i = 0; i < r->logs; i++) passed += r->log[i].verdict->status == VERDICT_PASS;
+    for (int i = 0; i < r->logs; i++) passed += r->log[i].verdicts->run.status == VERDICT_PASS;
     static const char *const words[] = {[VERDICT_PASS] = "The run passed its checks",
                                         [VERDICT_FAIL] = "The run failed its checks",
                                         [VERDICT_NOT_EVALUATED] = "The run is not evaluated as a whole"};
     fputs("<p class=\"kicker\">Inertia matrix at the neutral pose</p>\n<h1>", out);
-    if (r->logs == 1) fputs(words[r->log[0].verdict->status], out);
+    if (r->logs == 1) fputs(words[r->log[0].verdicts->run.status], out);
     else fprintf(out, "%d of %d runs passed their checks", passed, r->logs);
     fputs("</h1>\n<p class=\"lead\">A pass says that the tests were good, not that the machine is as configured: the difference from "
           "the nominal matrix is reported, never judged.</p>\n",

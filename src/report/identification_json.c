@@ -46,11 +46,11 @@ static json_t *test(const struct test_result *source) {
                      "wrench", fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
 }
 
-static json_t *method(const struct method_result *source, bool damping) {
+static json_t *method(const struct method_result *source, bool damping, const struct verdict *verdict) {
     if (!source->evaluated) return json_null();
     struct method_result m = *source;
-    json_t *object = json_pack("{so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number",
-                               report_number(m.condition_number));
+    json_t *object = json_pack("{so so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number",
+                               report_number(m.condition_number), "verdict", report_verdict(verdict));
     return damping ? report_set(report_set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
 }
 
@@ -74,14 +74,15 @@ static json_t *payload_json(const struct payload *p) {
                      report_number(p->misfit));
 }
 
-json_t *report_method_c(const struct method_c *source) {
+json_t *report_method_c(const struct method_c *source, const struct verdict *verdict) {
     struct method_c c = *source;
     if (!c.matrix.evaluated) return json_null();
-    json_t *found = json_pack("{so so so so s{so so so so} so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std),
+    json_t *found = json_pack("{so so so so s{so so so so} so so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std),
                               "viscous_n_s_per_m", vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS),
                               "dry_friction_n", "extend", strided(c.dry[0]), "extend_std", strided(c.dry_std[0]), "retract",
                               strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1), "scatter", report_number(c.scatter),
-                              "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload));
+                              "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload), "verdict",
+                              report_verdict(verdict));
     if (c.springs)
         found = report_set(found, "springs", json_pack("{so so}", "value", vector(c.spring, DOFS), "std", vector(c.spring_std, DOFS)));
     if (!c.at_pose.asked) return found;
@@ -104,14 +105,15 @@ static json_t *quantiles(const double us[4], bool timed) {
                      report_number(us[3]));
 }
 
-static json_t *reasons(const struct verdict *v) {
+static json_t *texts(int count, const char text[][VERDICT_TEXT]) {
     json_t *array = json_array();
-    for (int i = 0; i < v->reasons; i++) array = report_append(array, json_string(v->reason[i]));
+    for (int i = 0; i < count; i++) array = report_append(array, json_string(text[i]));
     return array;
 }
 
 json_t *report_verdict(const struct verdict *v) {
-    return json_pack("{ss ss so}", "scope", v->scope, "status", verdict_names[v->status], "reasons", reasons(v));
+    return json_pack("{ss ss so so}", "scope", v->scope, "status", verdict_names[v->status], "reasons", texts(v->reasons, v->reason),
+                     "notes", texts(v->notes, v->note));
 }
 
 json_t *report_agreement(const struct agreement *a) {
@@ -127,20 +129,21 @@ static json_t *with_parts(json_t *root, const struct identification *id) {
                                 "agreement", id->over_time.logs > 1 ? report_agreement(&id->over_time) : json_null()));
 }
 
-json_t *report_identification(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
+json_t *report_identification(const struct identification *id, const struct verdicts *verdicts, const struct loop_statistics *loop) {
     struct identification r = *id;
     json_t *tests = json_array();
     for (int i = 0; i < r.tests; i++) tests = report_append(tests, test(&r.test[i]));
     json_t *root = json_pack(
         "{ss so s{so} so so so so so s{so so so so} s{sI sI sI so so so so so so} so}", "schema", "hexid.identification/1", "tests", tests,
-        "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true), "modified_a", method(&r.modified_a, false),
-        "method_b", method(&r.method_b, false), "method_c", report_method_c(&r.method_c), "method_c_reason",
+        "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true, &verdicts->method_a), "modified_a",
+        method(&r.modified_a, false, &verdicts->modified_a), "method_b", method(&r.method_b, false, &verdicts->method_b), "method_c",
+        report_method_c(&r.method_c, &verdicts->method_c), "method_c_reason",
         r.no_method_c.status ? json_string(r.no_method_c.text) : json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
         "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "method_c", errors(id, &r.method_c.matrix), "loop",
         "cycles", (json_int_t)loop->cycles, "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s",
         report_number(loop->period_s), "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed),
         "pace", loop->timed ? report_number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
-        "longest_stall_s", loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(verdict));
+        "longest_stall_s", loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(&verdicts->run));
     return with_parts(root, id);
 }
 
@@ -150,8 +153,8 @@ char *report_text(json_t *root) {
     return text;
 }
 
-char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop) {
+char *identification_json(const struct identification *id, const struct verdicts *verdicts, const struct loop_statistics *loop) {
     /* A fixed seed keeps jansson from opening /dev/urandom; no key here is hostile. */
     json_object_seed(1);
-    return report_text(report_identification(id, verdict, loop));
+    return report_text(report_identification(id, verdicts, loop));
 }

@@ -20,6 +20,6 @@ struct loop_statistics {
 };
 
 /* The result as text, which the caller frees; NULL without memory. */
-char *identification_json(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop);
+char *identification_json(const struct identification *id, const struct verdicts *verdicts, const struct loop_statistics *loop);
 
 #endif

@@ -31,7 +31,7 @@ struct identification_log {
     bool sinusoids;               /* the tests move one axis after another, as methods A and B need
                                    * it */
     const struct identification *id;
-    const struct verdict *verdict;
+    const struct verdicts *verdicts;
     struct loop_statistics loop;
     /* complete tests, as method C used them: any other motion is cut into pieces */
     const struct recording *recording;

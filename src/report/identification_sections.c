@@ -259,17 +259,46 @@ static double asymmetry_pct(const struct method_result *a, int *row, int *column
     return most;
 }
 
-static void verdict_words(FILE *out, const struct identification_log *l) {
-    const struct check_params *limit = &l->params->checks;
-    fprintf(out, "<h3>Checks of the verdict</h3>\n<p>Verdict <b>%s</b>. It is about: ", verdict_names[l->verdict->status]);
-    html_text(out, "%s.", l->verdict->scope);
-    fputs("</p>\n<ul>\n", out);
-    for (int i = 0; i < l->verdict->reasons; i++) {
+static void verdict_list(FILE *out, const struct verdict *v) {
+    fputs("<ul>\n", out);
+    for (int i = 0; i < v->reasons; i++) {
         fputs("<li><span class=\"notice\">", out);
-        html_text(out, "%s", l->verdict->reason[i]);
+        html_text(out, "%s", v->reason[i]);
         fputs("</span></li>\n", out);
     }
-    if (!l->verdict->reasons) fputs("<li>No check failed.</li>\n", out);
+    if (v->status == VERDICT_PASS) fputs("<li>No check failed.</li>\n", out);
+    for (int i = 0; i < v->notes; i++) {
+        fputs("<li>", out);
+        html_text(out, "Note: %s.", v->note[i]);
+        fputs("</li>\n", out);
+    }
+}
+
+/* Writes the verdicts of the methods that have a result. */
+static void method_verdicts(FILE *out, const struct identification_log *l) {
+    const struct identification *id = l->id;
+    const struct {
+        const char *name;
+        const struct method_result *result;
+        const struct verdict *verdict;
+    } method[] = {{"Method C", &id->method_c.matrix, &l->verdicts->method_c},
+                  {"Method A", &id->method_a, &l->verdicts->method_a},
+                  {"Modified method A", &id->modified_a, &l->verdicts->modified_a},
+                  {"Method B", &id->method_b, &l->verdicts->method_b}};
+    for (size_t i = 0; i < sizeof method / sizeof *method; i++) {
+        if (!method[i].result->evaluated) continue;
+        fprintf(out, "<p>%s: <b>%s</b></p>\n", method[i].name, verdict_names[method[i].verdict->status]);
+        verdict_list(out, method[i].verdict);
+        fputs("</ul>\n", out);
+    }
+}
+
+static void verdict_words(FILE *out, const struct identification_log *l) {
+    const struct check_params *limit = &l->params->checks;
+    fprintf(out, "<h3>Checks of the verdict</h3>\n<p>Verdict <b>%s</b>. It is about: ", verdict_names[l->verdicts->run.status]);
+    html_text(out, "%s.", l->verdicts->run.scope);
+    fputs("</p>\n", out);
+    verdict_list(out, &l->verdicts->run);
     double overruns_pct = l->loop.cycles > 0 ? 100.0 * (double)l->loop.overruns / (double)l->loop.cycles : 0.0;
     fprintf(out, "<li>%.3f %% of the cycles overran, limit %g %%.</li>\n", overruns_pct, limit->overruns_pct);
     if (l->sinusoids) fprintf(out, "<li>A cycle of %g ms, limit %g ms.</li>\n", 1e3 * l->loop.period_s, 1e3 * limit->period_s);
@@ -287,6 +316,7 @@ static void verdict_words(FILE *out, const struct identification_log *l) {
                 "where it is more, its intervals are as much wider.</li>\n",
                 l->id->method_c.scatter);
     fputs("</ul>\n", out);
+    method_verdicts(out, l);
 }
 
 static void time_row(FILE *out, const char *name, const double us[4]) {

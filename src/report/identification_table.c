@@ -182,20 +182,14 @@ static void print_method_c(FILE *out, const struct identification *id) {
     fprintf(out, "\n");
 }
 
-void identification_table_print(FILE *out, const struct identification *id, bool sinusoids) {
+static void print_methods_a_b(FILE *out, const struct identification *id) {
     int decimals = identification_decimals(id->nominal_mt);
-    if (!sinusoids) {
-        fprintf(out, "\n");
-        print_method_c(out, id);
-        return;
-    }
     if (!id->method_a.evaluated) {
-        fprintf(out, "\nmatrix    not evaluated: needs complete tests of all six axes\n");
-        print_method_c(out, id);
+        fprintf(out, "matrix    not evaluated: needs complete tests of all six axes\n");
         return;
     }
-    fprintf(out, "\n%-4s %-6s %8s  %16s  %16s  %16s %7s\n", "", "unit", "nominal", "method A error %", "modif. A error %",
-            "method B error %", "std A");
+    fprintf(out, "%-4s %-6s %8s  %16s  %16s  %16s %7s\n", "", "unit", "nominal", "method A error %", "modif. A error %", "method B error %",
+            "std A");
     for (int i = 0; i < IDENT_ENTRIES; i++) {
         const struct ident_entry *e = &ident_entries[i];
         fprintf(out, "%-4s %-6s %8.*f", e->name, e->unit, decimals, id->nominal_mt[e->row][e->col]);
@@ -207,7 +201,14 @@ void identification_table_print(FILE *out, const struct identification *id, bool
     print_error_note(out);
     fprintf(out, "\ndiagonal of Bt: %.1f %.1f %.1f N s/m, %.2f %.2f %.2f N m s\n\n", id->method_a.bt[0][0], id->method_a.bt[1][1],
             id->method_a.bt[2][2], id->method_a.bt[3][3], id->method_a.bt[4][4], id->method_a.bt[5][5]);
-    print_method_c(out, id);
+}
+
+void identification_table_print(FILE *out, const struct identification *id, bool sinusoids) {
+    bool c_first = id->method_c.matrix.evaluated;
+    fprintf(out, "\n");
+    if (c_first) print_method_c(out, id);
+    if (sinusoids) print_methods_a_b(out, id);
+    if (!c_first) print_method_c(out, id);
 }
 
 /* Prints a row of the brief table, with a number for each entry of the diagonal; "-" for NaN, which

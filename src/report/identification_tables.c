@@ -137,7 +137,7 @@ static void entry_label(FILE *out, int row) {
 
 void table_entries(FILE *out, const struct identification_report *r) {
     static const struct comparison entries = {"entry",       IDENT_ENTRIES, entry_label, "nominal",
-                                              entry_nominal, entry_whole,   2,           {{"method A", entry_a}, {"method C", entry_c}}};
+                                              entry_nominal, entry_whole,   2,           {{"method C", entry_c}, {"method A", entry_a}}};
     if (!compare(out, r, &entries)) fputs("<p class=\"notice\">No matrix was identified: see the reasons above.</p>\n", out);
 }
 
@@ -256,9 +256,9 @@ void table_matrices(FILE *out, const struct identification *source) {
     struct identification id = *source;
     fputs("<div class=\"third\">\n", out);
     matrix(out, "Nominal", (const double (*)[DOFS])id.nominal_mt, NULL);
+    method(out, "Method C", &id.method_c.matrix);
     method(out, "Method A", &id.method_a);
     method(out, "Modified A", &id.modified_a);
     method(out, "Method B", &id.method_b);
-    method(out, "Method C", &id.method_c.matrix);
     fputs("</div>\n", out);
 }

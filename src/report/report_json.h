@@ -16,8 +16,8 @@ json_t *report_set(json_t *object, const char *key, json_t *value);
 
 json_t *report_verdict(const struct verdict *v);
 json_t *report_agreement(const struct agreement *a);
-json_t *report_method_c(const struct method_c *c);
-json_t *report_identification(const struct identification *id, const struct verdict *verdict, const struct loop_statistics *loop);
+json_t *report_method_c(const struct method_c *c, const struct verdict *verdict);
+json_t *report_identification(const struct identification *id, const struct verdicts *verdicts, const struct loop_statistics *loop);
 
 /* Turns an object into text and releases the object. The caller frees the text. NULL without
  * memory. */

@@ -84,10 +84,15 @@ def identification(result, clean):
     verdict = result["verdict"]
     if verdict["status"] != "pass":
         return False, "refused: " + (verdict["reasons"] + ["interrupted"])[0]
-    ours, normal = result["errors_pct"]["method_a"], clean["errors_pct"]["method_a"]
-    share, entry = max((abs(ours[name] - normal[name]) / UNHARMED[name[0]], name) for name in normal)
-    demand(share <= 1, f"silently wrong: {entry} {ours[entry]:+.2f} %, {normal[entry]:+.2f} % in the clean run")
-    return True, f"unharmed ({100 * share:.0f} % of the bound)"
+    most = 0.0
+    for method in "method_a", "method_c":  # each vouches for its own matrix
+        if not result[method] or result[method]["verdict"]["status"] != "pass":
+            continue
+        ours, normal = result["errors_pct"][method], clean["errors_pct"][method]
+        share, entry = max((abs(ours[name] - normal[name]) / UNHARMED[name[0]], name) for name in normal if ours[name] is not None)
+        demand(share <= 1, f"silently wrong: {method} {entry} {ours[entry]:+.2f} %, {normal[entry]:+.2f} % in the clean run")
+        most = max(most, share)
+    return True, f"unharmed ({100 * most:.0f} % of the bound)"
 
 
 def judge(name, from_s, expected, within, log, result, clean, stalls=None):

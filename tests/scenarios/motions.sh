@@ -49,7 +49,7 @@ of_any_motion() {
 at_once() {
     ends 0 run "${multisine[@]}" --log "$work/all.lcm" --json "$work/all.json" && says 'test 1/1 multisine +off by at most' 'verdict +pass' &&
         says 'method C' && "$python" -c 'import json, sys; report = json.load(open(sys.argv[1]))
-assert report["tests"] == [] and "not the matrix" in report["verdict"]["scope"] and report["method_a"] is None
+assert report["tests"] == [] and "method C" in report["verdict"]["scope"] and report["method_c"]["verdict"]["status"] == "pass" and report["method_a"] is None
 assert all(abs(e) < 8 for e in report["errors_pct"]["method_c"].values()), report["errors_pct"]["method_c"]' "$work/all.json"
 }
 claim "a multisine: all axes in one test, and method C has the whole matrix from it" at_once

@@ -1,0 +1,175 @@
+/* Method C's verdict on results whose errors have the stated covariance: true results pass but for
+ * the stated share, impossible ones fail by name. */
+#include "support.h"
+
+#include "method_c_verdict.h"
+#include "nominal.h"
+
+static const double SHARE = 2e-3;          /* standard deviation of an entry, in sqrt(M_ii M_jj) */
+static const double VISCOUS_STD = 30.0, DRY_STD = 3.0;
+
+struct result {
+    struct params params;
+    struct kinematics kinematics;
+    double nominal[DOFS][DOFS];
+    struct method_c found;
+    struct equations equations;
+    struct estimate estimate;
+};
+
+/* A machine whose payload has these values, as method C finds it without error. */
+static struct result *result_of(const double payload[PAYLOAD_VALUES]) {
+    static struct result result;
+    static const double neutral[DOFS] = {0};
+    struct result *r = &result;
+    struct error error;
+    struct params truth;
+    double mt[DOFS][DOFS];
+    memset(r, 0, sizeof *r);
+    config_default(&r->params);
+    assert_int_equal(kinematics_init(&r->kinematics, &r->params, &error), 0);
+    nominal_matrix(&r->params, &r->kinematics, neutral, r->nominal);
+    truth = r->params;
+    truth.payload = (struct payload_params){
+        .mass_kg = payload[0], .inertia_xx_kg_m2 = payload[4], .inertia_yy_kg_m2 = payload[5], .inertia_zz_kg_m2 = payload[6]};
+    nominal_matrix(&truth, &r->kinematics, neutral, mt);
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int i, j;
+        equations_entry(c, &i, &j);
+        r->estimate.value[c] = mt[i][j] - r->nominal[i][j];
+        r->estimate.noise[c][c] = pow(SHARE, 2.0) * r->nominal[i][i] * r->nominal[j][j];
+    }
+    for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SPRING; c++) {
+        r->estimate.value[c] = c < UNKNOWN_DRY ? 2000.0 : 50.0;
+        r->estimate.noise[c][c] = pow(c < UNKNOWN_DRY ? VISCOUS_STD : DRY_STD, 2.0);
+    }
+    return r;
+}
+
+static struct verdict judge(struct result *r) {
+    double entry[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int i, j;
+        equations_entry(c, &i, &j);
+        entry[c] = r->nominal[i][j] + r->estimate.value[c];
+        for (int d = 0; d < MATRIX_ENTRIES; d++) covariance[c][d] = estimate_covariance(&r->estimate, c, d);
+    }
+    r->found.matrix.evaluated = true;
+    r->found.payload = payload_find(&r->params, &r->kinematics, entry, covariance);
+    return method_c_verdict(&(struct method_c_findings){
+        .result = &r->found, .equations = &r->equations, .estimate = &r->estimate, .nominal = (const double (*)[DOFS])r->nominal});
+}
+
+/* Nearly normal numbers of variance 1: sum of twelve uniform ones. */
+static double normal(uint64_t *seed) {
+    double sum = 0.0;
+    for (int i = 0; i < 12; i++) sum += 0.5 * random_unit(seed);
+    return sum;
+}
+
+static void draw(struct result *r, uint64_t *seed) {
+    for (int c = 0; c < UNKNOWN_SPRING; c++) r->estimate.value[c] += sqrt(r->estimate.noise[c][c]) * normal(seed);
+}
+
+static const double body[PAYLOAD_VALUES] = {180, 0, 0, 0, 13, 13, 24};
+/* A plate without thickness is at the border of what a body can be. */
+static const double plate[PAYLOAD_VALUES] = {180, 0, 0, 0, 12, 12, 24};
+
+static void expect(struct result *r, const char *words) {
+    struct verdict v = judge(r);
+    if (v.status != VERDICT_FAIL || !v.reasons) fail_msg("%s, not fail: %s", verdict_names[v.status], words);
+    if (!strstr(v.reason[0], words)) fail_msg("\"%s\" does not say \"%s\"", v.reason[0], words);
+}
+
+static void true_results_fail_in_less_than_the_stated_share(void **unused) {
+    (void)unused;
+    enum { TRIALS = 4000 };
+    const double *const truth[] = {body, plate};
+    for (int i = 0; i < 2; i++) {
+        uint64_t seed = 7;
+        int failed = 0;
+        for (int trial = 0; trial < TRIALS; trial++) {
+            struct result *r = result_of(truth[i]);
+            draw(r, &seed);
+            failed += judge(r).status != VERDICT_PASS;
+        }
+        /* Three standard deviations of the count above its mean at the stated share. */
+        double most = TRIALS * METHOD_C_FALSE_ALARMS;
+        assert_below(failed, most + 3.0 * sqrt(most));
+    }
+}
+
+static void a_negative_mass_fails(void **unused) {
+    (void)unused;
+    static const double negative[PAYLOAD_VALUES] = {-20, 0, 0, 0, 13, 13, 24};
+    expect(result_of(negative), "the payload's mass is -20.00");
+}
+
+static void a_body_beyond_its_covariance_fails_and_one_within_passes(void **unused) {
+    (void)unused;
+    static const double within[PAYLOAD_VALUES] = {180, 0, 0, 0, 12, 12, 24.1}, beyond[PAYLOAD_VALUES] = {180, 0, 0, 0, 5, 5, 24};
+    struct result *r = result_of(within);
+    assert_int_equal(judge(r).status, VERDICT_PASS);
+    assert_false(r->found.payload.possible);
+    expect(result_of(beyond), "no body has the payload's mass, centre and inertia");
+}
+
+/* A coupling that no rigid body has: Mt16 beside Mt34, of the opposite sign. */
+static void a_matrix_that_is_not_of_one_body_fails(void **unused) {
+    (void)unused;
+    struct result *r = result_of(body);
+    r->estimate.value[1] += 20 * sqrt(r->estimate.noise[1][1]);
+    expect(r, "not that of one rigid body");
+}
+
+static void friction_that_drives_fails_from_its_share_of_the_level_on(void **unused) {
+    (void)unused;
+    /* 4 checks share 0.005, twelve frictions share one of them: one-sided normal quantile 3.71. */
+    for (int leg = 0; leg < LEGS; leg++) {
+        struct result *r = result_of(body);
+        char words[40];
+        r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.6 * VISCOUS_STD;
+        assert_int_equal(judge(r).status, VERDICT_PASS);
+        r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.8 * VISCOUS_STD;
+        snprintf(words, sizeof words, "viscous friction of leg %d is negative", leg + 1);
+        expect(r, words);
+        r = result_of(body);
+        /* A constant error of the force is not friction. */
+        r->estimate.value[UNKNOWN_DRY + 2 * leg] = -500, r->estimate.value[UNKNOWN_DRY + 2 * leg + 1] = 501;
+        assert_int_equal(judge(r).status, VERDICT_PASS);
+        r->estimate.value[UNKNOWN_DRY + 2 * leg] = -500 - 8 * DRY_STD;
+        snprintf(words, sizeof words, "dry friction of leg %d is negative", leg + 1);
+        expect(r, words);
+    }
+}
+
+/* The direction in which the matrix is negative is the worst of all. */
+static void a_matrix_that_is_not_definite_fails(void **unused) {
+    (void)unused;
+    struct result *r = result_of(body);
+    r->estimate.value[0] = -2.0 * r->nominal[0][0];
+    struct verdict v = judge(r);
+    bool said = false;
+    for (int i = 0; i < v.reasons; i++) said = said || strstr(v.reason[i], "not positive definite");
+    assert_true(v.status == VERDICT_FAIL && said);
+}
+
+static void without_a_result_it_is_not_evaluated(void **unused) {
+    (void)unused;
+    struct verdict v = method_c_no_verdict("too short");
+    assert_true(v.status == VERDICT_NOT_EVALUATED && v.reasons == 1 && !strcmp(v.reason[0], "too short"));
+    assert_int_equal(method_c_no_verdict(NULL).reasons, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(true_results_fail_in_less_than_the_stated_share),
+        cmocka_unit_test(a_negative_mass_fails),
+        cmocka_unit_test(a_body_beyond_its_covariance_fails_and_one_within_passes),
+        cmocka_unit_test(a_matrix_that_is_not_of_one_body_fails),
+        cmocka_unit_test(friction_that_drives_fails_from_its_share_of_the_level_on),
+        cmocka_unit_test(a_matrix_that_is_not_definite_fails),
+        cmocka_unit_test(without_a_result_it_is_not_evaluated),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
