@@ -31,7 +31,7 @@ brief() {
 }
 claim "a run ends with ten lines: method C's diagonal, loop, verdict, log, and the command that shows the whole" brief
 verbose() {
-    local table='/^     unit    nominal  method A/,/^loop /p'
+    local table='/^data      determine/,/^loop /p'
     quick "${long[@]}" --verbose --log "$work/verbose.lcm" | sed -n "$table" >"$work/run" && identify "$work/verbose.lcm" && sed -n "$table" "$work/out" >"$work/same" &&
         [ "$(wc -l <"$work/run")" -gt 40 ] && cmp "$work/run" "$work/same"
 }

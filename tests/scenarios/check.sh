@@ -23,8 +23,8 @@ of_a_log() {
 claim "of a log: rate, frequency, pieces, channels, sensor step; gap would take it" of_a_log
 
 claim "a verdict of fail is no refusal" eval \
-    'ends 0 check "$work/run.lcm" --set checks.amplitude_pct=0.02 --json "$work/a.json" && says "hexid identify would take it, with the verdict fail: test x:" &&
-        fact "$work/a.json" "d[\"identify\"][\"taken\"] and \"amplitude\" in d[\"identify\"][\"reason\"]"'
+    'ends 0 check "$work/run.lcm" --set checks.force_wander_n=0.1 --json "$work/a.json" && says "hexid identify would take it, with the verdict fail: test x:" &&
+        fact "$work/a.json" "d[\"identify\"][\"taken\"] and \"wandered\" in d[\"identify\"][\"reason\"]"'
 
 of_its_csv() {
     ends 0 check "$work/csv" --json "$work/b.json" && says '^  1_x.csv' && "$python" -c 'import json, sys
