@@ -47,7 +47,7 @@ static struct verdicts judge_all(const struct run *r) {
     struct verdicts v = {.run = verdict_of_data(&r->params, &r->id, &facts),
                          .method_a = verdict_of_matrix(&r->params, &r->id, &facts, &r->id.method_a, "method A"),
                          .method_c = {.status = VERDICT_PASS}};
-    verdict_of_run(&v, &r->id, &facts);
+    verdict_of_run(&v, &r->params, &r->id, &facts);
     return v;
 }
 
@@ -56,6 +56,12 @@ static struct verdict judge(const struct run *r) { return judge_all(r).run; }
 static void assert_passes(const struct run *r) {
     struct verdict v = judge(r);
     if (v.status != VERDICT_PASS || v.reasons) fail_msg("%s: %s", verdict_names[v.status], v.reasons ? v.reason[0] : "no reason");
+}
+
+static void assert_passes_with_a_note(const struct run *r, const char *words) {
+    struct verdict v = judge(r);
+    assert_passes(r);
+    assert_true(v.notes == 1 && strstr(v.note[0], words));
 }
 
 /* Expects exactly one reason, whose text contains `words`. */
@@ -249,7 +255,7 @@ static void the_run_has_the_verdict_of_method_c_where_that_has_a_result(void **u
     assert_true(v.run.status == VERDICT_PASS && v.method_a.status == VERDICT_FAIL && strstr(v.run.scope, "method C"));
     v.run = verdict_of_data(&r->params, &r->id, &facts);
     verdict_add(&v.method_c, VERDICT_FAIL, "impossible");
-    verdict_of_run(&v, &r->id, &facts);
+    verdict_of_run(&v, &r->params, &r->id, &facts);
     assert_true(v.run.status == VERDICT_FAIL && v.run.reasons == 1 && !strcmp(v.run.reason[0], "impossible"));
     /* the data are everybody's */
     r->overruns = CYCLES;
@@ -263,6 +269,9 @@ static void a_run_that_method_c_refused_is_not_evaluated_and_says_why(void **unu
     error_set(&r->id.no_method_c, STATUS_USAGE, "another machine");
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "method C: another machine");
     assert_int_equal(judge_all(r).method_a.status, VERDICT_PASS);
+    /* at 4 Hz and 2 ms 750 samples are the six cycles that it needs */
+    for (int d = 0; d < DOFS; d++) r->id.test[d].samples = 700;
+    assert_passes_with_a_note(r, "another machine");
     /* without a complete test there is nothing that it should have evaluated */
     r->id.tests = 0, r->id.method_a.evaluated = false;
     struct verdict v = judge(r);

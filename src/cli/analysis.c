@@ -205,7 +205,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
         if (a->seen[dof] && !evaluated(id, (enum dof)dof))
             verdict_add(&v.run, VERDICT_NOT_EVALUATED, "test %s: left out, none of its samples is in its evaluated part", dof_names[dof]);
     if (fault) verdict_add(&v.run, VERDICT_FAIL, "fault %s", fault);
-    verdict_of_run(&v, id, &facts);
+    verdict_of_run(&v, a->params, id, &facts);
     return v;
 }
 

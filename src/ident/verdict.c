@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "lin.h"
+#include "recording_check.h"
 #include "params.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
@@ -148,9 +149,13 @@ struct verdict verdict_of_matrix(const struct params *params, const struct ident
     return v;
 }
 
-static bool any_complete(const struct identification *id) {
-    for (int i = 0; i < id->tests; i++)
-        if (id->test[i].complete) return true;
+/* True if a complete test has as many cycles as method C needs. */
+static bool any_long_enough(const struct params *params, const struct identification *id) {
+    for (int i = 0; i < id->tests; i++) {
+        const struct test_result *t = &id->test[i];
+        double cycles = (double)(t->samples + t->excluded) * params->loop.period_s * t->frequency_hz;
+        if (t->complete && cycles > RECORDING_CYCLES - 0.1) return true;
+    }
     return false;
 }
 
@@ -160,9 +165,9 @@ static bool all_determined(const struct method_result *m) {
     return true;
 }
 
-void verdict_of_run(struct verdicts *v, const struct identification *id, const struct run_facts *facts) {
+void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts) {
     const struct method_result *c = &id->method_c.matrix;
-    bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status && (any_complete(id) || !facts->sinusoids);
+    bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status, due = any_long_enough(params, id) || !facts->sinusoids;
     v->run.scope = by_c ? of_run_c : facts->sinusoids ? of_run_a : of_motion;
     if (by_c) {
         verdict_join(&v->run, &v->method_c);
@@ -170,7 +175,8 @@ void verdict_of_run(struct verdicts *v, const struct identification *id, const s
             verdict_add(&v->run, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     } else {
         if (facts->sinusoids) verdict_join(&v->run, &v->method_a);
-        if (refused) verdict_add(&v->run, VERDICT_NOT_EVALUATED, "method C: %s", id->no_method_c.text);
+        if (refused && !due) verdict_note(&v->run, "method C: %s", id->no_method_c.text);
+        if (refused && due) verdict_add(&v->run, VERDICT_NOT_EVALUATED, "method C: %s", id->no_method_c.text);
     }
 }
 

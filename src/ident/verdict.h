@@ -48,8 +48,9 @@ struct verdict verdict_of_matrix(const struct params *params, const struct ident
                                  const struct method_result *m, const char *name);
 
 /* Judges the run from its data's verdict and the methods' verdicts, all of which stand in `v`. A
- * motion that method C refused, though it is complete, is not evaluated. */
-void verdict_of_run(struct verdicts *v, const struct identification *id, const struct run_facts *facts);
+ * motion that method C refused is not evaluated, unless its tests are complete but shorter than
+ * method C needs (RECORDING_CYCLES): then a note says so. */
+void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts);
 
 /* Adds a reason to a verdict. NOT_EVALUATED replaces a pass; FAIL outweighs both. */
 __attribute__((format(printf, 3, 4))) void verdict_add(struct verdict *v, enum verdict_status status, const char *format, ...);
