@@ -6,6 +6,7 @@
 #define HEXID_PARAMS_H
 
 #include "effect.h"
+#include "mechanism.h"
 #include "params/actuator.h"
 #include "params/axis.h"
 #include "params/checks.h"
@@ -25,7 +26,6 @@
 #include "params/tests.h"
 #include "types.h"
 
-enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
 struct params {
     enum mechanism_kind mechanism;
@@ -55,6 +55,7 @@ struct params {
                                                 * effect_table */
 };
 
-static inline int params_legs(const struct params *p) { return p->mechanism == MECHANISM_AXIS ? 1 : LEGS; }
+static inline const struct mechanism *params_mechanism(const struct params *p) { return mechanism_table[p->mechanism]; }
+static inline int params_legs(const struct params *p) { return params_mechanism(p)->legs; }
 
 #endif

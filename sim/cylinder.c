@@ -40,10 +40,7 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
 
 static void piston_init(struct cylinder_model *m, int leg, const struct actuator_params *a) {
     struct cylinder_leg *c = &m->leg[leg];
-    double piston = a->piston_diameter_m[leg], rod = a->rod_diameter_m[leg];
-    /* on a single axis, axis.middle_m is the middle of the stroke */
-    bool axis = m->machine.params->mechanism == MECHANISM_AXIS;
-    double middle = m->machine.bodies.neutral_length_m[leg] + (axis ? 0.0 : a->mid_stroke_m[leg]);
+    double piston = a->piston_diameter_m[leg], rod = a->rod_diameter_m[leg], middle = m->machine.bodies.middle_length_m[leg];
     c->a1_m2 = PI / 4.0 * piston * piston;
     c->a2_m2 = PI / 4.0 * (piston * piston - rod * rod);
     c->length_min_m = middle - 0.5 * a->stroke_m[leg];

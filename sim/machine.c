@@ -13,23 +13,25 @@ static void base_bodies(struct machine *m, const struct params *params) {
     const struct payload_params *p = &params->payload;
     struct sim_geometry g;
     sim_geometry_init(&g, params);
-    bool axis = params->mechanism == MECHANISM_AXIS;
-    m->bodies.payload_kg = axis ? params->axis.mass_kg : p->mass_kg;
+    m->bodies.payload_kg = p->mass_kg;
     m->bodies.payload_inertia_kg_m2[0] = p->inertia_xx_kg_m2;
     m->bodies.payload_inertia_kg_m2[1] = p->inertia_yy_kg_m2;
     m->bodies.payload_inertia_kg_m2[2] = p->inertia_zz_kg_m2;
     m->bodies.payload_products_kg_m2[0] = p->inertia_xy_kg_m2;
     m->bodies.payload_products_kg_m2[1] = p->inertia_xz_kg_m2;
     m->bodies.payload_products_kg_m2[2] = p->inertia_yz_kg_m2;
-    m->bodies.gravity_mps2 = axis ? params->axis.gravity_mps2 : p->gravity_mps2;
+    m->bodies.gravity_mps2 = p->gravity_mps2;
     m->bodies.down[2] = 1.0;
     memcpy(m->bodies.upper_joint_m, g.upper, sizeof g.upper);
     memcpy(m->bodies.lower_joint_m, g.lower, sizeof g.lower);
     for (int leg = 0; leg < LEGS; leg++) {
-        m->bodies.neutral_length_m[leg] = axis ? params->axis.middle_m : g.neutral_length_m[leg];
+        m->bodies.neutral_length_m[leg] = g.neutral_length_m[leg];
+        m->bodies.middle_length_m[leg] = g.neutral_length_m[leg] + params->actuator.mid_stroke_m[leg];
         m->bodies.upper_kg[leg] = params->actuator.upper_mass_kg[leg];
         m->bodies.lower_kg[leg] = params->actuator.lower_mass_kg[leg];
     }
+    const struct mechanism *mechanism = params_mechanism(params);
+    if (mechanism->constants) mechanism->constants(params, m);
 }
 
 static void base_hydraulics(struct machine *m, const struct hydraulics_params *h) {
@@ -111,9 +113,7 @@ struct friction machine_joint_friction(const struct machine *m, int leg, double 
     return sum;
 }
 
-bool machine_has_play(const struct machine *m, int leg) {
-    return m->params->mechanism != MECHANISM_AXIS && m->bodies.clearance_m[leg] > 0.0;
-}
+bool machine_has_play(const struct machine *m, int leg) { return params_mechanism(m->params)->pose && m->bodies.clearance_m[leg] > 0.0; }
 
 double machine_flank(const struct machine *m, int leg) { return m->bodies.upper_kg[leg] * FLANK_RADPS * FLANK_RADPS; }
 

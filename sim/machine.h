@@ -44,8 +44,8 @@ struct machine {
         double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* joints, in {M} and in {B} */
         double upper_kg[LEGS], lower_kg[LEGS]; /* masses of each leg's rod (ma) and cylinder (mb) */
         double transverse_kg_m2[LEGS];                  /* inertia added to the cylinder's, ib */
-        double neutral_length_m[LEGS];              /* leg lengths at neutral; for a single axis the
-                                                     * length in the middle of its stroke */
+        double neutral_length_m[LEGS], middle_length_m[LEGS]; /* leg lengths at neutral, and in the
+                                                               * middle of the stroke */
         double clearance_m[LEGS];                       /* backlash between rod and platform, along
                                                          * the leg: machine_contact */
     } bodies;

@@ -90,7 +90,7 @@ static void a_force_is_as_sure_as_its_pressures(void **unused) {
     whiten_force_std(&t, &params, std_n);
     for (int k = 0; k < LEGS; k++) assert_close(std_n[k], pressures_n, 1e-9 * pressures_n);
 
-    whiten_leg_mass(&params, mass);
+    mechanism_stewart.leg_mass(&params, mass);
     t.std[CHANNEL_LENGTH][STEADY_LEG][RESIDUAL_SIZE - 1] = length_m;
     double inertia_n = mass[STEADY_LEG][STEADY_LEG] * pow(RESIDUAL_HARMONICS * 25.0, 2.0) * length_m;
     whiten_force_std(&t, &params, std_n);

@@ -28,8 +28,8 @@ double ident_scale(const double mt[DOFS][DOFS], const struct ident_entry *entry)
 
 int ident_init(struct ident *id, const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0};
-    if (params->mechanism == MECHANISM_AXIS)
-        return error_set(error, STATUS_USAGE, "mechanism: axis: one axis has no inertia matrix to identify; `hexid gap` reads it");
+    const char *refusal = params_mechanism(params)->refuses.identify;
+    if (refusal) return error_set(error, STATUS_USAGE, "%s", refusal);
     *id = (struct ident){.params = params, .areas = cylinder_areas(&params->actuator), .running = -1, .dof = DOF_NONE};
     int status = kinematics_init(&id->kinematics, params, error);
     if (status == STATUS_OK) nominal_matrix(params, &id->kinematics, neutral, id->result.nominal_mt);

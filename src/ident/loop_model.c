@@ -144,7 +144,7 @@ bool loop_place_find(struct loop_place *p, const struct params *params, const do
     inverse_dynamics_init(&d, params, params->loop.period_s, 0.0);
     rigid_rest(&d.state, pose);
     for (int i = 0; i < LEGS; i++) in.leg[i][0] = length_m[i];
-    if (!inverse_dynamics_bodies(&d, &in, &legs, p->force_n)) return false;
+    if (!params_mechanism(d.params)->forces(&d, &in, &legs, p->force_n)) return false;
     oil_columns_init(column, params, &k);
     for (int i = 0; i < LEGS; i++) {
         find_speeds(&d.cylinder, i, p);

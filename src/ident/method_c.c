@@ -355,7 +355,7 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
     }
     if (!status) {
         nominal_matrix(params, &k, neutral, w->nominal);
-        whiten_leg_mass(params, w->leg_mass);
+        params_mechanism(params)->leg_mass(params, w->leg_mass);
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
         if (!status && !find_along(w, k.neutral_length_m)) status = error_set(error, STATUS_USAGE, no_pose);
         if (!status) status = prepare_tests(w, error);

@@ -66,7 +66,8 @@ int multisine_init(struct multisine *m, const struct params *params, struct erro
     struct kinematics k;
     double j[LEGS][DOFS], dt_s = params->loop.period_s;
     *m = (struct multisine){.step_s = dt_s, .samples = (int)lround(PERIOD_S / dt_s)};
-    if (params->mechanism == MECHANISM_AXIS) return error_set(error, STATUS_USAGE, "--survey: for the six-leg platform; mechanism is axis");
+    const char *refusal = params_mechanism(params)->refuses.survey;
+    if (refusal) return error_set(error, STATUS_USAGE, "%s", refusal);
     int status = kinematics_init(&k, params, error);
     if (status) return status;
     m->period_s = m->samples * dt_s;

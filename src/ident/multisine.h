@@ -29,7 +29,7 @@ struct multisine {
     double peak_mps;             /* peak rate of the fastest leg */
 };
 
-/* Computes the motion. Returns -2 for a single axis (mechanism: axis), impossible geometry, or a
+/* Computes the motion. Returns -2 for a mechanism that refuses it, impossible geometry, or a
  * loop that is too slow for six tones an axis. */
 int multisine_init(struct multisine *m, const struct params *params, struct error *error);
 

@@ -38,7 +38,6 @@
     LEG_KEY(section, low, low_, -SI_LIMIT, SI_LIMIT, unit, "lowest plausible value"),                                           \
     LEG_KEY(section, high, high_, -SI_LIMIT, SI_LIMIT, unit, "highest plausible value")
 
-static const char *const mechanism_names[] = {[MECHANISM_STEWART] = "stewart", [MECHANISM_AXIS] = "axis", NULL};
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 
 /* Ranges are wide: they include every value that a machine can have, from a desktop hexapod to a

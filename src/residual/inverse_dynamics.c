@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "joint_axes.h"
 #include "params.h"
 #include "vec.h"
 
@@ -132,28 +131,6 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
     return other + share * sliding + (1.0 - share) * held;
 }
 
-/* Adds the moments of joint friction to the load on the platform, as a wrench. */
-static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS],
-                        double load[DOFS]) {
-    struct joint_axes axes;
-    joint_axes(&d->rigid, &d->state, legs, &axes);
-    for (int k = 0; k < JOINT_AXES; k++) {
-        double rate = dot6(axes.row[k], d->state.twist), turn = dot6(axes.row[k], acceleration) + axes.bias[k];
-        struct friction f = machine_joint_friction(&d->cylinder.machine, k / JOINT_AXES_PER_LEG, fabs(rate));
-        double moment = inverse_dynamics_direction(rate, turn, d->window_s) * f.dry + copysign(f.viscous, rate);
-        add6(-moment, axes.row[k], load);
-    }
-}
-
-/* Force that mass, weight and springs of a single axis need. */
-static void axis_bodies(const struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
-    const struct machine *m = &d->cylinder.machine;
-    memset(force_n, 0, LEGS * sizeof *force_n);
-    double pose[DOFS] = {in->leg[0][0] - d->params->axis.middle_m}, wrench[DOFS] = {0};
-    machine_wrench(m, pose, wrench);
-    force_n[0] = m->bodies.payload_kg * (in->leg[0][2] + m->bodies.gravity_mps2) - wrench[0];
-}
-
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]) {
     if (!find_pose(d, leg, legs, j)) return false;
@@ -170,28 +147,9 @@ bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3]
 
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]) { return solve6(j, true, wrench); }
 
-bool inverse_dynamics_bodies(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs,
-                             double force_n[LEGS]) {
-    double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
-    if (d->params->mechanism == MECHANISM_AXIS) {
-        axis_bodies(d, in, force_n);
-        return true;
-    }
-    if (!inverse_dynamics_move(d, in->leg, legs, j, acceleration)) return false;
-    rigid_dynamics(&d->rigid, &d->state, legs, mass, load);
-    if (d->joints) push_joints(d, legs, acceleration, load);
-    for (int i = 0; i < DOFS; i++) {
-        force_n[i] = -load[i];
-        for (int c = 0; c < DOFS; c++) force_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
-    }
-    if (!solve6(j, true, force_n)) return false;
-    for (int k = 0; k < LEGS; k++) force_n[k] += d->rigid.upper_mass[k] * in->ahead[k][2];
-    return true;
-}
-
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
     struct rigid_legs legs;
-    if (!inverse_dynamics_bodies(d, in, &legs, force_n)) return false;
+    if (!params_mechanism(d->params)->forces(d, in, &legs, force_n)) return false;
     for (int k = 0; k < params_legs(d->params); k++) force_n[k] += inverse_dynamics_friction(d, k, in, in->push_n[k] - force_n[k]);
     return true;
 }
@@ -279,7 +237,7 @@ static bool find_first(struct inverse_dynamics *d, int instants, struct seals (*
     struct rigid_legs rods;
     bool more = true;
     for (int i = 0; i < instants && more; i++) {
-        if (!inverse_dynamics_bodies(d, &in[i], &rods, force_n)) return false;
+        if (!params_mechanism(d->params)->forces(d, &in[i], &rods, force_n)) return false;
         more = false;
         for (int k = 0; k < params_legs(d->params); k++) {
             left_n[k][i] = left_for_seals(d, k, &in[i], force_n[k], &sure[k][i]);

@@ -57,11 +57,6 @@ struct inverse_dynamics_input {
                                             * leg that sticks */
 };
 
-/* Force that the bodies need from each leg, friction of the legs left out. legs: set to the legs'
- * geometry, except for a single axis. False: no pose has these lengths. */
-bool inverse_dynamics_bodies(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs,
-                             double force_n[LEGS]);
-
 /* Friction of a leg's rod in its cylinder. balance_n: the friction that the balance of forces
  * leaves, which is taken for a leg that is held. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);

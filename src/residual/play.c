@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "dense.h"
+#include "params.h"
 
 static const double SURE = 3.0;    /* a contact force has an unsure sign if it is less than this
                                     * many of its standard deviations */
@@ -28,7 +29,7 @@ struct instant {
 static bool look(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct instant *now) {
     struct rigid_legs legs;
     double bodies_n[LEGS];
-    if (!inverse_dynamics_bodies(d, in, &legs, bodies_n)) return false;
+    if (!params_mechanism(d->params)->forces(d, in, &legs, bodies_n)) return false;
     inverse_dynamics_inertia(d, now->inertia);
     for (int k = 0; k < LEGS; k++) {
         double rod_n = rigid_rod_force(&d->rigid, &legs, k, in->leg[k][0], in->leg[k][2]);

@@ -520,7 +520,7 @@ static bool has_lengths(const struct recording_test *t, int legs) {
 
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics k;
-    bool axis = r->params->mechanism == MECHANISM_AXIS;
+    bool pose = params_mechanism(r->params)->pose;
     int status = kinematics_init(&k, r->params, error);
     if (status) return status;
     if (!r->tests) return REFUSE("no sinusoidal test in the log");
@@ -542,7 +542,7 @@ int recording_check(struct recording *r, struct error *error) {
         status = check_channels(r, t, error);
         if (!status) status = check_frequency(t, params_legs(r->params), r->measured.reference, &any, error);
         if (!status)
-            status = axis ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, &k, error) : check_machine(t, &k, error);
+            status = !pose ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, &k, error) : check_machine(t, &k, error);
         if (!status && any) {
             int tests = r->tests;
             status = motion_cut(r, i, error);
@@ -553,9 +553,9 @@ int recording_check(struct recording *r, struct error *error) {
     run_at(r, first_of_run(r));
     struct residual_data data;
     status = residual_prepare(&data, r, CYCLES_ALL, error);
-    if (!status) status = axis ? check_axis(r, &data, error) : check_legs(r, &k, error);
+    if (!status) status = pose ? check_legs(r, &k, error) : check_axis(r, &data, error);
     if (!status && r->measured.pressures) status = check_supply(r, error);
-    if (!status && !axis && r->measured.pressures) status = check_pressures(r, error);
+    if (!status && pose && r->measured.pressures) status = check_pressures(r, error);
     if (!status) status = check_drives(r, &data, error);
     residual_free(&data);
     return status;

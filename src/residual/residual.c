@@ -30,7 +30,7 @@ static void push(const struct cylinder_model *m, const struct residual_test *t, 
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
     for (int a = 0; a < 1 + 2 * t->spectrum.harmonics; a++)
         force_n[a] = t->pressures ? a1 * rows->p1[leg][a] - a2 * rows->p2[leg][a] : rows->force[leg][a];
-    if (m->machine.params->mechanism == MECHANISM_AXIS) force_n[0] -= m->machine.params->axis.force_offset_n;
+    if (params_mechanism(m->machine.params)->force_sensor) force_n[0] -= m->machine.params->axis.force_offset_n;
 }
 
 /* Undoes a sensor's offset, scale, lag and delay in the Fourier coefficients of its readings. */
@@ -368,11 +368,10 @@ static void project_phase(const struct residual_test *t, int phase, double value
 
 static void prepare_inverse(const struct residual_test *t, const struct params *model, struct inverse_dynamics *inverse) {
     double period_s = 2.0 * PI / t->spectrum.omega;
-    /* The strokes of an axis are long: excluding its reversals would cost more information than
-     * they spoil. */
-    bool axis = model->mechanism == MECHANISM_AXIS;
-    inverse_dynamics_init(inverse, model, period_s / PHASES, axis || !t->spectrum.cycles ? 0.0 : period_s / (4 * t->harmonics));
-    if (!axis) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
+    /* Excluding the reversals of long strokes would cost more information than they spoil. */
+    bool spare = params_mechanism(model)->short_strokes;
+    inverse_dynamics_init(inverse, model, period_s / PHASES, spare && t->spectrum.cycles ? period_s / (4 * t->harmonics) : 0.0);
+    if (spare) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
     memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 

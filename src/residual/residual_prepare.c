@@ -283,11 +283,11 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     return fit_series(t) ? STATUS_OK : error_set(error, STATUS_USAGE, "at %.4g s: too short a piece", test->start_s);
 }
 
-/* Finds the command period. A platform's controller commands every cycle, however slow the
- * recording. The command period of an axis is unknown, so it is taken to be the sampling period. */
+/* Finds the command period. hexid's controller commands every cycle, however slow the recording.
+ * The command period of another controller is unknown, so it is taken to be the sampling period. */
 static void find_step(struct residual_test *t, double sampling_s, const struct params *params) {
     double cycle_s = params->loop.period_s, many = fmax(round(sampling_s / cycle_s), 1.0);
-    bool slower = params->mechanism == MECHANISM_STEWART && sampling_s > SLOWER * cycle_s;
+    bool slower = !params_mechanism(params)->refuses.run && sampling_s > SLOWER * cycle_s;
     t->in_step = !slower || fabs(sampling_s / (many * cycle_s) - 1.0) < IN_STEP;
     t->step_s = !slower ? sampling_s : t->in_step ? sampling_s / many : cycle_s;
 }

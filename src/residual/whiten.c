@@ -7,9 +7,7 @@
 #include "cylinder.h"
 #include "numeric.h"
 #include "params.h"
-#include "rigid.h"
 #include "units.h"
-#include "vec.h"
 
 /* Factor on the model error of mean pressures. The commands' noise is averaged away here, but a
  * real spool rectifies it where it passes zero. */
@@ -19,40 +17,6 @@ static const double UNSTEADY = 10.0; /* the state is unsteady if a mean pressure
 static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor, as a share of its
                                                 * variation: class 0.5; a drive knows its motor's
                                                 * constant no better */
-
-/* Inverts J M^-1 J', the accelerations of the legs for forces along them. */
-void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]) {
-    struct rigid_model rigid;
-    struct rigid_state s;
-    struct rigid_legs legs;
-    double mass[DOFS][DOFS], load[DOFS], row[LEGS][DOFS];
-    struct factor6 factor, mobility = {0};
-    rigid_model_init(&rigid, model);
-    if (model->mechanism == MECHANISM_AXIS) {
-        memset(lambda, 0, LEGS * sizeof lambda[0]);
-        lambda[0][0] = rigid.mass;
-        return;
-    }
-    rigid_rest(&s, (const double[DOFS]){0});
-    rigid_legs(&rigid, &s, &legs);
-    rigid_dynamics(&rigid, &s, &legs, mass, load);
-    memcpy(factor.c, mass, sizeof factor.c);
-    factor6(&factor);
-    for (int k = 0; k < LEGS; k++) {
-        rigid_row(&legs, k, row[k]);
-        whiten6(&factor, row[k]);
-    }
-    for (int i = 0; i < LEGS; i++)
-        for (int j = 0; j <= i; j++) mobility.c[i][j] = dot6(row[i], row[j]);
-    factor6(&mobility);
-    for (int i = 0; i < LEGS; i++) {
-        double unit[LEGS] = {0};
-        unit[i] = 1.0;
-        whiten6(&mobility, unit);
-        unwhiten6(&mobility, unit);
-        memcpy(lambda[i], unit, sizeof unit);
-    }
-}
 
 /* Replaces the lower triangle of the covariance C by the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {
@@ -106,7 +70,7 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     cylinder_model_init(&cylinder, model);
     memset(w, 0, sizeof *w);
     w->values = t->legs * (t->chambers ? RESIDUALS : 1) * t->size;
-    whiten_leg_mass(model, lambda);
+    params_mechanism(model)->leg_mass(model, lambda);
     for (int k = 0; k < LEGS; k++) length_var[k] = whiten_in_step(t, model, k);
     for (int k = 0; k < t->legs; k++) {
         const struct cylinder_leg *leg = &cylinder.leg[k];

@@ -35,10 +35,6 @@ void whiten_force_std(const struct residual_test *t, const struct params *model,
 /* Mean squares that the noise of forces and lengths gives a rod's path in its backlash. */
 void whiten_play_noise(const struct residual_test *t, const struct params *model, struct play_noise *noise);
 
-/* Mass matrix in the space of the legs at neutral, J'^-1 M J^-1, kg: forces along the legs per
- * acceleration of the legs. */
-void whiten_leg_mass(const struct params *model, double lambda[LEGS][LEGS]);
-
 /* Whitens the residuals of a test in place. */
 void whiten(const struct whitener *w, residual_row row);
 
