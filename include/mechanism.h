@@ -25,7 +25,8 @@ struct inverse_dynamics_input; /* src/residual/inverse_dynamics.h */
 /* A mass or moment of inertia that the configuration states, within model.tolerance.mass. */
 struct mechanism_mass {
     const char *name; /* configuration key */
-    size_t offset;    /* PARAMETER() of it, or of the first leg's; 0 ends a list */
+    size_t offset;    /* offset in struct params of it, or of the first leg's; 0 ends a
+                       * list */
     bool per_leg;     /* every leg has a value */
 };
 

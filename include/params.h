@@ -26,7 +26,6 @@
 #include "params/tests.h"
 #include "types.h"
 
-
 struct params {
     enum mechanism_kind mechanism;
     struct geometry_params geometry;

@@ -99,7 +99,7 @@ static void no_pair_stands_twice(void **state) {
                 fail_msg("%s and %s are told apart twice", effect_table[i]->name, effect_table[j]->name);
 }
 
-static const char *between(enum mechanism_kind mechanism, int i, int j) {
+static const char *between(const struct mechanism *mechanism, int i, int j) {
     static char text[GAP_TEXT];
     experiment_between(mechanism, effect_table[i], effect_table[j], text);
     return text;
@@ -129,7 +129,7 @@ static void options_of_an_experiment_are_those_of_a_run(void **state) {
     (void)state;
     for (int i = 0; effect_table[i]; i++)
         for (int j = 0; effect_table[j]; j++)
-            if (i != j) assert_runs(between(MECHANISM_STEWART, i, j));
+            if (i != j) assert_runs(between(&mechanism_stewart, i, j));
 }
 
 /* hexid does not drive it, and it has one direction. */
@@ -147,12 +147,12 @@ static void an_experiment_with_one_axis_is_one_that_it_can_make(void **state) {
     int count = hypotheses_list(&axis, &axis, none, PART_ALL, h);
     assert_true(count > 10);
     for (int i = 0; i < count; i++)
-        for (int j = 0; j < i; j++) assert_of_one_axis(between(MECHANISM_AXIS, h[i].effect, h[j].effect));
+        for (int j = 0; j < i; j++) assert_of_one_axis(between(&mechanism_axis, h[i].effect, h[j].effect));
     for (int i = 0; i < count; i++) {
-        experiment_from_parameter(MECHANISM_AXIS, effect_table[h[i].effect], "axis.force_offset_n", text);
+        experiment_from_parameter(&mechanism_axis, effect_table[h[i].effect], "axis.force_offset_n", text);
         assert_of_one_axis(text);
     }
-    assert_of_one_axis(experiment_line(MECHANISM_AXIS));
+    assert_of_one_axis(mechanism_axis.words.tone);
     assert_of_one_axis(experiment_unknown());
 }
 
@@ -160,12 +160,12 @@ static void an_experiment_is_the_pairs_own_in_any_order_or_the_general_one(void 
     (void)state;
     char other[GAP_TEXT];
     int lag = effect_find("valve_lag"), delay = effect_find("command_delay"), tilt = effect_find("base_tilt");
-    assert_string_equal(between(MECHANISM_STEWART, lag, delay), "`--tests z --set tests.amplitude_m=0.0005 --set tests.frequency_hz=36`: "
-                                                                "a delay's phase grows with frequency, a lag also loses amplitude");
-    snprintf(other, sizeof other, "%s", between(MECHANISM_STEWART, delay, lag));
-    assert_string_equal(between(MECHANISM_STEWART, lag, delay), other);
-    assert_non_null(strstr(between(MECHANISM_AXIS, lag, delay), "five times the frequency"));
-    assert_non_null(strstr(between(MECHANISM_STEWART, lag, tilt), "effects scale differently"));
+    assert_string_equal(between(&mechanism_stewart, lag, delay), "`--tests z --set tests.amplitude_m=0.0005 --set tests.frequency_hz=36`: "
+                                                                 "a delay's phase grows with frequency, a lag also loses amplitude");
+    snprintf(other, sizeof other, "%s", between(&mechanism_stewart, delay, lag));
+    assert_string_equal(between(&mechanism_stewart, lag, delay), other);
+    assert_non_null(strstr(between(&mechanism_axis, lag, delay), "five times the frequency"));
+    assert_non_null(strstr(between(&mechanism_stewart, lag, tilt), "effects scale differently"));
 }
 
 static void assert_machine(const struct params *p, const char *effect, const struct variable *v, double value) {

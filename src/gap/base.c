@@ -5,10 +5,7 @@
 
 #include "params.h"
 
-enum { PLATFORM = 1 << MECHANISM_STEWART, AXIS = 1 << MECHANISM_AXIS, ANY = PLATFORM | AXIS };
-
 struct base_entry {
-    int mechanisms;
     const char *name;
     size_t offset;
     enum {
@@ -27,27 +24,20 @@ struct base_entry {
 
 #define PLACE(member) #member, offsetof(struct params, member), MACHINE
 #define EACH(member) #member, offsetof(struct params, member), EACH_LEG
-#define PARTS(member) #member, offsetof(struct params, member), LEGS_ALIKE
 #define STATED(member) offsetof(struct params, model.tolerance.member), 0.0, 0
 #define UNSTATED(tolerance) 0, tolerance, 0
 #define DIFFERENCE(tolerance, member) 0, tolerance, offsetof(struct params, member)
 
+/* Entries of every mechanism; its masses come before them. */
 static const struct base_entry entries[] = {
-    {PLATFORM, PLACE(payload.mass_kg), STATED(mass), PART_FORCE},
-    {PLATFORM, PLACE(payload.inertia_xx_kg_m2), STATED(mass), PART_FORCE},
-    {PLATFORM, PLACE(payload.inertia_yy_kg_m2), STATED(mass), PART_FORCE},
-    {PLATFORM, PLACE(payload.inertia_zz_kg_m2), STATED(mass), PART_FORCE},
-    {PLATFORM, PARTS(actuator.upper_mass_kg), STATED(mass), PART_FORCE},
-    {PLATFORM, PARTS(actuator.lower_mass_kg), STATED(mass), PART_FORCE},
-    {AXIS, PLACE(axis.mass_kg), STATED(mass), PART_FORCE},
-    {ANY, EACH(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
-    {ANY, EACH(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
-    {ANY, EACH(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
-    {ANY, EACH(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
-    {ANY, PLACE(hydraulics.supply_pa), UNSTATED(0.02), PART_PRESSURE},
-    {ANY, EACH(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
-    {ANY, EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
-    {ANY, EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), PART_PRESSURE},
+    {EACH(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
+    {EACH(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
+    {EACH(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
+    {EACH(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
+    {PLACE(hydraulics.supply_pa), UNSTATED(0.02), PART_PRESSURE},
+    {EACH(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
+    {EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
+    {EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), PART_PRESSURE},
 };
 
 static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a valve's null, as a
@@ -93,12 +83,12 @@ static int joint_variables(const struct params *model, struct variable *v) {
     return n;
 }
 
-/* Lists the stiffnesses of springs. A spring only pulls back, so its stiffness is not negative. A
- * single axis has the key x alone. */
+/* Lists the stiffnesses of springs, one for each axis. A spring only pulls back, so its stiffness
+ * is not negative. */
 static int spring_variables(const struct params *model, struct variable *v) {
     const struct tolerance_params *tolerance = &model->model.tolerance;
     int n = 0;
-    for (int key = 0; key < (model->mechanism == MECHANISM_AXIS ? 1 : DOFS); key++) {
+    for (int key = 0; key < params_mechanism(model)->axes; key++) {
         double most = key < 3 ? tolerance->springs_n_per_m : tolerance->springs_nm_per_rad;
         if (!(most > 0.0)) continue;
         v[n] = effect_variable(model, &external_stiffness, key, -1, most);
@@ -139,8 +129,8 @@ static int entry_variables(const struct params *model, const struct base_entry *
     return n;
 }
 
-/* Constant force on a single axis: the sensor's zero, the weight on a slope, or a hose. It is a
- * base variable, because no effect of the catalogue stands for it. */
+/* Constant force on the leg: the sensor's zero, the weight on a slope, or a hose. It is a base
+ * variable, because no effect of the catalogue stands for it. */
 static struct variable offset_variable(void) {
     return (struct variable){.name = "axis.force_offset_n",
                              .offset = offsetof(struct params, axis.force_offset_n),
@@ -154,7 +144,7 @@ static struct variable offset_variable(void) {
                              .parts = PART_FORCE};
 }
 
-/* Lag of a single axis' force sensor behind its position sensor. */
+/* Lag of the force sensor behind the position sensor. */
 static struct variable lag_variable(const struct params *model) {
     return (struct variable){.name = "axis.force_lag_s",
                              .offset = offsetof(struct params, axis.force_lag_s),
@@ -170,13 +160,16 @@ static struct variable lag_variable(const struct params *model) {
 
 int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]) {
     int n = 0;
-    bool axis = model->mechanism == MECHANISM_AXIS;
+    const struct mechanism *mechanism = params_mechanism(model);
+    for (const struct mechanism_mass *m = mechanism->masses; m->offset && evaluated & PART_FORCE; m++)
+        n += entry_variables(model, &(struct base_entry){m->name, m->offset, m->per_leg ? LEGS_ALIKE : MACHINE, STATED(mass), PART_FORCE},
+                             v + n);
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
-        if (entries[i].mechanisms & 1 << model->mechanism && entries[i].parts & evaluated) n += entry_variables(model, &entries[i], v + n);
+        if (entries[i].parts & evaluated) n += entry_variables(model, &entries[i], v + n);
     if (evaluated & PART_PRESSURE) n += null_variables(model, v + n);
     n += spring_variables(model, v + n);
-    if (axis && evaluated & PART_FORCE_SENSOR) v[n++] = lag_variable(model);
-    if (axis) v[n++] = offset_variable();
-    else n += joint_variables(model, v + n);
+    if (mechanism->force_sensor && evaluated & PART_FORCE_SENSOR) v[n++] = lag_variable(model);
+    if (mechanism->force_sensor) v[n++] = offset_variable();
+    if (mechanism->pose) n += joint_variables(model, v + n);
     return n;
 }

@@ -19,10 +19,8 @@ static const double LINE_EXCITED = 0.5;     /* a simulated tone needs this share
 
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
     const struct recording_measured *m = &measured->measured;
-    if (params->mechanism == MECHANISM_AXIS)
-        return error_set(error, STATUS_USAGE,
-                         "mechanism: axis: what drove it is not known, so it cannot be run again in closed loop; "
-                         "use --replay motion");
+    const char *refusal = params_mechanism(params)->refuses.replay;
+    if (refusal) return error_set(error, STATUS_USAGE, "%s", refusal);
     for (int i = 0; i < measured->tests; i++)
         if (measured->test[i].piece_s > 0.0)
             return error_set(error, STATUS_USAGE,
@@ -36,7 +34,7 @@ int compare_check(const struct params *params, const struct recording *measured,
 }
 
 bool compare_can_be_driven(const struct recording *r) {
-    bool can = true;
+    bool can = !params_mechanism(r->params)->refuses.replay;
     for (int i = 0; i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
         can = can && t->dof != DOF_NONE && recording_find(r, t->run, t->dof) == t &&

@@ -81,7 +81,7 @@ static void compare(const struct params *p, const struct kinematics *k, const st
 
 double controller_other_rate(const struct params *params, const struct recording *recording) {
     double other_s = 0.0;
-    bool controlled = params->mechanism == MECHANISM_STEWART && recording->measured.valve;
+    bool controlled = !params_mechanism(params)->refuses.run && recording->measured.valve;
     for (int i = 0; i < recording->tests && controlled; i++) {
         double step_s = recording_step_s(&recording->test[i]);
         if (fabs(step_s / params->loop.period_s - 1.0) > RATE_TOLERANCE) other_s = step_s;
@@ -93,7 +93,7 @@ double controller_difference(const struct params *params, const struct recording
     struct kinematics k;
     struct error error;
     double difference = 0.0, whole = 0.0;
-    bool known = params->mechanism == MECHANISM_STEWART && recording->measured.valve && recording->measured.pressures &&
+    bool known = !params_mechanism(params)->refuses.run && recording->measured.valve && recording->measured.pressures &&
                  recording->measured.reference && controller_other_rate(params, recording) == 0.0;
     if (!known || kinematics_init(&k, params, &error)) return NAN;
     for (int i = 0; i < recording->tests; i++)

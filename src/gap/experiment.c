@@ -15,18 +15,18 @@ static const struct effect_experiment *find(const struct effect *effect, const s
     return NULL;
 }
 
-static void say(enum mechanism_kind mechanism, const struct effect_experiment *e, char text[GAP_TEXT]) {
+static void say(const struct mechanism *mechanism, const struct effect_experiment *e, char text[GAP_TEXT]) {
     if (!e) e = &general;
-    bool own = mechanism == MECHANISM_AXIS && e->record_axis;
+    bool own = mechanism->refuses.run && e->record_axis;
     snprintf(text, GAP_TEXT, "%s: %s", own ? e->record_axis : e->record, e->shows);
 }
 
-void experiment_between(enum mechanism_kind mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]) {
+void experiment_between(const struct mechanism *mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]) {
     const struct effect_experiment *e = find(a, b);
     say(mechanism, e ? e : find(b, a), text);
 }
 
-void experiment_from_parameter(enum mechanism_kind mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]) {
+void experiment_from_parameter(const struct mechanism *mechanism, const struct effect *effect, const char *parameter, char text[GAP_TEXT]) {
     const struct effect_experiment *e = effect->told_apart, *end = e + EFFECT_TIES;
     while (e < end && e->record && (e->from || strcmp(e->from_parameter, parameter))) e++;
     say(mechanism, e < end && e->record ? e : NULL, text);
@@ -34,10 +34,4 @@ void experiment_from_parameter(enum mechanism_kind mechanism, const struct effec
 
 const char *experiment_unknown(void) {
     return "repeat the test where the gap is largest at half the frequency and at half the amplitude, and look how the gap scales";
-}
-
-const char *experiment_line(enum mechanism_kind mechanism) {
-    return mechanism == MECHANISM_AXIS
-               ? "hold the axis still: a pump's line stays, with the pump's speed; a loop's goes when its controller's gain is lowered"
-               : "hold the platform still: a pump's line stays, with the pump's speed; a loop's goes when control.kp is lowered";
 }

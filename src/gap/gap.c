@@ -91,7 +91,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     replay_free(runs);
 
     bool friction = false;
-    for (int i = 0; i < r->effects && !status && params->mechanism == MECHANISM_STEWART; i++) {
+    for (int i = 0; i < r->effects && !status; i++) {
         const struct effect *e = effect_table[r->effect[i].effect];
         friction = friction || e->leg_friction || e->joint_friction;
     }

@@ -12,11 +12,11 @@ static const double LEFT = 0.1; /* least share of a mass, an inertia or a fricti
 
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
-/* True if the effect changes the forces that a motion needs. A single axis has mass, weight and
- * friction only; joints, pose and inertias are a platform's. */
+/* True if the effect changes the forces that a motion needs. Without a pose a mechanism has mass,
+ * weight and friction only. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
-    if (model->mechanism == MECHANISM_AXIS) return e->leg_friction || e->wrench || DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
-    return e->leg_friction || e->joint_friction || e->wrench || DIFFER(bodies);
+    if (e->leg_friction || e->wrench) return true;
+    return params_mechanism(model)->pose ? e->joint_friction || DIFFER(bodies) : DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);
 }
 
 static bool moves_pressure(const struct effect *e, const struct machine *a, const struct machine *b) {
@@ -109,13 +109,13 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
     v->max = possible_end(given, v, k->max);
 }
 
-/* Builds a hypothesis with all its variables. On a single axis an effect that acts on the pose has
- * its first key, x, alone. */
+/* Builds a hypothesis with all its variables. An effect that acts on the pose has a key for each
+ * axis. */
 static void build(const struct params *given, struct hypothesis *h, int effect, int shape, struct reach reach) {
     *h = (struct hypothesis){.effect = effect, .shape = shape};
     const struct effect_key *keys = effect_table[effect]->keys;
-    bool axis = given->mechanism == MECHANISM_AXIS;
-    for (int key = 0; key < (axis && effect_table[effect]->wrench ? 1 : EFFECT_KEYS) && keys[key].name; key++)
+    int most = effect_table[effect]->wrench ? params_mechanism(given)->axes : EFFECT_KEYS;
+    for (int key = 0; key < most && keys[key].name; key++)
         for (int leg = 0; leg < (shape == SHAPE_EACH ? LEGS : 1); leg++)
             add_variable(given, h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, reach);
 }

@@ -116,7 +116,7 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     ADVISE(r, "%s", experiment_unknown());
     if (line_remains(r)) {
         SAY(r, "a line at %.4g Hz, no harmonic of the motion: %s", r->line.hz, line_words);
-        ADVISE(r, "%s", experiment_line(r->model.mechanism));
+        ADVISE(r, "%s", params_mechanism(&r->model)->words.tone);
     } else if (remains(r, m)) {
         SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
     } else if (imitated(r, m, &many)) {
@@ -141,13 +141,13 @@ static double weight_tolerance_n(const struct params *p) {
     return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
 }
 
-/* Friction that clearly differs between the directions of a single axis, where it looks like
- * symmetric friction with a constant force. NULL: there is none. */
+/* Friction that clearly differs between the directions of a leg with a constant force of its own,
+ * where it looks like symmetric friction beside that force. NULL: there is none. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);
     const struct gap_effect *found = NULL;
-    for (int i = 0; i < r->effects && p->mechanism == MECHANISM_AXIS; i++) {
+    for (int i = 0; i < r->effects && params_mechanism(p)->force_sensor; i++) {
         const struct gap_effect *e = &r->effect[i];
         double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
         double noticed_n = fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract)) + weight_n;
@@ -185,7 +185,7 @@ static void list_all(struct gap_result *r) {
 }
 
 static void name(struct gap_result *r) {
-    enum mechanism_kind mechanism = r->model.mechanism;
+    const struct mechanism *mechanism = params_mechanism(&r->model);
     int doubted = r->effect[r->in_doubt].effect, rival = r->ambiguous_with[0];
     if (r->ambiguous) {
         r->verdict = GAP_AMBIGUOUS;

@@ -317,13 +317,13 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
         }
 }
 
-/* Writes an effect's evidence and stores its z. On a single axis the word "leg" is left out. */
+/* Writes an effect's evidence and stores its z. If there is one leg, the word "leg" is left out. */
 static void describe(struct gap_effect *e, const struct params *model, double z, double before, double after) {
     static const char leg[] = "leg ";
     const char *signature = effect_table[e->effect]->signature;
-    bool axis = model->mechanism == MECHANISM_AXIS && !strncmp(signature, leg, sizeof leg - 1);
+    bool single = params_legs(model) == 1 && !strncmp(signature, leg, sizeof leg - 1);
     snprintf(e->evidence, sizeof e->evidence, "%s; squared residuals over their noise variance, held-out data: %.0f before, %.0f after",
-             axis ? signature + sizeof leg - 1 : signature, before, after);
+             single ? signature + sizeof leg - 1 : signature, before, after);
     e->z = z;
 }
 

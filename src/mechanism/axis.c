@@ -34,7 +34,7 @@ const struct mechanism mechanism_axis = {
     .legs = 1,
     .axes = 1,
     .force_sensor = true,
-    .masses = {{"axis.mass_kg", PARAMETER(axis.mass_kg), false}},
+    .masses = {{"axis.mass_kg", offsetof(struct params, axis.mass_kg), false}},
     .csv_column = "position_m",
     .refuses = {.run = "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap",
                 .survey = "--survey: for the six-leg platform; mechanism is axis",

@@ -63,7 +63,7 @@ static void leg_mass(const struct params *params, double lambda[LEGS][LEGS]) {
     }
 }
 
-#define MASS(member) #member, PARAMETER(member)
+#define MASS(member) #member, offsetof(struct params, member)
 
 const struct mechanism mechanism_stewart = {
     .name = "stewart",

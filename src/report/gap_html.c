@@ -223,9 +223,8 @@ static void next_steps(FILE *out, const struct gap_report *report) {
     }
     if (!r->effects) return;
     fputs("<p class=\"next\"><b>Use it:</b> <code>", out);
-    /* hexid does not drive a single axis */
-    bool axis = report->result->model.mechanism == MECHANISM_AXIS;
-    html_text(out, axis ? "hexid gap -c %s --measured ..." : "hexid run -c %s", report->model_file);
+    bool driven = !params_mechanism(&report->result->model)->refuses.run;
+    html_text(out, driven ? "hexid run -c %s" : "hexid gap -c %s --measured ...", report->model_file);
     fprintf(out, "</code>, the configuration given with %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",
             r->ambiguous ? " (the first of those that cannot be told apart)" : "");
 }
