@@ -6,7 +6,7 @@
 #include "params.h"
 
 bool areas_stated(const struct params *params) {
-    return params->mechanism != MECHANISM_AXIS || (params->actuator.stated.piston && params->actuator.stated.rod);
+    return params_mechanism(params)->default_machine || (params->actuator.stated.piston && params->actuator.stated.rod);
 }
 
 static bool alike(const struct params *p, const double value[LEGS]) {
@@ -21,8 +21,8 @@ void areas_text(const struct params *params, char text[AREAS_TEXT_SIZE]) {
     struct cylinder_areas areas = cylinder_areas(a);
 
     if (!areas_stated(params))
-        snprintf(text, AREAS_TEXT_SIZE, "the configuration does not state the cylinder's areas: give it %s beside mechanism: axis",
-                 missing ? missing : "actuator.piston_diameter_m and actuator.rod_diameter_m");
+        snprintf(text, AREAS_TEXT_SIZE, "the configuration does not state the cylinder's areas: give it %s beside mechanism: %s",
+                 missing ? missing : "actuator.piston_diameter_m and actuator.rod_diameter_m", params_mechanism(params)->name);
     else if (!alike(params, a->piston_diameter_m) || !alike(params, a->rod_diameter_m))
         snprintf(text, AREAS_TEXT_SIZE, "each leg's own (actuator.piston_diameter_m, rod_diameter_m)");
     else

@@ -201,11 +201,11 @@ static int read_stream(struct reader *r) {
     return expect(r, YAML_STREAM_END_EVENT, "a second document begins here; a configuration is one");
 }
 
-/* On a single axis, clears default diameters (the built-in platform's) that the configuration
- * does not state. */
+/* If the built-in configuration is of another mechanism, clears its diameters that the
+ * configuration does not state. */
 static void forget_unstated(struct reader *r) {
     struct config_key key;
-    for (int i = 0; r->params->mechanism == MECHANISM_AXIS && config_key_at(i, &key); i++) {
+    for (int i = 0; !params_mechanism(r->params)->default_machine && config_key_at(i, &key); i++) {
         bool met = false;
         for (int n = 0; n < r->count && !met; n++) met = !strcmp(r->names[n].path, key.path);
         config_keep_stated(&key, r->params, met);
@@ -278,11 +278,11 @@ static int apply_settings(struct params *params, const char *const *settings, in
 
 int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error) {
     char source[160];
-    bool platform = params->mechanism != MECHANISM_AXIS;
+    bool default_machine = params_mechanism(params)->default_machine;
     int status = apply_settings(params, settings, count, error);
-    if (!status && platform && params->mechanism == MECHANISM_AXIS) {
-        /* diameters of the default platform do not suit an axis; those among the settings count, in
-         * any order */
+    if (!status && default_machine && !params_mechanism(params)->default_machine) {
+        /* diameters of the default machine do not suit another mechanism; those among the settings
+         * count, in any order */
         params->actuator.stated.piston = params->actuator.stated.rod = false;
         status = apply_settings(params, settings, count, error);
     }

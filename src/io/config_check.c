@@ -236,9 +236,8 @@ static void check_rest(struct checker *c, const struct params *p) {
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
     struct blind_time blind = blind_time(p);
-    if (!require(&c, p->mechanism == MECHANISM_STEWART,
-                 "mechanism: axis: hexid moves six legs; what one axis did is read by hexid import and gap"))
-        return c.status;
+    const char *refusal = params_mechanism(p)->refuses.run;
+    if (!require(&c, !refusal, "%s", refusal)) return c.status;
     check_rest(&c, p);
     require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
             "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
@@ -275,17 +274,16 @@ static void check_effects(struct checker *c, const struct params *p) {
 
 int config_check(const struct params *params, const char *name, struct error *error) {
     struct checker c = {.name = name, .error = error};
-    /* a single axis has no platform to check, and hexid never drives it */
-    bool legs = params->mechanism == MECHANISM_STEWART;
+    bool pose = params_mechanism(params)->pose, driven = !params_mechanism(params)->refuses.run;
     check_payload(&c, &params->payload);
     check_hydraulics(&c, params);
-    bool moves = legs && check_legs(&c, params);
-    if (legs) check_limits(&c, params);
+    bool moves = pose && check_legs(&c, params);
+    if (driven) check_limits(&c, params);
     check_tests(&c, params, moves);
     check_effects(&c, params);
     require(&c, !params->machine.name[0] || machine_name_valid(params->machine.name),
             "machine.name \"%.60s\": not 1 to %d of A-Z a-z 0-9 - _", params->machine.name, MACHINE_NAME_SIZE - 1);
-    if (legs) check_sim(&c, params);
+    if (driven) check_sim(&c, params);
     check_channel(&c, "length_channel", &params->length_channel);
     check_channel(&c, "p1_channel", &params->p1_channel);
     check_channel(&c, "p2_channel", &params->p2_channel);

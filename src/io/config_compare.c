@@ -40,16 +40,16 @@ void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE
     struct config_key key;
     struct config_difference difference;
     char own[CONFIG_TEXT_SIZE], theirs[CONFIG_TEXT_SIZE];
-    bool axis = params->mechanism == MECHANISM_AXIS;
+    bool default_machine = params_mechanism(params)->default_machine;
     size_t used = 0;
     text[0] = '\0';
     config_default(&built_in);
     /* the directions of the joints' axes do not influence pressures */
     built_in.geometry.upper_axis = params->geometry.upper_axis, built_in.geometry.lower_axis = params->geometry.lower_axis;
-    if (!axis && !config_difference(params, &built_in, geometry, &difference)) return;
+    if (default_machine && !config_difference(params, &built_in, geometry, &difference)) return;
     for (int i = 0; config_key_at(i, &key); i++) {
-        /* a single axis has no default diameters (areas.h) */
-        if (!within(key.path, oil) && (axis || !within(key.path, diameters))) continue;
+        /* another mechanism has no default diameters (areas.h) */
+        if (!within(key.path, oil) && (!default_machine || !within(key.path, diameters))) continue;
         config_value_format(&key, params, own);
         config_value_format(&key, &built_in, theirs);
         if (!strcmp(own, theirs))

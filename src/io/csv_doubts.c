@@ -174,8 +174,8 @@ static struct doubted doubt(enum kind kind, int files, const struct csv_head *h,
     for (int file = 0; file < files; file++) {
         struct group g[GROUPS];
         bool any = false;
-        int groups = h[file].mechanism == MECHANISM_AXIS ? axis_groups(kind, &h[file], &r[file], p, g)
-                                                         : platform_groups(kind, &h[file], p, g);
+        int groups = mechanism_table[h[file].mechanism]->pose ? platform_groups(kind, &h[file], p, g)
+                                                              : axis_groups(kind, &h[file], &r[file], p, g);
         for (int at = 0; at < groups; at++) judge(&d, at, &g[at], &h[file], &r[file], &any);
         if (any && !d.files++) d.file = file;
     }
@@ -266,7 +266,7 @@ void csv_doubts(int files, const struct csv_head *head, const struct csv_range *
         if (d.files) say(list, (enum kind)kind, &d, head);
     }
     for (int i = 0; i < files; i++)
-        if (head[i].mechanism == MECHANISM_AXIS) check_force(&head[i], &range[i], params, list);
+        if (mechanism_table[head[i].mechanism]->force_sensor) check_force(&head[i], &range[i], params, list);
 }
 
 const char *csv_time_unit(double step_s, double stated_s) {

@@ -54,7 +54,7 @@ static void write_head(struct export *e) {
     char number[NUMBER_SIZE];
     double period_s = e->params.loop.period_s;
     double rate_hz = isfinite(e->step_s) ? 1.0 / e->step_s : 1.0 / period_s;
-    if (e->params.mechanism == MECHANISM_AXIS) fprintf(e->file, "# mechanism: axis\n");
+    if (e->params.mechanism) fprintf(e->file, "# mechanism: %s\n", params_mechanism(&e->params)->name);
     fprintf(e->file, "# dof: %s\n# rate_hz: %-24.10g\n", csv_dof_name(e->last.dof), rate_hz);
     for (int key = 0; key < CSV_KEYS && e->configured && e->last.dof != DOF_NONE; key++) {
         const double *value = csv_place(&e->params, (enum csv_key)key, e->last.dof);
@@ -66,7 +66,7 @@ static void write_row(struct export *e, const struct cycle *c) {
     char text[NUMBER_SIZE];
     for (int i = 0; i < CSV_COLUMNS; i++) {
         const void *value = (const char *)c + csv_columns[i].offset;
-        if (!csv_column_of(i, e->params.mechanism)) continue;
+        if (!csv_column_of(i, params_mechanism(&e->params))) continue;
         if (i) fputc(',', e->file);
         switch (csv_columns[i].kind) {
         case CSV_REAL: fputs(number_shortest(*(const double *)value, text), e->file); break;
@@ -100,7 +100,7 @@ static int begin_test(struct export *e, const struct cycle *c) {
     e->step_s = (double)INFINITY;
     write_head(e);
     for (int i = 0; i < CSV_COLUMNS; i++)
-        if (csv_column_of(i, e->params.mechanism)) fprintf(e->file, "%s%s", i ? "," : "", csv_columns[i].name);
+        if (csv_column_of(i, params_mechanism(&e->params))) fprintf(e->file, "%s%s", i ? "," : "", csv_columns[i].name);
     fputc('\n', e->file);
     return STATUS_OK;
 }

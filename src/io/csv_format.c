@@ -37,9 +37,11 @@ const struct csv_column csv_columns[CSV_COLUMNS] = {
     REAL("u", out.valve[0]),
 };
 
-bool csv_column_of(int column, enum mechanism_kind mechanism) {
-    bool common = column == CSV_T || column == CSV_FLAGS_COLUMN || column == CSV_PHASE_COLUMN;
-    return common || (column >= CSV_POSITION_COLUMN) == (mechanism == MECHANISM_AXIS);
+bool csv_column_of(int column, const struct mechanism *mechanism) {
+    int place = (column - 1) % 6; /* the columns between time and flags stand in sixes */
+    if (column == CSV_T || column == CSV_FLAGS_COLUMN || column == CSV_PHASE_COLUMN) return true;
+    if (column >= CSV_POSITION_COLUMN || mechanism->legs == 1) return column >= CSV_POSITION_COLUMN && mechanism->legs == 1;
+    return place < (column < CSV_LENGTH_1_COLUMN ? mechanism->axes : mechanism->legs);
 }
 
 /* Units as users write them, in any case, with the equivalent in csv_columns' names ("" for

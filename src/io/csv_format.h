@@ -30,8 +30,9 @@ struct csv_column {
 
 extern const struct csv_column csv_columns[CSV_COLUMNS];
 
-/* True if the mechanism has this column; all have time, flags and phase. */
-bool csv_column_of(int column, enum mechanism_kind mechanism);
+/* True if the mechanism has this column; all have time, flags and phase. With one leg its columns
+ * have no number. */
+bool csv_column_of(int column, const struct mechanism *mechanism);
 
 /* Finds a column by name; -1: none. The name may end in another unit than SI's, after _ or in
  * brackets ("p1_3_bar", "t [ms]"); `unit` is then the factor that converts values to SI. */

@@ -54,17 +54,19 @@ static bool gives(const struct csv_head *h, enum csv_key key) { return !isnan(h-
 /* Takes the mechanism from the first file; all others must agree. */
 static int merge_mechanism(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
-    if (file == 0 && h->mechanism == MECHANISM_AXIS && im->params.mechanism != MECHANISM_AXIS) {
+    const struct mechanism *has = mechanism_table[h->mechanism], *configured = params_mechanism(&im->params);
+    if (has == configured) return STATUS_OK;
+    if (file == 0 && configured->csv_column)
+        return error_set(im->error, STATUS_USAGE, "%.200s:%d: no column %s: the configuration's mechanism is %s", h->path, h->columns_line,
+                         configured->csv_column, configured->name);
+    if (file == 0) {
         im->params.mechanism = h->mechanism;
-        /* diameters of the base are those of a platform's cylinders */
+        /* diameters of the configuration are those of another mechanism */
         im->params.actuator.stated.piston = im->params.actuator.stated.rod = false;
+        return STATUS_OK;
     }
-    if (h->mechanism == im->params.mechanism) return STATUS_OK;
-    if (file == 0)
-        return error_set(im->error, STATUS_USAGE, "%.200s:%d: no column position_m: the configuration's mechanism is axis", h->path,
-                         h->columns_line);
     return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s, unlike %.60s: import them apart", h->path, h->columns_line,
-                     h->mechanism == MECHANISM_AXIS ? "one axis" : "a platform", strrchr(im->head[0].path, '/') + 1);
+                     has->words.machine, strrchr(im->head[0].path, '/') + 1);
 }
 
 /* True if a value given in a file of one axis also applies to the other axis, until that has a file
@@ -337,7 +339,8 @@ static int read_head(struct import *im, const char *directory, const char *name)
     if (status) return status;
     *h = reader->head;
     csv_close(reader);
-    for (int i = 0; i < LEGS && h->mechanism == MECHANISM_STEWART; i++)
+    const struct mechanism *mechanism = mechanism_table[h->mechanism];
+    for (int i = 0; i < mechanism->legs && !mechanism->csv_column; i++)
         im->report->no_lengths = im->report->no_lengths || !h->has[CSV_LENGTH_1_COLUMN + i];
     note(im->report->missing, sizeof im->report->missing, h, h->missing);
     note(im->report->ignored, sizeof im->report->ignored, h, h->ignored);
@@ -415,8 +418,8 @@ static int check_and_write(struct import *im, const char *log_path) {
 }
 
 static bool has_pressures(const struct csv_head *h) {
-    bool axis = h->mechanism == MECHANISM_AXIS;
-    return h->has[axis ? CSV_P1_COLUMN : CSV_P1_1_COLUMN] && h->has[axis ? CSV_P2_COLUMN : CSV_P2_1_COLUMN];
+    bool one = mechanism_table[h->mechanism]->legs == 1;
+    return h->has[one ? CSV_P1_COLUMN : CSV_P1_1_COLUMN] && h->has[one ? CSV_P2_COLUMN : CSV_P2_1_COLUMN];
 }
 
 static void note_areas(struct import *im) {

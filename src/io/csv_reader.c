@@ -37,16 +37,24 @@ static int read_value(struct csv_reader *r, int key, char *text, struct error *e
     return STATUS_OK;
 }
 
+static int read_mechanism(struct csv_reader *r, const char *text, struct error *error) {
+    char names[CSV_LIST_SIZE] = "";
+    int kind = mechanism_find(text);
+    for (int i = 0; mechanism_names[i]; i++) {
+        size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", !i ? "" : mechanism_names[i + 1] ? ", " : " or ", mechanism_names[i]);
+    }
+    if (kind < 0) return csv_text_refuse(&r->in, error, "mechanism: %.40s: it takes %s", text, names);
+    r->head.mechanism = (enum mechanism_kind)kind;
+    return STATUS_OK;
+}
+
 static int read_key(struct csv_reader *r, char *comment, bool *has_dof, struct error *error) {
     char *colon = strchr(comment, ':');
     if (!colon) return STATUS_OK;
     *colon = '\0';
     char *name = csv_text_trim(comment), *text = csv_text_trim(colon + 1);
-    if (strcmp(name, "mechanism") == 0) {
-        r->head.mechanism = strcmp(text, "axis") == 0 ? MECHANISM_AXIS : MECHANISM_STEWART;
-        bool known = r->head.mechanism == MECHANISM_AXIS || strcmp(text, "stewart") == 0;
-        return known ? STATUS_OK : csv_text_refuse(&r->in, error, "mechanism: %.40s: it takes stewart or axis", text);
-    }
+    if (strcmp(name, "mechanism") == 0) return read_mechanism(r, text, error);
     for (int key = 0; key < CSV_KEYS; key++)
         if (strcmp(name, csv_keys[key]) == 0) return read_value(r, key, text, error);
     if (strcmp(name, "dof") != 0) {
@@ -79,7 +87,7 @@ static void list_missing(struct csv_head *h) {
     char six[64];
     for (int i = CSV_T + 1; i < CSV_COLUMNS; i++) {
         int last = i;
-        if (i == CSV_FLAGS_COLUMN || i == CSV_PHASE_COLUMN || !csv_column_of(i, h->mechanism)) continue;
+        if (i == CSV_FLAGS_COLUMN || i == CSV_PHASE_COLUMN || !csv_column_of(i, mechanism_table[h->mechanism])) continue;
         while (i < CSV_FLAGS_COLUMN && last < i + 5 && (i - 1) % 6 == 0 && !h->has[i] && !h->has[last + 1]) last++;
         if (last == i + 5) {
             snprintf(six, sizeof six, "%s..%s", csv_columns[i].name, csv_columns[last].name);
@@ -100,6 +108,8 @@ static int refuse_missing(const struct csv_reader *r, int column, const char *re
     return csv_text_refuse(&r->in, error, "%s", text);
 }
 
+static int own_column(const struct mechanism *mechanism) { return mechanism->csv_column ? csv_column_named(mechanism->csv_column) : -1; }
+
 static int read_columns(struct csv_reader *r, char *line, struct error *error) {
     r->head.columns_line = r->in.line;
     int separated = csv_text_columns(&r->in, line, error);
@@ -113,11 +123,15 @@ static int read_columns(struct csv_reader *r, char *line, struct error *error) {
         return refuse_missing(
             r, CSV_T, "no column t_s: the line after the head names the columns, t_s among them; names of your own take --map t=NAME:s",
             error);
-    if (r->head.has[CSV_POSITION_COLUMN] || csv_map_of(r->map, CSV_POSITION_COLUMN)) r->head.mechanism = MECHANISM_AXIS;
-    if (r->head.mechanism == MECHANISM_AXIS && !r->head.has[CSV_POSITION_COLUMN])
-        return refuse_missing(r, CSV_POSITION_COLUMN, "no column position_m: without it an axis has nothing that can be evaluated", error);
+    for (int i = 0; mechanism_table[i]; i++) {
+        int own = own_column(mechanism_table[i]);
+        if (own >= 0 && (r->head.has[own] || csv_map_of(r->map, own))) r->head.mechanism = (enum mechanism_kind)i;
+    }
+    const struct mechanism *mechanism = mechanism_table[r->head.mechanism];
+    int own = own_column(mechanism);
+    if (own >= 0 && !r->head.has[own]) return refuse_missing(r, own, mechanism->refuses.no_column, error);
     for (int i = 0; i < r->cells; i++) {
-        if (r->column[i] < 0 || csv_column_of(r->column[i], r->head.mechanism)) continue;
+        if (r->column[i] < 0 || csv_column_of(r->column[i], mechanism)) continue;
         list(r->head.ignored, csv_columns[r->column[i]].name);
         r->head.has[r->column[i]] = false;
         r->column[i] = -1;
@@ -135,14 +149,15 @@ static int read_head(struct csv_reader *r, struct error *error) {
     if (got < 0) return got;
     if (!got && has_dof) return csv_text_refuse(&r->in, error, "the file ends before the names of the columns");
     if (got && (status = read_columns(r, line, error))) return status;
-    bool axis = r->head.mechanism == MECHANISM_AXIS;
-    if (!has_dof && axis) r->head.dof = DOF_X;
+    const struct mechanism *mechanism = mechanism_table[r->head.mechanism];
+    if (!has_dof && mechanism->axes == 1) r->head.dof = DOF_X;
     else if (!has_dof)
         return refuse_missing(r, CSV_POSITION_COLUMN,
                               "no line \"# dof: x\" (or y, z, phi, theta, psi, none) before the names of the columns, and no "
                               "column position_m of an axis (names of your own take --map position=NAME:mm)",
                               error);
-    if (axis && r->head.dof > DOF_X) return csv_text_refuse(&r->in, error, "dof: %s: an axis has none but x", csv_dof_name(r->head.dof));
+    if (r->head.dof >= mechanism->axes)
+        return csv_text_refuse(&r->in, error, "dof: %s: %s", csv_dof_name(r->head.dof), mechanism->refuses.axis);
     return STATUS_OK;
 }
 
