@@ -398,7 +398,7 @@ static void warn_of_machine(const struct session *s, bool opened) {
 static int check_poles(struct session *s, struct error *error) {
     struct kinematics k;
     struct error unheard;
-    if (s->params.mechanism != MECHANISM_STEWART || kinematics_init(&k, &s->params, &unheard)) return STATUS_OK;
+    if (params_mechanism(&s->params)->refuses.run || kinematics_init(&k, &s->params, &unheard)) return STATUS_OK;
     warn_of_machine(s, false);
     s->poles = loop_check(&s->params, on_bus(s));
     return loop_check_run(&s->poles, on_bus(s), error);

@@ -31,7 +31,7 @@ struct finding finding_unseen(const char *path, const char *what) {
                    "cannot be seen here: %s; %s is not there", what, path);
 }
 
-bool doctor_drives(const struct doctor *d) { return d->params->mechanism == MECHANISM_STEWART; }
+bool doctor_drives(const struct doctor *d) { return !params_mechanism(d->params)->refuses.run; }
 
 struct loop_check doctor_loop(const struct doctor *d) { return d->loop ? *d->loop : loop_check(d->params, d->machine); }
 

@@ -24,13 +24,12 @@ static int of_log(const char *path, int status, struct error *error) {
  * frequencies and amplitudes of its tests. The first log may lack it, or have one in an outdated
  * form. */
 static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
-    static const char *const machine[] = {[MECHANISM_STEWART] = "six legs", [MECHANISM_AXIS] = "one axis"};
     struct params *own = calloc(1, sizeof *own);
     if (!own) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
     int status = cli_log_params(path, event, "which tests it has is not known", own, error);
     if (!status && own->mechanism != r->params->mechanism)
         status = error_set(error, STATUS_USAGE, "%.250s: is of %s, the configuration of -c of %s (mechanism)", path,
-                           machine[own->mechanism], machine[r->params->mechanism]);
+                           params_mechanism(own)->words.legs, params_mechanism(r->params)->words.legs);
     else if (!r->tests) status = STATUS_OK;
     else if (!status) status = of_log(path, recording_begin(r, &own->tests, error), error);
     free(own);

@@ -36,9 +36,9 @@ static void headline(const struct cycle *c) {
 static void pose(const struct params *p, const struct cycle *c) {
     /* unit, printed after the last value that has it */
     static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"};
-    if (p->mechanism == MECHANISM_AXIS) printf(" position %.2f mm", rounded(c->in.length_m[0] * 1e3, 0.01));
-    else
-        for (int i = 0; i < DOFS; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
+    const struct mechanism *m = params_mechanism(p);
+    if (!m->pose) printf(" %s %.2f mm", m->words.length, rounded(c->in.length_m[0] * 1e3, 0.01));
+    for (int i = 0; i < DOFS && m->pose; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
 }
 
 /* Draws a bar from the middle (0) to one end (1 or -1). */
@@ -70,7 +70,7 @@ static void enlarge(struct terminal *t, const struct cycle *c) {
 
 static void leg(const struct terminal *t, const struct cycle *c, int i) {
     char force[BAR + 1], valve[BAR + 1];
-    printf("  %-2.0d", t->params->mechanism == MECHANISM_AXIS ? 0 : i + 1);
+    printf("  %-2.0d", params_legs(t->params) > 1 ? i + 1 : 0);
     quantity(c->in.length_m[i], "%8.5f");
     quantity(c->in.p1_pa[i] * 1e-6, "%8.3f");
     quantity(c->in.p2_pa[i] * 1e-6, "%8.3f");
@@ -86,7 +86,7 @@ int terminal_view(struct terminal *t, const struct cycle *c) {
     headline(c);
     printf("\n    ");
     pose(t->params, c);
-    printf("\n  %-3s length m   P1 MPa   P2 MPa  force N  +-%-11.6g valve  +-1\n", legs == LEGS ? "leg" : "", t->force_n);
+    printf("\n  %-3s length m   P1 MPa   P2 MPa  force N  +-%-11.6g valve  +-1\n", legs > 1 ? "leg" : "", t->force_n);
     for (int i = 0; i < legs; i++) leg(t, c, i);
     return 3 + legs;
 }

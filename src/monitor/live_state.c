@@ -83,23 +83,23 @@ static void machine_platform(struct json_text *j, const struct live_state *s) {
 
 static void machine(struct live_state *s) {
     const struct params *p = s->params;
-    bool axis = p->mechanism == MECHANISM_AXIS;
+    const struct mechanism *mechanism = params_mechanism(p);
     struct json_text *j = &s->machine;
-    json_text_say(j, "{\"mechanism\":\"%s\",\"legs\":%d", axis ? "axis" : "stewart", params_legs(p));
+    json_text_say(j, "{\"mechanism\":\"%s\",\"legs\":%d", mechanism->name, mechanism->legs);
     json_text_name(j, "lcm_url");
     json_text_string(j, p->lcm.url);
     words(j, "states", state_names, STATES);
     words(j, "dofs", dof_names, DOFS);
     number(j, "force_limit_n", p->limits.force_n);
-    number(j, "middle_m", axis ? p->axis.middle_m : (double)NAN);
+    number(j, "middle_m", mechanism->pose ? (double)NAN : p->axis.middle_m);
     number(j, "stroke_m", p->actuator.stroke_m[0]);
-    if (!axis) machine_platform(j, s);
+    if (mechanism->pose) machine_platform(j, s);
     json_text_add(j, "}", 1);
 }
 
 int live_state_init(struct live_state *s, const struct params *params, struct error *error) {
     *s = (struct live_state){.params = params};
-    int status = params->mechanism == MECHANISM_AXIS ? STATUS_OK : kinematics_init(&s->kinematics, params, error);
+    int status = params_mechanism(params)->pose ? kinematics_init(&s->kinematics, params, error) : STATUS_OK;
     if (status) return status;
     machine(s);
     return s->machine.failed ? error_set(error, STATUS_IO, "out of memory") : STATUS_OK;
@@ -183,7 +183,8 @@ static void fault_of_event(struct live_state *s, const struct event *e) {
 
 static void keep_cycle(struct live_state *s, const struct cycle *c) {
     struct json_text *j = &s->cycle[++s->cycles % LIVE_CYCLES];
-    int legs = params_legs(s->params), axes = legs == LEGS ? DOFS : 1;
+    const struct mechanism *mechanism = params_mechanism(s->params);
+    int legs = mechanism->legs;
     s->kept_ns = c->in.time_ns;
     json_text_restart(j);
     json_text_say(j, "{\"seq\":%llu,\"state\":%d,\"test\":%d,\"dof\":%d,\"phase\":%d,\"flags\":%u", (unsigned long long)c->seq,
@@ -191,8 +192,8 @@ static void keep_cycle(struct live_state *s, const struct cycle *c) {
     json_text_name(j, "time_s");
     json_text_rounded(j, seconds_from_ns(c->in.time_ns), 12);
     number(j, "test_time_s", c->test_time_s);
-    numbers(j, "ref_m_rad", c->ref, axes);
-    numbers(j, "pose_m_rad", legs == LEGS ? c->pose : c->in.length_m, axes);
+    numbers(j, "ref_m_rad", c->ref, mechanism->axes);
+    numbers(j, "pose_m_rad", mechanism->pose ? c->pose : c->in.length_m, mechanism->axes);
     numbers(j, "length_m", c->in.length_m, legs);
     numbers(j, "p1_pa", c->in.p1_pa, legs);
     numbers(j, "p2_pa", c->in.p2_pa, legs);
@@ -289,7 +290,7 @@ void live_state_take(struct live_state *s, const struct bus_message *b, int64_t 
  * cycle with flags or faults is skipped: its pose may not match its lengths. */
 static double misfit(const struct live_state *s) {
     double length_m[LEGS], most = 0.0;
-    if (!s->heard || s->params->mechanism == MECHANISM_AXIS || s->newest.in.flags || s->newest.faults) return 0.0;
+    if (!s->heard || !params_mechanism(s->params)->pose || s->newest.in.flags || s->newest.faults) return 0.0;
     ik_lengths(&s->kinematics, s->newest.pose, length_m);
     for (int i = 0; i < LEGS; i++) most = fmax(most, fabs(length_m[i] - s->newest.in.length_m[i]));
     return most;

@@ -67,13 +67,13 @@ static bool finite_all(int count, const double *x) {
 
 struct recording_sample recording_sample_of(const struct params *params, const struct cycle *c) {
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
-    int legs = params_legs(params), refs = legs < LEGS ? 1 : DOFS;
+    int legs = params_legs(params), axes = params_mechanism(params)->axes;
     struct recording_sample s = {.test_time_s = c->test_time_s, .clock_s = 1e-9 * (double)c->in.time_ns};
     memcpy(s.length_m, c->in.length_m, (size_t)legs * sizeof(double));
     memcpy(s.p1_pa, c->in.p1_pa, (size_t)legs * sizeof(double));
     memcpy(s.p2_pa, c->in.p2_pa, (size_t)legs * sizeof(double));
     memcpy(s.valve, c->out.valve, (size_t)legs * sizeof(double));
-    memcpy(s.ref, c->ref, (size_t)refs * sizeof(double));
+    memcpy(s.ref, c->ref, (size_t)axes * sizeof(double));
     bool pressures = finite_all(legs, s.p1_pa) && finite_all(legs, s.p2_pa);
     for (int k = 0; k < legs; k++) s.force_n[k] = pressures ? leg_force(&areas, k, s.p1_pa[k], s.p2_pa[k]) : c->force_n[k];
     s.good = !c->in.flags && isfinite(s.test_time_s) && finite_all(legs, s.length_m) && finite_all(legs, s.force_n);
@@ -109,11 +109,12 @@ static void thin(struct recording_test *t) {
     t->count = kept;
 }
 
-static void note_measured(struct recording_measured *m, const struct recording_sample *s, int legs) {
+static void note_measured(struct recording_measured *m, const struct recording_sample *s, const struct mechanism *mechanism) {
+    int legs = mechanism->legs;
     m->pressures = m->pressures || (finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa));
     m->force = m->force || finite_all(legs, s->force_n);
     m->valve = m->valve || finite_all(legs, s->valve);
-    m->reference = m->reference || finite_all(legs < LEGS ? 1 : DOFS, s->ref);
+    m->reference = m->reference || finite_all(mechanism->axes, s->ref);
 }
 
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
@@ -126,7 +127,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
     if (left_out(t)) return STATUS_OK;
     int status = recording_append(t, &s, error);
     if (status) return status;
-    note_measured(&r->measured, &s, params_legs(r->params));
+    note_measured(&r->measured, &s, params_mechanism(r->params));
     if (any || c->phase == PHASE_EVALUATE) {
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;

@@ -35,14 +35,17 @@ double survey_seconds(const struct survey *s) {
 }
 
 void survey_init(struct survey *s, const struct params *params, enum dof dof, const char *name) {
-    bool axis = params->mechanism == MECHANISM_AXIS;
-    *s = (struct survey){.test = {.dof = dof, .first = -1, .stated_hz = (double)NAN}, .mechanism = params->mechanism};
+    const struct mechanism *mechanism = params_mechanism(params);
+    *s = (struct survey){.test = {.dof = dof, .first = -1, .stated_hz = (double)NAN}, .mechanism = mechanism};
     s->evaluated = -1, s->steady_s = s->ramp_least_s = (double)NAN;
     s->stated_hz = s->stated_amplitude = (double)NAN;
     if (dof != DOF_NONE) s->stated_hz = s->test.stated_hz = params->tests.hz[dof], s->stated_amplitude = params->tests.amplitude[dof];
     for (int kind = 0; kind < SURVEY_KINDS; kind++)
-        s->channel[kind] = (struct survey_channel){.of = !axis ? LEGS : 1, .low = (double)NAN, .high = (double)NAN, .noise = (double)NAN};
-    if (!axis) s->channel[SURVEY_FORCE].of = 0;
+        s->channel[kind] = (struct survey_channel){.of = kind == SURVEY_REFERENCE ? mechanism->axes : mechanism->legs,
+                                                   .low = (double)NAN,
+                                                   .high = (double)NAN,
+                                                   .noise = (double)NAN};
+    if (!mechanism->force_sensor) s->channel[SURVEY_FORCE].of = 0;
     snprintf(s->name, sizeof s->name, "%s", name);
 }
 
@@ -111,7 +114,7 @@ static bool lacks_number(const struct survey *s, const struct recording_sample *
 static double place_of(const struct survey *s, const struct kinematics *k, const struct recording_sample *sample, int leg) {
     double pose[DOFS] = {0};
     if (!sample->good) return (double)NAN;
-    if (s->mechanism == MECHANISM_AXIS || s->test.dof == DOF_NONE) return sample->length_m[leg];
+    if (!s->mechanism->pose || s->test.dof == DOF_NONE) return sample->length_m[leg];
     return fk_solve(k, sample->length_m, pose).converged ? pose[s->test.dof] : (double)NAN;
 }
 
@@ -128,12 +131,11 @@ static void find_amplitude(struct survey *s, const struct params *params) {
     struct kinematics k;
     struct error unsaid;
     const struct piece *p = pieces_longest(&s->pieces, PIECE_STEADY);
-    bool legs = s->mechanism == MECHANISM_STEWART && s->test.dof == DOF_NONE;
+    int legs = s->test.dof == DOF_NONE ? s->mechanism->legs : 1;
     s->measured_hz = p ? p->frequency_hz : (double)NAN;
     s->amplitude = (double)NAN;
     if (kinematics_init(&k, params, &unsaid)) return;
-    for (int leg = 0; leg < (legs ? LEGS : 1); leg++)
-        s->amplitude = fmax(s->amplitude, swing(s, &k, leg, p ? p->first : 0, p ? p->end : s->test.count));
+    for (int leg = 0; leg < legs; leg++) s->amplitude = fmax(s->amplitude, swing(s, &k, leg, p ? p->first : 0, p ? p->end : s->test.count));
 }
 
 /* Finds whether the evaluated part begins before the motion is steady. A steady piece tolerates

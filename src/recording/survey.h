@@ -31,7 +31,7 @@ struct survey {
     char name[SURVEY_NAME];     /* name of the file, or of the axis */
     struct recording_test test; /* all samples of the file; good: no flag, and all lengths are
                                  * finite */
-    enum mechanism_kind mechanism;
+    const struct mechanism *mechanism;
     double stated_hz, stated_amplitude; /* as the configuration states them; NaN if no axis is
                                          * tested */
     double measured_hz;         /* frequency of the longest steady piece; NaN without one */

@@ -28,7 +28,7 @@ static json_t *channel(const struct survey_channel *c) {
 }
 
 static json_t *channels(const struct survey *s) {
-    const char *const units[SURVEY_KINDS] = {"m", s->mechanism == MECHANISM_AXIS ? "m" : "m, rad", "Pa", "Pa", "N", "-"};
+    const char *const units[SURVEY_KINDS] = {"m", s->mechanism->pose ? "m, rad" : "m", "Pa", "Pa", "N", "-"};
     json_t *object = json_object();
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {
         json_t *c = channel(&s->channel[kind]);
@@ -52,13 +52,12 @@ static json_t *pieces(const struct survey *s) {
 static json_t *test(const struct survey *s) {
     const struct sampling *a = &s->sampling;
     return json_pack("{so ss ss so so so so ss si so so so sI so si si si so so so}", "name", text(s->name), "axis",
-                     s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof], "mechanism",
-                     s->mechanism == MECHANISM_AXIS ? "axis" : "stewart", "stated_hz", number(s->stated_hz), "stated_amplitude",
-                     number(s->stated_amplitude), "measured_hz", number(s->measured_hz), "amplitude", number(s->amplitude),
-                     "amplitude_unit", s->test.dof >= DOF_PHI ? "rad" : "m", "rows", s->test.count, "seconds", number(survey_seconds(s)),
-                     "rate_hz", number(1.0 / a->step_s), "jitter_s", number(a->jitter_s), "lost", (json_int_t)a->lost, "longest_gap_s",
-                     number(a->gap_s), "flagged", s->flagged, "not_a_number", s->not_a_number, "unplaced", s->unplaced, "pieces", pieces(s),
-                     "ramp_least_s", number(s->ramp_least_s), "channels", channels(s));
+                     s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof], "mechanism", s->mechanism->name, "stated_hz",
+                     number(s->stated_hz), "stated_amplitude", number(s->stated_amplitude), "measured_hz", number(s->measured_hz),
+                     "amplitude", number(s->amplitude), "amplitude_unit", s->test.dof >= DOF_PHI ? "rad" : "m", "rows", s->test.count,
+                     "seconds", number(survey_seconds(s)), "rate_hz", number(1.0 / a->step_s), "jitter_s", number(a->jitter_s), "lost",
+                     (json_int_t)a->lost, "longest_gap_s", number(a->gap_s), "flagged", s->flagged, "not_a_number", s->not_a_number,
+                     "unplaced", s->unplaced, "pieces", pieces(s), "ramp_least_s", number(s->ramp_least_s), "channels", channels(s));
 }
 
 static json_t *answer(const struct error *e) {

@@ -7,12 +7,10 @@
 
 enum { POINTS = 500, WIDTH = 1100, PANEL = 165, HEAD = 22, FOOT = 50, GROUNDS_MOST = 200 };
 
-static bool is_axis(const struct survey *s) { return s->mechanism == MECHANISM_AXIS; }
-
-/* True if a kind of channel has a panel of its own. A single axis shows its reference in the panel
- * of its position. */
+/* True if a kind of channel has a panel of its own. Without a pose, the reference is that of the
+ * length and shown in its panel. */
 static bool has_panel(const struct survey *s, int kind) {
-    return s->channel[kind].there && !(is_axis(s) && kind == SURVEY_REFERENCE && s->channel[SURVEY_LENGTH].there);
+    return s->channel[kind].there && !(!s->mechanism->pose && kind == SURVEY_REFERENCE && s->channel[SURVEY_LENGTH].there);
 }
 
 static double start_s(const struct survey *s) { return s->test.sample[0].test_time_s; }
@@ -91,7 +89,7 @@ static void write_labels(FILE *script, const struct survey *s, double at) {
 }
 
 static void channel_name(char name[16], const struct survey *s, enum survey_kind kind, int k) {
-    if (is_axis(s)) snprintf(name, 16, "%s", check_name_of(s, kind));
+    if (s->mechanism->legs == 1) snprintf(name, 16, "%s", check_name_of(s, kind));
     else if (kind == SURVEY_REFERENCE) snprintf(name, 16, "%s", dof_names[k]);
     else snprintf(name, 16, "leg %d", k + 1);
 }
@@ -107,7 +105,7 @@ static void plot_channels(FILE *script, const struct survey *s, enum survey_kind
                 name);
         before = ",";
     }
-    if (is_axis(s) && kind == SURVEY_LENGTH && s->channel[SURVEY_REFERENCE].there)
+    if (!s->mechanism->pose && kind == SURVEY_LENGTH && s->channel[SURVEY_REFERENCE].there)
         fputs(", $reference using 1:2 with lines lw 1.2 dt (6,4) lc rgb '#1a1a1a' title 'reference'", script);
     fputc('\n', script);
 }
@@ -128,8 +126,8 @@ void check_picture(FILE *script, const struct survey *s) {
         if (!has_panel(s, kind)) continue;
         double top = height - HEAD - panel * PANEL;
         if (++panel == panels) fputs("set format x '%g'\nset xlabel 'time of the test [s]' offset 0,0.3\n", script);
-        fprintf(script, "set tmargin at screen %.5f\nset bmargin at screen %.5f\nset ylabel '%s' offset 0\n", (top - HEAD) / height,
-                (top - PANEL + 8) / height, is_axis(s) && kind == SURVEY_LENGTH ? "position [mm]" : check_units[kind].label);
+        fprintf(script, "set tmargin at screen %.5f\nset bmargin at screen %.5f\nset ylabel '%s [%s]' offset 0\n", (top - HEAD) / height,
+                (top - PANEL + 8) / height, check_name_of(s, (enum survey_kind)kind), check_unit_of(s, (enum survey_kind)kind));
         fprintf(script, "set key at screen 0.985, screen %.5f right top horizontal\n", (panel == 1 ? height - 2.0 : top) / height);
         if (panel == 1) write_labels(script, s, (top - 0.45 * HEAD) / height);
         if (panel > 1 && kind != SURVEY_REFERENCE) fputs("unset key\n", script);

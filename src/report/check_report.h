@@ -34,15 +34,15 @@ struct check_report {
 /* Display unit of a kind of channel: an SI value times `scale` is in `unit`. */
 struct check_unit {
     double scale;
-    /* label: of a plot's axis */
-    const char *unit, *label;
+    const char *unit;
 };
 extern const struct check_unit check_units[SURVEY_KINDS];
 
-/* Name of a kind of channel for readers; a single axis calls its length "position". */
+/* Name of a kind of channel for readers; a length has the name that the mechanism gives it. */
 const char *check_name_of(const struct survey *s, enum survey_kind kind);
 
-/* Unit of a kind of channel for display; the reference of a single axis is a length. */
+/* Unit of a kind of channel for display; the reference of a mechanism without a pose is a
+ * length. */
 const char *check_unit_of(const struct survey *s, enum survey_kind kind);
 
 /* Words that join "would take it" or "would refuse it" to the answer's text. */

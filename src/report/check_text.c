@@ -8,17 +8,16 @@
 enum { NAME_COLUMNS = 16, PIECES_SHOWN = 12, LINE = 2400 };
 
 const struct check_unit check_units[SURVEY_KINDS] = {
-    [SURVEY_LENGTH] = {1e3, "mm", "length [mm]"}, [SURVEY_REFERENCE] = {1e3, "mm, mrad", "reference [mm, mrad]"},
-    [SURVEY_P1] = {1e-6, "MPa", "p1 [MPa]"},      [SURVEY_P2] = {1e-6, "MPa", "p2 [MPa]"},
-    [SURVEY_FORCE] = {1.0, "N", "force [N]"},     [SURVEY_COMMAND] = {1e2, "%", "command [%]"},
+    [SURVEY_LENGTH] = {1e3, "mm"}, [SURVEY_REFERENCE] = {1e3, "mm, mrad"}, [SURVEY_P1] = {1e-6, "MPa"}, [SURVEY_P2] = {1e-6, "MPa"},
+    [SURVEY_FORCE] = {1.0, "N"},   [SURVEY_COMMAND] = {1e2, "%"},
 };
 
 const char *check_name_of(const struct survey *s, enum survey_kind kind) {
-    return s->mechanism == MECHANISM_AXIS && kind == SURVEY_LENGTH ? "position" : survey_names[kind];
+    return kind == SURVEY_LENGTH ? s->mechanism->words.length : survey_names[kind];
 }
 
 const char *check_unit_of(const struct survey *s, enum survey_kind kind) {
-    return check_units[s->mechanism == MECHANISM_AXIS && kind == SURVEY_REFERENCE ? SURVEY_LENGTH : kind].unit;
+    return check_units[!s->mechanism->pose && kind == SURVEY_REFERENCE ? SURVEY_LENGTH : kind].unit;
 }
 
 const char *check_amplitude_unit(const struct survey *s) { return s->test.dof >= DOF_PHI ? "mrad" : "mm"; }
@@ -149,7 +148,7 @@ static void print_faults(FILE *out, const struct survey *s) {
             bool dead = s->channel[kind].dead >> i & 1u, clipped = s->channel[kind].clipped >> i & 1u;
             if (!dead && !clipped) continue;
             char leg[20] = "";
-            if (s->mechanism == MECHANISM_STEWART) snprintf(leg, sizeof leg, " of leg %d", i + 1);
+            if (s->mechanism->legs > 1) snprintf(leg, sizeof leg, " of leg %d", i + 1);
             snprintf(text, sizeof text, "%s%s %s", survey_names[kind], leg,
                      dead ? "never changes: dead, or not connected" : "is clipped: it stays at the end of what it reads");
             print_fault(out, s, text);
