@@ -10,7 +10,7 @@ static const double PRESSURE_NOISE_PA = 1e4;
 
 /* Six sinusoids with noise alone. */
 static void make_test(struct residual_test *t) {
-    static double cycle[CYCLE_STEPS * SPECTRUM_SIZE];
+    static double cycle[PHASES * SPECTRUM_SIZE];
     *t = (struct residual_test){.legs = LEGS,
                                 .pressures = true,
                                 .chambers = true,
@@ -20,7 +20,7 @@ static void make_test(struct residual_test *t) {
                                 .size = RESIDUAL_SIZE,
                                 .phases = PHASES,
                                 .cycle = cycle};
-    for (int i = 0; i < CYCLE_STEPS; i++) spectrum_basis(2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, cycle + i * SPECTRUM_SIZE);
+    for (int i = 0; i < PHASES; i++) spectrum_basis(2.0 * PI * i / PHASES, SPECTRUM_HARMONICS, cycle + i * SPECTRUM_SIZE);
     for (int a = 0; a < RESIDUAL_SIZE; a++)
         t->rate[a] = (a + 1) / 2 * 25.0, t->weight[a] = a ? 0.5 : 1.0, t->curve[a] = t->rate[a] * t->rate[a];
     t->spectrum = (struct spectrum){.omega = 25.0, .harmonics = SPECTRUM_HARMONICS, .cycles = CYCLES, .offsets = 1};

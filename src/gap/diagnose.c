@@ -23,6 +23,8 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     *d = (struct diagnosis){.given = given, .model = *given};
     int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
     if (!status) status = residual_prepare(&d->odd, recording, CYCLES_ODD, error);
+    if (!status) status = residual_tabulate(&d->even, error);
+    if (!status) status = residual_tabulate(&d->odd, error);
     if (status) return status;
     fit_data_init(&d->fit, &d->even, given, threads);
     fit_data_init(&d->held_out, &d->odd, given, threads);

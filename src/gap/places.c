@@ -26,7 +26,7 @@ static const char *feature(const struct residual_test *t, int leg, const double 
         mean += value[i] / t->phases;
     }
     for (int i = 0; i < t->phases; i++) {
-        const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+        const double *basis = t->cycle + i * SPECTRUM_SIZE;
         double motion[3], valve[3];
         spectrum_at(s->mean[CHANNEL_LENGTH][leg], t->harmonics, s->omega, basis, motion);
         spectrum_at(s->mean[CHANNEL_VALVE][leg], s->harmonics, s->omega, basis, valve);

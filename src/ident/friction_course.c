@@ -64,8 +64,7 @@ static void find_motion(struct motion *m, const struct residual_test *t, const s
             row[a] *= kept[k][a];
             m->variance[k] += 0.5 * square((a + 1) / 2 * s->omega) * kept[k][a] * noise[k][a];
         }
-        for (int i = 0; i < t->phases; i++)
-            spectrum_at(row, s->harmonics, s->omega, t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE, m->leg[i][k]);
+        for (int i = 0; i < t->phases; i++) spectrum_at(row, s->harmonics, s->omega, t->cycle + i * SPECTRUM_SIZE, m->leg[i][k]);
         for (int i = 0; i < t->phases; i++) rates += square(m->leg[i][k][1]), accelerations += square(m->leg[i][k][2]);
     }
     m->turns_radps = rates > 0.0 ? sqrt(accelerations / rates) : 0.0;
@@ -120,7 +119,7 @@ static void find_shapes(struct friction_course *c, const struct residual_test *t
     double z[SEALS][PHASES], p1[3], p2[3];
     for (int j = 0; j < SEALS; j++) find_seal(t, m, leg, GIVE_M[j], z[j]);
     for (int i = 0; i < t->phases; i++) {
-        const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+        const double *basis = t->cycle + i * SPECTRUM_SIZE;
         double direction = c->direction[i][leg], rate = c->rate_mps[i][leg];
         spectrum_at(row1, s->harmonics, s->omega, basis, p1);
         spectrum_at(row2, s->harmonics, s->omega, basis, p2);

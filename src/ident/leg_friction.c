@@ -47,7 +47,7 @@ static int begin(struct work *w, const struct recording *recording, const struct
  * False: no pose has these lengths. */
 static bool needed(struct work *w, const struct residual_test *t, int phase, double force_n[LEGS], double rate_mps[LEGS]) {
     const struct spectrum *s = &t->spectrum;
-    const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+    const double *basis = t->cycle + phase * SPECTRUM_SIZE;
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS], unit_n[MATRIX_ENTRIES][LEGS];

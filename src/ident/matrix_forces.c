@@ -26,11 +26,8 @@ static void add_weight(int row, int column, const double rotation[3][3], double 
 
 bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
                    double force_n[][LEGS]) {
-    double along[DOFS][LEGS] = {{0}}; /* leg forces of unit wrenches */
-    for (int i = 0; i < DOFS; i++) {
-        along[i][i] = 1.0;
-        if (!inverse_dynamics_along_legs(j, along[i])) return false;
-    }
+    double along[DOFS][LEGS];
+    if (!inverse_dynamics_unit_wrenches(j, along)) return false;
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         int row, column;
         double wrench[DOFS] = {0};

@@ -65,7 +65,7 @@ static const char no_pose[] = "method C: no pose of this machine has these lengt
 /* Measured motion of the legs at a phase: length, rate and acceleration of each. */
 static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3]) {
     const struct spectrum *s = &t->spectrum;
-    const double *basis = t->cycle + phase * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+    const double *basis = t->cycle + phase * SPECTRUM_SIZE;
     for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, leg[k]);
 }
 

@@ -29,18 +29,27 @@ bool dense_factor(int n, int row, double *a) {
     return true;
 }
 
-static void forward(int n, int row, const double *l, double *b) {
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++) b[i] -= l[i * row + k] * b[k];
-        b[i] /= l[i * row + i];
-    }
+double dense_dot(int n, const double *a, const double *b) {
+    double part[TOGETHER] = {0}, sum = 0.0;
+    int i = 0;
+    for (; i + TOGETHER <= n; i += TOGETHER)
+        for (int j = 0; j < TOGETHER; j++) part[j] += a[i + j] * b[i + j];
+    for (int j = 0; i < n; i++, j++) part[j] += a[i] * b[i];
+    for (int j = 0; j < TOGETHER; j++) sum += part[j];
+    return sum;
+}
+
+/* Solves L y = b in place, of which the elements before `first` are zero. */
+static void forward(int n, int row, const double *l, int first, double *b) {
+    for (int i = first; i < n; i++) b[i] = (b[i] - dense_dot(i - first, l + i * row + first, b + first)) / l[i * row + i];
 }
 
 void dense_solve(int n, int row, const double *l, double *b) {
-    forward(n, row, l, b);
+    forward(n, row, l, 0, b);
+    /* A column of L' is a row of L, whose elements lie side by side. */
     for (int i = n - 1; i >= 0; i--) {
-        for (int k = i + 1; k < n; k++) b[i] -= l[k * row + i] * b[k];
-        b[i] /= l[i * row + i];
+        double x = b[i] /= l[i * row + i];
+        for (int k = 0; k < i; k++) b[k] -= l[i * row + k] * x;
     }
 }
 
@@ -48,8 +57,7 @@ void dense_inverse_diagonal(int n, int row, const double *l, double *diagonal, d
     for (int j = 0; j < n; j++) {
         memset(work, 0, (size_t)n * sizeof *work);
         work[j] = 1.0;
-        forward(n, row, l, work);
-        diagonal[j] = 0.0;
-        for (int i = j; i < n; i++) diagonal[j] += work[i] * work[i];
+        forward(n, row, l, j, work);
+        diagonal[j] = dense_dot(n - j, work + j, work + j);
     }
 }

@@ -5,6 +5,9 @@
 
 #include <stdbool.h>
 
+/* Computes a' b of n values each, as several partial sums that do not wait for each other. */
+double dense_dot(int n, const double *a, const double *b);
+
 /* Factors A = L L' in place, reading its lower triangle. Returns false if A is not positive
  * definite to rounding. */
 bool dense_factor(int n, int row, double *a);

@@ -25,33 +25,55 @@ void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *para
     rigid_rest(&d->state, (const double[DOFS]){0});
 }
 
-/* Solves A x = b or A' x = b in place by Gaussian elimination with pivots; x holds b on entry.
- * False: A is singular. */
-static bool solve6(double a[6][6], bool transposed, double x[6]) {
-    double m[6][7];
-    for (int i = 0; i < 6; i++) {
+/* Gaussian elimination of a matrix with pivots: upper triangle U, below it the factors, and the row
+ * that each step took. */
+struct elimination {
+    double m[6][6];
+    int pivot[6];
+};
+
+/* Eliminates A, or A'. False: it is singular. */
+static bool eliminate(double a[6][6], bool transposed, struct elimination *e) {
+    double (*m)[6] = e->m;
+    for (int i = 0; i < 6; i++)
         for (int j = 0; j < 6; j++) m[i][j] = transposed ? a[j][i] : a[i][j];
-        m[i][6] = x[i];
-    }
     for (int j = 0; j < 6; j++) {
         int pivot = j;
         for (int i = j + 1; i < 6; i++)
             if (fabs(m[i][j]) > fabs(m[pivot][j])) pivot = i;
         if (!(fabs(m[pivot][j]) > 1e-9)) return false;
-        for (int c = j; c < 7 && pivot != j; c++) {
+        e->pivot[j] = pivot;
+        for (int c = 0; c < 6 && pivot != j; c++) {
             double swap = m[j][c];
             m[j][c] = m[pivot][c], m[pivot][c] = swap;
         }
         for (int i = j + 1; i < 6; i++) {
-            double factor = m[i][j] / m[j][j];
-            for (int c = j; c < 7; c++) m[i][c] -= factor * m[j][c];
+            double factor = m[i][j] /= m[j][j];
+            for (int c = j + 1; c < 6; c++) m[i][c] -= factor * m[j][c];
         }
     }
-    for (int i = 5; i >= 0; i--) {
-        x[i] = m[i][6];
-        for (int j = i + 1; j < 6; j++) x[i] -= m[i][j] * x[j];
-        x[i] /= m[i][i];
+    return true;
+}
+
+/* Solves for one right-hand side in place. */
+static void substitute(const struct elimination *e, double x[6]) {
+    for (int j = 0; j < 6; j++) {
+        double swap = x[j];
+        x[j] = x[e->pivot[j]], x[e->pivot[j]] = swap;
     }
+    for (int j = 0; j < 6; j++)
+        for (int i = j + 1; i < 6; i++) x[i] -= e->m[i][j] * x[j];
+    for (int i = 5; i >= 0; i--) {
+        for (int j = i + 1; j < 6; j++) x[i] -= e->m[i][j] * x[j];
+        x[i] /= e->m[i][i];
+    }
+}
+
+/* Solves A x = b, or A' x = b, in place. False: A is singular. */
+static bool solve6(double a[6][6], bool transposed, double x[6]) {
+    struct elimination e;
+    if (!eliminate(a, transposed, &e)) return false;
+    substitute(&e, x);
     return true;
 }
 
@@ -133,19 +155,41 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
 
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]) {
-    if (!find_pose(d, leg, legs, j)) return false;
+    struct elimination e;
+    if (!find_pose(d, leg, legs, j) || !eliminate(j, false, &e)) return false;
     for (int k = 0; k < LEGS; k++) d->state.twist[k] = leg[k][1];
-    if (!solve6(j, false, d->state.twist)) return false;
+    substitute(&e, d->state.twist);
     rigid_legs(&d->rigid, &d->state, legs);
     for (int k = 0; k < LEGS; k++) {
         acceleration[k] = leg[k][2];
         for (int i = 0; i < 3; i++)
             acceleration[k] -= legs->n[i][k] * legs->centripetal[i][k] + legs->across[i][k] * legs->across[i][k] / legs->length[k];
     }
-    return solve6(j, false, acceleration);
+    substitute(&e, acceleration);
+    return true;
 }
 
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]) { return solve6(j, true, wrench); }
+
+bool inverse_dynamics_unit_wrenches(double j[LEGS][DOFS], double force_n[DOFS][LEGS]) {
+    struct elimination e;
+    double x[LEGS][DOFS]; /* all right-hand sides side by side, so that sums vectorise */
+    if (!eliminate(j, true, &e)) return false;
+    for (int k = 0; k < LEGS; k++)
+        for (int i = 0; i < DOFS; i++) x[k][i] = i == k;
+    for (int k = 0; k < LEGS; k++)
+        for (int i = 0; i < DOFS; i++) {
+            double swap = x[k][i];
+            x[k][i] = x[e.pivot[k]][i], x[e.pivot[k]][i] = swap;
+        }
+    for (int k = 0; k < LEGS; k++)
+        for (int l = k + 1; l < LEGS; l++) add6(-e.m[l][k], x[k], x[l]);
+    for (int k = LEGS - 1; k >= 0; k--) {
+        for (int l = k + 1; l < LEGS; l++) add6(-e.m[k][l], x[l], x[k]);
+        for (int i = 0; i < DOFS; i++) force_n[i][k] = x[k][i] /= e.m[k][k];
+    }
+    return true;
+}
 
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]) {
     struct rigid_legs legs;

@@ -45,6 +45,9 @@ bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3]
  * singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
+/* The same for all unit wrenches: leg forces of each. */
+bool inverse_dynamics_unit_wrenches(double j[LEGS][DOFS], double force_n[DOFS][LEGS]);
+
 /* Measured values at an instant. */
 struct inverse_dynamics_input {
     double leg[LEGS][3];                   /* length, rate and acceleration of each leg, joint to

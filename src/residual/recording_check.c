@@ -334,7 +334,7 @@ static void add_drive(const struct recording *r, const struct residual_test *t, 
         force[a] = exchanged ? leg_force(&areas, 0, s->mean[CHANNEL_P2][0][a], s->mean[CHANNEL_P1][0][a]) : s->mean[CHANNEL_FORCE][0][a];
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < t->phases; i++) {
-            const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+            const double *basis = t->cycle + i * SPECTRUM_SIZE;
             double x[3], f[3];
             spectrum_at(s->mean[CHANNEL_LENGTH][0], harmonics, s->omega, basis, x);
             spectrum_at(force, harmonics, s->omega, basis, f);

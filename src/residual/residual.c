@@ -77,10 +77,6 @@ static double at(const double *basis, int size, const double *row) {
     return sum;
 }
 
-_Static_assert(CYCLE_STEPS % PHASES == 0, "phases are steps of the cycle");
-
-static const double *basis_at(const struct residual_test *t, int step) { return t->cycle + step % CYCLE_STEPS * SPECTRUM_SIZE; }
-
 /* Fourier coefficients of the rate of change of a series. */
 static void differentiate(const struct residual_test *t, const double *row, double *rate) {
     rate[0] = 0.0;
@@ -115,11 +111,19 @@ struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
 
+/* Fourier basis at a node: from the table, or computed into `room`. */
+static const double *basis_at(const struct residual_test *t, int node, double room[SPECTRUM_SIZE]) {
+    if (t->node) return t->node + (size_t)node * (size_t)residual_motion_size(t);
+    residual_node(t, node, room);
+    return room;
+}
+
 /* Lengths and rates at a node of the simulation: the series, and the fast motion, for which a
  * position sensor's lag is treated as a delay. */
 static void look(const struct run *r, int node, struct rods_motion *to) {
     int size = residual_motion_size(r->t);
-    const double *basis = r->t->node + (size_t)node * (size_t)size;
+    double room[SPECTRUM_SIZE];
+    const double *basis = basis_at(r->t, node, room);
     struct rods_motion sum = {0};
     for (int a = 0; a < size; a++)
         for (int k = 0; k < LEGS; k++) {
@@ -209,8 +213,10 @@ static void begin_run(struct run *r, const struct residual_test *t, const struct
     if (leg != ALL_LEGS) r->cylinder.first = leg, r->cylinder.legs = leg + 1;
     valve_line_init(&r->line, &r->cylinder.machine);
     memset(&r->state, 0, sizeof r->state);
+    double room[SPECTRUM_SIZE];
+    const double *first = basis_at(t, 0, room);
     for (int k = 0; k < t->legs; k++) {
-        double p1 = at(t->node, residual_motion_size(t), rows->p1[k]), p2 = at(t->node, residual_motion_size(t), rows->p2[k]);
+        double p1 = at(first, residual_motion_size(t), rows->p1[k]), p2 = at(first, residual_motion_size(t), rows->p2[k]);
         r->state.cylinder[k] = (struct cylinder_state){.p1_pa = p1, .p2_pa = p2};
     }
     hydraulics_rest(&r->state);
@@ -346,7 +352,7 @@ static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct 
         bool play = machine_has_play(&m->machine, k);
         push(m, t, rows, k, force_n);
         for (int i = 0; i < t->phases; i++) {
-            const double *basis = basis_at(t, i * (CYCLE_STEPS / PHASES));
+            const double *basis = t->cycle + i * SPECTRUM_SIZE;
             struct inverse_dynamics_input *in = &table[i];
             double drop[PORTS] = {0};
             for (int port = 0; port < PORTS && p; port++) drop[port] = at(t->shape[i], t->size, p->drop[port][k]);
@@ -429,7 +435,7 @@ double residual_variation(const struct residual_test *t, enum channel channel, i
     const struct spectrum *s = &t->spectrum;
     double sum = 0.0, square_sum = 0.0;
     for (int i = 0; i < t->phases; i++) {
-        const double *basis = t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE;
+        const double *basis = t->cycle + i * SPECTRUM_SIZE;
         double value = 0.0;
         for (int a = 1; a < 1 + 2 * t->harmonics; a++) value += basis[a] * s->mean[channel][leg][a];
         sum += value, square_sum += value * value;

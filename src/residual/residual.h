@@ -29,7 +29,6 @@
 #include "spectrum.h"
 
 enum residual_kind { RESIDUAL_FORCE, RESIDUAL_P1, RESIDUAL_P2, RESIDUALS };
-enum { CYCLE_STEPS = 1024 };
 enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 
 /* Highest frequency of a piece's coefficient row times the length of the piece, no unit. */
@@ -76,7 +75,7 @@ struct residual_test {
     int substeps;                /* simulation steps per command */
     int phases;                  /* instants at which the force is evaluated; PHASES fill a period
                                   * of the series */
-    double *cycle;               /* [CYCLE_STEPS][SPECTRUM_SIZE]: Fourier basis over a period of the
+    double *cycle;               /* [PHASES][SPECTRUM_SIZE]: Fourier basis over a period of the
                                   * series, from the first phase on */
     double (*shape)[RESIDUAL_SIZE];   /* [phases]: value at a phase of the function that belongs to
                                        * each element of a row */
@@ -85,7 +84,8 @@ struct residual_test {
     double (*series)[SPECTRUM_SIZE];  /* [phases]: what a value of 1 at a phase adds to each Fourier
                                        * coefficient */
     double *node;                /* [2 substeps samples + 1][1 + 2 harmonics]: Fourier basis at the
-                                  * ends and middles of the simulation steps */
+                                  * nodes, which are the ends and middles of the simulation steps;
+                                  * NULL without residual_tabulate() */
     struct fast_motion fast;     /* for pieces: measured motion that the series lacks. It is too
                                   * fast for the rows, but the chambers need it: the valve's flow
                                   * law bends where the spool crosses zero, and so turns it into
@@ -112,6 +112,14 @@ struct residual_data {
  * cycles, or too many samples missing) or -3 (no memory). Call residual_free in any case. */
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error);
 void residual_free(struct residual_data *d);
+
+/* Keeps the Fourier basis at all nodes of the simulations, up to 5 MB a test, for a caller that
+ * evaluates many models: without it each evaluation computes the basis anew, with the same result.
+ * Returns -3 without memory. */
+int residual_tabulate(struct residual_data *d, struct error *error);
+
+/* Computes the Fourier basis at a node of a test's simulation: 1 + 2 harmonics values. */
+void residual_node(const struct residual_test *t, int node, double *basis);
 
 enum { ALL_LEGS = -1 };
 

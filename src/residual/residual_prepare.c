@@ -49,28 +49,19 @@ static bool project_cycle(struct residual_test *t) {
     return true;
 }
 
-static int nodes_of(const struct residual_test *t) { return 2 * t->substeps * t->samples + 1; }
-
 static void tabulate(struct residual_test *t, double first_phase) {
-    const struct spectrum *s = &t->spectrum;
-    for (int i = 0; i < nodes_of(t) && t->chambers; i++) {
-        double t_s = t->first_s + i * t->step_s / (2 * t->substeps);
-        spectrum_basis(s->omega * t_s, t->harmonics, t->node + (size_t)i * (size_t)residual_motion_size(t));
-    }
-    for (int i = 0; i < CYCLE_STEPS; i++)
-        spectrum_basis(first_phase + 2.0 * PI * i / CYCLE_STEPS, SPECTRUM_HARMONICS, t->cycle + i * SPECTRUM_SIZE);
+    for (int i = 0; i < PHASES; i++) spectrum_basis(first_phase + 2.0 * PI * i / PHASES, SPECTRUM_HARMONICS, t->cycle + i * SPECTRUM_SIZE);
 }
 
 static int allocate(struct residual_test *t, struct error *error) {
     t->coupling = calloc(RESIDUAL_SIZE, sizeof *t->coupling);
-    t->cycle = malloc((size_t)CYCLE_STEPS * SPECTRUM_SIZE * sizeof(double));
+    t->cycle = malloc((size_t)PHASES * SPECTRUM_SIZE * sizeof(double));
     t->shape = calloc(PHASES, sizeof *t->shape);
     t->project = calloc(PHASES, sizeof *t->project);
     t->series = calloc(PHASES, sizeof *t->series);
-    t->node = malloc((t->chambers ? (size_t)nodes_of(t) * (size_t)residual_motion_size(t) : 1) * sizeof(double));
     t->valve = malloc((size_t)(LEGS * (t->lead + t->samples)) * sizeof(double));
     t->projection = malloc((size_t)(RESIDUAL_SIZE * t->fitted) * sizeof(double));
-    bool all = t->coupling && t->cycle && t->shape && t->project && t->series && t->node && t->valve && t->projection;
+    bool all = t->coupling && t->cycle && t->shape && t->project && t->series && t->valve && t->projection;
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
@@ -122,7 +113,7 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
         for (int ch = 0; ch < CHANNELS; ch++)
             for (int k = 0; k < LEGS; k++) t->row[ch][k][a] = s->mean[ch][k][a], t->std[ch][k][a] = s->std[ch][k][a];
         for (int i = 0; i < PHASES; i++) {
-            t->shape[i][a] = t->cycle[i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE + a];
+            t->shape[i][a] = t->cycle[i * SPECTRUM_SIZE + a];
             t->project[i][a] = t->series[i][a] = t->shape[i][a] / PHASES / t->weight[a];
         }
     }
@@ -231,7 +222,7 @@ static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPE
 static bool fit_series(struct residual_test *t) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0};
     for (int i = 0; i < t->phases; i++) {
-        memcpy(t->series[i], t->cycle + i * (CYCLE_STEPS / PHASES) * SPECTRUM_SIZE, sizeof t->series[i]);
+        memcpy(t->series[i], t->cycle + i * SPECTRUM_SIZE, sizeof t->series[i]);
         for (int a = 0; a < SPECTRUM_SIZE; a++)
             for (int b = 0; b <= a; b++) product[a][b] += t->series[i][a] * t->series[i][b];
     }
@@ -337,6 +328,23 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
         d->parts = d->test[0].chambers ? PART_ALL : d->test[0].pressures ? PART_FORCE : PART_FORCE | PART_FORCE_SENSOR;
     }
     return STATUS_OK;
+}
+
+int residual_tabulate(struct residual_data *d, struct error *error) {
+    for (int i = 0; i < d->tests; i++) {
+        struct residual_test *t = &d->test[i];
+        int nodes = 2 * t->substeps * t->samples + 1, size = residual_motion_size(t);
+        if (!t->chambers) continue;
+        t->node = malloc((size_t)nodes * (size_t)size * sizeof(double));
+        if (!t->node) return error_set(error, STATUS_IO, "out of memory");
+        for (int node = 0; node < nodes; node++) residual_node(t, node, t->node + (size_t)node * (size_t)size);
+    }
+    return STATUS_OK;
+}
+
+void residual_node(const struct residual_test *t, int node, double *basis) {
+    double t_s = t->first_s + node * t->step_s / (2 * t->substeps);
+    spectrum_basis(t->spectrum.omega * t_s, t->harmonics, basis);
 }
 
 void residual_free(struct residual_data *d) {

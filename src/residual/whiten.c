@@ -138,17 +138,22 @@ void whiten_play_noise(const struct residual_test *t, const struct params *model
     double step_s = 2.0 * PI / t->spectrum.omega / PHASES;
     cylinder_model_init(&cylinder, model);
     memset(noise, 0, sizeof *noise);
-    for (int k = 0; k < t->legs; k++)
-        for (int a = 0; a < t->size; a++) {
-            double a1 = cylinder.leg[k].a1_m2, a2 = cylinder.leg[k].a2_m2, force = square(t->std[CHANNEL_FORCE][k][a]);
-            double push = square(a1 * t->std[CHANNEL_P1][k][a]) + square(a2 * t->std[CHANNEL_P2][k][a]);
-            double length = whiten_in_step(t, model, k) + square(t->std[CHANNEL_LENGTH][k][a]);
-            for (int steps = 1; steps <= PHASES; steps++) {
-                double span_s = steps * step_s, twice_s4 = t->weight[a] * off_line(t->rate[a] * span_s) * pow(span_s, 4.0);
-                noise->push_n2s4[steps][k] += twice_s4 * (t->pressures ? push : force);
-                noise->length_m2[steps][k] += twice_s4 * pow(t->rate[a], 4.0) * length;
+    for (int a = 0; a < t->size; a++) {
+        double push[LEGS], length[LEGS];
+        for (int k = 0; k < t->legs; k++) {
+            double a1 = cylinder.leg[k].a1_m2, a2 = cylinder.leg[k].a2_m2;
+            push[k] = square(a1 * t->std[CHANNEL_P1][k][a]) + square(a2 * t->std[CHANNEL_P2][k][a]);
+            if (!t->pressures) push[k] = square(t->std[CHANNEL_FORCE][k][a]);
+            length[k] = pow(t->rate[a], 4.0) * (whiten_in_step(t, model, k) + square(t->std[CHANNEL_LENGTH][k][a]));
+        }
+        for (int steps = 1; steps <= PHASES; steps++) {
+            double span_s = steps * step_s, twice_s4 = t->weight[a] * off_line(t->rate[a] * span_s) * pow(span_s, 4.0);
+            for (int k = 0; k < t->legs; k++) {
+                noise->push_n2s4[steps][k] += twice_s4 * push[k];
+                noise->length_m2[steps][k] += twice_s4 * length[k];
             }
         }
+    }
 }
 
 void whiten(const struct whitener *w, residual_row row) {
