@@ -105,6 +105,9 @@ static inline double distance(const double *a, const double *b, int count) {
         if (getenv("CHECK")) skip_because("slow cases, left to make test"); \
     } while (0)
 
+/* Number of random cases: all of them under `make test`, every fifth under `make check`. */
+static inline int random_cases(int all) { return getenv("CHECK") ? all / 5 : all; }
+
 /* First line of a case that takes half a minute: `make test` leaves it to `make test-long`. */
 #define long_case()                                                             \
     do {                                                                        \

@@ -1,18 +1,9 @@
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "support.h"
+
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include <cmocka.h>
-
-#include "config.h"
 #include "config_keys.h"
 #include "harmonics.h"
-#include "params.h"
 
 static const char shipped[] = "config/tian2015.yaml";
 
@@ -37,7 +28,7 @@ static uint64_t random_next(uint64_t *state) {
     return *state * 2685821657736338717u;
 }
 
-static double random_unit(uint64_t *state) { return (double)(random_next(state) >> 11) * 0x1p-53; }
+static double random_share(uint64_t *state) { return (double)(random_next(state) >> 11) * 0x1p-53; }
 
 static bool is_number(const struct config_key *key) {
     return key->kind == CONFIG_REAL || key->kind == CONFIG_INTEGER || key->kind == CONFIG_REALS || key->kind == CONFIG_REALS_ALIKE;
@@ -191,11 +182,11 @@ static void randomize(struct params *p, uint64_t *seed) {
     struct config_key key;
     for (int i = 0; config_key_at(i, &key); i++) {
         double *place = (double *)((char *)p + key.offset);
-        if (key.kind == CONFIG_REAL && !(*place == 0.0)) *place *= 1.0 - 1e-4 * random_unit(seed);
+        if (key.kind == CONFIG_REAL && !(*place == 0.0)) *place *= 1.0 - 1e-4 * random_share(seed);
         if (key.effect < 0) continue;
         p->effects[key.effect].on = true;
         for (int leg = 0; leg < LEGS; leg++)
-            place[leg] = key.kind == CONFIG_REALS || leg == 0 ? key.min + (key.max - key.min) * random_unit(seed) : place[0];
+            place[leg] = key.kind == CONFIG_REALS || leg == 0 ? key.min + (key.max - key.min) * random_share(seed) : place[0];
     }
 }
 
@@ -576,7 +567,7 @@ static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
     char *text = read_file(shipped, &size), *copy = malloc(2 * size);
     uint64_t seed = 7;
     int accepted = 0, refused = 0;
-    for (int round = 0; round < 3000; round++) {
+    for (int round = 0; round < random_cases(3000); round++) {
         size_t length = size;
         memcpy(copy, text, size);
         for (uint64_t n = 1 + random_next(&seed) % 4; n > 0; n--) {

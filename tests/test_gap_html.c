@@ -284,6 +284,7 @@ static void every_verdict_has_its_first_screen(void **unused) {
 
 static void what_ranks_above_the_named_one_says_why(void **unused) {
     (void)unused;
+    slow_case();
     static const char *const first[] = {"cylinder_stribeck_friction", "command_delay", "base_tilt", "cylinder_coulomb_friction"};
     struct gap_result r = named;
     r.effects = 1, r.candidates = 4;
@@ -309,6 +310,7 @@ static void what_ranks_above_the_named_one_says_why(void **unused) {
 
 static void what_was_not_evaluated_is_said(void **unused) {
     (void)unused;
+    slow_case();
     struct gap_result r = named;
     r.simulated = r.matrices = false, r.controller_differs = true, r.controller_difference = 0.4;
     struct gap_size *sizes[] = {&r.before, &r.after, &r.noise_floor, &r.held_out_before, &r.held_out_after};

@@ -164,6 +164,7 @@ static struct recording in_a_row(void) {
 /* For a third of the time the legs move against the reference, but overall they follow it. */
 static void a_reference_is_judged_by_the_whole_record(void **unused) {
     (void)unused;
+    slow_case();
     for (int all = 0; all < 2; all++) {
         struct error error = {0};
         struct recording r = in_a_row();

@@ -454,6 +454,7 @@ static void each_limit_refuses_by_its_name(void **unused) {
 
 static void the_scale_it_gives_is_the_largest_that_does(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = brisk();
     params.tests.amplitude[DOF_Z] = 0.03;
     assert_refused(&params, NULL, "test z");
