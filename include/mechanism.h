@@ -38,8 +38,9 @@ struct mechanism {
                                 * leg, and its CSV columns no number */
     int axes;                  /* number of the axes of its reference, the first of dof_names; an
                                 * effect that acts on the pose has as many keys */
-    bool pose;                 /* its legs carry a body on joints, so that their lengths determine
-                                * a pose, and joints, inertias and geometry count */
+    bool pose;                 /* its six legs carry a body on joints, so that their lengths
+                                * determine a pose of six axes, and joints, inertias and geometry
+                                * count; without a pose the length is the position on the axis */
     bool default_machine;      /* the built-in configuration is of this mechanism; on another one,
                                 * the diameters of cylinders count only where they are stated */
     bool force_sensor;         /* its force may be measured instead of pressures (with the lag

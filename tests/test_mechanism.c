@@ -30,6 +30,7 @@ static void it_is_within_the_arrays_and_has_its_words(void **unused) {
     for (const struct mechanism *const *m = mechanism_table; *m; m++) {
         assert_in_range((*m)->legs, 1, LEGS);
         assert_in_range((*m)->axes, 1, DOFS);
+        assert_true(!(*m)->pose || ((*m)->legs == LEGS && (*m)->axes == DOFS));
         assert_true((*m)->words.machine && (*m)->words.legs && (*m)->words.length && (*m)->words.tone);
         assert_true((*m)->forces && (*m)->leg_mass);
     }

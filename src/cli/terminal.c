@@ -36,9 +36,9 @@ static void headline(const struct cycle *c) {
 static void pose(const struct params *p, const struct cycle *c) {
     /* unit, printed after the last value that has it */
     static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"};
-    const struct mechanism *m = params_mechanism(p);
-    if (!m->pose) printf(" %s %.2f mm", m->words.length, rounded(c->in.length_m[0] * 1e3, 0.01));
-    for (int i = 0; i < DOFS && m->pose; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
+    const struct mechanism *mechanism = params_mechanism(p);
+    if (!mechanism->pose) printf(" %s %.2f mm", mechanism->words.length, rounded(c->in.length_m[0] * 1e3, 0.01));
+    for (int i = 0; i < DOFS && mechanism->pose; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
 }
 
 /* Draws a bar from the middle (0) to one end (1 or -1). */
