@@ -144,8 +144,9 @@ format: | deps-format ## the C and C++ as .clang-format has it
 format-check: | deps-format ## is it? Names the files and the difference; also comments beyond column 100
 	@tests/format.py
 
-docs: $(BUILD)/hexid $(BUILD)/tests/test_commands ## docs/configuration.md, the reference of all keys, and docs/commands.md, what commands answer
+docs: $(BUILD)/hexid $(BUILD)/tests/test_commands ## the reference of all keys, what commands answer, why samples are excluded: tables of docs/
 	sed -i '/^<!-- hexid doctor --keys -->$$/q' docs/configuration.md && $(BUILD)/hexid doctor --keys >>docs/configuration.md
+	sed -i '/^<!-- hexid doctor --refusals -->$$/q' docs/troubleshooting.md && $(BUILD)/hexid doctor --refusals >>docs/troubleshooting.md
 	if $(BUILD)/tests/test_commands --table >$(BUILD)/commands.md; then \
 		sed -i '/^<!-- test_commands --table -->$$/q' docs/commands.md && cat $(BUILD)/commands.md >>docs/commands.md; \
 	else echo "hexid: docs/commands.md stays as it is"; fi

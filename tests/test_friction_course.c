@@ -27,7 +27,7 @@ static struct residual_data *record(const double amplitude_m[LEGS], double noise
     recording.test[0] = (struct recording_test){.dof = DOF_X, .frequency_hz = HZ, .stated_hz = HZ, .first = 0, .end = SAMPLES};
     for (int i = 0; i < SAMPLES; i++) {
         double t_s = (double)i / RATE;
-        struct recording_sample s = {.test_time_s = t_s, .clock_s = t_s, .good = true};
+        struct recording_sample s = {.test_time_s = t_s, .clock_s = t_s};
         for (int l = 0; l < LEGS; l++)
             s.length_m[l] = k.neutral_length_m[l] + amplitude_m[l] * sin(2.0 * PI * HZ * t_s) + noise_m * random_unit(&seed);
         assert_int_equal(recording_append(&recording.test[0], &s, &error), 0);

@@ -28,7 +28,7 @@ static void record(double kff) {
     assert_int_equal(kinematics_init(&k, &params, &error), 0);
     struct cylinder_areas areas = cylinder_areas(&params.actuator);
     for (int i = 0; i < SAMPLES; i++) {
-        struct recording_sample s = {.test_time_s = i * params.loop.period_s, .clock_s = i * params.loop.period_s, .good = true};
+        struct recording_sample s = {.test_time_s = i * params.loop.period_s, .clock_s = i * params.loop.period_s};
         double late[DOFS] = {0}, ref_m[LEGS];
         s.ref[DOF_X] = 0.003 * sin(2 * PI * 4.0 * s.test_time_s);
         late[DOF_X] = 0.003 * sin(2 * PI * 4.0 * (s.test_time_s - 0.02));

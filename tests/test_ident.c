@@ -43,7 +43,7 @@ static void fundamentals_are_those_of_the_motion(void **unused) {
     for (int d = 0; d < DOFS; d++) {
         const struct test_result *t = &id->result.test[d];
         const double *own = r->pose[d][d][0];
-        assert_true(t->test == d && (int)t->dof == d && t->complete && t->samples == r->samples && t->excluded == 0);
+        assert_true(t->test == d && (int)t->dof == d && !t->refused && t->samples == r->samples && t->excluded == 0);
         for (int i = 0; i < DOFS; i++) {
             double share = 100 * hypot(r->pose[d][i][0][0], r->pose[d][i][0][1]) / amplitude(r, i);
             assert_close(t->unwanted_pct[i], i == d ? 0 : share, 1e-7);
@@ -110,12 +110,14 @@ static void excluded_samples_are_counted_and_never_used(void **unused) {
             if (what == 9) c->in.length_m[d] = 9;
             excluded += what <= 9;
             ident_feed(id, c);
+            enum refusal why = what < 7 ? refusal_of(c, LEGS) : what < 9 ? REFUSED_NO_NUMBER : what == 9 ? REFUSED_NO_POSE : REFUSED_NOT;
+            assert_int_equal(id->refused, why);
         }
         ident_end(id);
         assert_true(excluded > 50);
         assert_int_equal(last_result(id)->excluded, excluded);
         assert_int_equal(last_result(id)->samples, r->samples - excluded);
-        assert_true(last_result(id)->complete);
+        assert_false(last_result(id)->refused);
     }
     assert_true(ident_solve(id));
     assert_below(distance(&id->result.method_a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-9 * 272);
@@ -133,7 +135,7 @@ static void a_test_ends_with_its_evaluated_part(void **unused) {
     assert_false(feed_part(id, r, 1, 0, r->samples));
     assert_true(ident_feed(id, &r->cycle[2][0])); /* the next test without a pause */
     assert_int_equal(id->result.tests, 2);
-    assert_true(last_result(id)->complete);
+    assert_false(last_result(id)->refused);
 }
 
 static void a_test_cut_short_is_not_complete_and_no_method_uses_it(void **unused) {
@@ -144,7 +146,7 @@ static void a_test_cut_short_is_not_complete_and_no_method_uses_it(void **unused
     assert_true(ident_solve(id));
     feed_part(id, r, 2, 0, r->samples - 5);
     assert_true(ident_feed(id, &ramp_out));
-    assert_false(last_result(id)->complete);
+    assert_int_equal(last_result(id)->refused, REFUSED_INCOMPLETE);
     assert_int_equal(last_result(id)->samples, r->samples - 5);
     assert_false(ident_solve(id));
     assert_false(id->result.method_a.evaluated || id->result.modified_a.evaluated || id->result.method_b.evaluated);
@@ -157,7 +159,7 @@ static void a_test_without_a_usable_sample_is_not_complete(void **unused) {
     for (int i = 0; i < r->samples; i++) r->cycle[0][i].in.flags = SAMPLE_LATE;
     feed_part(id, r, 0, 0, r->samples);
     assert_true(ident_end(id));
-    assert_false(last_result(id)->complete);
+    assert_int_equal(last_result(id)->refused, REFUSED_UNDETERMINED);
     assert_int_equal(last_result(id)->samples, 0);
     assert_true(isnan(last_result(id)->achieved_amplitude));
 }
@@ -170,7 +172,7 @@ static void a_slower_rate_is_complete_too(void **unused) {
     for (int d = 0; d < DOFS; d++)
         for (int i = 0; i < r->samples; i += 2) ident_feed(id, &r->cycle[d][i]);
     ident_end(id);
-    for (int d = 0; d < DOFS; d++) assert_true(id->result.test[d].complete);
+    for (int d = 0; d < DOFS; d++) assert_false(id->result.test[d].refused);
     assert_true(ident_solve(id));
     assert_below(distance(&id->result.method_a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-9 * 272);
 }

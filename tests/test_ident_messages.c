@@ -26,7 +26,7 @@ static void fill(double *numbers, int count) {
 
 static void a_test_result_keeps_every_number(void **unused) {
     (void)unused;
-    struct test_result t = {.test = 3, .dof = DOF_PHI, .samples = 2500, .excluded = 7, .complete = true};
+    struct test_result t = {.test = 3, .dof = DOF_PHI, .samples = 2500, .excluded = 7};
     hexid_test_result_t m;
     fill(&t.frequency_hz, 1), fill(&t.amplitude, 1), fill(&t.achieved_amplitude, 1), fill(&t.phase_deg, 1);
     fill(t.unwanted_pct, DOFS), fill(&t.pose[0][0], 2 * DOFS), fill(&t.wrench[0][0], 2 * DOFS);

@@ -298,13 +298,14 @@ static void samples_lost_in_every_pass_are_said(void **unused) {
     struct error error;
     assert_int_equal(multisine_init(&multisine, &params, &error), 0);
     for (int i = 0; i < MULTISINE_PASSES * multisine.samples; i++) {
-        struct recording_sample sample = {.test_time_s = i * multisine.step_s, .good = i % multisine.samples != 700};
+        struct recording_sample sample = {.test_time_s = i * multisine.step_s,
+                                          .refused = i % multisine.samples == 700 ? REFUSED_LATE : REFUSED_NOT};
         assert_int_equal(recording_append(&test, &sample, &error), 0);
     }
     assert_int_equal(multisine_average(&mean, &multisine, &test, 0.0, &error), STATUS_USAGE);
     assert_non_null(strstr(error.text, "1.400 s"));
     multisine_free(&mean);
-    test.sample[700 + 2 * multisine.samples].good = true; /* one is enough */
+    test.sample[700 + 2 * multisine.samples].refused = REFUSED_NOT; /* one is enough */
     assert_int_equal(multisine_average(&mean, &multisine, &test, 0.0, &error), 0);
     multisine_free(&mean);
     free(test.sample);

@@ -85,7 +85,7 @@ static double seal(struct rig *r, int leg, double length_m, double rate) {
 }
 
 static struct recording_sample sample_at(struct rig *r, int dof, double t_s) {
-    struct recording_sample s = {.test_time_s = t_s, .clock_s = t_s, .good = true};
+    struct recording_sample s = {.test_time_s = t_s, .clock_s = t_s};
     struct inverse_dynamics_input in = {0};
     double force_n[LEGS], bore = r->machine.actuator.piston_diameter_m[0], rod = r->machine.actuator.rod_diameter_m[0];
     double a1 = 0.25 * PI * bore * bore, a2 = a1 - 0.25 * PI * rod * rod;

@@ -27,7 +27,7 @@ static void exact_results(const struct rig *r, struct test_result result[DOFS]) 
     for (int d = 0; d < DOFS; d++) {
         struct test_result *t = &result[d];
         double w = omega(r, d);
-        *t = (struct test_result){.dof = (enum dof)d, .frequency_hz = r->params.tests.hz[d], .complete = true};
+        *t = (struct test_result){.dof = (enum dof)d, .frequency_hz = r->params.tests.hz[d]};
         t->amplitude = amplitude(r, d);
         for (int i = 0; i < DOFS; i++) memcpy(t->pose[i], r->pose[d][i][0], sizeof t->pose[i]);
         t->achieved_amplitude = hypot(t->pose[d][0], t->pose[d][1]);

@@ -126,7 +126,7 @@ static void what_is_too_short_or_still_is_refused(void **unused) {
     recording_free(&r);
     record(&r, sweep, 20.0, 1.0);
     /* two of three are lost */
-    for (int i = 0; i < r.test[0].count; i++) r.test[0].sample[i].good = i % 3 == 0;
+    for (int i = 0; i < r.test[0].count; i++) r.test[0].sample[i].refused = i % 3 ? REFUSED_LATE : REFUSED_NOT;
     assert_int_equal(motion_cut(&r, 0, &error), STATUS_USAGE);
     recording_free(&r);
 }
@@ -142,7 +142,7 @@ static void a_slow_rate_limits_the_band(void **unused) {
     record(&r, sweep, 8.0, 1.0);
     step_s = 1e-3;
     /* occasionally one is lost */
-    for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].good = false;
+    for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].refused = REFUSED_LATE;
     if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
     assert_int_equal(d.tests, r.tests);
@@ -217,7 +217,8 @@ static struct differences differ_without(path *along, double lost_s, double shif
     record(&r, along, 7.0, 1.0);
     for (int i = 0; i < r.test[0].count; i++) {
         struct recording_sample *sample = &r.test[0].sample[i];
-        if (fmod(sample->test_time_s - shift_s + 0.5 + 0.5 * lost_s, 0.5) < lost_s) sample->good = false, sample->length_m[0] = (double)NAN;
+        bool lost = fmod(sample->test_time_s - shift_s + 0.5 + 0.5 * lost_s, 0.5) < lost_s;
+        if (lost) sample->refused = REFUSED_NO_NUMBER, sample->length_m[0] = (double)NAN;
     }
     struct differences d = differ(&r, along);
     recording_free(&r);
@@ -263,7 +264,7 @@ static void a_gap_is_bridged_where_the_motion_goes_on(void **unused) {
         struct error error;
         record(&r, cases[n].along, 30.0, 1.0);
         for (int i = 0; i < r.test[0].count; i++)
-            r.test[0].sample[i].good = fabs(fmod(i * step_s, 0.5) - fmod(cases[n].at_s, 0.5)) > 0.0025;
+            if (fabs(fmod(i * step_s, 0.5) - fmod(cases[n].at_s, 0.5)) <= 0.0025) r.test[0].sample[i].refused = REFUSED_LATE;
         int status = motion_cut(&r, 0, &error);
         assert_int_equal(status, n == 2 ? STATUS_USAGE : STATUS_OK);
         if (n == 2) assert_non_null(strstr(error.text, "turns sharply"));

@@ -40,7 +40,7 @@ static struct recording_test measure(motion *m, const struct sensor *s) {
         bool lost = fabs(normal(&state)) > 3.0 ? s->lost > 0.0 : (double)(i % 1000) / 1000.0 < s->lost && i % 3;
         if (lost && i) continue;
         struct recording_sample *x = &t.sample[t.count++];
-        x->test_time_s = t_s, x->good = true;
+        x->test_time_s = t_s;
         for (int k = 0; k < TEST_LEGS; k++) {
             x->length_m[k] = 1.8 + (k ? -0.5 : 1.0) * m(t_s) + s->noise_m * normal(&state);
             if (s->step_m > 0.0) x->length_m[k] = s->step_m * round(x->length_m[k] / s->step_m);
@@ -252,13 +252,13 @@ static void too_little_is_one_piece(void **unused) {
         pieces_free(&p);
     }
     t.count = 9000;
-    for (int i = 0; i < 9000; i++) t.sample[i].good = false, t.sample[i].length_m[0] = (double)NAN;
+    for (int i = 0; i < 9000; i++) t.sample[i].refused = REFUSED_NO_NUMBER, t.sample[i].length_m[0] = (double)NAN;
     assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
     assert_true(p.count == 1 && p.piece[0].kind == PIECE_MOVING);
     pieces_free(&p);
     for (int i = 0; i < 9000; i++) {
         struct recording_sample *s = &t.sample[i];
-        s->good = true, s->length_m[0] = i % 2 ? 1e300 : -1e300, s->test_time_s = i < 9 ? i : 1e15 * i;
+        s->refused = REFUSED_NOT, s->length_m[0] = i % 2 ? 1e300 : -1e300, s->test_time_s = i < 9 ? i : 1e15 * i;
     }
     assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
     assert_true(p.count >= 1 && p.piece[p.count - 1].end == 9000);

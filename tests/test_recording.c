@@ -288,7 +288,7 @@ static void a_bad_first_sample_hides_no_frequency(void **unused) {
     for (int i = 0; i < r.tests; i++) {
         for (int j = 0; j < r.test[i].count; j++) r.test[i].sample[j].test_time_s /= 1.3;
         for (int k = 0; k < LEGS; k++) r.test[i].sample[r.test[i].first].length_m[k] = (double)NAN;
-        r.test[i].sample[r.test[i].first].good = false;
+        r.test[i].sample[r.test[i].first].refused = REFUSED_LATE;
     }
     if (recording_check(&r, &error)) fail_msg("%s", error.text);
     for (int i = 0; i < r.tests; i++) assert_close(r.test[i].frequency_hz, 5.2, 1e-4);

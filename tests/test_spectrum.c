@@ -12,7 +12,7 @@ static const double step_s = 0.002;
 static spectrum_cycle room[CYCLES_MAX];
 
 static struct recording_test make(double frequency_hz, struct recording_sample *sample) {
-    for (int i = 0; i < SAMPLES; i++) sample[i] = (struct recording_sample){.test_time_s = 1.0 + i * step_s, .good = true};
+    for (int i = 0; i < SAMPLES; i++) sample[i] = (struct recording_sample){.test_time_s = 1.0 + i * step_s};
     return (struct recording_test){.frequency_hz = frequency_hz, .sample = sample, .count = SAMPLES, .end = SAMPLES};
 }
 
@@ -137,19 +137,19 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     static struct recording_sample sample[SAMPLES];
     struct recording_test t = make(4.0, sample);
     struct spectrum s;
-    sample[300].good = false;
+    sample[300].refused = REFUSED_LATE;
     sample[300].length_m[0] = NAN;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 20);
     assert_true(fabs(s.mean[CHANNEL_LENGTH][0][0]) < 1e-12 && s.noise[CHANNEL_LENGTH][0] < 1e-12);
-    for (int i = 260; i < 300; i += 4) sample[i].good = false;
+    for (int i = 260; i < 300; i += 4) sample[i].refused = REFUSED_LATE;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 20);
-    sample[310].good = sample[320].good = false; /* now more samples are missing than allowed */
+    sample[310].refused = sample[320].refused = REFUSED_LATE; /* now too many are missing */
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 19);
     /* 10 ms: the 16th harmonic's period is 7.8 */
-    for (int i = 400; i < 404; i++) sample[i].good = false;
+    for (int i = 400; i < 404; i++) sample[i].refused = REFUSED_LATE;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 18);
 }

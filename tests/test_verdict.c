@@ -31,8 +31,7 @@ static struct run *good_run(void) {
                                              .frequency_hz = r->params.tests.hz[d],
                                              .amplitude = size,
                                              .achieved_amplitude = size,
-                                             .samples = SAMPLES,
-                                             .complete = true};
+                                             .samples = SAMPLES};
         r->id.method_a.mt[d][d] = d < DOF_PHI ? 272 : 30;
     }
     return r;
@@ -188,8 +187,9 @@ static void an_incomplete_test_is_not_evaluated(void **unused) {
         struct run *r = good_run();
         struct test_result *t = &r->id.test[d];
         char words[VERDICT_TEXT];
-        snprintf(words, sizeof words, "test %s: not complete (0 samples)", dof_names[d]);
-        *t = (struct test_result){.dof = (enum dof)d, .amplitude = t->amplitude, .achieved_amplitude = (double)NAN};
+        snprintf(words, sizeof words, "test %s excluded: %s (0 samples)", dof_names[d], refusals[REFUSED_INCOMPLETE].why);
+        *t = (struct test_result){
+            .dof = (enum dof)d, .amplitude = t->amplitude, .achieved_amplitude = (double)NAN, .refused = REFUSED_INCOMPLETE};
         /* over a fraction of a period */
         for (int leg = 0; leg < LEGS; leg++) t->witness.mean_n[leg] = 1e6;
         assert_one_reason(r, VERDICT_NOT_EVALUATED, words);
@@ -218,13 +218,13 @@ static void without_a_matrix_it_is_not_evaluated_and_its_entries_are_not_looked_
 static void a_failure_outweighs_what_was_not_evaluated_whichever_comes_first(void **unused) {
     (void)unused;
     struct run *r = good_run();
-    r->id.test[0].complete = false;
+    r->id.test[0].refused = REFUSED_INCOMPLETE;
     r->overruns = CYCLES;
     struct verdict v = judge(r);
     assert_true(v.status == VERDICT_FAIL && v.reasons == 2);
     r = good_run();
     r->id.test[0].achieved_amplitude = 0;
-    r->id.test[5].complete = false;
+    r->id.test[5].refused = REFUSED_INCOMPLETE;
     v = judge(r);
     assert_true(v.status == VERDICT_FAIL && v.reasons == 2);
 }

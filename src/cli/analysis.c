@@ -27,14 +27,15 @@ bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }
 
-/* True if the recording has room for another sample: a test of an axis has a sixth of
+/* Refuses a sample for which the recording has no room: a test of an axis has a sixth of
  * ANALYSIS_SAMPLES, another motion all that is left. */
-static bool room(const struct recording *r, enum dof dof) {
+static enum refusal surplus(const struct recording *r, enum dof dof) {
     int kept = 0;
-    if (!r->tests) return true;
-    if (dof != DOF_NONE) return r->test[r->tests - 1].dof != dof || r->test[r->tests - 1].count < ANALYSIS_SAMPLES / DOFS;
+    if (!r->tests) return REFUSED_NOT;
+    const struct recording_test *last = &r->test[r->tests - 1];
+    if (dof != DOF_NONE) return last->dof == dof && last->count >= ANALYSIS_SAMPLES / DOFS ? REFUSED_SURPLUS : REFUSED_NOT;
     for (int i = 0; i < r->tests; i++) kept += r->test[i].count;
-    return kept < ANALYSIS_SAMPLES;
+    return kept < ANALYSIS_SAMPLES ? REFUSED_NOT : REFUSED_SURPLUS;
 }
 
 /* Removes an earlier recording of the same test or motion, as ident.h does for a test of an axis,
@@ -65,14 +66,14 @@ static void record(struct analysis *a, const struct cycle *c) {
     if (a->unrecorded.status || c->test < 0) return;
     if (!a->cycles || begins) replace(a, c);
     if (part_is_full(&a->recording)) close_part(a);
-    if (room(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
+    if (!surplus(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
 /* True if the test of this axis is complete; a motion that belongs to no axis counts as complete at
  * any time. */
 static bool complete(const struct identification *id, enum dof dof) {
     bool is = dof == DOF_NONE;
-    for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && id->test[k].complete);
+    for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && !id->test[k].refused);
     return is;
 }
 
@@ -105,9 +106,12 @@ static void count_missed(struct analysis *a, const struct cycle *c) {
     a->longest_ns = !overran ? 0 : c->wake_late_ns > a->longest_ns ? c->wake_late_ns : a->longest_ns;
 }
 
-static void count_flags(struct analysis *a, const struct cycle *c) {
+/* Counts an evaluated sample by every flag that it has; without a flag, by the reason for which
+ * methods A and B exclude it. */
+static void count_refused(struct analysis *a, const struct cycle *c) {
     if (c->test < 0 || c->phase != PHASE_EVALUATE) return;
-    for (int i = 0; i < SAMPLE_FLAGS; i++) a->flagged[i] += c->in.flags >> i & 1u;
+    for (int i = 0; i < SAMPLE_FLAGS; i++) a->refused[REFUSED_STALE + i] += c->in.flags >> i & 1u;
+    if (!c->in.flags) a->refused[a->ident.refused]++;
 }
 
 bool analysis_take(struct analysis *a, const struct cycle *c) {
@@ -117,7 +121,6 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
     a->last = *c;
     a->cycles++;
     count_missed(a, c);
-    count_flags(a, c);
     a->overruns += (c->in.flags & SAMPLE_OVERRUN) != 0;
     int64_t period_ns = ns_from_seconds(a->params->loop.period_s), missed = c->wake_late_ns / period_ns;
     a->stalls += missed > 0;
@@ -125,7 +128,9 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
     histogram_add(&a->wake, c->wake_late_ns);
     histogram_add(&a->exec, c->exec_ns);
     motion_take(&a->motion, a->params, c);
-    return ident_feed(&a->ident, c);
+    bool ended = ident_feed(&a->ident, c);
+    count_refused(a, c);
+    return ended;
 }
 
 bool analysis_end(struct analysis *a) { return ident_end(&a->ident); }
@@ -203,7 +208,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
     if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v.run);
     for (int dof = 0; dof < DOFS; dof++)
         if (a->seen[dof] && !evaluated(id, (enum dof)dof))
-            verdict_add(&v.run, VERDICT_NOT_EVALUATED, "test %s: left out, none of its samples is in its evaluated part", dof_names[dof]);
+            verdict_add(&v.run, VERDICT_NOT_EVALUATED, "test %s excluded: %s", dof_names[dof], refusals[REFUSED_EMPTY].why);
     if (fault) verdict_add(&v.run, VERDICT_FAIL, "fault %s", fault);
     verdict_of_run(&v, a->params, id, &facts);
     return v;

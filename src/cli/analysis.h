@@ -25,7 +25,7 @@ struct analysis {
     int64_t cycles, overruns, lost; /* numbers of cycles; `lost` is counted from gaps in seq */
     int64_t unlogged;               /* number of cycles received but not in the log */
     bool seen[DOFS];                /* there are cycles of a test of this axis */
-    int64_t flagged[SAMPLE_FLAGS];  /* number of evaluated cycles with each flag */
+    int64_t refused[REFUSALS];      /* number of evaluated cycles excluded for each reason */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
                                      * and the longest delay among them */
     struct recording recording;     /* recording for method C: the beginning of each test; for an

@@ -31,7 +31,7 @@ struct options {
     /* the settings for which --tests, --trajectory and --repeat stand */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
-    bool fast, print_config, modbus_map, failures, keys, survey, verbose, all, once, json_lines;
+    bool fast, print_config, modbus_map, failures, refusals, keys, survey, verbose, all, once, json_lines;
     double latency_s; /* duration of the measurement of wake-ups; negative: not given */
     double std_pct; /* standard deviation wanted of a survey's proposals; 0: not given */
     bool rt_given, pose_given;

@@ -11,6 +11,7 @@
 #include "modbus_map.h"
 #include "outputs.h"
 #include "params.h"
+#include "refusal.h"
 #include "version.h"
 
 /* The checks in order of execution. JSON uses their names, so the names never change. */
@@ -109,6 +110,7 @@ static int ask_all(const struct doctor *d, struct output *json, struct error *er
 
 static bool reference(const struct options *o) {
     if (o->failures) failure_print(stdout);
+    else if (o->refusals) refusal_print(stdout);
     else if (o->keys) config_print_keys(stdout);
     else if (o->modbus_map) modbus_map_print(stdout);
     else return false;
@@ -120,7 +122,7 @@ int cmd_doctor(int argc, char **argv) {
     struct options o;
     struct params params;
     struct error error;
-    if (options_parse(&o, argc, argv, "cHSmxkljL", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
+    if (options_parse(&o, argc, argv, "cHSmxekljL", 0, &error) || options_params(&o, &params, &error)) return cli_fail(&error);
     if (reference(&o)) return EXIT_PASSED;
     const char *last = strrchr(o.hal, ';');
     struct doctor d = {.params = &params,

@@ -35,7 +35,7 @@ static int load(int logs, const char *const *path, int run, bool overruled, stru
     int status = gap_logs_load(logs, path, run, overruled, recording, left_out, error);
     for (int i = 0; i < logs && !status; i++)
         if (left_out[i][0])
-            cli_say(stderr, "hexid: warning: %.250s: left out, without a sample in the evaluated part: %s", path[i], left_out[i]);
+            cli_say(stderr, "hexid: warning: %.250s: excluded, because %s: test %s", path[i], refusals[REFUSED_EMPTY].why, left_out[i]);
     return status;
 }
 

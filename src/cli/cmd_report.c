@@ -34,7 +34,7 @@ static struct identification_log summary(const struct log_analysis *l, const cha
                    .off_m = m->off_m,
                    .off_rad = m->off_rad,
                    .complete = m->complete},
-        .flagged = a->flagged,
+        .refused = a->refused,
         .fault = a->last.first_fault ? a->fault : NULL, /* text that analysis_fault() has already
                                                          * written */
     };

@@ -41,7 +41,7 @@ struct test {
     int recorded;      /* number of tests in the recording before the current one */
 };
 
-/* Adds a test to the list of left-out ones if the recording has no sample of it. */
+/* Adds a test to the list of excluded ones if the recording has no sample of it. */
 static void end_test(const struct test *t, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
     size_t used = strlen(left_out);
     if (t->last.test < 0 || t->last.dof == DOF_NONE || r->tests > t->recorded) return;
@@ -96,9 +96,9 @@ int gap_logs_load(int logs, const char *const *path, int run, bool overruled, st
         int tests = r->tests, status = log_set_new(i, path, error);
         if (!status) status = add(path[i], run, overruled, r, left_out[i], error);
         if (!status && r->tests == tests)
-            status = error_set(error, STATUS_USAGE, "%.200s: %s%.100s", path[i],
-                               left_out[i][0] ? "no sample in the evaluated part of any test: " : "no sinusoidal test in the log",
-                               left_out[i]);
+            status = error_set(error, STATUS_USAGE, "%.200s: %s%s%.100s", path[i],
+                               left_out[i][0] ? refusals[REFUSED_EMPTY].why : "no sinusoidal test in the log",
+                               left_out[i][0] ? ": test " : "", left_out[i]);
         if (!status) status = check_areas(path[i], r, error);
         if (!status) status = of_log(path[i], recording_check(r, error), error);
         if (!status) status = of_log(path[i], recording_check_noise(r, error), error);

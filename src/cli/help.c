@@ -60,6 +60,7 @@ static const char doctor_options[] = CONFIG
     "  --json FILE      the findings, schema hexid.doctor/1; - for standard output\n" SET
     "  --modbus-map     print the register map instead\n"
     "  --failures       print what can fail, and what to do\n"
+    "  --refusals       print why samples and tests are excluded, and what to do\n"
     "  --keys           print the reference of all configuration keys\n"
     "\nFAIL: hexid cannot do its work like this, or somebody could be hurt; WARN: it works worse than it\n"
     "should; ?: cannot be seen from here\n"
@@ -136,7 +137,7 @@ static const struct subcommand subcommands[] = {
      "hexid monitor --http 127.0.0.1:8321", cmd_monitor},
     {"doctor",
      "[-c FILE] [--set KEY=VALUE ...] [--hal URL] [--log FILE|DIR] [--latency S] [--json FILE]\n"
-     "           [--modbus-map | --failures | --keys]",
+     "           [--modbus-map | --failures | --refusals | --keys]",
      "check configuration, real time, field buses, LCM and disk: ok, WARN or FAIL, with the remedy", doctor_options,
      "hexid doctor -c rig.yaml --hal can:can0", cmd_doctor},
     {"effects", "[NAME] [--json FILE]", "list the effects that the simulated plant can have",

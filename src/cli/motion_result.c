@@ -24,7 +24,9 @@ void motion_take(struct motion_result *m, const struct params *params, const str
 void motion_judge(const struct motion_result *m, const struct params *params, struct verdict *v) {
     const char *name = tests_name(&params->tests, DOF_NONE);
     double all = (double)(m->samples + m->excluded), excluded_pct = all > 0.0 ? 100.0 * (double)m->excluded / all : 0.0;
-    if (!m->complete) verdict_add(v, VERDICT_NOT_EVALUATED, "test %s: not complete (%lld samples)", name, (long long)m->samples);
+    if (!m->complete)
+        verdict_add(v, VERDICT_NOT_EVALUATED, "test %s excluded: %s (%lld samples)", name, refusals[REFUSED_INCOMPLETE].why,
+                    (long long)m->samples);
     else if (!(excluded_pct <= params->checks.excluded_pct))
         verdict_add(v, VERDICT_FAIL, "test %s: %.2f %% of the samples excluded, limit %g %%", name, excluded_pct,
                     params->checks.excluded_pct);

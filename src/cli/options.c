@@ -38,6 +38,7 @@ static const struct option long_options[] = {
     {"bus", required_argument, NULL, 'b'},
     {"modbus-map", no_argument, NULL, 'm'},
     {"failures", no_argument, NULL, 'x'},
+    {"refusals", no_argument, NULL, 'e'},
     {"keys", no_argument, NULL, 'k'},
     {"measured", required_argument, NULL, 'M'},
     {"validate", required_argument, NULL, 'v'},
@@ -202,6 +203,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'b': o->bus = value; return STATUS_OK;
     case 'm': o->modbus_map = true; return STATUS_OK;
     case 'x': o->failures = true; return STATUS_OK;
+    case 'e': o->refusals = true; return STATUS_OK;
     case 'k': o->keys = true; return STATUS_OK;
     case 'o': o->output = value; return STATUS_OK;
     case 'F': o->format = value; return STATUS_OK;

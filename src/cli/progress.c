@@ -85,8 +85,8 @@ void progress_result(struct progress *p, const struct test_result *t) {
     if (isfinite(t->achieved_amplitude))
         fprintf(p->out, "%.3f of %.3f %s, %.1f deg, unwanted %.1f %%, ", t->achieved_amplitude * 1e3, t->amplitude * 1e3,
                 angle ? "mrad" : "mm", t->phase_deg, unwanted);
-    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded),
-            t->complete ? "" : ", not complete");
+    fprintf(p->out, "%lld of %lld excluded%s%s\n", (long long)t->excluded, (long long)(t->samples + t->excluded), t->refused ? "; " : "",
+            refusals[t->refused].why);
     outlet_flush(&p->steps);
 }
 
@@ -94,8 +94,8 @@ void progress_motion(struct progress *p, const struct motion_result *m) {
     clear_line(p);
     fprintf(p->out, "  test 1/1 %s  ", tests_name(&p->params->tests, DOF_NONE));
     if (m->samples) fprintf(p->out, "off by at most %.3f mm, %.3f mrad, ", m->off_m * 1e3, m->off_rad * 1e3);
-    fprintf(p->out, "%lld of %lld excluded%s\n", (long long)m->excluded, (long long)(m->samples + m->excluded),
-            m->complete ? "" : ", not complete");
+    fprintf(p->out, "%lld of %lld excluded%s%s\n", (long long)m->excluded, (long long)(m->samples + m->excluded), m->complete ? "" : "; ",
+            refusals[m->complete ? REFUSED_NOT : REFUSED_INCOMPLETE].why);
     outlet_flush(&p->steps);
 }
 

@@ -64,7 +64,7 @@ static void compare(const struct params *p, const struct kinematics *k, const st
                 pid_reset(&pid[leg], ref_m[leg], force_n);
                 pid[leg].integral = s->valve[leg] - p->control.kp * (ref_m[leg] - s->length_m[leg]);
             }
-            if (!s->good) {
+            if (s->refused) {
                 pid_hold(&pid[leg], ref_m[leg]);
                 continue;
             }

@@ -28,7 +28,7 @@ static void leave_rest(const struct spectrum *s, const struct recording_test *t,
     for (int i = 0; i < n; i++) {
         const struct recording_sample *sample = &t->sample[t->first + i];
         spectrum_value(s->mean[channel][leg], s->harmonics, s->omega, sample->test_time_s, value);
-        rest[i] = sample->good ? spectrum_channel(sample, channel)[leg] - value[0] : 0.0;
+        rest[i] = sample->refused ? 0.0 : spectrum_channel(sample, channel)[leg] - value[0];
         x += (double)i / n, y += rest[i] / n;
     }
     for (int i = 0; i < n; i++) xx += (i - x) * (i - x), xy += (i - x) * rest[i];

@@ -115,7 +115,7 @@ static void feed(struct ident *id, const struct recording_test *t) {
     for (int j = t->first; j >= 0 && j < t->end; j++) {
         const struct recording_sample *s = &t->sample[j];
         struct cycle c = {.test = t->test, .dof = t->dof, .phase = PHASE_EVALUATE, .test_time_s = s->test_time_s};
-        c.in.flags = s->good ? 0 : SAMPLE_INVALID;
+        c.in.flags = s->refused ? SAMPLE_INVALID : 0;
         memcpy(c.in.length_m, s->length_m, sizeof s->length_m);
         memcpy(c.in.p1_pa, s->p1_pa, sizeof s->p1_pa);
         memcpy(c.in.p2_pa, s->p2_pa, sizeof s->p2_pa);

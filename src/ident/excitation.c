@@ -70,7 +70,7 @@ static bool sample_of(struct imagined *m, double test_time_s, const double ref[D
         in.leg[k][2] = (next_m - 2.0 * now_m + before_m) / (dt_s * dt_s);
     }
     if (!inverse_dynamics_step(&m->dynamics, &in, force_n)) return false;
-    *s = (struct recording_sample){.test_time_s = test_time_s, .clock_s = test_time_s, .good = true};
+    *s = (struct recording_sample){.test_time_s = test_time_s, .clock_s = test_time_s};
     memcpy(s->ref, ref, sizeof s->ref);
     for (int k = 0; k < LEGS; k++) {
         double rate = in.leg[k][1], dry_n = m->dry_n[k] * ((rate > 0.0) - (rate < 0.0)), rod_pa = m->survey->mean_pa[1][k];

@@ -61,25 +61,28 @@ static void open_test(struct ident *id, const struct cycle *c) {
     harmonics_reset(&id->fit, 2.0 * PI * hz, id->params->tests.harmonics, CHANNELS);
 }
 
-/* Computes pose and wrench of a sample. Returns false if it has none. */
-static bool measure(struct ident *id, const struct cycle *c, double values[CHANNELS], double force_n[LEGS]) {
-    if (!isfinite(c->test_time_s) || !fk_solve(&id->kinematics, c->in.length_m, id->pose).converged) return false;
+/* Computes pose and wrench of a sample, unless it is refused. */
+static enum refusal measure(struct ident *id, const struct cycle *c, double values[CHANNELS], double force_n[LEGS]) {
+    enum refusal why = refusal_of(c, LEGS);
+    if (why) return why;
+    if (!isfinite(c->test_time_s)) return REFUSED_NO_NUMBER;
+    if (!fk_solve(&id->kinematics, c->in.length_m, id->pose).converged) return REFUSED_NO_POSE;
     for (int i = 0; i < LEGS; i++) force_n[i] = leg_force(&id->areas, i, c->in.p1_pa[i], c->in.p2_pa[i]);
     memcpy(values, id->pose, sizeof id->pose);
     wrench_from_forces(&id->kinematics, id->pose, force_n, values + DOFS);
     for (int i = 0; i < CHANNELS; i++)
-        if (!isfinite(values[i])) return false;
-    return true;
+        if (!isfinite(values[i])) return REFUSED_NO_NUMBER;
+    return REFUSED_NOT;
 }
 
 static void take(struct ident *id, const struct cycle *c) {
     double values[CHANNELS], force_n[LEGS] = {0};
-    bool good = c->in.flags == 0 && measure(id, c, values, force_n);
+    id->refused = measure(id, c, values, force_n);
     id->seen++;
     id->referenced = id->referenced || isfinite(c->ref[id->dof]);
     id->last_s = c->test_time_s;
-    witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n, good);
-    if (good) harmonics_add(&id->fit, c->test_time_s, values);
+    witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n, !id->refused);
+    if (!id->refused) harmonics_add(&id->fit, c->test_time_s, values);
     else id->excluded++;
 }
 
@@ -110,6 +113,7 @@ static void close_test(struct ident *id) {
     bool solved = harmonics_solve(&id->fit, &fit);
     /* n samples stand for n periods of time, though first and last are n - 1 periods apart. */
     double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1);
+    enum refusal why = !(span_s >= complete_share * p->duration_s) ? REFUSED_INCOMPLETE : solved ? REFUSED_NOT : REFUSED_UNDETERMINED;
     *t = (struct test_result){.test = id->running,
                               .dof = id->dof,
                               .reference = id->referenced,
@@ -118,7 +122,7 @@ static void close_test(struct ident *id) {
                               .samples = id->fit.samples,
                               .excluded = id->excluded,
                               .witness = witness_says(&id->witness),
-                              .complete = solved && span_s >= complete_share * p->duration_s};
+                              .refused = why};
     for (int i = 0; i < DOFS; i++) {
         t->pose[i][0] = fit.sine[i][0], t->pose[i][1] = fit.cosine[i][0];
         t->wrench[i][0] = fit.sine[DOFS + i][0], t->wrench[i][1] = fit.cosine[DOFS + i][0];
@@ -137,6 +141,7 @@ bool ident_end(struct ident *id) {
 
 bool ident_feed(struct ident *id, const struct cycle *c) {
     bool evaluated = c->phase == PHASE_EVALUATE && c->test >= 0 && c->dof >= DOF_X && c->dof <= DOF_PSI;
+    id->refused = REFUSED_NOT;
     bool same = evaluated && c->test == id->running && c->dof == id->dof;
     bool ended = !same && ident_end(id);
     if (evaluated && !same) open_test(id, c);
@@ -149,7 +154,7 @@ bool ident_solve(struct ident *id) {
     const struct test_result *axis[DOFS] = {0};
     bool all = true;
     for (int i = 0; i < r->tests; i++)
-        if (r->test[i].complete) axis[r->test[i].dof] = &r->test[i];
+        if (!r->test[i].refused) axis[r->test[i].dof] = &r->test[i];
     for (int i = 0; i < DOFS; i++) all = all && axis[i];
     r->method_a = r->modified_a = r->method_b = (struct method_result){0};
     if (!all) return false;

@@ -4,8 +4,9 @@
  * Cycles go in one at a time, from the daemon or from a log: same code, same order, same bits.
  * Memory is constant: each test is a running least-squares fit. Its forward kinematics starts at
  * the neutral pose with the first evaluated sample, so a log that lacks the time before gives the
- * same bits too. Only cycles of the phase `evaluate` are used; flagged ones are counted and left
- * out. Ordinary threads; no heap. SI units, rows and columns in the order x y z phi theta psi. */
+ * same bits too. Only cycles of the phase `evaluate` are used; refused ones (refusal.h) are counted
+ * and excluded. Ordinary threads; no heap. SI units, rows and columns in the order x y z phi theta
+ * psi. */
 #ifndef HEXID_IDENT_H
 #define HEXID_IDENT_H
 
@@ -45,9 +46,10 @@ struct ident {
     int running;                  /* number of the test under way; -1: none */
     enum dof dof;
     int64_t seen, excluded;       /* cycles in the running test's evaluated part, and those of them
-                                   * that were left out */
+                                   * that were excluded */
     bool referenced;              /* some sample of the running test's evaluated part has a
                                    * reference */
+    enum refusal refused;         /* why the last cycle, if evaluated, was excluded */
     double first_s, last_s;       /* test time of the running test's first and last evaluated
                                    * cycle */
     struct identification result;

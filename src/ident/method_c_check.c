@@ -12,7 +12,7 @@ static const double SATURATED = 0.02; /* a valve is saturated if more than this 
 static double share_at_limit(const struct recording_test *t, int leg, double limit) {
     int at = 0, n = 0;
     for (int i = t->first; i < t->end; i++)
-        if (t->sample[i].good) at += fabs(t->sample[i].valve[leg]) >= limit, n++;
+        if (!t->sample[i].refused) at += fabs(t->sample[i].valve[leg]) >= limit, n++;
     return n ? (double)at / n : 0.0;
 }
 

@@ -17,6 +17,7 @@
 #ifndef HEXID_METHODS_H
 #define HEXID_METHODS_H
 
+#include "refusal.h"
 #include "types.h"
 #include "witness.h"
 
@@ -30,18 +31,15 @@ struct test_result {
     /* Amplitude of each axis, per cent of the amplitude that its own test commands; 0 for the
      * tested axis. */
     double unwanted_pct[DOFS];
-    /* samples: used ones. excluded: those left out because they are flagged, not finite or without
-     * a pose. */
-
-    int64_t samples, excluded;
+    int64_t samples, excluded;   /* numbers of samples used, and of samples refused (refusal.h) */
     double pose[DOFS][2];        /* coefficients [sin, cos] of each axis' fundamental: A_d */
     double wrench[DOFS][2];      /* coefficients [sin, cos] of the wrench's fundamental: H_d */
     double pose_rms[DOFS], wrench_rms[DOFS]; /* rms residuals of the fit */
     double pose_std[DOFS], wrench_std[DOFS]; /* standard deviations of the fundamental's
                                               * coefficients, if the residual is white */
     struct testimony witness;    /* result of the check that the readings are consistent */
-    bool complete;               /* 99.9 % of the evaluated part was seen, and the fit is well
-                                  * conditioned */
+    enum refusal refused;        /* why no method uses the test: REFUSED_INCOMPLETE or
+                                  * REFUSED_UNDETERMINED */
 };
 
 struct method_result {

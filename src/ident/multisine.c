@@ -117,7 +117,7 @@ static void set_values(struct recording_sample *s, const double value[VALUES]) {
     memcpy(s->p2_pa, value + 2 * LEGS, sizeof s->p2_pa);
     memcpy(s->valve, value + 3 * LEGS, sizeof s->valve);
     memcpy(s->ref, value + 4 * LEGS, sizeof s->ref);
-    s->good = true;
+    s->refused = REFUSED_NOT;
 }
 
 /* Sums at one instant of the pass, relative to the first value there. */
@@ -165,7 +165,7 @@ int multisine_average(struct multisine_mean *mean, const struct multisine *m, co
     int status = place && mean->sample && mean->wave ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int i = 0; i < test->count && !status; i++) {
         long n = lround((test->sample[i].test_time_s - begin_s) / m->step_s);
-        if (n >= m->samples && n < MULTISINE_PASSES * m->samples && test->sample[i].good)
+        if (n >= m->samples && n < MULTISINE_PASSES * m->samples && !test->sample[i].refused)
             add_sample(&place[n % m->samples], &test->sample[i]);
     }
     for (int n = 0; n < m->samples && !status; n++) {

@@ -55,8 +55,8 @@ static void check_readings(struct verdict *v, const struct params *params, const
     const struct testimony *w = &t->witness;
     const char *name = dof_names[t->dof];
     double excluded_pct = 100.0 * (double)t->excluded / (double)(t->samples + t->excluded);
-    if (!t->complete) {
-        verdict_add(v, VERDICT_NOT_EVALUATED, "test %s: not complete (%lld samples)", name, (long long)t->samples);
+    if (t->refused) {
+        verdict_add(v, VERDICT_NOT_EVALUATED, "test %s excluded: %s (%lld samples)", name, refusals[t->refused].why, (long long)t->samples);
         return;
     }
     if (!(excluded_pct <= limit->excluded_pct))
@@ -77,7 +77,7 @@ static void check_readings(struct verdict *v, const struct params *params, const
 static void check_motion(struct verdict *v, const struct check_params *limit, const struct test_result *t) {
     const char *name = dof_names[t->dof];
     double short_pct = 100.0 * fabs(t->achieved_amplitude / t->amplitude - 1.0);
-    if (!t->complete) return;
+    if (t->refused) return;
     if (!t->reference) {
         verdict_note(v, "amplitudes and unwanted motion are not judged: the recording has no reference to compare them with");
         return;
@@ -96,7 +96,7 @@ static void check_load(struct verdict *v, const struct check_params *limit, cons
     for (int leg = 0; leg < LEGS; leg++) {
         double low_n = INFINITY, high_n = -INFINITY;
         for (int i = 0; i < id->tests; i++) {
-            if (!id->test[i].complete) continue;
+            if (id->test[i].refused) continue;
             low_n = fmin(low_n, id->test[i].witness.mean_n[leg]);
             high_n = fmax(high_n, id->test[i].witness.mean_n[leg]);
         }
@@ -154,7 +154,7 @@ static bool any_long_enough(const struct params *params, const struct identifica
     for (int i = 0; i < id->tests; i++) {
         const struct test_result *t = &id->test[i];
         double cycles = (double)(t->samples + t->excluded) * params->loop.period_s * t->frequency_hz;
-        if (t->complete && cycles > RECORDING_CYCLES - 0.1) return true;
+        if (!t->refused && cycles > RECORDING_CYCLES - 0.1) return true;
     }
     return false;
 }

@@ -13,8 +13,7 @@ static int read_test(struct recording_test *test, const struct csv_head *head, s
     if (status) return status;
     while (!status && (got = csv_read_row(reader, &c, error)) > 0) {
         struct recording_sample s = recording_sample_of(params, &c);
-        s.good = !c.in.flags;
-        for (int k = 0; k < params_legs(params); k++) s.good = s.good && isfinite(s.length_m[k]);
+        s.refused = refusal_of(&c, params_legs(params)); /* only the motion matters here */
         status = recording_append(test, &s, error);
     }
     csv_close(reader);

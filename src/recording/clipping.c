@@ -23,7 +23,7 @@ static int plateau(const struct recording_test *t, const double *first, double s
     int there = 0, n = 0, entries = 0;
     for (int i = t->first; i < t->end; i++) {
         double value = sign * first[(size_t)(i - t->first) * STRIDE];
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         if (value > top) next = top, top = value, there = entries = 0, entering = 0.0;
         else if (value < top) next = fmax(next, value);
         if (value == top && before < top) entering += top - before, entries++;

@@ -37,7 +37,7 @@ static struct wave wave_at(const struct recording_test *t, struct signals of, in
     double h[9] = {0}, g[3] = {0}, square = 0.0, zero = 0.0;
     for (int i = t->first; i < t->end && t->sample[i].test_time_s < until_s; i++) {
         const struct recording_sample *s = &t->sample[i];
-        if (!s->good || s->test_time_s < from_s) continue;
+        if (s->refused || s->test_time_s < from_s) continue;
         if (!(h[0] > 0.0)) zero = value_of(s, of, k);
         double phase = 2.0 * PI * hz * s->test_time_s, row[3] = {1.0, sin(phase), cos(phase)}, x = value_of(s, of, k) - zero;
         for (int a = 0; a < 3; a++) {

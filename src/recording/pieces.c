@@ -112,7 +112,7 @@ static void grid_fill(struct grid *g, const struct recording_test *t, int leg) {
     bool begun = false;
     for (int i = 0; i <= t->count; i++) {
         const struct recording_sample *s = i < t->count ? &t->sample[i] : NULL;
-        if (s && !s->good) continue;
+        if (s && s->refused) continue;
         int of = s ? point_of(g, s->test_time_s) : -1;
         if (n && of != point) {
             at[1] = sum_t / n, value[1] = sum_x / n;
@@ -397,7 +397,7 @@ static double motion_of(const struct recording_test *t, int legs, const struct p
     for (int k = 0; k < legs; k++) {
         double sum = 0.0, square = 0.0, n = 0.0, zero = (double)NAN;
         for (int i = p->first; i < p->end; i++) {
-            if (!t->sample[i].good) continue;
+            if (t->sample[i].refused) continue;
             if (isnan(zero)) zero = t->sample[i].length_m[k];
             double x = t->sample[i].length_m[k] - zero;
             sum += x, square += x * x, n += 1.0;
@@ -451,7 +451,7 @@ int pieces_find(struct pieces *p, const struct recording_test *t, int legs, stru
     struct grid g = {0};
     int good = 0, status = STATUS_OK;
     *p = (struct pieces){0};
-    for (int i = 0; i < t->count; i++) good += t->sample[i].good;
+    for (int i = 0; i < t->count; i++) good += !t->sample[i].refused;
     if (good >= SAMPLES_LEAST) status = grid_make(&g, t, legs, error);
     if (!status && g.count) {
         find_rests(&g);

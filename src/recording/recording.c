@@ -65,6 +65,11 @@ static bool finite_all(int count, const double *x) {
     return isfinite(sum);
 }
 
+/* Refuses a sample without these numbers, unless it is refused already. */
+static void need(struct recording_sample *s, bool numbers) {
+    if (!s->refused && !numbers) s->refused = REFUSED_NO_NUMBER;
+}
+
 struct recording_sample recording_sample_of(const struct params *params, const struct cycle *c) {
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
     int legs = params_legs(params), axes = params_mechanism(params)->axes;
@@ -76,7 +81,8 @@ struct recording_sample recording_sample_of(const struct params *params, const s
     memcpy(s.ref, c->ref, (size_t)axes * sizeof(double));
     bool pressures = finite_all(legs, s.p1_pa) && finite_all(legs, s.p2_pa);
     for (int k = 0; k < legs; k++) s.force_n[k] = pressures ? leg_force(&areas, k, s.p1_pa[k], s.p2_pa[k]) : c->force_n[k];
-    s.good = !c->in.flags && isfinite(s.test_time_s) && finite_all(legs, s.length_m) && finite_all(legs, s.force_n);
+    s.refused = refusal_of(c, legs);
+    need(&s, isfinite(s.test_time_s) && finite_all(legs, s.force_n));
     return s;
 }
 
@@ -92,9 +98,18 @@ int recording_append(struct recording_test *t, const struct recording_sample *s,
     return STATUS_OK;
 }
 
-/* True if the next sample falls into a dropped block. Blocks are counted in samples, not in time,
- * so that thinning halves their number whatever the time stamps say. */
-static bool left_out(struct recording_test *t) { return t->offered++ / BLOCK % (INT64_C(1) << t->thinned) != 0; }
+/* Refuses the next sample if it falls into a dropped block. Blocks are counted in samples, not in
+ * time, so that thinning halves their number whatever the time stamps say. */
+static enum refusal surplus(struct recording_test *t) {
+    return t->offered++ / BLOCK % (INT64_C(1) << t->thinned) ? REFUSED_SURPLUS : REFUSED_NOT;
+}
+
+/* Refuses what is neither in a ramp-in nor in an evaluated part. An imported recording of any
+ * motion has no phases. */
+static enum refusal outside(const struct cycle *c) {
+    bool kept = c->dof == DOF_NONE ? c->test >= 0 : c->phase == PHASE_RAMP_IN || c->phase == PHASE_EVALUATE;
+    return kept ? REFUSED_NOT : REFUSED_OUTSIDE;
+}
 
 /* Drops every other block of a test. The first block, which holds the ramp-in, stays. */
 static void thin(struct recording_test *t) {
@@ -118,17 +133,15 @@ static void note_measured(struct recording_measured *m, const struct recording_s
 }
 
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
-    bool any = c->dof == DOF_NONE && c->test >= 0; /* an imported recording of any motion, which has
-                                                    * no phases */
-    if (!any && (c->dof == DOF_NONE || (c->phase != PHASE_RAMP_IN && c->phase != PHASE_EVALUATE))) return STATUS_OK;
+    if (outside(c)) return STATUS_OK;
     struct recording_test *t = place(r, c);
     if (!t) return error_set(error, STATUS_USAGE, "more than %d tests, or cycles that are not in the order of their time", RECORDING_TESTS);
     struct recording_sample s = recording_sample_of(r->params, c);
-    if (left_out(t)) return STATUS_OK;
+    if (surplus(t)) return STATUS_OK;
     int status = recording_append(t, &s, error);
     if (status) return status;
     note_measured(&r->measured, &s, params_mechanism(r->params));
-    if (any || c->phase == PHASE_EVALUATE) {
+    if (c->dof == DOF_NONE || c->phase == PHASE_EVALUATE) {
         if (t->first < 0) t->first = t->count - 1;
         t->end = t->count;
     }
@@ -147,9 +160,9 @@ void recording_settle(struct recording *r) {
     for (int i = 0; i < r->tests; i++)
         for (int j = 0; j < r->test[i].count; j++) {
             struct recording_sample *s = &r->test[i].sample[j];
-            if (m->pressures) s->good = s->good && finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa);
+            if (m->pressures) need(s, finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa));
             else memset(s->p1_pa, 0, sizeof s->p1_pa), memset(s->p2_pa, 0, sizeof s->p2_pa);
-            if (m->valve) s->good = s->good && finite_all(legs, s->valve);
+            if (m->valve) need(s, finite_all(legs, s->valve));
             else memset(s->valve, 0, sizeof s->valve);
         }
 }

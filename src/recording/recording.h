@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "params/tests.h"
+#include "refusal.h"
 #include "status.h"
 
 struct params;
@@ -22,7 +23,8 @@ struct recording_sample {
                           * drive */
     double valve[LEGS];  /* commands computed from this sample and held to the next */
     double ref[DOFS];
-    bool good;           /* no flag is set, and every measured value is finite */
+    enum refusal refused;/* why the sample is not used: a flag, or a measured value that is no
+                          * number */
 };
 
 struct recording_test {
@@ -41,7 +43,7 @@ struct recording_test {
     int thinned; /* times that every other block was dropped; the gaps look like lost samples */
     struct recording_sample *sample;
     bool borrowed;       /* the samples belong to another piece, which frees them */
-    bool noisy;          /* the piece is mostly noise and therefore not evaluated */
+    enum refusal refused;/* why a piece is not evaluated: REFUSED_NOISE */
     int first, end;      /* the evaluated part: samples first <= i < end */
 };
 
@@ -79,15 +81,14 @@ int recording_add(struct recording *r, const struct cycle *cycle, struct error *
 
 void recording_remove(struct recording *r, int test);
 
-/* A cycle's values as a sample, which is good if no flag is set and time, lengths and forces are
- * finite. */
+/* A cycle's values as a sample: refused by refusal_of(), or since time or force are no numbers. */
 struct recording_sample recording_sample_of(const struct params *params, const struct cycle *cycle);
 
 /* Appends a sample to a test; times must increase. Returns -3 without memory. */
 int recording_append(struct recording_test *test, const struct recording_sample *sample, struct error *error);
 
-/* Finishes the recording after the last cycle. Samples stay good only if all signals that the log
- * has are finite, and signals that it lacks become zero. */
+/* Finishes the recording after the last cycle. Samples are refused in which a signal that the log
+ * has is no number, and signals that it lacks become zero. */
 void recording_settle(struct recording *r);
 
 /* Index of the first sample at or after this time; t->count if all are earlier. */

@@ -59,8 +59,7 @@ int survey_add(struct survey *s, const struct params *params, const struct cycle
     /* Only a force sensor's reading is kept; a force that is computed from the pressures would tell
      * nothing more. */
     memcpy(sample.force_n, c->force_n, sizeof sample.force_n);
-    sample.good = !c->in.flags;
-    for (int k = 0; k < s->channel[SURVEY_LENGTH].of; k++) sample.good = sample.good && isfinite(sample.length_m[k]);
+    sample.refused = refusal_of(c, s->channel[SURVEY_LENGTH].of);
     s->flagged += c->in.flags != 0;
     if (s->evaluated < 0 && c->phase == PHASE_EVALUATE) s->evaluated = t->count;
     return recording_append(&s->test, &sample, error);
@@ -113,7 +112,7 @@ static bool lacks_number(const struct survey *s, const struct recording_sample *
 /* Position on the tested axis, or length of a leg if no axis is tested; NaN for a bad sample. */
 static double place_of(const struct survey *s, const struct kinematics *k, const struct recording_sample *sample, int leg) {
     double pose[DOFS] = {0};
-    if (!sample->good) return (double)NAN;
+    if (sample->refused) return (double)NAN;
     if (!s->mechanism->pose || s->test.dof == DOF_NONE) return sample->length_m[leg];
     return fk_solve(k, sample->length_m, pose).converged ? pose[s->test.dof] : (double)NAN;
 }

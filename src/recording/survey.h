@@ -29,8 +29,8 @@ struct survey_channel {
 
 struct survey {
     char name[SURVEY_NAME];     /* name of the file, or of the axis */
-    struct recording_test test; /* all samples of the file; good: no flag, and all lengths are
-                                 * finite */
+    struct recording_test test; /* all samples of the file; refused: by refusal_of() alone,
+                                 * since only their motion matters */
     const struct mechanism *mechanism;
     double stated_hz, stated_amplitude; /* as the configuration states them; NaN if no axis is
                                          * tested */

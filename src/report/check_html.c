@@ -106,6 +106,7 @@ static void answer(FILE *out, const char *command, const struct error *e) {
 }
 
 static void write_all(FILE *out, const struct check_report *r, struct error *picture) {
+    char excluded[120];
     page_begin(out, "hexid check");
     fputs("<header><span>hexid check: <code>", out);
     for (int i = 0; i < r->sources; i++) html_text(out, "%s%s", i ? " " : "", r->source[i]);
@@ -116,7 +117,8 @@ static void write_all(FILE *out, const struct check_report *r, struct error *pic
     answer(out, "hexid identify", &r->identify);
     fputs("</p>\n", out);
     words(out, fact, "t = 0, found by the motion, at t_s =", r->zero);
-    words(out, to_do, "hexid gap leaves out, without a sample in the evaluated part", r->left_out);
+    snprintf(excluded, sizeof excluded, "hexid gap excludes, because %s", refusals[REFUSED_EMPTY].why);
+    words(out, to_do, excluded, r->left_out);
     words(out, fact, "areas of the pressures", r->areas);
     words(out, fact, "as in the default configuration", r->defaults);
     words(out, to_do, "another unit?", r->doubtful), words(out, fact, "missing columns", r->missing);

@@ -75,7 +75,7 @@ static void print_sampling(FILE *out, const struct check_report *r) {
         print_number(out, 7, 6, (double)s->sampling.lost);
         print_number(out, 10, 4, 1e3 * s->sampling.gap_s);
         fprintf(out, "%7d%8d\n", s->flagged, s->not_a_number);
-        if (s->unplaced) fprintf(out, "    %d more rows have no time, or one that does not increase: left out\n", s->unplaced);
+        if (s->unplaced) fprintf(out, "    %d more rows excluded: %s\n", s->unplaced, refusals[REFUSED_UNPLACED].why);
     }
 }
 
@@ -168,6 +168,8 @@ static void print_answer(FILE *out, const char *label, const struct error *e) {
 }
 
 void check_text_print(FILE *out, const struct check_report *r) {
+    char excluded[LINE];
+    snprintf(excluded, sizeof excluded, "  ! hexid gap excludes, because %s:", refusals[REFUSED_EMPTY].why);
     fputc('\n', out);
     print_tests(out, r);
     print_sampling(out, r);
@@ -177,7 +179,7 @@ void check_text_print(FILE *out, const struct check_report *r) {
     fputs("\n", out);
     for (int i = 0; i < r->surveys; i++) print_faults(out, &r->survey[i]);
     print_list(out, "  t = 0, found by the motion, at t_s =", r->zero);
-    print_list(out, "  ! hexid gap leaves out, without a sample in the evaluated part:", r->left_out);
+    print_list(out, excluded, r->left_out);
     print_list(out, "  missing columns:", r->missing);
     print_list(out, "  areas of the pressures:", r->areas);
     print_list(out, "  as in the default configuration:", r->defaults);

@@ -16,7 +16,7 @@ int test_result_encode(const struct test_result *t, int64_t time_ns, unsigned ch
         .test = (int8_t)t->test,
         .dof = (int8_t)t->dof,
         .dof_name = text(dof_names[t->dof]),
-        .complete = t->complete,
+        .complete = !t->refused,
         .frequency_hz = t->frequency_hz,
         .amplitude_m_or_rad = t->amplitude,
         .achieved_m_or_rad = t->achieved_amplitude,

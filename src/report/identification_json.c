@@ -42,7 +42,7 @@ static json_t *test(const struct test_result *source) {
     return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", report_number(t.frequency_hz),
                      "amplitude", report_number(t.amplitude), "achieved_amplitude", report_number(t.achieved_amplitude), "phase_deg",
                      report_number(t.phase_deg), "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples, "excluded",
-                     (json_int_t)t.excluded, "complete", t.complete, "residual_rms", vector(rms, 2 * DOFS), "pose", fundamental(t.pose),
+                     (json_int_t)t.excluded, "complete", !t.refused, "residual_rms", vector(rms, 2 * DOFS), "pose", fundamental(t.pose),
                      "wrench", fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
 }
 

@@ -101,7 +101,7 @@ static void test_data(FILE *script, const struct picture_test *p, const struct k
     fputs("$data << EOD\n", script);
     for (int i = first; i < end; i += step) {
         const struct recording_sample *s = &t->sample[i];
-        test_row(script, s, pose, s->good && fk_solve(k, s->length_m, pose).converged);
+        test_row(script, s, pose, !s->refused && fk_solve(k, s->length_m, pose).converged);
     }
     fputs("EOD\n", script);
 }

@@ -36,8 +36,8 @@ struct identification_log {
     /* complete tests, as method C used them: any other motion is cut into pieces */
     const struct recording *recording;
     struct identification_motion motion;
-    const int64_t *flagged;       /* [SAMPLE_FLAGS]: number of samples with each flag in the
-                                   * evaluated parts */
+    const int64_t *refused;       /* [REFUSALS]: number of samples in the evaluated parts that were
+                                   * excluded for each reason */
     const char *fault;            /* name of the first fault; NULL: there was none */
 };
 

@@ -70,7 +70,7 @@ static int worst_axis(const struct test_result *t) {
 
 static void test_row(FILE *out, const struct test_result *t) {
     const char *unit = t->dof < DOF_PHI ? "mm" : "mrad";
-    fprintf(out, "<tr><td>%s%s</td>", dof_names[t->dof], t->complete ? "" : " <span class=\"notice\">not complete</span>");
+    fprintf(out, "<tr><td>%s%s</td>", dof_names[t->dof], t->refused ? " <span class=\"notice\">excluded</span>" : "");
     number_cell(out, "%.4g Hz", t->frequency_hz);
     fputs("<td class=\"n\">", out);
     html_text(out, "%.3f of %.3f %s", 1e3 * t->achieved_amplitude, 1e3 * t->amplitude, unit);
@@ -210,33 +210,18 @@ void section_friction(struct report_page *p, int log) {
 
 /* --- checks */
 
-static const char *const flag_words[SAMPLE_FLAGS] = {
-    "stale: the device delivered nothing new",
-    "late: latched longer ago than a cycle",
-    "samples are missing before it",
-    "invalid: a value is no number, or outside its sensor's range",
-    "overrun: the loop missed a deadline before it, its command was held too long",
-    "not read, or the command before it not written",
-    "another master commanded the machine",
-    "an interlock was open",
-    "read, but the command before it was not written",
-    "two devices answered as one",
-};
-
 static void exclusions(FILE *out, const struct identification_log *l) {
     bool any = false;
-    fputs("<h3>What was left out</h3>\n<p>Only the evaluated part of each test is used, without settling and ramps. In it a sample with "
-          "a flag, without a number, or whose lengths no pose has, is excluded.</p>\n<ul>\n",
-          out);
-    for (int i = 0; i < SAMPLE_FLAGS; i++) {
-        if (!l->flagged[i]) continue;
-        fprintf(out, "<li>%" PRId64 " sample%s %s</li>\n", l->flagged[i], l->flagged[i] == 1 ? ":" : "s:", flag_words[i]);
+    fputs("<h3>What was excluded</h3>\n<p>Only the evaluated part of each test is used, without settling and ramps.</p>\n<ul>\n", out);
+    for (int i = REFUSED_NOT + 1; i < REFUSALS; i++) {
+        if (!l->refused[i]) continue;
+        fprintf(out, "<li>%" PRId64 " sample%s %s</li>\n", l->refused[i], l->refused[i] == 1 ? ":" : "s:", refusals[i].why);
         any = true;
     }
-    if (!any) fputs("<li>No sample had a flag.</li>\n", out);
+    if (!any) fputs("<li>No sample.</li>\n", out);
     for (int i = 0; i < l->id->tests; i++)
-        if (!l->id->test[i].complete)
-            fprintf(out, "<li>Test %s was not complete: no method uses it.</li>\n", dof_names[l->id->test[i].dof]);
+        if (l->id->test[i].refused)
+            fprintf(out, "<li>Test %s: %s.</li>\n", dof_names[l->id->test[i].dof], refusals[l->id->test[i].refused].why);
     if (l->loop.lost) fprintf(out, "<li>%" PRId64 " cycles are missing in the log.</li>\n", l->loop.lost);
     if (l->cut >= 0) fprintf(out, "<li>The log is cut off or damaged: read up to byte %" PRId64 ".</li>\n", l->cut);
     if (l->fault) {

@@ -130,7 +130,7 @@ static void print_parts(FILE *out, const struct identification *id) {
     struct agreement_place worst;
     char name[EQUATIONS_NAME];
     if (!id->parts) return;
-    fprintf(out, "parts     %d of the motion, %d left out", id->parts, id->parts_left_out);
+    fprintf(out, "parts     %d of the motion, %d excluded", id->parts, id->parts_left_out);
     if (a->logs > 1) {
         fprintf(out, "; %d groups %s over time: chi-square %.1f of %d degrees of freedom, probability %.2g", a->logs,
                 !a->evaluated ? "cannot be compared"

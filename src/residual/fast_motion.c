@@ -32,7 +32,7 @@ static bool fit_line(const struct recording_sample *sample, int samples, const d
     double w0 = 0.0, w1 = 0.0, w2 = 0.0, y0[LEGS] = {0}, y1[LEGS] = {0};
     for (int i = 0; i < samples; i++) {
         double x = (sample[i].test_time_s - t_s) / reach_s, weight = 1.0 + cos(PI * x);
-        if (!sample[i].good || fabs(x) >= 1.0) continue;
+        if (sample[i].refused || fabs(x) >= 1.0) continue;
         w0 += weight, w1 += weight * x, w2 += weight * x * x;
         for (int k = 0; k < LEGS; k++) y0[k] += weight * rest[i][k], y1[k] += weight * x * rest[i][k];
     }

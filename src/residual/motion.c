@@ -55,7 +55,7 @@ enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS 
 
 static double first_good(const struct recording_test *t, int leg) {
     int i = t->first;
-    while (i < t->end - 1 && !t->sample[i].good) i++;
+    while (i < t->end - 1 && t->sample[i].refused) i++;
     return t->sample[i].length_m[leg];
 }
 
@@ -63,7 +63,7 @@ static double first_good(const struct recording_test *t, int leg) {
 static double variance(const struct recording_test *t, int leg) {
     double sum = 0.0, square = 0.0, zero = first_good(t, leg), n = 0.0;
     for (int i = t->first; i < t->end; i++) {
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         double x = t->sample[i].length_m[leg] - zero;
         sum += x, square += x * x, n++;
     }
@@ -93,7 +93,7 @@ static void add_remainder(const struct recording_test *t, int leg, double hz, do
         if (!pass) memset(h, 0, sizeof h), memset(g, 0, sizeof g);
         for (int i = t->first; i < t->end; i++) {
             const struct recording_sample *s = &t->sample[i];
-            if (!s->good) continue;
+            if (s->refused) continue;
             if (s->test_time_s > until_s) {
                 double phase = 2.0 * PI * hz * time_s / fmax(many, 1), row[3] = {1.0, sin(phase), cos(phase)}, mean = x / fmax(many, 1);
                 for (int a = 0; a < 3 && !pass && many; a++) {
@@ -123,7 +123,7 @@ static bool repeats(const struct recording_test *t, int leg, double hz) {
             if (n) least = fmin(least, amplitude), sum += amplitude, cycles++;
             s = c = 0.0, n = 0, until_s += 1.0 / hz;
         }
-        if (!sample->good) continue;
+        if (sample->refused) continue;
         double phase = 2.0 * PI * hz * sample->test_time_s, x = sample->length_m[leg] - zero;
         s += x * sin(phase), c += x * cos(phase), n++;
     }
@@ -179,7 +179,7 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
         x[i] = 0.0;
         for (int j = 0; j < many; j++) {
             const struct recording_sample *s = &t->sample[t->first + i * many + j];
-            if (s->good) held = s->length_m[leg];
+            if (!s->refused) held = s->length_m[leg];
             x[i] += held / many;
         }
     }
@@ -217,8 +217,7 @@ struct piece {
     /* speed: mean square of the legs' speeds, m^2/s^2 */
     double start_s, speed;
     int first, end; /* samples of the piece and of its margins: first <= i < end */
-    /* complete: few samples are missing. chosen: the piece is to be evaluated if it moves. */
-    bool complete, chosen;
+    enum refusal refused; /* why the piece is not evaluated */
 };
 
 /* A record cut into consecutive pieces. */
@@ -241,8 +240,8 @@ static struct piece take_piece(const struct cut *c, int i) {
     p.first = p.end = recording_at(t, from_s) > t->first ? recording_at(t, from_s) : t->first;
     for (; p.end < t->end && t->sample[p.end].test_time_s <= until_s; p.end++) {
         const struct recording_sample *s = &t->sample[p.end];
-        good += s->good;
-        if ((p.end - p.first) % coarse || !s->good) continue;
+        good += !s->refused;
+        if ((p.end - p.first) % coarse || s->refused) continue;
         for (int k = 0; k < c->legs && last >= 0; k++) {
             double v = (s->length_m[k] - t->sample[last].length_m[k]) / (s->test_time_s - t->sample[last].test_time_s);
             sum += v * v, steps++;
@@ -250,7 +249,8 @@ static struct piece take_piece(const struct cut *c, int i) {
         last = p.end;
     }
     p.speed = steps ? sum / steps : 0.0;
-    p.complete = good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(c->piece_s, c->step_s);
+    bool complete = good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(c->piece_s, c->step_s);
+    p.refused = complete ? REFUSED_NOT : REFUSED_GAP;
     return p;
 }
 
@@ -259,7 +259,7 @@ static struct piece take_piece(const struct cut *c, int i) {
 static double speed_of(const struct recording_test *t, int leg, double from_s, double until_s) {
     double n = 0.0, x1 = 0.0, x2 = 0.0, y1 = 0.0, xy = 0.0;
     for (int i = recording_at(t, from_s); i < t->end && t->sample[i].test_time_s <= until_s; i++) {
-        if (!t->sample[i].good || t->sample[i].test_time_s < from_s) continue;
+        if (t->sample[i].refused || t->sample[i].test_time_s < from_s) continue;
         double x = t->sample[i].test_time_s - from_s, y = t->sample[i].length_m[leg];
         n++, x1 += x, x2 += x * x, y1 += y, xy += x * y;
     }
@@ -276,7 +276,7 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
     for (int i = recording_at(t, last_s); i < t->end && t->sample[i].test_time_s <= p->start_s + c->piece_s + c->behind_s; i++) {
         double at_s = t->sample[i].test_time_s, gap_s = at_s - last_s, beside_s = fmax(fmax(gap_s, BESIDE_S), BESIDE * c->step_s);
         double turn = fmax(TURN * omega * (gap_s + beside_s), TURN_LEAST);
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         for (int k = 0; k < c->legs && gap_s > GAP_STEPS * c->step_s; k++) {
             double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
             /* NaN, an unknown speed, counts as a turn */
@@ -290,11 +290,12 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
 /* Chooses at most `most` complete pieces, spread evenly over the record. Returns how many. */
 static int choose_pieces(struct cut *c, int most) {
     int complete = 0, chosen = 0;
-    for (int i = 0; i < c->all; i++) complete += c->piece[i].complete;
+    for (int i = 0; i < c->all; i++) complete += !c->piece[i].refused;
     for (int i = 0, n = 0; i < c->all; i++) {
-        if (!c->piece[i].complete) continue;
-        c->piece[i].chosen = chosen < most && (complete <= most || n == (int)((double)complete * chosen / most));
-        chosen += c->piece[i].chosen, n++;
+        if (c->piece[i].refused) continue;
+        bool chooses = chosen < most && (complete <= most || n == (int)((double)complete * chosen / most));
+        if (!chooses) c->piece[i].refused = REFUSED_SURPLUS;
+        chosen += chooses, n++;
     }
     return chosen;
 }
@@ -303,14 +304,15 @@ static int choose_pieces(struct cut *c, int most) {
 static void keep_pieces(struct cut *c, int most, double resolution_m) {
     double mean = 0.0, moves = 0.0;
     int chosen = choose_pieces(c, most);
-    for (int i = 0; i < c->all; i++) mean += c->piece[i].chosen ? c->piece[i].speed / chosen : 0.0;
+    for (int i = 0; i < c->all; i++) mean += c->piece[i].refused ? 0.0 : c->piece[i].speed / chosen;
     for (int k = 0; k < c->legs; k++) moves += variance(c->test, k) / c->legs;
     double least = fmax(REST * mean, pow(STEPS * resolution_m * RESIDUAL_BAND / c->piece_s, 2.0)), omega = sqrt(mean / moves);
     for (int i = 0; i < c->all; i++) {
         struct piece p = c->piece[i];
         bool turn = hides_turn(c, &p, omega, sqrt(fmax(p.speed, mean)));
         c->turns += turn;
-        if (p.chosen && !turn && p.speed > least) c->piece[c->kept++] = p;
+        if (!p.refused) p.refused = turn ? REFUSED_TURN : p.speed > least ? REFUSED_NOT : REFUSED_REST;
+        if (!p.refused) c->piece[c->kept++] = p;
     }
 }
 

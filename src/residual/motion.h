@@ -13,7 +13,7 @@
 bool motion_steady(const struct recording_test *test, int legs, double frequency_hz);
 
 /* Cuts a test into pieces; each becomes a test of the recording and shares the samples. Pieces at
- * rest or with missing samples are left out, and pieces of a long record are spread over all of it.
+ * rest or with missing samples are excluded, and pieces of a long record are spread over all of it.
  * -2: too short, too little motion, samples missing where the motion turns, or too many tests; -3:
  * no memory. */
 int motion_cut(struct recording *r, int test, struct error *error);

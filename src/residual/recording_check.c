@@ -53,7 +53,7 @@ static double deviation(const struct recording_test *t, const double *first) {
     double sum = 0.0, square = 0.0, zero = NAN;
     int n = 0;
     for (int i = t->first; i < t->end; i++) {
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         double value = first[(size_t)(i - t->first) * STRIDE];
         if (!n++) zero = value;
         sum += value - zero, square += (value - zero) * (value - zero);
@@ -72,7 +72,7 @@ static int check_channel(const struct recording_test *t, const double *first, co
     int n = t->end - t->first;
     for (int i = 0; i < n; i++) {
         double value = first[(size_t)i * STRIDE];
-        if (t->sample[t->first + i].good && fabs(value) > ABSURD)
+        if (!t->sample[t->first + i].refused && fabs(value) > ABSURD)
             return REFUSE("test %s: %s of leg %d reads %.3g: no sensor says that; leave such samples out", test_name(t), name, leg + 1,
                           value);
     }
@@ -88,7 +88,7 @@ static int check_channel(const struct recording_test *t, const double *first, co
 static int check_command(const struct recording_test *t, int leg, struct error *error) {
     double most = 0.0;
     for (int i = t->first; i < t->end; i++)
-        if (t->sample[i].good) most = fmax(most, fabs(t->sample[i].valve[leg]));
+        if (!t->sample[i].refused) most = fmax(most, fabs(t->sample[i].valve[leg]));
     if (most <= 1.0) return check_alive(t, &t->sample[t->first].valve[leg], "valve command", leg, error);
     return REFUSE("test %s: the valve command of leg %d reaches %.3g, and 1 is full opening: volts, or percent?", test_name(t), leg + 1,
                   most);
@@ -140,7 +140,7 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
     ik_lengths(k, pose, moved);
     for (int leg = 0; leg < LEGS; leg++) square += pow((moved[leg] - k->neutral_length_m[leg]) / small, 2.0) * 0.5 * (t->end - t->first);
     for (int i = t->first; i < t->end; i++)
-        for (int leg = 0; leg < LEGS && t->sample[i].good; leg++) {
+        for (int leg = 0; leg < LEGS && !t->sample[i].refused; leg++) {
             double x = (t->sample[i].length_m[leg] - mean[leg]) * (moved[leg] - k->neutral_length_m[leg]) / small / square;
             wave[0] += x * sin(w * t->sample[i].test_time_s), wave[1] += x * cos(w * t->sample[i].test_time_s);
         }
@@ -148,13 +148,13 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
 
 static void add_test(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct leg_moments *m) {
     double mean[LEGS] = {0}, sum[LEGS] = {0}, asked[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz, n = 0.0;
-    for (int i = t->first; i < t->end; i++) n += t->sample[i].good;
+    for (int i = t->first; i < t->end; i++) n += !t->sample[i].refused;
     for (int i = t->first; i < t->end; i++)
-        for (int leg = 0; leg < LEGS && t->sample[i].good; leg++) mean[leg] += t->sample[i].length_m[leg] / n;
+        for (int leg = 0; leg < LEGS && !t->sample[i].refused; leg++) mean[leg] += t->sample[i].length_m[leg] / n;
     if (!r->measured.reference) guess_reference(t, k, mean, wave);
     for (int i = t->first; i < t->end; i++) {
         double pose[DOFS] = {0}, phase = w * t->sample[i].test_time_s;
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         if (!r->measured.reference) pose[t->dof] = wave[0] * sin(phase) + wave[1] * cos(phase);
         ik_lengths(k, r->measured.reference ? t->sample[i].ref : pose, asked);
         for (int a = 0; a < LEGS; a++) {
@@ -216,7 +216,7 @@ static int check_machine(const struct recording_test *t, const struct kinematics
     for (int leg = 0; leg < LEGS; leg++) {
         double mean = 0.0, n = 0.0;
         for (int i = t->first; i < t->end; i++)
-            if (t->sample[i].good) mean += t->sample[i].length_m[leg], n += 1.0;
+            if (!t->sample[i].refused) mean += t->sample[i].length_m[leg], n += 1.0;
         mean /= n;
         if (fabs(mean - k->neutral_length_m[leg]) > NEUTRAL_TOLERANCE_M)
             return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine", test_name(t),
@@ -230,7 +230,7 @@ static int check_reach(const struct params *p, const struct recording_test *t, c
     for (int leg = 0; leg < LEGS; leg++) {
         double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
         for (int i = t->first; i < t->end; i++)
-            if (t->sample[i].good && fabs(t->sample[i].length_m[leg] - middle_m) > 0.5 * stroke_m + NEUTRAL_TOLERANCE_M)
+            if (!t->sample[i].refused && fabs(t->sample[i].length_m[leg] - middle_m) > 0.5 * stroke_m + NEUTRAL_TOLERANCE_M)
                 return REFUSE(
                     "test %s: leg %d is %.4g m long, the model's %.4g in the middle of a stroke of %g: other units, or another machine",
                     test_name(t), leg + 1, t->sample[i].length_m[leg], middle_m, stroke_m);
@@ -254,8 +254,8 @@ static int check_supply(const struct recording *r, struct error *error) {
         for (int i = first_of_run(r); i < r->tests; i++)
             for (int j = r->test[i].first; j < r->test[i].end; j++) {
                 const struct recording_sample *s = &r->test[i].sample[j];
-                n += s->good;
-                above += s->good && fmax(s->p1_pa[k], s->p2_pa[k]) > SUPPLY_MOST * supply_pa;
+                n += !s->refused;
+                above += !s->refused && fmax(s->p1_pa[k], s->p2_pa[k]) > SUPPLY_MOST * supply_pa;
             }
         if (above > n / 50)
             return REFUSE("a chamber of leg %d has more than hydraulics.supply_pa, %.3g Pa, in %d %% of the samples: another supply, or "
@@ -281,9 +281,9 @@ static int check_pressures(const struct recording *r, struct error *error) {
         most_n += (areas.a1_m2[k] + areas.a2_m2[k]) * p->hydraulics.supply_pa;
         weight += p->actuator.upper_mass_kg[k] * p->payload.gravity_mps2;
     }
-    for (int i = from; i < until; i++) n += t->sample[i].good;
+    for (int i = from; i < until; i++) n += !t->sample[i].refused;
     for (int i = from; i < until; i++)
-        for (int k = 0; k < LEGS && t->sample[i].good; k++) {
+        for (int k = 0; k < LEGS && !t->sample[i].refused; k++) {
             direct[k] += leg_force(&areas, k, t->sample[i].p1_pa[k], t->sample[i].p2_pa[k]) / n;
             chambers += (areas.a1_m2[k] * t->sample[i].p1_pa[k] + areas.a2_m2[k] * t->sample[i].p2_pa[k]) / n;
             exchanged += leg_force(&areas, k, t->sample[i].p2_pa[k], t->sample[i].p1_pa[k]) / n;
@@ -305,7 +305,7 @@ static int check_pressures(const struct recording *r, struct error *error) {
 static int check_stroke(const struct params *p, const struct recording_test *t, struct error *error) {
     double low = HUGE_VAL, high = -HUGE_VAL, middle = p->axis.middle_m, half = 0.5 * p->actuator.stroke_m[0];
     for (int i = t->first; i < t->end; i++) {
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         low = fmin(low, t->sample[i].length_m[0]), high = fmax(high, t->sample[i].length_m[0]);
     }
     if (low >= middle - half && high <= middle + half) return STATUS_OK;
@@ -486,7 +486,7 @@ static int check_noise(struct recording *r, const struct residual_data *data, st
         struct recording_test *t = &r->test[data->test[i].of];
         if (data->test[i].of < first_of_run(r)) continue;
         share[n] = noise_share(&data->test[i], r->params, w);
-        t->noisy = t->piece_s > 0.0 && !(sqrt(share[n]) <= NOISE_MOST);
+        t->refused = t->piece_s > 0.0 && !(sqrt(share[n]) <= NOISE_MOST) ? REFUSED_NOISE : REFUSED_NOT;
         n++;
     }
     free(w);
@@ -533,7 +533,7 @@ int recording_check(struct recording *r, struct error *error) {
         double seconds = t->first < 0 ? 0.0 : t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
         int good = 0;
         bool any = false;
-        for (int j = t->first; j >= 0 && j < t->end; j++) good += t->sample[j].good;
+        for (int j = t->first; j >= 0 && j < t->end; j++) good += !t->sample[j].refused;
         if (seconds > 0.0 && !has_lengths(t, params_legs(r->params)))
             return REFUSE("test %s: no sample has the lengths of all legs: there is no motion to hold the forces against", test_name(t));
         if (seconds > 0.0 && 2 * good < t->end - t->first)

@@ -15,8 +15,9 @@ enum { RECORDING_CYCLES = 6 };
  * memory. */
 int recording_check(struct recording *r, struct error *error);
 
-/* Marks those pieces of a checked recording that are mostly noise (noisy), so that residuals leave
- * them out. -2: most tests or pieces of the last run are mostly noise; -3: no memory. */
+/* Marks those pieces of a checked recording that are mostly noise (REFUSED_NOISE), so that
+ * residuals exclude them. -2: most tests or pieces of the last run are mostly noise; -3: no
+ * memory. */
 int recording_check_noise(struct recording *r, struct error *error);
 
 #endif

@@ -73,7 +73,7 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
         double at_s = t->first_s + i * t->step_s, value[3];
         while (j + 1 < test->end && test->sample[j].test_time_s < at_s - 0.5 * sampling_s) j++;
         const struct recording_sample *s = &test->sample[j];
-        bool there = s->good && fabs(s->test_time_s - at_s) <= 0.5 * sampling_s;
+        bool there = !s->refused && fabs(s->test_time_s - at_s) <= 0.5 * sampling_s;
         for (int k = 0; k < LEGS; k++) {
             spectrum_value(t->spectrum.mean[CHANNEL_VALVE][k], t->spectrum.harmonics, t->spectrum.omega, s->test_time_s, value);
             t->dither[i * LEGS + k] = there ? s->valve[k] - value[0] : 0.0;
@@ -154,7 +154,7 @@ static double lead_s(const struct recording_test *test, double first_s) {
     int i = test->first;
     while (i + 1 < test->end && test->sample[i + 1].test_time_s <= first_s) i++;
     for (; i >= 0 && from_s > first_s - LEAD_S && from_s - test->sample[i].test_time_s <= gap_s; i--)
-        if (test->sample[i].good) from_s = test->sample[i].test_time_s;
+        if (!test->sample[i].refused) from_s = test->sample[i].test_time_s;
     return fmin(first_s - from_s, LEAD_S);
 }
 
@@ -164,14 +164,14 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
     const struct recording_sample *sample = test->sample, *held;
     bool slower = recording_step_s(test) > SLOWER * t->step_s;
     int j = 0, next;
-    while (j < test->count && !sample[j].good) j++;
+    while (j < test->count && sample[j].refused) j++;
     if (j == test->count) return;
     held = &sample[j];
     for (int i = 0; i < t->lead + t->samples; i++) {
         double at_s = t->first_s + (i - t->lead) * t->step_s, share = 0.0;
         for (; j < test->count && sample[j].test_time_s <= at_s + 0.5 * t->step_s; j++)
-            if (sample[j].good) held = &sample[j];
-        for (next = j; next < test->count && !sample[next].good;) next++;
+            if (!sample[j].refused) held = &sample[j];
+        for (next = j; next < test->count && sample[next].refused;) next++;
         if (slower && next < test->count) share = (at_s - held->test_time_s) / (sample[next].test_time_s - held->test_time_s);
         if (!(share > 0.0)) next = (int)(held - sample), share = 0.0;
         for (int k = 0; k < LEGS; k++) t->valve[i * LEGS + k] = held->valve[k] + share * (sample[next].valve[k] - held->valve[k]);
@@ -306,9 +306,9 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     return STATUS_OK;
 }
 
-/* `which` selects pieces of even or odd number, as it does cycles; noisy pieces are left out. */
+/* `which` selects pieces of even or odd number, as it does cycles; refused pieces are excluded. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
-    return !(test->piece_s > 0.0) || (!test->noisy && which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN));
+    return !(test->piece_s > 0.0) || (!test->refused && which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }
 
 double residual_margin_s(double piece_s) { return OVERLAP * piece_s; }

@@ -100,7 +100,7 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     memset(row, 0, CHANNELS * sizeof row[0]);
     for (int i = first; i < end; i++) {
         const struct recording_sample *sample = &t->sample[i];
-        if (!sample->good) continue;
+        if (sample->refused) continue;
         *longest_s = fmax(*longest_s, sample->test_time_s - last_s);
         last_s = sample->test_time_s;
         good++;
@@ -117,17 +117,18 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
 }
 
 /* Fourier coefficients of one cycle, samples first .. end-1, by least squares over the good ones.
- * False: too few are good, or a gap lasts half a period of the highest harmonic; single lost
- * samples are no gap. */
-static bool fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
-                      double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
+ * Refuses it if too few are good, or if a gap lasts half a period of the highest harmonic; single
+ * lost samples are no gap. */
+static enum refusal fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
+                              double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
     int size = 1 + 2 * s->harmonics, good = add_samples(s, t, first, end, product, row, &longest_s);
     bool enough = good > MOST * 2.0 * PI / s->omega / step_s && longest_s < fmax(PI / s->omega / s->harmonics, 2.5 * step_s);
-    if (!enough || !dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
+    if (!enough) return REFUSED_GAP;
+    if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return REFUSED_UNDETERMINED;
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], row[ch][k]);
-    return true;
+    return REFUSED_NOT;
 }
 
 /* Mean of a value over the cycles, and the mean's standard deviation. drift: deviations are taken
@@ -198,7 +199,7 @@ static int add_noise(const struct spectrum *s, const struct recording_test *t, i
     double basis[SPECTRUM_SIZE];
     int good = 0;
     for (int i = first; i < end; i++) {
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         good++;
         spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
         for (int ch = 0; ch < CHANNELS; ch++)
@@ -244,7 +245,7 @@ static double scatter_of(const struct spectrum *s, const struct recording_test *
             int n = 0;
             for (int c = b; c < s->cycles; c++) {
                 const struct recording_sample *sample = &t->sample[span[c].first + i - span[b].first];
-                if (alike[c] != b || !sample->good || !t->sample[i].good) continue;
+                if (alike[c] != b || sample->refused || t->sample[i].refused) continue;
                 double apart = sample->length_m[leg] - t->sample[i].length_m[leg];
                 sum += apart, sum_square += apart * apart, n++;
             }
@@ -293,7 +294,7 @@ bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const 
         c.end = i;
         bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
         whole = whole && which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN);
-        if (!whole || !fit_cycle(s, t, c.first, c.end, step_s, row[s->cycles])) continue;
+        if (!whole || fit_cycle(s, t, c.first, c.end, step_s, row[s->cycles])) continue;
         place[s->cycles] = cycle;
         span[s->cycles++] = c;
     }
@@ -321,7 +322,7 @@ static double speed_gain(const struct spectrum *s, const struct recording_test *
 double spectrum_gap(const struct recording_test *t, double from_s, double until_s) {
     double last_s = from_s, longest_s = 0.0;
     for (int i = recording_at(t, from_s); i < t->count && t->sample[i].test_time_s <= until_s; i++) {
-        if (!t->sample[i].good) continue;
+        if (t->sample[i].refused) continue;
         longest_s = fmax(longest_s, t->sample[i].test_time_s - last_s);
         last_s = t->sample[i].test_time_s;
     }

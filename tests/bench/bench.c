@@ -211,8 +211,7 @@ static void prepare_solve(struct work *w) {
                                           .frequency_hz = w->params.tests.hz[d],
                                           .amplitude = a,
                                           .achieved_amplitude = a,
-                                          .samples = TEST_CYCLES,
-                                          .complete = true};
+                                          .samples = TEST_CYCLES};
         r->test[d].pose[d][0] = a;
         for (int k = 0; k < DOFS; k++) r->test[d].wrench[k][0] = -omega * omega * a * r->nominal_mt[k][d];
     }

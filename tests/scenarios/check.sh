@@ -120,16 +120,16 @@ runs_on() {
 claim "time that runs on from file to file begins with each test's motion" runs_on
 left_out() {
     cp -r "$work/csv" "$work/settled" && sed -i '/^[-0-9]/s/,[0-9]*$/,0/' "$work/settled/2_y.csv"
-    ends 0 check "$work/settled" --json "$work/h.json" && says 'hexid gap leaves out, .*' ' y$' && fact "$work/h.json" 'd["left_out"] == "y"' &&
-        "$hexid" import "$work/settled" -o "$work/settled.lcm" >/dev/null && { "$hexid" identify "$work/settled.lcm" >"$work/text"; says 'test y: left out'; }
+    ends 0 check "$work/settled" --json "$work/h.json" && says 'hexid gap excludes, .*' ' y$' && fact "$work/h.json" 'd["left_out"] == "y"' &&
+        "$hexid" import "$work/settled" -o "$work/settled.lcm" >/dev/null && { "$hexid" identify "$work/settled.lcm" >"$work/text"; says 'test y excluded: no sample is in the evaluated part'; }
 }
-claim "a test without a sample to evaluate is not left out in silence" left_out
+claim "a test without a sample to evaluate is not excluded in silence" left_out
 of_which_log() {
     local both=("$work/run.lcm" "$work/settled.lcm")
     ends 0 check "${both[@]}" --json "$work/h.json" && fact "$work/h.json" 'd["left_out"].endswith("settled.lcm: y") and "run.lcm" not in d["left_out"]' &&
         ends 3 "$hexid" gap --measured "${both[0]}" --measured "${both[1]}" -c "$work/csv/config.yaml" -o /nowhere/gap 2>"$work/error"
     cat "$work/error"
-    grep -q 'settled.lcm: left out, .* y$' "$work/error" && ! grep -q 'run.lcm: left out' "$work/error"
+    grep -q 'settled.lcm: excluded, .* y$' "$work/error" && ! grep -q 'run.lcm: excluded' "$work/error"
 }
 claim "and of several logs it is said of which" of_which_log
 turned() {

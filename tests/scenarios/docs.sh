@@ -8,8 +8,18 @@ failures() {
 }
 claim "the table of what can fail in docs/safety.md is the program's" failures
 
-reference() { diff <(sed '1,/^<!-- hexid doctor --keys -->$/d' docs/configuration.md) <("$hexid" doctor --keys); }
-claim "docs/configuration.md has the program's keys (otherwise: make docs)" reference
+printed() { diff <(sed "1,/^<!-- hexid doctor $2 -->$/d" "docs/$1") <("$hexid" doctor "$2"); }
+claim "docs/configuration.md has the program's keys (otherwise: make docs)" printed configuration.md --keys
+claim "docs/troubleshooting.md has the program's reasons to exclude samples and tests (otherwise: make docs)" printed troubleshooting.md --refusals
+
+# The flags of samples are taken together, as REFUSED_STALE + bit.
+decided() {
+    local reason
+    for reason in $(sed -n '/REFUSED_NO_NUMBER/,/REFUSALS/p' src/recording/refusal.h | grep -o 'REFUSED_[A-Z_]*') REFUSED_STALE; do
+        grep -rqw "$reason" src --include=*.c --exclude=refusal.c || { echo "$reason: decided nowhere"; return 1; }
+    done
+}
+claim "every reason to exclude something is one that the code decides by" decided
 
 # The values depend on one machine and its libraries, so everything but the digits is compared.
 shape() { sed -E 's/-?[0-9][0-9.e-]*/N/g; s/ +/ /g; s/^ //' "$@"; }

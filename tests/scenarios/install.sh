@@ -56,7 +56,7 @@ agrees() {
         while read -r option; do
             [ "$name $option" = "monitor --json" ] && continue # never ends
             own "$name" "$option" 2>&1 </dev/null | grep 'has no option' && { echo "$name"; return 1; }
-        done < <(grep -- '--' "$work/listed" | grep -vxE -- '--(fast|print-config|modbus-map|failures|keys|once)')
+        done < <(grep -- '--' "$work/listed" | grep -vxE -- '--(fast|print-config|modbus-map|failures|refusals|keys|once)')
     done
     return 0
 }

@@ -101,7 +101,7 @@ with open(sys.argv[1], "w") as f:
 EOF
 long() {
     ends 0 run --trajectory "$work/rich.csv" --repeat 3 --json "$work/short.json" &&
-    ends 0 run --trajectory "$work/rich.csv" --repeat 190 --log "$work/long.lcm" --json "$work/long.json" && says '^parts +3 of the motion, 0 left out; 3 groups agree' &&
+    ends 0 run --trajectory "$work/rich.csv" --repeat 190 --log "$work/long.lcm" --json "$work/long.json" && says '^parts +3 of the motion, 0 excluded; 3 groups agree' &&
         ends 0 "$hexid" identify "$work/long.lcm" --json "$work/long_again.json" >/dev/null && cmp "$work/long.json" "$work/long_again.json" &&
         rm "$work/long.lcm" && "$python" -c 'import json, sys
 long, short = (json.load(open(f)) for f in sys.argv[1:])
