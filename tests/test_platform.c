@@ -75,8 +75,8 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* A device that spoils one sample in `apart` never shows enough good ones in a row, and its bad ones
- * never outnumber them. */
+/* A device that spoils one sample in `apart` never shows enough good ones in a row, and its bad
+ * ones never outnumber them. */
 static void a_device_that_is_bad_now_and_then_does_not_hold_init_for_ever(void **unused) {
     (void)unused;
     static const int apart[] = {2, 7, 49};

@@ -156,8 +156,8 @@ static int begin_survey(struct check *c, const struct input *in, const struct cy
     return STATUS_OK;
 }
 
-/* True if the test's time begins anew, as it does in a log made of several files of one axis. Single
- * rows that are out of order go back less than half of the test. */
+/* True if the test's time begins anew, as it does in a log made of several files of one axis.
+ * Single rows that are out of order go back less than half of the test. */
 static bool begins_anew(const struct recording_test *t, const struct cycle *cycle) {
     enum { ROWS_LEAST = 10 };
     if (t->count < ROWS_LEAST) return false;
