@@ -91,4 +91,8 @@ extern const char *const mechanism_names[];
 /* Returns the place in the table of the mechanism with this name, or -1. */
 int mechanism_find(const char *name);
 
+/* The configured mechanism, and the number of its legs. */
+const struct mechanism *params_mechanism(const struct params *params);
+int params_legs(const struct params *params);
+
 #endif

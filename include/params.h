@@ -54,7 +54,4 @@ struct params {
                                                 * effect_table */
 };
 
-static inline const struct mechanism *params_mechanism(const struct params *p) { return mechanism_table[p->mechanism]; }
-static inline int params_legs(const struct params *p) { return params_mechanism(p)->legs; }
-
 #endif

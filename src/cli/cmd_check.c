@@ -17,6 +17,7 @@
 #include "log_runs.h"
 #include "messages.h"
 #include "outputs.h"
+#include "params.h"
 
 enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 

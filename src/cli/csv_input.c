@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "config.h"
+#include "params.h"
 
 /* Refuses -c and --set for a directory with a configuration of its own, which would silently
  * win. */

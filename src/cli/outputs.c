@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "csv_format.h"
+#include "params.h"
 #include "recognise.h"
 
 enum { READ_MAX = OPERANDS_MAX + LOGS_MAX + 3, WRITTEN_MAX = 6 };

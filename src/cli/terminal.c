@@ -6,8 +6,8 @@
 
 #include "cli.h"
 #include "failure.h"
+#include "mechanism.h"
 #include "messages.h"
-#include "params.h"
 #include "units.h"
 
 enum { REDRAW_MS = 200, LINE_MS = 1000, BAR = 11 };

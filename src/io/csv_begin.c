@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "params.h"
 #include "pieces.h"
 
 static int read_test(struct recording_test *test, const struct csv_head *head, struct csv_map *map, const struct params *params,

@@ -7,6 +7,7 @@
 
 #include "areas.h"
 #include "force.h"
+#include "params.h"
 #include "units.h"
 
 /* Share of a force's variation that friction of seals, the rod's own mass and noise may explain. */

@@ -12,6 +12,7 @@
 #include "log_runs.h"
 #include "messages.h"
 #include "number_text.h"
+#include "params.h"
 #include "units.h"
 
 enum { PATH_SIZE = 4096 };

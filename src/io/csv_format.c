@@ -6,6 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "params.h"
 #include "units.h"
 
 enum { CSV_NAME_SIZE = 40 };

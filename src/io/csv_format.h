@@ -6,7 +6,7 @@
 #include <dirent.h>
 #include <stddef.h>
 
-#include "params.h"
+#include "mechanism.h"
 
 enum { CSV_T = 0, CSV_FLAGS_COLUMN = 31, CSV_PHASE_COLUMN = 32, CSV_POSITION_COLUMN = 33, CSV_COLUMNS = 39 };
 

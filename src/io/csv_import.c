@@ -16,6 +16,7 @@
 #include "messages.h"
 #include "number_text.h"
 #include "output.h"
+#include "params.h"
 #include "units.h"
 
 enum { EVENT_SIZE = 1 << 18 };

@@ -6,7 +6,7 @@
 #include "csv_format.h"
 #include "csv_map.h"
 #include "csv_text.h"
-#include "params.h"
+#include "mechanism.h"
 #include "status.h"
 
 enum { CSV_CELLS_MAX = 128, CSV_LIST_SIZE = 240 };

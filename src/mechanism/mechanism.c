@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "params.h"
+
 const struct mechanism *const mechanism_table[] = {
     [MECHANISM_STEWART] = &mechanism_stewart,
     [MECHANISM_AXIS] = &mechanism_axis,
@@ -19,3 +21,6 @@ int mechanism_find(const char *name) {
         if (strcmp(mechanism_names[i], name) == 0) return i;
     return -1;
 }
+
+const struct mechanism *params_mechanism(const struct params *params) { return mechanism_table[params->mechanism]; }
+int params_legs(const struct params *params) { return params_mechanism(params)->legs; }

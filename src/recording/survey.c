@@ -8,6 +8,7 @@
 #include "clipping.h"
 #include "kinematics.h"
 #include "noise.h"
+#include "params.h"
 
 static const double FULL_SCALE = 0.999; /* last count of a pressure sensor, as a share of its full
                                          * scale */

@@ -3,7 +3,7 @@
 #ifndef HEXID_SURVEY_H
 #define HEXID_SURVEY_H
 
-#include "params.h"
+#include "mechanism.h"
 #include "pieces.h"
 #include "sampling.h"
 

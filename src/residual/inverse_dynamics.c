@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "params.h"
+#include "mechanism.h"
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;

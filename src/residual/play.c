@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "dense.h"
-#include "params.h"
+#include "mechanism.h"
 
 static const double SURE = 3.0;    /* a contact force has an unsure sign if it is less than this
                                     * many of its standard deviations */
