@@ -257,11 +257,3 @@ char *analysis_json(const struct analysis *a, const struct verdicts *verdicts) {
     struct loop_statistics s = analysis_statistics(a);
     return identification_json(&a->ident.result, verdicts, &s);
 }
-
-int analysis_write_json(struct analysis *a, const struct verdicts *verdicts, struct output *to, struct error *error) {
-    if (!to->name) return STATUS_OK;
-    char *json = analysis_json(a, verdicts);
-    int status = json ? output_write(to, json, error) : error_set(error, STATUS_IO, "out of memory");
-    free(json);
-    return status;
-}

@@ -88,7 +88,4 @@ void analysis_print(struct analysis *a, const struct verdicts *verdicts, bool br
 /* Returns identification_json's text, to be freed by the caller; NULL without memory. */
 char *analysis_json(const struct analysis *a, const struct verdicts *verdicts);
 
-/* Writes analysis_json()'s text to `to`, which must be prepared. Returns -3 on failure. */
-int analysis_write_json(struct analysis *a, const struct verdicts *verdicts, struct output *to, struct error *error);
-
 #endif

@@ -253,22 +253,6 @@ static void ask_gap(struct check *c) {
     free(recording);
 }
 
-static int write_page(struct check *c, struct error *error) {
-    char *page = NULL;
-    struct error writing;
-    int status = check_html(&c->report, &page, error);
-    if (page && output_write(&c->page, page, &writing)) *error = writing, status = writing.status;
-    free(page);
-    return status;
-}
-
-static int write_json(struct check *c, struct error *error) {
-    char *json = check_json(&c->report);
-    int status = json ? output_write(&c->json, json, error) : error_set(error, STATUS_IO, "out of memory");
-    free(json);
-    return status;
-}
-
 static void note_areas(struct check *c) {
     bool pressures = false;
     for (int i = 0; i < c->report.surveys; i++)
@@ -286,9 +270,12 @@ static int report(struct check *c) {
     else ask_gap(c);
     check_text_print(c->o.json && !strcmp(c->o.json, "-") ? stderr : stdout, r);
     if (c->more) cli_say(stderr, "hexid: warning: more than %d tests: the others are not shown", TESTS_MAX);
-    struct error unsaid;
-    int status = c->o.json ? write_json(c, c->error) : STATUS_OK;
-    int drawn = c->o.output ? write_page(c, status ? &unsaid : c->error) : STATUS_OK;
+    int status = c->o.json ? output_made(&c->json, check_json(r), c->error) : STATUS_OK;
+    if (!c->o.output) return status;
+    struct error unsaid, *error = status ? &unsaid : c->error;
+    char *page;
+    int drawn = check_html(r, &page, error);
+    drawn = output_page(&c->page, drawn, page, error);
     return status ? status : drawn;
 }
 

@@ -83,10 +83,8 @@ static int write_json(struct output *to, const struct doctor *d, json_t *finding
                              "config", d->config ? doctor_text(d->config) : json_null(), "findings", findings, "fit",
                              count[LEVEL_FAIL] == 0);
     char *text = root ? json_dumps(root, JSON_INDENT(1)) : NULL;
-    int status = text ? output_write(to, text, error) : error_set(error, STATUS_IO, "out of memory");
-    free(text);
     json_decref(root);
-    return status;
+    return output_made(to, text, error);
 }
 
 /* Makes all checks. Returns the exit status, or a negative status. */

@@ -26,7 +26,7 @@ static int one_log(const struct options *o, struct log_analysis *i, struct outpu
     if (!status && o->pose_given) status = method_c_at_pose(found, &i->params, o->pose, error);
     if (status) return status;
     analysis_print(&i->analysis, &i->verdicts, false, out_of(o));
-    status = analysis_write_json(&i->analysis, &i->verdicts, json, error);
+    status = output_made(json, analysis_json(&i->analysis, &i->verdicts), error);
     return status ? status : exit_status(&i->verdicts.run);
 }
 
@@ -64,14 +64,6 @@ static int combine(struct combination *c, const struct log_analysis *i, struct e
     return status;
 }
 
-static int write_combination(const struct combination *c, struct output *to, struct error *error) {
-    if (!to->name) return STATUS_OK;
-    char *json = combination_json(c);
-    int status = json ? output_write(to, json, error) : error_set(error, STATUS_IO, "out of memory");
-    free(json);
-    return status;
-}
-
 static int several_logs(const struct options *o, struct log_analysis *i, struct output *json, struct error *error) {
     struct combination c = {.logs = o->operands};
     int status = each_log(o, i, error);
@@ -85,7 +77,7 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
     if (status) return status;
     c.verdict = combination_verdict(&c);
     combination_table_print(out_of(o), &c);
-    status = write_combination(&c, json, error);
+    status = output_made(json, combination_json(&c), error);
     return status ? status : exit_status(&c.verdict);
 }
 

@@ -40,19 +40,10 @@ static struct identification_log summary(const struct log_analysis *l, const cha
     };
 }
 
-static int write_page(const struct identification_report *r, struct output *to, struct error *error) {
-    char *page = NULL;
-    struct error writing;
-    int status = identification_html(r, &page, error);
-    if (page && output_write(to, page, &writing)) *error = writing, status = writing.status;
-    free(page);
-    return status;
-}
-
 /* Makes the page. Nothing is written until all logs have been read. */
 static int report(const struct options *o, struct log_analysis *analysis, struct error *error) {
     struct identification_report r = {.version = version, .logs = o->operands};
-    char *config[REPORT_LOGS] = {0};
+    char *config[REPORT_LOGS] = {0}, *text;
     struct output page;
     int status = outputs_open(o, NULL, OUTPUTS_PAGE, NULL, &page, error), result = EXIT_PASSED;
     for (int i = 0; i < r.logs && !status; i++) status = log_set_new(i, o->operand, error);
@@ -63,7 +54,10 @@ static int report(const struct options *o, struct log_analysis *analysis, struct
         if (!status) r.log[i] = summary(&analysis[i], o->operand[i], config[i]);
     }
     FILE *out = !strcmp(o->output, "-") ? stderr : stdout;
-    if (!status) status = write_page(&r, &page, error);
+    if (!status) {
+        status = identification_html(&r, &text, error);
+        status = output_page(&page, status, text, error);
+    }
     for (int i = 0; i < r.logs && !status; i++) {
         cli_say(out, "%s: %s", o->operand[i], verdict_names[r.log[i].verdicts->run.status]);
         for (int j = 0; j < r.log[i].verdicts->run.reasons; j++) cli_say(out, "  %s", r.log[i].verdicts->run.reason[j]);

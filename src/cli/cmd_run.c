@@ -281,12 +281,8 @@ static void wait_for_end(struct session *s) {
 }
 
 static int write_result(struct session *s, const struct verdicts *verdicts, struct error *error) {
-    if (!s->json.name) return STATUS_OK;
     char *json = analysis_json(&s->recorder.analysis, verdicts);
-    if (s->survey) json = survey_report_json(s->survey, json);
-    int status = json ? output_write(&s->json, json, error) : error_set(error, STATUS_IO, "out of memory");
-    free(json);
-    return status;
+    return output_made(&s->json, s->survey ? survey_report_json(s->survey, json) : json, error);
 }
 
 static void survey_step(void *context, const char *what, double share) {

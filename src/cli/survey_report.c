@@ -8,7 +8,9 @@
 #include "kinematics.h"
 #include "lin.h"
 #include "loop_check.h"
+#include "report_json.h"
 #include "units.h"
+#include "words.h"
 
 static const char *const kind_names[PROPOSALS] = {"six sines", "multisine"}, *const kind_keys[PROPOSALS] = {"sines", "multisine"};
 enum { OPTIONS_SIZE = 600, DRAWS = 3 };
@@ -104,11 +106,6 @@ int survey_report_make(struct survey_report *r, const struct multisine *multisin
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-static void print_number(FILE *out, int width, int digits, double x) {
-    if (isnan(x)) fprintf(out, " %*s", width, "-");
-    else fprintf(out, " %*.*f", width, digits, x);
-}
-
 /* Prints a remark on a mode of the closed loop that rings, with what to look at. NaN is no
  * damping. */
 static void print_hardly_damped(const struct loop_survey *s, int mode, FILE *out) {
@@ -124,20 +121,15 @@ static void print_hardly_damped(const struct loop_survey *s, int mode, FILE *out
 
 static void print_modes(const struct loop_survey *s, FILE *out) {
     fprintf(out, "mode  mostly  oil columns Hz     std  closed loop Hz  damping ratio\n");
-    for (int i = 0; i < DOFS; i++) {
-        fprintf(out, "%-4d  %-6s", i + 1, s->determined ? dof_names[s->mode[i].dof] : "-");
-        print_number(out, 15, 2, s->mode[i].hz);
-        print_number(out, 7, 2, s->mode[i].hz_std);
-        print_number(out, 15, 2, s->loop[i].hz);
-        print_number(out, 14, 2, s->loop[i].damping);
-        fprintf(out, "\n");
-    }
+    for (int i = 0; i < DOFS; i++)
+        words_row(out, "%-4d  %-6s %15.2f %7.2f %15.2f %14.2f\n", i + 1, s->determined ? dof_names[s->mode[i].dof] : "-", s->mode[i].hz,
+                  s->mode[i].hz_std, s->loop[i].hz, s->loop[i].damping);
     for (int i = 0; i < DOFS; i++) print_hardly_damped(s, i, out);
     if (!s->determined) fprintf(out, "no eigenfrequency: Mt or a leg's stiffness is not determined by these data (-)\n");
     fprintf(out, "legs 1..6: stiffness   ");
-    for (int k = 0; k < LEGS; k++) print_number(out, 6, 2, s->leg[k].stiffness * 1e-6);
+    for (int k = 0; k < LEGS; k++) words_row(out, " %6.2f", s->leg[k].stiffness * 1e-6);
     fprintf(out, " N/um\n           delay       ");
-    for (int k = 0; k < LEGS; k++) print_number(out, 6, 2, s->leg[k].delay_s * 1e3);
+    for (int k = 0; k < LEGS; k++) words_row(out, " %6.2f", s->leg[k].delay_s * 1e3);
     fprintf(out, " ms, sample to spool\n");
 }
 
@@ -155,12 +147,8 @@ static void print_tests(const struct survey_report *r, FILE *out) {
     for (int i = 0; i < r->asked.tests.count; i++) {
         enum dof dof = r->asked.tests.order[i];
         const struct test_judgement *t = &r->test[dof];
-        fprintf(out, "%-6s %-5.3g", dof_names[dof], t->hz);
-        print_number(out, 6, 2, t->of_oil);
-        print_number(out, 8, 2, t->of_loop);
-        fprintf(out, " %8.2f %7.0f", t->follow, t->leg_m * 1e6);
-        print_number(out, 6, 0, t->leg_n);
-        fprintf(out, "  %s\n", words_of(t, r->asked.checks.amplitude_pct));
+        words_row(out, "%-6s %-5.3g %6.2f %8.2f %8.2f %7.0f %6.0f  %s\n", dof_names[dof], t->hz, t->of_oil, t->of_loop, t->follow,
+                  t->leg_m * 1e6, t->leg_n, words_of(t, r->asked.checks.amplitude_pct));
     }
     if (r->no_prediction.status) fprintf(out, "its deviation: not predicted: %s\n", r->no_prediction.text);
     else if (isinf(r->configured.worst_pct)) fprintf(out, "some entry of Mt would not be determined\n");
@@ -198,27 +186,24 @@ void survey_report_print(const struct survey_report *r, FILE *out) {
     fprintf(out, "\n");
 }
 
-/* Makes a JSON number; a number that JSON cannot hold becomes null. */
-static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
-
 static json_t *modes_json(const struct loop_survey *s) {
     json_t *array = json_array();
     for (int i = 0; i < DOFS; i++)
         json_array_append_new(array,
                               json_pack("{so so so so so}", "dof", s->determined ? json_string(dof_names[s->mode[i].dof]) : json_null(),
-                                        "oil_hz", number(s->mode[i].hz), "oil_std_hz", number(s->mode[i].hz_std), "loop_hz",
-                                        number(s->loop[i].hz), "loop_damping", number(s->loop[i].damping)));
+                                        "oil_hz", report_number(s->mode[i].hz), "oil_std_hz", report_number(s->mode[i].hz_std), "loop_hz",
+                                        report_number(s->loop[i].hz), "loop_damping", report_number(s->loop[i].damping)));
     return array;
 }
 
 static json_t *legs_json(const struct loop_survey *s) {
     json_t *array = json_array();
     for (int k = 0; k < LEGS; k++)
-        json_array_append_new(array,
-                              json_pack("{so so so so so so so}", "stiffness_n_per_m", number(s->leg[k].stiffness), "stiffness_std_n_per_m",
-                                        number(s->leg[k].stiffness_std), "delay_s", number(s->leg[k].delay_s), "misfit",
-                                        number(s->leg[k].misfit), "noise_m", number(s->noise_m[k]), "noise_p1_pa",
-                                        number(s->noise_pa[0][k]), "noise_p2_pa", number(s->noise_pa[1][k])));
+        json_array_append_new(array, json_pack("{so so so so so so so}", "stiffness_n_per_m", report_number(s->leg[k].stiffness),
+                                               "stiffness_std_n_per_m", report_number(s->leg[k].stiffness_std), "delay_s",
+                                               report_number(s->leg[k].delay_s), "misfit", report_number(s->leg[k].misfit), "noise_m",
+                                               report_number(s->noise_m[k]), "noise_p1_pa", report_number(s->noise_pa[0][k]), "noise_p2_pa",
+                                               report_number(s->noise_pa[1][k])));
     return array;
 }
 
@@ -227,10 +212,11 @@ static json_t *tests_json(const struct survey_report *r) {
     for (int i = 0; i < r->asked.tests.count; i++) {
         const struct test_judgement *t = &r->test[r->asked.tests.order[i]];
         json_object_set_new(object, dof_names[r->asked.tests.order[i]],
-                            json_pack("{so so so so so so so so sb sb}", "frequency_hz", number(t->hz), "of_oil", number(t->of_oil),
-                                      "of_loop", number(t->of_loop), "reached", number(t->follow), "leg_m", number(t->leg_m), "leg_n",
-                                      number(t->leg_n), "noise_m", number(t->noise_m), "noise_n", number(t->noise_n), "below", t->below,
-                                      "above_floor", t->above_floor));
+                            json_pack("{so so so so so so so so sb sb}", "frequency_hz", report_number(t->hz), "of_oil",
+                                      report_number(t->of_oil), "of_loop", report_number(t->of_loop), "reached", report_number(t->follow),
+                                      "leg_m", report_number(t->leg_m), "leg_n", report_number(t->leg_n), "noise_m",
+                                      report_number(t->noise_m), "noise_n", report_number(t->noise_n), "below", t->below, "above_floor",
+                                      t->above_floor));
     }
     return object;
 }
@@ -239,9 +225,10 @@ static json_t *proposal_json(const struct proposal *p) {
     char options[OPTIONS_SIZE];
     if (p->none.status) return json_pack("{ss}", "none", p->none.text);
     proposal_options(p, options, sizeof options);
-    return json_pack("{ss so sb so so so}", "options", options, "predicted_pct", number(p->predicted.worst_pct), "reached", p->reached,
-                     "duration_s", number(p->tests.duration_s), "start_pct", p->tests.multisine ? number(p->start_pct) : json_null(),
-                     "best_pct", p->tests.multisine ? number(p->best_pct) : json_null());
+    return json_pack("{ss so sb so so so}", "options", options, "predicted_pct", report_number(p->predicted.worst_pct), "reached",
+                     p->reached, "duration_s", report_number(p->tests.duration_s), "start_pct",
+                     p->tests.multisine ? report_number(p->start_pct) : json_null(), "best_pct",
+                     p->tests.multisine ? report_number(p->best_pct) : json_null());
 }
 
 char *survey_report_json(const struct survey_report *r, char *identification) {
@@ -250,11 +237,7 @@ char *survey_report_json(const struct survey_report *r, char *identification) {
     for (int i = 0; i < PROPOSALS; i++) json_object_set_new(proposals, kind_keys[i], proposal_json(&r->proposal[i]));
     json_t *survey = json_pack("{ss so so so so so so}", "schema", "hexid.survey/1", "modes", modes_json(&r->survey), "legs",
                                legs_json(&r->survey), "tests", tests_json(r), "configured_pct",
-                               number(r->no_prediction.status ? (double)NAN : r->configured.worst_pct), "wanted_pct", number(r->wanted_pct),
-                               "proposals", proposals);
-    if (!root) json_decref(survey);
-    bool fits = root && survey && !json_object_set_new(root, "survey", survey);
-    char *text = fits ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(root);
-    return text;
+                               report_number(r->no_prediction.status ? (double)NAN : r->configured.worst_pct), "wanted_pct",
+                               report_number(r->wanted_pct), "proposals", proposals);
+    return report_text(report_set(root, "survey", survey));
 }

@@ -229,6 +229,20 @@ void output_discard(struct output *o) {
     o->file = -1;
 }
 
+int output_made(struct output *o, char *text, struct error *error) {
+    int status = text ? output_write(o, text, error) : error_set(error, STATUS_IO, "out of memory");
+    free(text);
+    return status;
+}
+
+int output_page(struct output *o, int made, char *page, struct error *error) {
+    struct error writing;
+    int status = page ? output_write(o, page, &writing) : STATUS_OK;
+    free(page);
+    if (status) *error = writing;
+    return status ? status : made;
+}
+
 int output_text(const char *name, const char *text, struct error *error) {
     struct output *o = malloc(sizeof *o);
     if (!o || !text) {

@@ -49,6 +49,12 @@ int output_prepare(struct output *o, const char *name, enum output_kind kind, st
  * file is untouched. */
 int output_write(struct output *o, const char *text, struct error *error);
 
+/* Do what output_write() does with a text that was made for it, and free it. NULL: there was no
+ * memory for it, -3. output_page(): making it had the status `made` and its *error (pictures are
+ * missing); returns that, unless the page cannot be written either. */
+int output_made(struct output *o, char *text, struct error *error);
+int output_page(struct output *o, int made, char *page, struct error *error);
+
 /* Do what output_write() does in two steps, for output written bit by bit, never in place.
  * output_open() returns NULL for -3. failure: errno of an earlier write; 0: none. output_close()
  * closes the stream and on failure removes the temporary file. */

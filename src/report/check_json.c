@@ -1,11 +1,6 @@
-#include <jansson.h>
-#include <math.h>
-#include <string.h>
-
 #include "check_report.h"
 #include "printable.h"
-
-static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+#include "report_json.h"
 
 static json_t *text(const char *words) {
     char printable[1024];
@@ -23,7 +18,7 @@ static json_t *legs(unsigned bits) {
 
 static json_t *channel(const struct survey_channel *c) {
     return json_pack("{si so so so so so so so}", "of", c->of, "there", legs(c->there), "dead", legs(c->dead), "clipped", legs(c->clipped),
-                     "least", number(c->low), "greatest", number(c->high), "noise_rms", number(c->noise), "step",
+                     "least", report_number(c->low), "greatest", report_number(c->high), "noise_rms", report_number(c->noise), "step",
                      c->step > 0.0 ? json_real(c->step) : json_null());
 }
 
@@ -42,9 +37,9 @@ static json_t *pieces(const struct survey *s) {
     json_t *array = json_array();
     for (const struct piece *p = s->pieces.piece; p < s->pieces.piece + s->pieces.count; p++) {
         double from_s = s->test.sample[p->first].test_time_s, until_s = s->test.sample[p->end - 1].test_time_s;
-        json_array_append_new(array,
-                              json_pack("{ss si si so so so}", "kind", piece_names[p->kind], "first", p->first, "end", p->end, "from_s",
-                                        number(from_s), "until_s", number(until_s), "frequency_hz", number(p->frequency_hz)));
+        json_array_append_new(array, json_pack("{ss si si so so so}", "kind", piece_names[p->kind], "first", p->first, "end", p->end,
+                                               "from_s", report_number(from_s), "until_s", report_number(until_s), "frequency_hz",
+                                               report_number(p->frequency_hz)));
     }
     return array;
 }
@@ -53,11 +48,12 @@ static json_t *test(const struct survey *s) {
     const struct sampling *a = &s->sampling;
     return json_pack("{so ss ss so so so so ss si so so so sI so si si si so so so}", "name", text(s->name), "axis",
                      s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof], "mechanism", s->mechanism->name, "stated_hz",
-                     number(s->stated_hz), "stated_amplitude", number(s->stated_amplitude), "measured_hz", number(s->measured_hz),
-                     "amplitude", number(s->amplitude), "amplitude_unit", s->test.dof >= DOF_PHI ? "rad" : "m", "rows", s->test.count,
-                     "seconds", number(survey_seconds(s)), "rate_hz", number(1.0 / a->step_s), "jitter_s", number(a->jitter_s), "lost",
-                     (json_int_t)a->lost, "longest_gap_s", number(a->gap_s), "flagged", s->flagged, "not_a_number", s->not_a_number,
-                     "unplaced", s->unplaced, "pieces", pieces(s), "ramp_least_s", number(s->ramp_least_s), "channels", channels(s));
+                     report_number(s->stated_hz), "stated_amplitude", report_number(s->stated_amplitude), "measured_hz",
+                     report_number(s->measured_hz), "amplitude", report_number(s->amplitude), "amplitude_unit",
+                     s->test.dof >= DOF_PHI ? "rad" : "m", "rows", s->test.count, "seconds", report_number(survey_seconds(s)), "rate_hz",
+                     report_number(1.0 / a->step_s), "jitter_s", report_number(a->jitter_s), "lost", (json_int_t)a->lost, "longest_gap_s",
+                     report_number(a->gap_s), "flagged", s->flagged, "not_a_number", s->not_a_number, "unplaced", s->unplaced, "pieces",
+                     pieces(s), "ramp_least_s", report_number(s->ramp_least_s), "channels", channels(s));
 }
 
 static json_t *answer(const struct error *e) {
@@ -72,7 +68,5 @@ char *check_json(const struct check_report *r) {
                              "missing", text(r->missing), "doubtful", text(r->doubtful), "ignored", text(r->ignored), "identify",
                              answer(&r->identify), "gap", answer(&r->gap), "areas", r->areas[0] ? text(r->areas) : json_null(), "defaults",
                              r->defaults[0] ? text(r->defaults) : json_null(), "zero", text(r->zero), "left_out", text(r->left_out));
-    char *dump = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(root);
-    return dump;
+    return report_text(root);
 }

@@ -110,25 +110,25 @@ static void plot_channels(FILE *script, const struct survey *s, enum survey_kind
     fputc('\n', script);
 }
 
-void check_picture(FILE *script, const struct survey *s) {
+void check_picture(FILE *script, const void *survey) {
+    const struct survey *s = survey;
     int panels = 0, panel = 0;
+    if (!s->test.count) return;
     for (int kind = 0; kind < SURVEY_KINDS; kind++) panels += has_panel(s, kind);
     int height = HEAD + panels * PANEL + FOOT;
     plot_begin(script, WIDTH, height);
     for (int kind = 0; kind < SURVEY_KINDS; kind++)
         if (s->channel[kind].there) write_data(script, s, (enum survey_kind)kind);
-    fprintf(script,
-            "set multiplot\nset lmargin at screen 0.085\nset rmargin at screen 0.985\nset format x ''\n"
-            "set offsets 0,0,graph 0.05,graph 0.05\nset xrange [%.7g:%.7g]\nset datafile missing 'NaN'\n",
-            start_s(s), start_s(s) + width_s(s));
+    plot_panels(script, 0.085, start_s(s), start_s(s) + width_s(s));
+    fputs("set offsets 0,0,graph 0.05,graph 0.05\nset datafile missing 'NaN'\n", script);
     write_grounds(script, s);
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {
         if (!has_panel(s, kind)) continue;
         double top = height - HEAD - panel * PANEL;
-        if (++panel == panels) fputs("set format x '%g'\nset xlabel 'time of the test [s]' offset 0,0.3\n", script);
-        fprintf(script, "set tmargin at screen %.5f\nset bmargin at screen %.5f\nset ylabel '%s [%s]' offset 0\n", (top - HEAD) / height,
-                (top - PANEL + 8) / height, check_name_of(s, (enum survey_kind)kind), check_unit_of(s, (enum survey_kind)kind));
-        fprintf(script, "set key at screen 0.985, screen %.5f right top horizontal\n", (panel == 1 ? height - 2.0 : top) / height);
+        char label[40];
+        snprintf(label, sizeof label, "%s [%s]", check_name_of(s, (enum survey_kind)kind), check_unit_of(s, (enum survey_kind)kind));
+        plot_panel(script, (top - HEAD) / height, (top - PANEL + 8) / height, ++panel == panels ? "time of the test [s]" : NULL, label);
+        fprintf(script, "set key at screen 0.98, screen %.5f right top horizontal\n", (panel == 1 ? height - 2.0 : top) / height);
         if (panel == 1) write_labels(script, s, (top - 0.45 * HEAD) / height);
         if (panel > 1 && kind != SURVEY_REFERENCE) fputs("unset key\n", script);
         plot_channels(script, s, (enum survey_kind)kind);

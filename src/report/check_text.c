@@ -42,25 +42,12 @@ static void print_name(FILE *out, const char *name) {
     fprintf(out, "  %.*s%*s", (int)shown, text, (int)(NAME_COLUMNS - columns), "");
 }
 
-/* Prints a number in so many columns; "-" if it is not known. */
-static void print_number(FILE *out, int columns, int digits, double value) {
-    char text[40];
-    if (isfinite(value)) snprintf(text, sizeof text, "%.*g", digits, value);
-    else strcpy(text, "-");
-    fprintf(out, "%*s", columns, text);
-}
-
 static void print_tests(FILE *out, const struct check_report *r) {
     fprintf(out, "  %-*s%-6s%11s%13s%13s%12s\n", NAME_COLUMNS, "test", "axis", "stated Hz", "measured Hz", "amplitude", "seconds");
     for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
         print_name(out, s->name);
-        fprintf(out, "%-6s", s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof]);
-        print_number(out, 11, 5, s->stated_hz);
-        print_number(out, 13, 6, s->measured_hz);
-        print_number(out, 8, 4, 1e3 * s->amplitude);
-        fprintf(out, " %-4s", check_amplitude_unit(s));
-        print_number(out, 12, 5, survey_seconds(s));
-        fputc('\n', out);
+        words_row(out, "%-6s%11.5g%13.6g%8.4g %-4s%12.5g\n", s->test.dof == DOF_NONE ? "none" : dof_names[s->test.dof], s->stated_hz,
+                  s->measured_hz, 1e3 * s->amplitude, check_amplitude_unit(s), survey_seconds(s));
     }
 }
 
@@ -69,12 +56,8 @@ static void print_sampling(FILE *out, const struct check_report *r) {
             "no num.");
     for (const struct survey *s = r->survey; s < r->survey + r->surveys; s++) {
         print_name(out, s->name);
-        fprintf(out, "%9d", s->test.count);
-        print_number(out, 10, 6, 1.0 / s->sampling.step_s);
-        print_number(out, 11, 2, check_jitter_ms(s));
-        print_number(out, 7, 6, (double)s->sampling.lost);
-        print_number(out, 10, 4, 1e3 * s->sampling.gap_s);
-        fprintf(out, "%7d%8d\n", s->flagged, s->not_a_number);
+        words_row(out, "%9d%10.6g%11.2g%7.6g%10.4g%7d%8d\n", s->test.count, 1.0 / s->sampling.step_s, check_jitter_ms(s),
+                  (double)s->sampling.lost, 1e3 * s->sampling.gap_s, s->flagged, s->not_a_number);
         if (s->unplaced) fprintf(out, "    %d more rows excluded: %s\n", s->unplaced, refusals[REFUSED_UNPLACED].why);
     }
 }
@@ -120,14 +103,10 @@ static void print_channels(FILE *out, const struct check_report *r) {
         if (!c.of) continue;
         int there = __builtin_popcount(c.there);
         fprintf(out, "  %-*s", NAME_COLUMNS - 4, check_name_of(r->survey, (enum survey_kind)kind));
-        if (!there) fputs("none", out);
-        else {
-            fprintf(out, "%d of %d  ", there, c.of);
-            print_number(out, 12, 6, u->scale * c.low), print_number(out, 12, 6, u->scale * c.high);
-            print_number(out, 12, 3, u->scale * c.noise), print_number(out, 10, 3, c.step > 0.0 ? u->scale * c.step : (double)NAN);
-            fprintf(out, " %s", check_unit_of(r->survey, (enum survey_kind)kind));
-        }
-        fputc('\n', out);
+        if (!there) fputs("none\n", out);
+        else
+            words_row(out, "%d of %d  %12.6g%12.6g%12.3g%10.3g %s\n", there, c.of, u->scale * c.low, u->scale * c.high, u->scale * c.noise,
+                      c.step > 0.0 ? u->scale * c.step : (double)NAN, check_unit_of(r->survey, (enum survey_kind)kind));
     }
 }
 

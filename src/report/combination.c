@@ -4,6 +4,7 @@
 
 #include "identification_table.h"
 #include "printable.h"
+#include "words.h"
 
 enum { NAMED = 8 /* most values that the verdict names */, COLUMN = 12 };
 
@@ -54,8 +55,7 @@ struct verdict combination_verdict(const struct combination *c) {
 }
 
 static void cell(FILE *out, double value, int digits, bool apart) {
-    if (isnan(value)) fprintf(out, "%*s ", COLUMN - 1, "-");
-    else fprintf(out, "%*.*f%c", COLUMN - 1, digits, value, apart ? '*' : ' ');
+    words_row(out, "%*.*f%c", COLUMN - 1, digits, value, apart ? '*' : ' ');
 }
 
 static void print_values(FILE *out, const struct combination *c) {

@@ -72,20 +72,14 @@ static void headline(FILE *out, const struct gap_result *r) {
 
 static void effect_card(FILE *out, const struct gap_effect *e) {
     const struct effect *effect = effect_table[e->effect];
-    fputs("<p><code>", out);
-    html_text(out, "%s", effect->name);
-    fputs("</code></p>\n", out);
+    html_print(out, "<p><code>%s</code></p>\n", effect->name);
     table_parameters(out, e);
-    fputs("<p class=\"small\">", out);
-    html_text(out, "%s", effect->law);
-    fputs("</p>\n", out);
+    html_print(out, "<p class=\"small\">%s</p>\n", effect->law);
 }
 
 static void place_line(FILE *out, const struct gap_place *w, int legs) {
     char words[GAP_WORDS];
-    fputs("<li>", out);
-    html_text(out, "%s, %s: %.1f %%", gap_place_words(w, legs, words), section_feature_words(w->feature), 100.0 * w->share);
-    fputs("</li>\n", out);
+    html_print(out, "<li>%s, %s: %.1f %%</li>\n", gap_place_words(w, legs, words), section_feature_words(w->feature), 100.0 * w->share);
 }
 
 static void missing_card(FILE *out, const struct gap_result *r) {
@@ -93,11 +87,8 @@ static void missing_card(FILE *out, const struct gap_result *r) {
     fprintf(out, "<div><h2>%s</h2>\n", titles[given(r)]);
     for (int i = 0; i < r->effects; i++) {
         effect_card(out, &r->effect[i]);
-        for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++) {
-            fputs("<p>or <code>", out);
-            html_text(out, "%s", effect_table[r->ambiguous_with[j]]->name);
-            fputs("</code></p>\n", out);
-        }
+        for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++)
+            html_print(out, "<p>or <code>%s</code></p>\n", effect_table[r->ambiguous_with[j]]->name);
     }
     if (r->verdict == GAP_NO_GAP)
         fprintf(out,
@@ -128,21 +119,17 @@ static const struct gap_candidate *runner_up(const struct gap_result *r) {
 
 static void evidence(FILE *out, const struct gap_effect *e, bool first) {
     if (first)
-        fprintf(out,
-                "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; strength of evidence "
-                "<b>z&nbsp;=&nbsp;%.0f</b>, comparable to standard deviations: below 6 nothing is named.</p>\n<p class=\"small\">",
-                100.0 * e->share_explained, e->z);
-    else fputs("<p><code>", out);
-    html_text(out, "%s", first ? e->evidence : effect_table[e->effect]->name);
-    if (!first) fprintf(out, "</code>: z&nbsp;=&nbsp;%.0f on what was left after that.", e->z);
-    fputs("</p>\n", out);
+        html_print(
+            out,
+            "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; strength of evidence "
+            "<b>z&nbsp;=&nbsp;%.0f</b>, comparable to standard deviations: below 6 nothing is named.</p>\n<p class=\"small\">%s</p>\n",
+            100.0 * e->share_explained, e->z, e->evidence);
+    else html_print(out, "<p><code>%s</code>: z&nbsp;=&nbsp;%.0f on what was left after that.</p>\n", effect_table[e->effect]->name, e->z);
 }
 
 static void sure_card(FILE *out, const struct gap_result *r) {
     const struct gap_candidate *next = runner_up(r);
-    fputs("<div><h2>How sure</h2>\n<p>Verdict <code>", out);
-    html_text(out, "%s", gap_verdict_names[r->verdict]);
-    fputs("</code></p>\n", out);
+    html_print(out, "<div><h2>How sure</h2>\n<p>Verdict <code>%s</code></p>\n", gap_verdict_names[r->verdict]);
     for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
     if (!r->effects)
         fprintf(
@@ -153,9 +140,8 @@ static void sure_card(FILE *out, const struct gap_result *r) {
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
         section_effect_words(out, next->effect, next->shape, params_legs(&r->model));
-        fputs(" (<code>", out);
-        html_text(out, "%s", effect_table[next->effect]->name);
-        fprintf(out, "</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f", 100.0 * fmax(next->share_explained, 0.0), next->z);
+        html_print(out, " (<code>%s</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f", effect_table[next->effect]->name,
+                   100.0 * fmax(next->share_explained, 0.0), next->z);
         if (r->effects) fprintf(out, "; that falls short by <b>z&nbsp;=&nbsp;%.0f</b>", gap_short(r, next));
         fputs(".</p>\n", out);
     }
@@ -169,9 +155,7 @@ static void size_bar(FILE *out, const char *name, double size, double full, cons
 }
 
 static void size_group(FILE *out, const char *name, const struct gap_result *r, double before, double after, double full) {
-    fputs("<div class=\"sizes\"><b>", out);
-    html_text(out, "%s", name);
-    fputs("</b>\n", out);
+    html_print(out, "<div class=\"sizes\"><b>%s</b>\n", name);
     size_bar(out, r->effects ? "before" : "model", before, full, "#8a8a8a");
     if (r->effects) size_bar(out, "after", after, full, "var(--accent)");
     size_bar(out, "noise floor", r->noise_floor.overall, full, "#d4d4d4");
@@ -222,24 +206,21 @@ static void next_steps(FILE *out, const struct gap_report *report) {
         fputs(".</p>\n", out);
     }
     if (!r->effects) return;
+    bool driven = !params_mechanism(&r->model)->refuses.run;
     fputs("<p class=\"next\"><b>Use it:</b> <code>", out);
-    bool driven = !params_mechanism(&report->result->model)->refuses.run;
-    html_text(out, driven ? "hexid run -c %s" : "hexid gap -c %s --measured ...", report->model_file);
+    html_print(out, driven ? "hexid run -c %s" : "hexid gap -c %s --measured ...", report->model_file);
     fprintf(out, "</code>, the configuration given with %s effect%s%s.</p>\n", r->effects > 1 ? "these" : "this", r->effects > 1 ? "s" : "",
             r->ambiguous ? " (the first of those that cannot be told apart)" : "");
 }
 
 static void first_screen(FILE *out, const struct gap_report *report) {
     const struct gap_result *r = report->result;
-    fputs("<header><span>hexid gap: <code>", out);
-    for (int i = 0; i < report->measured->runs; i++) html_text(out, "%s%s", i ? " and " : "", report->measured_file[i]);
-    fputs("</code> against <code>", out);
-    html_text(out, "%s", report->config_file);
+    for (int i = 0; i < report->measured->runs; i++) html_print(out, "%s%s", i ? " and " : "", report->measured_file[i]);
+    html_print(out, "</code> against <code>%s</code></span><span>", report->config_file);
     int tests = 0, pieces = 0;
     for (int i = 0; i < report->measured->tests; i++)
         if (report->measured->test[i].piece_s > 0.0) pieces++;
         else tests++;
-    fputs("</code></span><span>", out);
     if (tests) fprintf(out, "%d test%s, ", tests, tests == 1 ? "" : "s");
     if (pieces) fprintf(out, "%d piece%s of any motion, ", pieces, pieces == 1 ? "" : "s");
     fprintf(out, "%s</span></header>\n", r->simulated ? "simulated in closed loop" : "equations under the measured motion");
@@ -256,39 +237,18 @@ static void first_screen(FILE *out, const struct gap_report *report) {
 
 /* --- page */
 
-static void page_write(struct page *p) {
-    char title[HTML_TEXT];
-    snprintf(title, sizeof title, "hexid gap: %s", p->report->result->reason);
-    page_begin(p->out, title);
-    first_screen(p->out, p->report);
-    table_legs(p->out, p->report->result);
-    section_map(p);
-    section_waveforms(p);
-    section_loops(p);
-    table_hypotheses(p->out, p->report->result);
-    table_numbers(p->out, p->report);
-    table_base(p->out, p->report->result);
-    table_matrix(p->out, p->report->result);
-    if (p->picture.status) {
-        fputs("<p class=\"notice\">", p->out);
-        html_text(p->out, "%s", p->picture.text);
-        fputs("</p>\n", p->out);
-    }
-    fputs("</body>\n</html>\n", p->out);
+static void write_page(struct page *p, const void *subject) {
+    const struct gap_report *report = subject;
+    page_begin(p, "gap", report->result->reason);
+    first_screen(p->out, report);
+    table_legs(p->out, report->result);
+    section_map(p->out, report);
+    section_waveforms(p, report);
+    section_loops(p, report);
+    table_hypotheses(p->out, report->result);
+    table_numbers(p->out, report);
+    table_base(p->out, report->result);
+    table_matrix(p->out, report->result);
 }
 
-int gap_html(const struct gap_report *report, char **page, struct error *error) {
-    size_t size;
-    struct page p = {.report = report};
-    *page = NULL;
-    p.out = open_memstream(page, &size);
-    if (!p.out) return error_set(error, STATUS_IO, "report.html: out of memory");
-    page_write(&p);
-    if (ferror(p.out) | fclose(p.out)) {
-        free(*page);
-        *page = NULL;
-        return error_set(error, STATUS_IO, "report.html: out of memory");
-    }
-    *error = p.picture;
-    return p.picture.status;
-}
+int gap_html(const struct gap_report *report, char **page, struct error *error) { return page_make(write_page, report, page, error); }

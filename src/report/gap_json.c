@@ -1,20 +1,13 @@
 #include "gap_json.h"
 
-#include <jansson.h>
-#include <math.h>
-
 #include "ident.h"
-
-static json_t *number(double x) { return isfinite(x) ? json_real(x) : json_null(); }
+#include "report_json.h"
 
 /* One number if all legs have the same value, otherwise a list. */
 static json_t *legs(const double x[LEGS]) {
     bool alike = true;
     for (int k = 1; k < LEGS; k++) alike = alike && x[k] == x[0];
-    if (alike) return number(x[0]);
-    json_t *array = json_array();
-    for (int k = 0; k < LEGS; k++) json_array_append_new(array, number(x[k]));
-    return array;
+    return alike ? report_number(x[0]) : report_vector(x, LEGS);
 }
 
 static json_t *deviations(const struct gap_effect *e, int key) {
@@ -32,22 +25,22 @@ static json_t *effect(const struct gap_effect *e) {
         if (e->given.on) json_object_set_new(given, effect->keys[key].name, legs(e->given.value[key]));
     }
     return json_pack("{ss so so so so so ss}", "name", effect->name, "parameters", parameters, "std", std, "given", given,
-                     "share_explained", number(e->share_explained), "z", number(e->z), "evidence", e->evidence);
+                     "share_explained", report_number(e->share_explained), "z", report_number(e->z), "evidence", e->evidence);
 }
 
 static json_t *place(const struct gap_place *p) {
     json_t *at_s = p->piece_s > 0.0 ? json_real(p->at_s) : json_null();
     return json_pack("{ss? so sf ss si si ss so}", "test", p->dof == DOF_NONE ? NULL : dof_names[p->dof], "at_s", at_s, "frequency_hz",
                      p->frequency_hz, "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic", p->harmonic, "feature",
-                     p->feature, "share", number(p->share));
+                     p->feature, "share", report_number(p->share));
 }
 
 static json_t *size(const struct gap_size *s) {
-    json_t *object = json_pack("{so so}", "overall", number(s->overall), "varying", number(s->varying));
+    json_t *object = json_pack("{so so}", "overall", report_number(s->overall), "varying", report_number(s->varying));
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
-        json_object_set_new(
-            object, gap_channel_names[ch],
-            json_pack("{so so ss}", "rms", number(s->channel[ch]), "normalised", number(s->normalised[ch]), "unit", gap_channel_units[ch]));
+        json_object_set_new(object, gap_channel_names[ch],
+                            json_pack("{so so ss}", "rms", report_number(s->channel[ch]), "normalised", report_number(s->normalised[ch]),
+                                      "unit", gap_channel_units[ch]));
     return object;
 }
 
@@ -63,7 +56,7 @@ static json_t *rejected(const struct gap_result *r) {
         for (int j = 0; j < r->effects; j++) named = named || r->effect[j].effect == r->candidate[i].effect;
         if (named) continue;
         json_array_append_new(array, json_pack("{ss so so}", "name", effect_table[r->candidate[i].effect]->name, "share_explained",
-                                               number(r->candidate[i].share_explained), "z", number(r->candidate[i].z)));
+                                               report_number(r->candidate[i].share_explained), "z", report_number(r->candidate[i].z)));
     }
     return array;
 }
@@ -74,8 +67,8 @@ static json_t *base(const struct gap_result *r) {
     json_t *object = json_object();
     for (int i = 0; i < r->base_values; i++) {
         const struct gap_base_value *b = &r->base[i];
-        json_t *value = json_pack("{so so so sb}", "given", number(b->given), "value", number(b->value), "std", number(b->std), "at_bound",
-                                  b->bound);
+        json_t *value = json_pack("{so so so sb}", "given", report_number(b->given), "value", report_number(b->value), "std",
+                                  report_number(b->std), "at_bound", b->bound);
         if (b->leg < 0) {
             json_object_set_new(object, b->name, value);
             continue;
@@ -91,22 +84,13 @@ static json_t *base(const struct gap_result *r) {
     return object;
 }
 
-static json_t *matrix(const double m[DOFS][DOFS]) {
-    json_t *array = json_array();
-    for (int i = 0; i < DOFS; i++) {
-        json_t *row = json_array();
-        for (int j = 0; j < DOFS; j++) json_array_append_new(row, number(m[i][j]));
-        json_array_append_new(array, row);
-    }
-    return array;
-}
+static json_t *matrix(const double m[DOFS][DOFS], bool there) { return there ? report_matrix(m[0]) : json_null(); }
 
 /* Matrices from the measurement, from the model before and after, and from the measurement less the
  * effect of the friction found. */
 static json_t *matrices(const struct gap_result *r) {
-    return json_pack("{so so so so}", "measured", r->matrices ? matrix(r->measured_mt) : json_null(), "before",
-                     r->matrices ? matrix(r->before_mt) : json_null(), "after", r->matrices ? matrix(r->after_mt) : json_null(), "repaired",
-                     r->repaired ? matrix(r->repaired_mt) : json_null());
+    return json_pack("{so so so so}", "measured", matrix(r->measured_mt, r->matrices), "before", matrix(r->before_mt, r->matrices), "after",
+                     matrix(r->after_mt, r->matrices), "repaired", matrix(r->repaired_mt, r->repaired));
 }
 
 static json_t *line(const struct gap_line *l) {
@@ -125,14 +109,13 @@ char *gap_json(const struct gap_result *r, const char *model) {
     json_t *path = json_string(model);
     /* json_string() refuses a path that is not UTF-8 */
     if (!path) path = json_string("model.yaml");
-    json_t *white = json_pack("{so so}", "before", number(r->white_before), "after", number(r->white_after));
+    json_t *white = json_pack("{so so}", "before", report_number(r->white_before), "after", report_number(r->white_after));
     json_t *root = json_pack("{ss ss ss so so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
                              gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted, "ambiguous_with",
                              rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
-                             "unexplained_fraction", number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
-                             base(r), "Mt", matrices(r), "line", line(&r->line), "controller_difference", number(r->controller_difference),
-                             "seconds", number(r->seconds), "replay", r->simulated ? "closed-loop" : "motion", "model", path);
-    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(root);
-    return text;
+                             "unexplained_fraction", report_number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
+                             base(r), "Mt", matrices(r), "line", line(&r->line), "controller_difference",
+                             report_number(r->controller_difference), "seconds", report_number(r->seconds), "replay",
+                             r->simulated ? "closed-loop" : "motion", "model", path);
+    return report_text(root);
 }

@@ -5,7 +5,7 @@
 #include "residual.h"
 #include "units.h"
 
-enum { POINTS = 180 };
+enum { POINTS = 180, LOOP_WIDTH = 372, LOOP_HEIGHT = 320 };
 
 const struct picture_unit picture_units[GAP_CHANNELS] = {
     [GAP_LENGTH] = {1e3, 1e6, "mm", "µm"}, [GAP_FORCE] = {1.0, 1.0, "N", "N"}, [GAP_P1] = {1e-6, 1e-6, "MPa", "MPa"},
@@ -45,10 +45,10 @@ static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE])
 
 /* Writes columns: ms, measured, before, after, measured less before, measured less after. Returns
  * the largest difference in them. */
-static double wave_data(FILE *script, const struct picture *p, enum gap_channel channel) {
-    const struct wave *w = &p->test->wave[channel][p->leg];
-    const struct picture_unit *u = &picture_units[channel];
-    double origin = channel == GAP_LENGTH ? middle(p->test, w->measured) : 0.0, largest = u->difference_scale * w->noise;
+static double wave_data(FILE *script, const struct picture *p) {
+    const struct wave *w = &p->test->wave[p->channel][p->leg];
+    const struct picture_unit *u = &picture_units[p->channel];
+    double origin = p->channel == GAP_LENGTH ? middle(p->test, w->measured) : 0.0, largest = u->difference_scale * w->noise;
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
         double t_s = time_at(p->test, i);
@@ -71,111 +71,87 @@ static void plot(FILE *script, const struct picture *p, const char *measured, co
     fputc('\n', script);
 }
 
-void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel) {
-    const struct picture_unit *u = &picture_units[channel];
-    double noise = u->difference_scale * p->test->wave[channel][p->leg].noise;
+void picture_wave(FILE *script, const void *picture) {
+    const struct picture *p = picture;
+    const struct picture_unit *u = &picture_units[p->channel];
+    double noise = u->difference_scale * p->test->wave[p->channel][p->leg].noise;
+    char value[40], difference[40];
+    snprintf(value, sizeof value, "%s [%s]", labels[p->channel], u->unit);
+    snprintf(difference, sizeof difference, "difference [%s]", u->difference_unit);
     plot_begin(script, 540, 350);
-    double largest = wave_data(script, p, channel);
-    fprintf(script,
-            "set multiplot\n"
-            "set lmargin at screen 0.13\n"
-            "set rmargin at screen 0.98\n"
-            "set xrange [%g:%g]\n"
-            "set tmargin at screen 0.91\n"
-            "set bmargin at screen 0.48\n"
-            "set format x ''\n"
-            "set ylabel '%s [%s]' offset 1\n",
-            1e3 * p->test->from_s, 1e3 * (p->test->from_s + p->test->span_s), labels[channel], u->unit);
+    double largest = wave_data(script, p);
+    plot_panels(script, 0.13, 1e3 * p->test->from_s, 1e3 * (p->test->from_s + p->test->span_s));
+    plot_panel(script, 0.91, 0.48, NULL, value);
     plot(script, p, "1:2", "1:3", "1:4");
+    plot_panel(script, 0.43, 0.16, p->test->piece_s > 0.0 ? "time [ms]" : "time in the cycle [ms]", difference);
     fprintf(script,
             "unset key\n"
-            "set tmargin at screen 0.43\n"
-            "set bmargin at screen 0.16\n"
-            "set format x '%%g'\n"
-            "set xlabel '%s [ms]' offset 0,0.5\n"
-            "set ylabel 'difference [%s]' offset 1\n"
             "set ytics %g\n"
             "set yrange [%g:%g]\n"
             "set object rectangle from graph 0, first %g to graph 1, first %g fc rgb '#ececec' fs noborder behind\n",
-            p->test->piece_s > 0.0 ? "time" : "time in the cycle", u->difference_unit, tic_step(largest), -1.05 * largest, 1.05 * largest,
-            -noise, noise);
+            tic_step(largest), -1.05 * largest, 1.05 * largest, -noise, noise);
     plot(script, p, NULL, "1:5", "1:6");
 }
 
-/* Range of the values plotted so far. */
-struct reach {
-    double low, high;
-};
-
-static const struct reach nowhere = {HUGE_VAL, -HUGE_VAL};
-
-static double within(struct reach *r, double value) {
-    r->low = fmin(r->low, value), r->high = fmax(r->high, value);
-    return value;
-}
-
 /* Sets no more tics than have room for their numbers. */
-static void set_xtics(FILE *script, const struct reach *r) {
-    if (r->high > r->low) fprintf(script, "set xtics %g\n", tic_step(0.5 * (r->high - r->low)));
+static void set_xtics(FILE *script, double low, double high) {
+    if (high > low) fprintf(script, "set xtics %g\n", tic_step(0.5 * (high - low)));
 }
 
 /* Writes columns: velocity, force measured, before, after, measured less before, measured less
  * after. */
 static void force_data(FILE *script, const struct picture *p) {
     const struct wave *force = &p->test->wave[GAP_FORCE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
-    struct reach rate = nowhere;
+    double low = HUGE_VAL, high = -HUGE_VAL;
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
-        double t_s = time_at(p->test, i);
+        double t_s = time_at(p->test, i), rate = 1e3 * rate_at(length->measured, p->test, t_s);
         double m = value_at(force->measured, p->test, t_s), b = value_at(force->before, p->test, t_s);
         double a = value_at(force->after, p->test, t_s);
-        fprintf(script, "%g %g %g %g %g %g\n", within(&rate, 1e3 * rate_at(length->measured, p->test, t_s)), m, b, a, m - b, m - a);
+        fprintf(script, "%g %g %g %g %g %g\n", rate, m, b, a, m - b, m - a);
+        low = fmin(low, rate), high = fmax(high, rate);
     }
     fputs("EOD\n", script);
-    set_xtics(script, &rate);
+    set_xtics(script, low, high);
 }
 
-void picture_force_loop(FILE *script, const struct picture *p) {
-    plot_begin(script, 372, 320);
-    force_data(script, p);
-    fputs("set xlabel 'velocity [mm/s]' offset 0,0.5\n"
-          "set ylabel 'force [N]' offset 1\n",
-          script);
-    plot(script, p, "1:2", "1:3", "1:4");
+void picture_force_loop(FILE *script, const void *picture) {
+    plot_begin(script, LOOP_WIDTH, LOOP_HEIGHT);
+    force_data(script, picture);
+    plot_axes(script, "velocity [mm/s]", "force [N]");
+    plot(script, picture, "1:2", "1:3", "1:4");
 }
 
-void picture_rest_loop(FILE *script, const struct picture *p) {
-    plot_begin(script, 372, 320);
-    force_data(script, p);
-    fputs("set xlabel 'velocity [mm/s]' offset 0,0.5\n"
-          "set ylabel 'measured less model [N]' offset 1\n"
-          "set xzeroaxis lc rgb '#777777'\n",
-          script);
-    plot(script, p, NULL, "1:5", "1:6");
+void picture_rest_loop(FILE *script, const void *picture) {
+    plot_begin(script, LOOP_WIDTH, LOOP_HEIGHT);
+    force_data(script, picture);
+    plot_axes(script, "velocity [mm/s]", "measured less model [N]");
+    fputs("set xzeroaxis lc rgb '#777777'\n", script);
+    plot(script, picture, NULL, "1:5", "1:6");
 }
 
 /* Writes pairs of columns, valve and velocity: measured, before, after. */
 static void valve_data(FILE *script, const struct picture *p) {
     const struct wave *valve = &p->test->wave[GAP_VALVE][p->leg], *length = &p->test->wave[GAP_LENGTH][p->leg];
     const double *rows[][2] = {{valve->measured, length->measured}, {valve->before, length->before}, {valve->after, length->after}};
-    struct reach opening = nowhere;
+    double low = HUGE_VAL, high = -HUGE_VAL;
     fputs("$data << EOD\n", script);
     for (int i = 0; i <= POINTS; i++) {
         double t_s = time_at(p->test, i);
-        for (int side = 0; side < 3; side++)
-            fprintf(script, "%g %g ", within(&opening, 1e2 * value_at(rows[side][0], p->test, t_s)),
-                    1e3 * rate_at(rows[side][1], p->test, t_s));
+        for (int side = 0; side < 3; side++) {
+            double opening = 1e2 * value_at(rows[side][0], p->test, t_s);
+            fprintf(script, "%g %g ", opening, 1e3 * rate_at(rows[side][1], p->test, t_s));
+            low = fmin(low, opening), high = fmax(high, opening);
+        }
         fputc('\n', script);
     }
     fputs("EOD\n", script);
-    set_xtics(script, &opening);
+    set_xtics(script, low, high);
 }
 
-void picture_valve_loop(FILE *script, const struct picture *p) {
-    plot_begin(script, 372, 320);
-    valve_data(script, p);
-    fputs("set xlabel 'valve command [%]' offset 0,0.5\n"
-          "set ylabel 'velocity [mm/s]' offset 1\n",
-          script);
-    plot(script, p, "1:2", "3:4", "5:6");
+void picture_valve_loop(FILE *script, const void *picture) {
+    plot_begin(script, LOOP_WIDTH, LOOP_HEIGHT);
+    valve_data(script, picture);
+    plot_axes(script, "valve command [%]", "velocity [mm/s]");
+    plot(script, picture, "1:2", "3:4", "5:6");
 }

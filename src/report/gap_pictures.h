@@ -13,19 +13,22 @@
 struct picture {
     const struct wave_test *test;
     int leg;
+    enum gap_channel channel;
     bool after;   /* false: there is no model after to show */
 };
 
-/* Plots a channel's waveform, and below it measurement less model, with the noise of a sample as a
+/* These plot a struct picture (page_script of page.h).
+ *
+ * Plots a channel's waveform, and below it measurement less model, with the noise of a sample as a
  * band. */
-void picture_wave(FILE *script, const struct picture *p, enum gap_channel channel);
+void picture_wave(FILE *script, const void *picture);
 
 /* Plot force over velocity from waves_motion: the loop, and what the models leave of it (rest). */
-void picture_force_loop(FILE *script, const struct picture *p);
-void picture_rest_loop(FILE *script, const struct picture *p);
+void picture_force_loop(FILE *script, const void *picture);
+void picture_rest_loop(FILE *script, const void *picture);
 
 /* Plots velocity over valve command from waves_closed_loop, each model with its own motion. */
-void picture_valve_loop(FILE *script, const struct picture *p);
+void picture_valve_loop(FILE *script, const void *picture);
 
 /* Display unit of a channel in pictures, tables and on the terminal: an SI value times `scale` is
  * in `unit`. Differences of two values may have another unit. */

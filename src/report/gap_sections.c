@@ -7,7 +7,6 @@
 #include "gap_pictures.h"
 #include "html.h"
 #include "hypothesis.h"
-#include "page.h"
 
 static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
 
@@ -43,11 +42,6 @@ const char *section_feature_words(const char *feature) {
     return feature;
 }
 
-static void shape_words(FILE *out, int shape) {
-    if (shape >= 0) html_text(out, " (leg %d only)", shape + 1);
-    if (shape == SHAPE_EACH) html_text(out, " (each leg its own)");
-}
-
 /* Writes words for a platform in the singular, for a single axis with one cylinder, valve and
  * sensor. */
 static void singular(FILE *out, const char *plain) {
@@ -59,46 +53,19 @@ static void singular(FILE *out, const char *plain) {
     while (*plain) {
         int i = 0;
         while (i < PAIRS && strncmp(plain, words[i][0], strlen(words[i][0])) != 0) i++;
-        if (i < PAIRS) html_text(out, "%s", words[i][1]), plain += strlen(words[i][0]);
-        else html_text(out, "%c", *plain++);
+        if (i < PAIRS) html_print(out, "%s", words[i][1]), plain += strlen(words[i][0]);
+        else html_print(out, "%c", *plain++);
     }
 }
 
 void section_effect_words(FILE *out, int effect, int shape, int legs) {
     if (legs == 1) singular(out, effect_table[effect]->plain);
-    else html_text(out, "%s", effect_table[effect]->plain);
-    shape_words(out, shape);
+    else html_print(out, "%s", effect_table[effect]->plain);
+    if (shape >= 0) fprintf(out, " (leg %d only)", shape + 1);
+    if (shape == SHAPE_EACH) fputs(" (each leg its own)", out);
 }
 
 /* --- pictures */
-
-typedef void script_writer(FILE *script, const struct picture *picture, enum gap_channel channel);
-
-static void write_wave(FILE *script, const struct picture *picture, enum gap_channel channel) { picture_wave(script, picture, channel); }
-static void write_force_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
-    (void)channel;
-    picture_force_loop(script, picture);
-}
-static void write_rest_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
-    (void)channel;
-    picture_rest_loop(script, picture);
-}
-static void write_valve_loop(FILE *script, const struct picture *picture, enum gap_channel channel) {
-    (void)channel;
-    picture_valve_loop(script, picture);
-}
-
-static void draw(struct page *p, script_writer *writer, const struct picture *picture, enum gap_channel channel, const char *caption) {
-    char *script = NULL;
-    size_t size = 0;
-    FILE *stream = p->picture.status ? NULL : open_memstream(&script, &size);
-    if (stream) {
-        writer(stream, picture, channel);
-        if (fclose(stream)) error_set(&p->picture, STATUS_IO, "out of memory");
-    }
-    page_figure(p->out, script, size, caption, &p->picture);
-    free(script);
-}
 
 /* One channel of one leg in one test, as the subject of a picture. */
 struct spot {
@@ -135,8 +102,7 @@ static struct spot *spots(const struct waves *w, int *count) {
 }
 
 /* Names a test: "x"; with several runs "x at 4 Hz"; a piece of a motion "at 3.21 s". */
-static const char *test_words(const struct page *p, int test, enum dof dof, double at_s, double piece_s, char words[TEST_WORDS]) {
-    const struct recording *r = p->report->measured;
+static const char *test_words(const struct recording *r, int test, enum dof dof, double at_s, double piece_s, char words[TEST_WORDS]) {
     if (piece_s > 0.0) {
         snprintf(words, TEST_WORDS, "at %.4g s", at_s);
         return words;
@@ -147,7 +113,7 @@ static const char *test_words(const struct page *p, int test, enum dof dof, doub
     return words;
 }
 
-static bool has_after(const struct page *p) { return p->report->result->effects > 0; }
+static bool has_after(const struct gap_report *report) { return report->result->effects > 0; }
 
 static const struct wave_test *find_test(const struct waves *w, const struct gap_place *place) {
     for (int i = 0; i < w->tests; i++)
@@ -157,9 +123,9 @@ static const struct wave_test *find_test(const struct waves *w, const struct gap
 
 /* Lists candidates for a picture in order: first the places of the gap, which are weighted by
  * noise, then the largest differences. The caller frees the list. */
-static struct spot *list_spots(const struct page *p, int *count) {
-    const struct waves *w = p->report->waves;
-    const struct gap_result *r = p->report->result;
+static struct spot *list_spots(const struct gap_report *report, int *count) {
+    const struct waves *w = report->waves;
+    const struct gap_result *r = report->result;
     int others;
     struct spot *by = spots(w, &others), *list = by ? malloc(((size_t)others + GAP_PLACES) * sizeof *list) : NULL;
     *count = 0;
@@ -177,9 +143,9 @@ static struct spot *list_spots(const struct page *p, int *count) {
 
 /* Chooses the first spots of the list, but no channel too often, and no channel of a test twice.
  * Returns their number. */
-static int choose(const struct page *p, const struct spot *list, int count, struct spot chosen[PICTURES]) {
+static int choose(const struct waves *w, const struct spot *list, int count, struct spot chosen[PICTURES]) {
     int channels = 0, taken[GAP_CHANNELS] = {0}, n = 0;
-    for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += p->report->waves->evaluated[ch];
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += w->evaluated[ch];
     for (int i = 0; i < count && n < PICTURES; i++) {
         bool seen = taken[list[i].channel] >= (PICTURES + channels - 1) / channels;
         for (int j = 0; j < n; j++) seen = seen || (chosen[j].test == list[i].test && chosen[j].channel == list[i].channel);
@@ -188,23 +154,20 @@ static int choose(const struct page *p, const struct spot *list, int count, stru
     return n;
 }
 
-void section_waveforms(struct page *p) {
+void section_waveforms(struct page *p, const struct gap_report *report) {
     int count;
-    struct spot *list = list_spots(p, &count), chosen[PICTURES];
-    int n = list ? choose(p, list, count, chosen) : 0;
-    fputs("<section id=\"waveforms\"><h2>Where they disagree most</h2>\n<p>Measured, and the model driven ", p->out);
-    fputs(p->report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands",
-          p->out);
-    fputs(". Below each: measured less model; the grey band is one standard deviation of the noise of a single sample.</p>\n<div "
-          "class=\"two\">\n",
-          p->out);
-    for (int i = 0; i < n; i++) {
-        char caption[160], words[TEST_WORDS], place[PLACE_WORDS];
-        const struct spot *s = &chosen[i];
-        snprintf(caption, sizeof caption, "Test %s%s: before, the model is off by %.1f %% of the channel's variation",
-                 test_words(p, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words),
-                 place_words(p->report->waves->legs, s->channel, s->leg, place), 100.0 * s->size);
-        draw(p, write_wave, &(struct picture){s->test, s->leg, has_after(p)}, s->channel, caption);
+    struct spot *list = list_spots(report, &count), chosen[PICTURES];
+    int n = list ? choose(report->waves, list, count, chosen) : 0;
+    html_print(p->out,
+               "<section id=\"waveforms\"><h2>Where they disagree most</h2>\n<p>Measured, and the model driven %s. Below each: measured "
+               "less model; the grey band is one standard deviation of the noise of a single sample.</p>\n<div class=\"two\">\n",
+               report->result->simulated ? "as the rig was (same reference, same controller)" : "by the measured motion and commands");
+    for (const struct spot *s = chosen; s < chosen + n; s++) {
+        char words[TEST_WORDS], place[PLACE_WORDS];
+        page_figure(p, picture_wave, &(struct picture){s->test, s->leg, s->channel, has_after(report)},
+                    "Test %s%s: before, the model is off by %.1f %% of the channel's variation",
+                    test_words(report->measured, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words),
+                    place_words(report->waves->legs, s->channel, s->leg, place), 100.0 * s->size);
     }
     fputs("</div></section>\n", p->out);
     free(list);
@@ -218,26 +181,26 @@ static const struct gap_place *loop_place(const struct gap_result *r) {
     return r->places ? &r->where[0] : NULL;
 }
 
-void section_loops(struct page *p) {
-    const struct gap_place *place = loop_place(p->report->result);
-    const struct wave_test *motion = place ? find_test(p->report->motion, place) : NULL;
-    const struct wave_test *simulated = place && p->report->result->simulated ? find_test(p->report->waves, place) : NULL;
-    char caption[200], words[TEST_WORDS], leg[PLACE_WORDS] = "";
+void section_loops(struct page *p, const struct gap_report *report) {
+    const struct gap_place *place = loop_place(report->result);
+    const struct wave_test *motion = place ? find_test(report->motion, place) : NULL;
+    const struct wave_test *simulated = place && report->result->simulated ? find_test(report->waves, place) : NULL;
+    char words[TEST_WORDS], leg[PLACE_WORDS] = "";
     if (!motion) return;
-    if (p->report->waves->legs > 1) snprintf(leg, sizeof leg, ", leg %d", place->leg + 1);
+    const struct picture loop = {motion, place->leg, GAP_FORCE, has_after(report)};
+    if (report->waves->legs > 1) snprintf(leg, sizeof leg, ", leg %d", place->leg + 1);
     fputs("<section id=\"loops\"><h2>Loops over velocity</h2>\n<p>The area of a force loop is the energy lost in a cycle. In what the "
           "model leaves over, dry friction is a jump at zero velocity, viscous friction a slope, inertia and stiffness an open "
           "loop.</p>\n<div class=\"loops\">\n",
           p->out);
-    snprintf(caption, sizeof caption,
-             "Test %s%s: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
-             "model needs for the measured motion",
-             test_words(p, motion->test, motion->dof, motion->at_s, motion->piece_s, words), leg);
-    draw(p, write_force_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE, caption);
-    draw(p, write_rest_loop, &(struct picture){motion, place->leg, has_after(p)}, GAP_FORCE,
-         "What the model leaves over: the measured force less the one that the model needs");
-    snprintf(caption, sizeof caption, "Velocity over valve command, each with its own motion");
-    if (simulated) draw(p, write_valve_loop, &(struct picture){simulated, place->leg, has_after(p)}, GAP_VALVE, caption);
+    page_figure(p, picture_force_loop, &loop,
+                "Test %s%s: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
+                "model needs for the measured motion",
+                test_words(report->measured, motion->test, motion->dof, motion->at_s, motion->piece_s, words), leg);
+    page_figure(p, picture_rest_loop, &loop, "What the model leaves over: the measured force less the one that the model needs");
+    if (simulated)
+        page_figure(p, picture_valve_loop, &(struct picture){simulated, place->leg, GAP_VALVE, has_after(report)},
+                    "Velocity over valve command, each with its own motion");
     fputs("</div></section>\n", p->out);
 }
 
@@ -245,8 +208,7 @@ void section_loops(struct page *p) {
 
 /* Difference that has the full colour: the largest one, or the noise of a sample if that is
  * larger. */
-static double full_colour(const struct page *p) {
-    const struct waves *w = p->report->waves;
+static double full_colour(const struct waves *w) {
     double full = 0.0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
         for (int i = 0; i < w->tests && w->evaluated[ch]; i++)
@@ -281,60 +243,61 @@ static void map_cell(FILE *out, double size, double full) {
             size < 0.0995 ? 1 : 0, 100.0 * size);
 }
 
-static void map_rows(const struct page *p, bool after, double full) {
-    const struct waves *w = p->report->waves;
+static void map_rows(FILE *out, const struct gap_report *report, bool after, double full) {
+    const struct waves *w = report->waves;
     char words[TEST_WORDS];
-    fprintf(p->out, "<tr><th class=\"side\" colspan=\"%d\">%s</th></tr>\n", 1 + GAP_CHANNELS * w->legs, after ? "after" : "before");
-    for (int i = 0; i < w->tests; i++) {
-        fprintf(p->out, "<tr><th>%s</th>", test_words(p, w->test[i].test, w->test[i].dof, w->test[i].at_s, w->test[i].piece_s, words));
-        for (int ch = 0; ch < GAP_CHANNELS; ch++) {
-            for (int leg = 0; leg < w->legs; leg++)
-                if (w->evaluated[ch]) map_cell(p->out, spot_size(w, &w->test[i], ch, leg, after), full);
-                else fputs("<td class=\"none\"></td>", p->out);
+    fprintf(out, "<tr><th class=\"side\" colspan=\"%d\">%s</th></tr>\n", 1 + GAP_CHANNELS * w->legs, after ? "after" : "before");
+    for (const struct wave_test *t = w->test; t < w->test + w->tests; t++) {
+        fprintf(out, "<tr><th>%s</th>", test_words(report->measured, t->test, t->dof, t->at_s, t->piece_s, words));
+        for (int i = 0; i < GAP_CHANNELS * w->legs; i++) {
+            int ch = i / w->legs, leg = i % w->legs;
+            if (w->evaluated[ch]) map_cell(out, spot_size(w, t, ch, leg, after), full);
+            else fputs("<td class=\"none\"></td>", out);
         }
-        fputs("</tr>\n", p->out);
+        fputs("</tr>\n", out);
     }
 }
 
-static void list_places(const struct page *p) {
-    const struct gap_result *r = p->report->result;
-    int legs = p->report->waves->legs;
-    fprintf(p->out,
-            "<h3>Largest places of the gap in the equations, before</h3>\n<div class=\"wide\"><table><tr><th>test</th><th>channel</th>%s"
-            "<th>frequency</th><th>feature of the motion</th><th class=\"n\">share of the squared gap</th></tr>\n",
-            legs > 1 ? "<th>leg</th>" : "");
-    for (int i = 0; i < r->places; i++) {
-        const struct gap_place *w = &r->where[i];
-        char words[TEST_WORDS];
-        fprintf(p->out, "<tr><td>%s</td><td>%s</td>", test_words(p, w->test, w->dof, w->at_s, w->piece_s, words),
-                section_channel_words(legs, w->channel));
-        if (legs > 1) fprintf(p->out, "<td>%d</td>", w->leg + 1);
-        fputs("<td>", p->out);
-        if (w->piece_s > 0.0) fprintf(p->out, "near %.2g Hz</td><td>", w->frequency_hz);
-        else fprintf(p->out, "harmonic %d%s</td><td>", w->harmonic, w->harmonic ? "" : " (constant)");
-        html_text(p->out, "%s", section_feature_words(w->feature));
-        fprintf(p->out, "</td><td class=\"n\">%.1f %%</td></tr>\n", 100.0 * w->share);
-    }
-    fputs("</table></div>\n", p->out);
+static void place_row(FILE *out, const struct gap_report *report, const struct gap_place *w) {
+    int legs = report->waves->legs;
+    char words[TEST_WORDS];
+    fputs("<tr>", out);
+    html_cells(out, "%s|%s", test_words(report->measured, w->test, w->dof, w->at_s, w->piece_s, words),
+               section_channel_words(legs, w->channel));
+    if (legs > 1) html_cells(out, "%d", w->leg + 1);
+    if (w->piece_s > 0.0) html_cells(out, "near %.2g Hz", w->frequency_hz);
+    else html_cells(out, "harmonic %d%s", w->harmonic, w->harmonic ? "" : " (constant)");
+    html_cells(out, "%s|>%.1f %%", section_feature_words(w->feature), 100.0 * w->share);
+    fputs("</tr>\n", out);
 }
 
-void section_map(struct page *p) {
-    const struct waves *w = p->report->waves;
-    double full = full_colour(p);
+static void list_places(FILE *out, const struct gap_report *report) {
+    const struct gap_result *r = report->result;
+    fputs("<h3>Largest places of the gap in the equations, before</h3>\n", out);
+    html_table(out, NULL,
+               report->waves->legs > 1 ? "test|channel|leg|frequency|feature of the motion|>share of the squared gap"
+                                       : "test|channel|frequency|feature of the motion|>share of the squared gap");
+    for (int i = 0; i < r->places; i++) place_row(out, report, &r->where[i]);
+    html_table_end(out);
+}
+
+void section_map(FILE *out, const struct gap_report *report) {
+    const struct waves *w = report->waves;
+    double full = full_colour(w);
     fputs("<section id=\"map\"><h2>Disagreement map</h2>\n<p>Rms difference between model and measurement, of mean cycles or of pieces of "
           "any motion, in % of the channel's measured variation; one row a test",
-          p->out);
-    fputs(w->legs == LEGS ? ", six legs a channel." : ".", p->out);
-    if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion and are not evaluated.", p->out);
-    fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", p->out);
+          out);
+    fputs(w->legs == LEGS ? ", six legs a channel." : ".", out);
+    if (!w->evaluated[GAP_LENGTH]) fputs(" Length and valve command are inputs of a replay by motion and are not evaluated.", out);
+    fputs("</p>\n<div class=\"wide\"><table class=\"map\"><tr><th></th>", out);
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
-        fprintf(p->out, "<th colspan=\"%d\">%s</th>", w->legs, section_channel_words(w->legs, (enum gap_channel)ch));
-    fputs(w->legs > 1 ? "</tr>\n<tr class=\"legs\"><th>leg</th>" : "", p->out);
-    for (int i = 0; w->legs > 1 && i < GAP_CHANNELS * w->legs; i++) fprintf(p->out, "<th>%d</th>", i % w->legs + 1);
-    fputs("</tr>\n", p->out);
-    map_rows(p, false, full);
-    if (has_after(p)) map_rows(p, true, full);
-    fputs("</table></div>\n", p->out);
-    list_places(p);
-    fputs("</section>\n", p->out);
+        fprintf(out, "<th colspan=\"%d\">%s</th>", w->legs, section_channel_words(w->legs, (enum gap_channel)ch));
+    fputs(w->legs > 1 ? "</tr>\n<tr class=\"legs\"><th>leg</th>" : "", out);
+    for (int i = 0; w->legs > 1 && i < GAP_CHANNELS * w->legs; i++) fprintf(out, "<th>%d</th>", i % w->legs + 1);
+    fputs("</tr>\n", out);
+    map_rows(out, report, false, full);
+    if (has_after(report)) map_rows(out, report, true, full);
+    html_table_end(out);
+    list_places(out, report);
+    fputs("</section>\n", out);
 }

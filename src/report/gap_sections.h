@@ -3,18 +3,14 @@
 #define HEXID_GAP_SECTIONS_H
 
 #include "gap_html.h"
+#include "page.h"
 
-/* A page while it is written. */
-struct page {
-    FILE *out;
-    const struct gap_report *report;
-    struct error picture;  /* why the first picture was not drawn; status 0: all were drawn */
-};
-
-void section_map(struct page *p);         /* disagreement by test, channel and leg, and the list of
-                                           * places */
-void section_waveforms(struct page *p);   /* plots of the largest disagreements */
-void section_loops(struct page *p);       /* plots of force and valve over velocity */
+/* Disagreement by test, channel and leg, and the list of places. */
+void section_map(FILE *out, const struct gap_report *report);
+void section_waveforms(struct page *p, const struct gap_report *report); /* plots of the largest
+                                                                          * disagreements */
+void section_loops(struct page *p, const struct gap_report *report);     /* plots of force and valve
+                                                                          * over velocity */
 
 /* Writes words such as "dry friction in the cylinders (leg 3 only)". shape: as in gap.h. */
 void section_effect_words(FILE *out, int effect, int shape, int legs);

@@ -10,13 +10,6 @@
 #include "ident.h"
 #include "nominal.h"
 
-static void number_cell(FILE *out, double value, const char *format) {
-    fputs("<td class=\"n\">", out);
-    if (isfinite(value)) fprintf(out, format, value);
-    else fputs("–", out);
-    fputs("</td>", out);
-}
-
 /* --- parameters */
 
 static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int leg, const char *unit) {
@@ -41,32 +34,23 @@ static void spread_cell(FILE *out, const double value[LEGS], const char *unit) {
     fputs("</td>", out);
 }
 
-static void key_cell(FILE *out, const struct effect_key *key) {
-    fputs("<tr><td><code>", out);
-    html_text(out, "%s", key->name);
-    fputs("</code></td>", out);
-}
-
 void table_parameters(FILE *out, const struct gap_effect *e) {
-    const struct effect_key *keys = effect_table[e->effect]->keys;
+    const struct effect_key *key = effect_table[e->effect]->keys;
     fputs("<table class=\"parameters\">", out);
-    for (int key = 0; key < e->keys; key++) {
-        key_cell(out, &keys[key]);
-        if (e->shape == SHAPE_EACH) spread_cell(out, e->values.value[key], keys[key].unit);
-        else parameter_cell(out, e, key, e->shape >= 0 ? e->shape : 0, keys[key].unit);
+    for (int k = 0; k < e->keys; k++) {
+        html_print(out, "<tr><td><code>%s</code></td>", key[k].name);
+        if (e->shape == SHAPE_EACH) spread_cell(out, e->values.value[k], key[k].unit);
+        else parameter_cell(out, e, k, e->shape >= 0 ? e->shape : 0, key[k].unit);
         fputs("</tr>\n", out);
     }
     fputs("</table>\n", out);
 }
 
 static void leg_rows(FILE *out, const struct gap_effect *e) {
-    const struct effect_key *keys = effect_table[e->effect]->keys;
-    for (int key = 0; key < e->keys; key++) {
-        key_cell(out, &keys[key]);
-        fputs("<td>", out);
-        html_text(out, "%s", keys[key].unit);
-        fputs("</td>", out);
-        for (int leg = 0; leg < LEGS; leg++) parameter_cell(out, e, key, leg, "-");
+    const struct effect_key *key = effect_table[e->effect]->keys;
+    for (int k = 0; k < e->keys; k++) {
+        html_print(out, "<tr><td><code>%s</code></td><td>%s</td>", key[k].name, key[k].unit);
+        for (int leg = 0; leg < LEGS; leg++) parameter_cell(out, e, k, leg, "-");
         fputs("</tr>\n", out);
     }
 }
@@ -75,12 +59,12 @@ void table_legs(FILE *out, const struct gap_result *r) {
     bool any = false;
     for (int i = 0; i < r->effects; i++) any = any || r->effect[i].shape == SHAPE_EACH;
     if (!any) return;
-    fputs("<section id=\"legs\"><h2>Parameters leg by leg</h2>\n<div class=\"wide\"><table><tr><th>key</th><th>unit</th>", out);
-    for (int leg = 0; leg < LEGS; leg++) fprintf(out, "<th class=\"n\">leg %d</th>", leg + 1);
-    fputs("</tr>\n", out);
+    fputs("<section id=\"legs\"><h2>Parameters leg by leg</h2>\n", out);
+    html_table(out, NULL, "key|unit|>leg 1|>leg 2|>leg 3|>leg 4|>leg 5|>leg 6");
     for (int i = 0; i < r->effects; i++)
         if (r->effect[i].shape == SHAPE_EACH) leg_rows(out, &r->effect[i]);
-    fputs("</table></div></section>\n", out);
+    html_table_end(out);
+    fputs("</section>\n", out);
 }
 
 /* --- hypotheses */
@@ -123,23 +107,19 @@ static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     double share = fmin(fmax(c->share_explained, 0.0), 1.0);
     fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", strcmp(end, "named") ? "" : " class=\"found\"", place + 1);
     section_effect_words(out, c->effect, c->shape, params_legs(&r->model));
-    fputs("<br><code>", out);
-    html_text(out, "%s", effect_table[c->effect]->name);
-    fprintf(out, "</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", 100.0 * share);
-    number_cell(out, 100.0 * share, "%.1f %%");
-    number_cell(out, c->z, "%.1f");
-    fprintf(out, "<td>%s</td></tr>\n", end);
+    html_print(out, "<br><code>%s</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", effect_table[c->effect]->name,
+               100.0 * share);
+    html_cells(out, ">%.1f %%|>%.1f|%s", 100.0 * share, c->z, end);
+    fputs("</tr>\n", out);
 }
 
 /* Lists candidates without any gain, by name only. */
 static void list_rest(FILE *out, const struct gap_result *r) {
     int rest = 0;
     for (int i = 0; i < r->candidates; i++)
-        if (r->candidate[i].gain <= 0.0) {
-            fputs(rest++ ? ", <code>" : "<p class=\"small\">No gain at all: <code>", out);
-            html_text(out, "%s", effect_table[r->candidate[i].effect]->name);
-            fputs("</code>", out);
-        }
+        if (r->candidate[i].gain <= 0.0)
+            html_print(out, rest++ ? ", <code>%s</code>" : "<p class=\"small\">No gain at all: <code>%s</code>",
+                       effect_table[r->candidate[i].effect]->name);
     if (rest) fputs(".</p>\n", out);
 }
 
@@ -163,7 +143,7 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
               out);
         for (int i = 0; i < r->candidates; i++)
             if (r->candidate[i].gain > 0.0) hypothesis_row(out, r, i);
-        fputs("</table></div>\n", out);
+        html_table_end(out);
     }
     list_rest(out, r);
     fputs("</section>\n", out);
@@ -173,10 +153,9 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
 
 /* Writes a row of the table of differences, in units that suit them. */
 static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
-    char format[] = "%.0f";
-    format[2] = (char)('0' + decimals);
-    fprintf(out, "<tr><th>%s</th><td>%s</td>", name, unit);
-    for (int i = 0; i < 5; i++) number_cell(out, scale * value[i], format);
+    fputs("<tr>", out);
+    html_cells(out, "*%s|%s", name, unit);
+    for (int i = 0; i < 5; i++) html_cells(out, ">%.*f", decimals, scale * value[i]);
     fputs("</tr>\n", out);
 }
 
@@ -187,9 +166,9 @@ static void size_table(FILE *out, const struct gap_report *report, bool normalis
     double value[5];
     fputs("<div class=\"wide\">"
           "<table><tr><th rowspan=\"2\">channel</th><th rowspan=\"2\">unit</th><th colspan=\"2\">data used</th><th colspan=\"2\">data "
-          "held out</th><th rowspan=\"2\" class=\"n\">noise floor</th></tr>\n"
-          "<tr><th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">before</th><th class=\"n\">after</th></tr>\n",
+          "held out</th><th rowspan=\"2\" class=\"n\">noise floor</th></tr>\n",
           out);
+    html_head(out, ">before|>after|>before|>after");
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         const struct picture_unit *u = &picture_units[ch];
         const char *words = section_channel_words(report->waves->legs, (enum gap_channel)ch);
@@ -199,7 +178,7 @@ static void size_table(FILE *out, const struct gap_report *report, bool normalis
     }
     for (int i = 0; i < 5; i++) value[i] = sizes[i]->overall;
     if (normalised) size_row(out, "overall", "%", 100.0, 2, value);
-    fputs("</table></div>\n", out);
+    html_table_end(out);
 }
 
 void table_numbers(FILE *out, const struct gap_report *report) {
@@ -207,12 +186,10 @@ void table_numbers(FILE *out, const struct gap_report *report) {
           "the samples about them together, so that a perfect model ends at the noise floor. All with the model's own parameters "
           "fitted. Data used: the even cycles or pieces. Data held out: ",
           out);
-    if (report->validate_file) html_text(out, "the log %s.", report->validate_file);
+    if (report->validate_file) html_print(out, "the log %s.", report->validate_file);
     else fputs("the odd ones, which no fit has seen.", out);
-    fputs(report->result->simulated ? ""
-                                    : " Not simulated in closed loop: the equations under the measured motion, which take length "
-                                      "and valve command as given.",
-          out);
+    if (!report->result->simulated)
+        fputs(" Not simulated in closed loop: the equations under the measured motion, which take length and valve command as given.", out);
     fputs("</p>\n<div class=\"two\"><div><h3>SI units</h3>\n", out);
     size_table(out, report, false);
     fputs("<p class=\"small\">valve: % of full opening</p></div><div><h3>Normalised by the measured variation</h3>\n", out);
@@ -222,27 +199,30 @@ void table_numbers(FILE *out, const struct gap_report *report) {
 
 /* --- base */
 
+static void base_row(FILE *out, const struct gap_base_value *b) {
+    html_print(out, "<tr><td><code>%s</code>", b->name);
+    if (b->leg >= 0) fprintf(out, " leg %d", b->leg + 1);
+    fputs("</td><td class=\"n\">", out);
+    html_quantity(out, b->given, 0.0, "-");
+    fputs("</td><td class=\"n\">", out);
+    html_quantity(out, b->value, b->bound ? 0.0 : b->std, "-");
+    fputs("</td>", out);
+    html_cells(out, ">%+.2f %%|%s", b->given != 0.0 ? 100.0 * (b->value / b->given - 1.0) : (double)NAN,
+               b->bound           ? "at its bound"
+               : isfinite(b->std) ? ""
+                                  : "held beside the effect");
+    fputs("</tr>\n", out);
+}
+
 void table_base(FILE *out, const struct gap_result *r) {
     fputs("<section id=\"base\"><h2>The model's own parameters, fitted</h2>\n"
           "<p>No configuration is exact: these are fitted first, within what <code>model.tolerance</code> and the usual uncertainty of "
-          "what it does not state allow. None of them is a finding; <code>model.yaml</code> keeps the values given.</p>\n"
-          "<div class=\"wide\">"
-          "<table><tr><th>key</th><th class=\"n\">given</th><th class=\"n\">fitted</th><th class=\"n\">change</th><th></th></tr>\n",
+          "what it does not state allow. None of them is a finding; <code>model.yaml</code> keeps the values given.</p>\n",
           out);
-    for (int i = 0; i < r->base_values; i++) {
-        const struct gap_base_value *b = &r->base[i];
-        fputs("<tr><td><code>", out);
-        html_text(out, "%s", b->name);
-        if (b->leg >= 0) fprintf(out, "</code> leg %d<code>", b->leg + 1);
-        fputs("</code></td><td class=\"n\">", out);
-        html_quantity(out, b->given, 0.0, "-");
-        fputs("</td><td class=\"n\">", out);
-        html_quantity(out, b->value, b->bound ? 0.0 : b->std, "-");
-        fputs("</td>", out);
-        number_cell(out, b->given != 0.0 ? 100.0 * (b->value / b->given - 1.0) : (double)NAN, "%+.2f %%");
-        fprintf(out, "<td>%s</td></tr>\n", b->bound ? "at its bound" : isfinite(b->std) ? "" : "held beside the effect");
-    }
-    fputs("</table></div></section>\n", out);
+    html_table(out, NULL, "key|>given|>fitted|>change|");
+    for (int i = 0; i < r->base_values; i++) base_row(out, &r->base[i]);
+    html_table_end(out);
+    fputs("</section>\n", out);
 }
 
 /* --- inertia matrix */
@@ -251,23 +231,13 @@ void table_base(FILE *out, const struct gap_result *r) {
  * reference. */
 static void matrix_table(FILE *out, const char *const names[3], const double (*reference)[DOFS], const double (*first)[DOFS],
                          const double (*second)[DOFS]) {
-    fprintf(out,
-            "<div class=\"wide\">"
-            "<table><tr><th>entry</th><th>unit</th><th class=\"n\">%s</th><th class=\"n\">%s</th><th class=\"n\">off by</th>"
-            "<th class=\"n\">%s</th><th class=\"n\">off by</th></tr>\n",
-            names[0], names[1], names[2]);
-    for (int i = 0; i < IDENT_ENTRIES; i++) {
-        const struct ident_entry *e = &ident_entries[i];
+    html_table(out, NULL, "entry|unit|>%s|>%s|>off by|>%s|>off by", names[0], names[1], names[2]);
+    for (const struct ident_entry *e = ident_entries; e < ident_entries + IDENT_ENTRIES; e++) {
         double whole = ident_scale(reference, e), is = reference[e->row][e->col], a = first[e->row][e->col], b = second[e->row][e->col];
-        fprintf(out, "<tr><th>%s</th><td>%s</td>", e->name, e->unit);
-        number_cell(out, is, "%.3f");
-        number_cell(out, a, "%.3f");
-        number_cell(out, 100.0 * (a - is) / whole, "%+.2f %%");
-        number_cell(out, b, "%.3f");
-        number_cell(out, 100.0 * (b - is) / whole, "%+.2f %%");
-        fputs("</tr>\n", out);
+        html_row(out, "*%s|%s|>%.3f|>%.3f|>%+.2f %%|>%.3f|>%+.2f %%", e->name, e->unit, is, a, 100.0 * (a - is) / whole, b,
+                 100.0 * (b - is) / whole);
     }
-    fputs("</table></div>\n", out);
+    html_table_end(out);
 }
 
 static void repaired_table(FILE *out, const struct gap_result *r) {

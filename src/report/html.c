@@ -1,28 +1,96 @@
 #include "html.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <string.h>
 
-static void escape(FILE *out, unsigned char c) {
-    switch (c) {
-    case '<': fputs("&lt;", out); break;
-    case '>': fputs("&gt;", out); break;
-    case '&': fputs("&amp;", out); break;
-    case '"': fputs("&quot;", out); break;
-    case '\'': fputs("&#39;", out); break;
-    default: fputc(c < ' ' || c == 127 ? ' ' : c, out);
+#include "format.h"
+
+static void escape(FILE *out, const char *text, size_t length) {
+    for (const char *c = text; c < text + length; c++) switch (*c) {
+        case '<': fputs("&lt;", out); break;
+        case '>': fputs("&gt;", out); break;
+        case '&': fputs("&amp;", out); break;
+        case '"': fputs("&quot;", out); break;
+        case '\'': fputs("&#39;", out); break;
+        default: fputc(((unsigned char)*c < ' ' && *c != '\n') || *c == 127 ? ' ' : *c, out);
+        }
+}
+
+static void write_piece(FILE *out, const struct format *f) {
+    if (f->unknown) fputs("–", out);
+    else if (f->argument) escape(out, f->text, f->length);
+    else fwrite(f->text, 1, f->length, out);
+}
+
+void html_print(FILE *out, const char *format, ...) {
+    struct format f = {.rest = format, .end = format + strlen(format)};
+    va_start(f.args, format);
+    while (format_next(&f)) write_piece(out, &f);
+    va_end(f.args);
+}
+
+/* --- tables */
+
+static void write_cell(FILE *out, struct format *f, bool heading) {
+    bool number = *f->rest == '>', own = *f->rest == '*', known = true;
+    f->rest += number || own;
+    fprintf(out, "<t%c%s>", heading || own ? 'h' : 'd', number ? " class=\"n\"" : "");
+    while (format_next(f)) {
+        if (known) write_piece(out, f);
+        known = known && !f->unknown;
+    }
+    fprintf(out, "</t%c>", heading || own ? 'h' : 'd');
+}
+
+static void write_cells(FILE *out, struct format *f, bool heading) {
+    for (const char *cell = f->rest; cell; cell = *f->end ? f->end + 1 : NULL) {
+        f->rest = cell, f->end = cell + strcspn(cell, "|");
+        write_cell(out, f, heading);
     }
 }
 
-void html_text(FILE *out, const char *format, ...) {
-    char text[HTML_TEXT];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
-    for (const char *c = text; *c; c++) escape(out, (unsigned char)*c);
+static void write_head(FILE *out, struct format *f) {
+    fputs("<tr>", out);
+    write_cells(out, f, true);
+    fputs("</tr>\n", out);
 }
+
+void html_table(FILE *out, const char *class, const char *head, ...) {
+    struct format f = {.rest = head};
+    va_start(f.args, head);
+    fputs("<div class=\"wide\"><table", out);
+    if (class) html_print(out, " class=\"%s\"", class);
+    fputs(">\n", out);
+    write_head(out, &f);
+    va_end(f.args);
+}
+
+void html_table_end(FILE *out) { fputs("</table></div>\n", out); }
+
+void html_head(FILE *out, const char *format, ...) {
+    struct format f = {.rest = format};
+    va_start(f.args, format);
+    write_head(out, &f);
+    va_end(f.args);
+}
+
+void html_row(FILE *out, const char *format, ...) {
+    struct format f = {.rest = format};
+    va_start(f.args, format);
+    fputs("<tr>", out);
+    write_cells(out, &f, false);
+    fputs("</tr>\n", out);
+    va_end(f.args);
+}
+
+void html_cells(FILE *out, const char *format, ...) {
+    struct format f = {.rest = format};
+    va_start(f.args, format);
+    write_cells(out, &f, false);
+    va_end(f.args);
+}
+
+/* --- text and pictures */
 
 static void base64(FILE *out, const unsigned char *data, size_t size) {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -39,18 +107,16 @@ static void base64(FILE *out, const unsigned char *data, size_t size) {
 
 void html_commands(FILE *out, const char *text) {
     for (const char *open, *close; (open = strchr(text, '`')) && (close = strchr(open + 1, '`')); text = close + 1) {
-        html_text(out, "%.*s", (int)(open - text), text);
+        escape(out, text, (size_t)(open - text));
         fputs("<code>", out);
-        html_text(out, "%.*s", (int)(close - open - 1), open + 1);
+        escape(out, open + 1, (size_t)(close - open - 1));
         fputs("</code>", out);
     }
-    html_text(out, "%s", text);
+    escape(out, text, strlen(text));
 }
 
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt) {
-    fputs("<img alt=\"", out);
-    html_text(out, "%s", alt);
-    fputs("\" src=\"data:image/svg+xml;base64,", out);
+    html_print(out, "<img alt=\"%s\" src=\"data:image/svg+xml;base64,", alt);
     base64(out, (const unsigned char *)svg, size);
     fputs("\">", out);
 }
@@ -72,8 +138,8 @@ void html_quantity(FILE *out, double value, double std, const char *unit) {
     double scale = pow(10.0, -power), v = value * scale, s = std * scale;
     if (s > 0.0 && isfinite(s)) {
         int decimals = (int)fmin(fmax(1.0 - floor(log10(s)), 0.0), 9.0);
-        html_text(out, "%s%.*f ± %.*f%s", power ? "(" : "", decimals, v, decimals, s, power ? ")" : "");
-    } else html_text(out, "%.4g", v);
+        html_print(out, "%s%.*f ± %.*f%s", power ? "(" : "", decimals, v, decimals, s, power ? ")" : "");
+    } else html_print(out, "%.4g", v);
     if (power) fprintf(out, "·10<sup>%d</sup>", power);
-    if (strcmp(unit, "-")) html_text(out, " %s", unit);
+    if (strcmp(unit, "-")) html_print(out, " %s", unit);
 }

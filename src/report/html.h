@@ -1,14 +1,31 @@
-/* Writes HTML to a stream. Text from outside (file names, messages) must go through html_text(). */
+/* Writes HTML to a stream: markup with escaped arguments, and tables whose head and rows are
+ * formats. */
 #ifndef HEXID_HTML_H
 #define HEXID_HTML_H
 
 #include <stddef.h>
 #include <stdio.h>
 
-/* Formats a text and escapes it, so that it is safe between tags and inside a double-quoted
- * attribute. Control characters become spaces; a text longer than HTML_TEXT bytes is cut. */
-enum { HTML_TEXT = 8192 };
-__attribute__((format(printf, 2, 3))) void html_text(FILE *out, const char *format, ...);
+/* Writes a format that is markup. Its arguments may come from outside (file names, messages): they
+ * are escaped, so that they are safe between tags and inside a double-quoted attribute; control
+ * characters other than the newline become spaces. A number that is not finite is a dash. */
+__attribute__((format(printf, 2, 3))) void html_print(FILE *out, const char *format, ...);
+
+/* Tables. The cells of a format are separated by '|', and are markup with escaped arguments. A cell
+ * that begins with '>' is of numbers and stands to the right; one that begins with '*' is a heading
+ * of its row. From a number that is not finite on, a cell is a dash.
+ *
+ *     html_table(out, "survey", "test|>rate");
+ *     html_row(out, "%s|>%.3g Hz", name, rate_hz);
+ *     html_table_end(out);
+ *
+ * class: NULL for none. html_cells() writes a part of a row, between <tr> and </tr>; html_head()
+ * one more row of headings. */
+__attribute__((format(printf, 3, 4))) void html_table(FILE *out, const char *class, const char *head, ...);
+__attribute__((format(printf, 2, 3))) void html_head(FILE *out, const char *format, ...);
+__attribute__((format(printf, 2, 3))) void html_row(FILE *out, const char *format, ...);
+__attribute__((format(printf, 2, 3))) void html_cells(FILE *out, const char *format, ...);
+void html_table_end(FILE *out);
 
 /* Writes a text in which commands in backquotes become <code>. */
 void html_commands(FILE *out, const char *text);

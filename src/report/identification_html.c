@@ -20,11 +20,7 @@ static const char *file_name(const char *path) {
 
 /* --- facts */
 
-static void fact_file(FILE *out, const struct identification_log *l) {
-    fputs("<code>", out);
-    html_text(out, "%s", l->path);
-    fputs("</code>", out);
-}
+static void fact_file(FILE *out, const struct identification_log *l) { html_print(out, "<code>%s</code>", l->path); }
 
 static void fact_date(FILE *out, const struct identification_log *l) {
     char text[40];
@@ -38,8 +34,8 @@ static void fact_date(FILE *out, const struct identification_log *l) {
 static void range(FILE *out, const double value[LEGS], double scale, const char *unit) {
     double least = value[0], most = value[0];
     for (int i = 1; i < LEGS; i++) least = fmin(least, value[i]), most = fmax(most, value[i]);
-    if (least < most) html_text(out, "%g to %g %s", scale * least, scale * most, unit);
-    else html_text(out, "%g %s", scale * least, unit);
+    if (least < most) html_print(out, "%g to %g %s", scale * least, scale * most, unit);
+    else html_print(out, "%g %s", scale * least, unit);
 }
 
 static void joints(FILE *out, const char *of, const struct leg_vectors *points, double radius_m) {
@@ -60,24 +56,20 @@ static void fact_machine(FILE *out, const struct identification_log *l) {
 
 static void fact_motion(FILE *out, const struct identification_log *l) {
     const struct identification *id = l->id;
-    if (l->motion.there) html_text(out, "%s, %lld samples", l->motion.name, (long long)l->motion.samples);
+    if (l->motion.there) html_print(out, "%s, %lld samples", l->motion.name, (long long)l->motion.samples);
     const char *before = l->motion.there ? "; sinusoids of " : "sinusoids of ";
-    for (int i = 0; i < id->tests; i++, before = " ") html_text(out, "%s%s", before, dof_names[id->test[i].dof]);
+    for (int i = 0; i < id->tests; i++, before = " ") html_print(out, "%s%s", before, dof_names[id->test[i].dof]);
     double low = INFINITY, high = 0.0;
     for (int i = 0; i < id->tests; i++) low = fmin(low, id->test[i].frequency_hz), high = fmax(high, id->test[i].frequency_hz);
-    if (id->tests && low == high) html_text(out, " at %g Hz", low);
-    else if (id->tests) html_text(out, " at %g to %g Hz", low, high);
+    if (id->tests && low == high) html_print(out, " at %g Hz", low);
+    else if (id->tests) html_print(out, " at %g to %g Hz", low, high);
     else if (!l->motion.there) fputs("no test", out);
 }
 
 static void fact_verdict(FILE *out, const struct identification_log *l) {
     const struct verdict *v = &l->verdicts->run;
     fprintf(out, "<b>%s</b>", verdict_names[v->status]);
-    for (int i = 0; i < v->reasons; i++) {
-        fputs("<br><span class=\"notice\">", out);
-        html_text(out, "%s", v->reason[i]);
-        fputs("</span>", out);
-    }
+    for (int i = 0; i < v->reasons; i++) html_print(out, "<br><span class=\"notice\">%s</span>", v->reason[i]);
 }
 
 static void fact_methods(FILE *out, const struct identification_log *l) {
@@ -85,7 +77,7 @@ static void fact_methods(FILE *out, const struct identification_log *l) {
     if (id->method_a.evaluated) fputs("A, modified A, B", out);
     else fputs(l->sinusoids ? "not A and B: they need complete tests of all six axes" : "not A and B: for one axis after another", out);
     if (id->method_c.matrix.evaluated) fputs(id->method_a.evaluated ? ", C" : "; C", out);
-    else html_text(out, "; not C%s%s", id->no_method_c.status ? ": " : "", id->no_method_c.status ? id->no_method_c.text : "");
+    else html_print(out, "; not C%s%s", id->no_method_c.status ? ": " : "", id->no_method_c.status ? id->no_method_c.text : "");
 }
 
 static void facts(FILE *out, const struct identification_report *r) {
@@ -106,7 +98,7 @@ static void facts(FILE *out, const struct identification_report *r) {
         }
         fputs("</tr>\n", out);
     }
-    fputs("</table></div>\n", out);
+    html_table_end(out);
 }
 
 /* --- first screen */
@@ -148,98 +140,71 @@ static void entry_words(FILE *out, const struct identification_report *r, bool a
     fputs("</p>\n", out);
 }
 
-static void entries(struct report_page *p) {
-    bool a, any = any_entries(p->report, &a), one = p->report->logs == 1;
-    static const char caption[] = "Difference from nominal, in % of √(Mii Mjj), the two diagonal entries of its row and column. "
-                                  "Open: method A; filled: method C";
+static void entries(struct page *p, const struct identification_report *r) {
+    bool a, any = any_entries(r, &a), one = r->logs == 1;
     fputs(one ? "<section id=\"entries\"><div class=\"beside\"><div>\n" : "<section id=\"entries\">\n", p->out);
-    table_entries(p->out, p->report);
-    if (any) entry_words(p->out, p->report, a);
+    table_entries(p->out, r);
+    if (any) entry_words(p->out, r, a);
     if (one) fputs("</div>\n", p->out);
-    if (any) page_draw(p->out, picture_entries, p->report, caption, &p->picture);
+    if (any)
+        page_figure(p, picture_entries, r,
+                    "Difference from nominal, in %% of √(Mii Mjj), the two diagonal entries of its row and column. "
+                    "Open: method A; filled: method C");
     fputs(one ? "</div></section>\n" : "</section>\n", p->out);
 }
 
-static void payload(struct report_page *p) {
-    const struct identification_report *r = p->report;
+static void payload(FILE *out, const struct identification_report *r) {
     fputs("<div id=\"payload\"><h2>Payload</h2>\n<p>What is left of method C's matrix when the legs as configured are taken off, as one "
           "rigid body: the mass centre from where it is configured, the inertia about it (entries of the tensor; "
           "the difference of Ixy in % of √(Ixx Iyy), and so on).</p>\n",
-          p->out);
-    if (!table_payload(p->out, r)) fputs("<p class=\"notice\">Not determined.</p>\n", p->out);
+          out);
+    if (!table_payload(out, r)) fputs("<p class=\"notice\">Not determined.</p>\n", out);
     for (int i = 0; i < r->logs; i++) {
         const struct payload *found = &r->log[i].id->method_c.payload;
         if (!r->log[i].id->method_c.matrix.evaluated || !found->evaluated || !found->whole || found->possible) continue;
-        fputs("<p class=\"notice\">", p->out);
-        if (r->logs > 1) fprintf(p->out, "Log %d: ", i + 1);
+        fputs("<p class=\"notice\">", out);
+        if (r->logs > 1) fprintf(out, "Log %d: ", i + 1);
         fputs("No body of positive density has these parameters; <code>hexid identify --json</code> has the nearest that one has.</p>\n",
-              p->out);
+              out);
     }
-    fputs("</div>\n", p->out);
+    fputs("</div>\n", out);
 }
 
-static void friction(struct report_page *p) {
-    fputs("<div id=\"friction\"><h2>Friction</h2>\n<p>Of each leg by method C. – : not determined.</p>\n", p->out);
-    if (!table_friction(p->out, p->report)) fputs("<p class=\"notice\">Not evaluated.</p>\n", p->out);
-    fputs("</div>\n", p->out);
+static void friction(FILE *out, const struct identification_report *r) {
+    fputs("<div id=\"friction\"><h2>Friction</h2>\n<p>Of each leg by method C. – : not determined.</p>\n", out);
+    if (!table_friction(out, r)) fputs("<p class=\"notice\">Not evaluated.</p>\n", out);
+    fputs("</div>\n", out);
 }
 
 /* Writes the springs (hoses and cables), if the configuration allows any. */
-static void springs(struct report_page *p) {
+static void springs(FILE *out, const struct identification_report *r) {
     bool asked = false;
-    for (int i = 0; i < p->report->logs; i++) asked = asked || p->report->log[i].id->method_c.springs;
+    for (int i = 0; i < r->logs; i++) asked = asked || r->log[i].id->method_c.springs;
     if (!asked) return;
     fputs("<div id=\"springs\"><h2>Springs</h2>\n"
           "<p>Hoses and cables that may be there by <code>model.tolerance</code>, by method C. – : not determined; at "
           "one frequency a spring is an inertia of −K/ω².</p>\n",
-          p->out);
-    if (!table_springs(p->out, p->report)) fputs("<p class=\"notice\">Not determined: record a second frequency.</p>\n", p->out);
-    fputs("</div>\n", p->out);
+          out);
+    if (!table_springs(out, r)) fputs("<p class=\"notice\">Not determined: record a second frequency.</p>\n", out);
+    fputs("</div>\n", out);
 }
 
-static void page_write(struct report_page *p) {
-    const struct identification_report *r = p->report;
-    page_begin(p->out, "hexid report");
-    fputs("<header><span>hexid report: <code>", p->out);
-    for (int i = 0; i < r->logs; i++) html_text(p->out, "%s%s", i ? " " : "", file_name(r->log[i].path));
-    fputs("</code></span><span>", p->out);
-    html_text(p->out, "evaluated by hexid %s", r->version);
-    fputs("</span></header>\n", p->out);
+static void write_page(struct page *p, const void *subject) {
+    const struct identification_report *r = subject;
+    page_begin(p, "report", NULL);
+    for (int i = 0; i < r->logs; i++) html_print(p->out, "%s%s", i ? " " : "", file_name(r->log[i].path));
+    html_print(p->out, "</code></span><span>evaluated by hexid %s</span></header>\n", r->version);
     headline(p->out, r);
     facts(p->out, r);
-    entries(p);
+    entries(p, r);
     fputs(r->logs == 1 ? "<section class=\"beside\">\n" : "<section>\n", p->out);
-    payload(p);
-    friction(p);
-    springs(p);
+    payload(p->out, r);
+    friction(p->out, r);
+    springs(p->out, r);
     fputs("</section>\n", p->out);
-    for (int i = 0; i < r->logs; i++) {
-        section_matrices(p, i);
-        section_tests(p, i);
-        section_friction(p, i);
-        section_checks(p, i);
-        section_configuration(p, i);
-    }
-    if (p->picture.status) {
-        fputs("<p class=\"notice\">", p->out);
-        html_text(p->out, "%s", p->picture.text);
-        fputs("</p>\n", p->out);
-    }
-    fputs("</body>\n</html>\n", p->out);
+    for (int i = 0; i < r->logs; i++) sections_of_log(p, r, i);
 }
 
 int identification_html(const struct identification_report *report, char **page, struct error *error) {
-    size_t size;
-    struct report_page p = {.report = report};
-    *page = NULL;
-    p.out = open_memstream(page, &size);
-    if (!p.out) return error_set(error, STATUS_IO, "the page: out of memory");
-    page_write(&p);
-    if (ferror(p.out) | fclose(p.out)) {
-        free(*page);
-        *page = NULL;
-        return error_set(error, STATUS_IO, "the page: out of memory");
-    }
-    *error = p.picture;
-    return p.picture.status;
+    return page_make(write_page, report, page, error);
 }

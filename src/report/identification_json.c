@@ -16,49 +16,47 @@ json_t *report_set(json_t *object, const char *key, json_t *value) {
     return NULL;
 }
 
-static json_t *vector(const double *x, int count) {
+json_t *report_vector(const double *x, int count) {
     json_t *array = json_array();
     for (int i = 0; i < count; i++) array = report_append(array, report_number(x[i]));
     return array;
 }
 
-static json_t *matrix(double m[DOFS][DOFS]) {
+json_t *report_matrix(const double *m) {
     json_t *array = json_array();
-    for (int i = 0; i < DOFS; i++) array = report_append(array, vector(m[i], DOFS));
+    for (int i = 0; i < DOFS; i++) array = report_append(array, report_vector(m + DOFS * i, DOFS));
     return array;
 }
 
 /* Fundamental of a pose or wrench: a sine and a cosine coefficient for each axis. */
-static json_t *fundamental(double c[DOFS][2]) {
+static json_t *fundamental(const double c[DOFS][2]) {
     double sine[DOFS], cosine[DOFS];
     for (int i = 0; i < DOFS; i++) sine[i] = c[i][0], cosine[i] = c[i][1];
-    return json_pack("{so so}", "sin", vector(sine, DOFS), "cos", vector(cosine, DOFS));
+    return json_pack("{so so}", "sin", report_vector(sine, DOFS), "cos", report_vector(cosine, DOFS));
 }
 
-static json_t *test(const struct test_result *source) {
-    struct test_result t = *source;
+static json_t *test(const struct test_result *t) {
     double rms[2 * DOFS];
-    for (int i = 0; i < DOFS; i++) rms[i] = t.pose_rms[i], rms[DOFS + i] = t.wrench_rms[i];
-    return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t.dof], "frequency_hz", report_number(t.frequency_hz),
-                     "amplitude", report_number(t.amplitude), "achieved_amplitude", report_number(t.achieved_amplitude), "phase_deg",
-                     report_number(t.phase_deg), "unwanted_pct", vector(t.unwanted_pct, DOFS), "samples", (json_int_t)t.samples, "excluded",
-                     (json_int_t)t.excluded, "complete", !t.refused, "residual_rms", vector(rms, 2 * DOFS), "pose", fundamental(t.pose),
-                     "wrench", fundamental(t.wrench), "wrench_std", vector(t.wrench_std, DOFS));
+    for (int i = 0; i < DOFS; i++) rms[i] = t->pose_rms[i], rms[DOFS + i] = t->wrench_rms[i];
+    return json_pack("{ss so so so so so sI sI sb so so so so}", "dof", dof_names[t->dof], "frequency_hz", report_number(t->frequency_hz),
+                     "amplitude", report_number(t->amplitude), "achieved_amplitude", report_number(t->achieved_amplitude), "phase_deg",
+                     report_number(t->phase_deg), "unwanted_pct", report_vector(t->unwanted_pct, DOFS), "samples", (json_int_t)t->samples,
+                     "excluded", (json_int_t)t->excluded, "complete", !t->refused, "residual_rms", report_vector(rms, 2 * DOFS), "pose",
+                     fundamental(t->pose), "wrench", fundamental(t->wrench), "wrench_std", report_vector(t->wrench_std, DOFS));
 }
 
-static json_t *method(const struct method_result *source, bool damping, const struct verdict *verdict) {
-    if (!source->evaluated) return json_null();
-    struct method_result m = *source;
-    json_t *object = json_pack("{so so so so}", "Mt", matrix(m.mt), "std", matrix(m.mt_std), "condition_number",
-                               report_number(m.condition_number), "verdict", report_verdict(verdict));
-    return damping ? report_set(report_set(object, "Bt", matrix(m.bt)), "Bt_std", matrix(m.bt_std)) : object;
+static json_t *method(const struct method_result *m, bool damping, const struct verdict *verdict) {
+    if (!m->evaluated) return json_null();
+    json_t *object = json_pack("{so so so so}", "Mt", report_matrix(m->mt[0]), "std", report_matrix(m->mt_std[0]), "condition_number",
+                               report_number(m->condition_number), "verdict", report_verdict(verdict));
+    return damping ? report_set(report_set(object, "Bt", report_matrix(m->bt[0])), "Bt_std", report_matrix(m->bt_std[0])) : object;
 }
 
 /* List of every second value from x: the legs' dry friction in x[0]'s direction. */
 static json_t *strided(const double *x) {
     double value[LEGS];
     for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];
-    return vector(value, LEGS);
+    return report_vector(value, LEGS);
 }
 
 static json_t *payload_values(const double value[PAYLOAD_VALUES]) {
@@ -74,21 +72,21 @@ static json_t *payload_json(const struct payload *p) {
                      report_number(p->misfit));
 }
 
-json_t *report_method_c(const struct method_c *source, const struct verdict *verdict) {
-    struct method_c c = *source;
-    if (!c.matrix.evaluated) return json_null();
-    json_t *found = json_pack("{so so so so s{so so so so} so so so so}", "Mt", matrix(c.matrix.mt), "std", matrix(c.matrix.mt_std),
-                              "viscous_n_s_per_m", vector(c.viscous, LEGS), "viscous_std_n_s_per_m", vector(c.viscous_std, LEGS),
-                              "dry_friction_n", "extend", strided(c.dry[0]), "extend_std", strided(c.dry_std[0]), "retract",
-                              strided(c.dry[0] + 1), "retract_std", strided(c.dry_std[0] + 1), "scatter", report_number(c.scatter),
-                              "condition_number", report_number(c.matrix.condition_number), "payload", payload_json(&c.payload), "verdict",
-                              report_verdict(verdict));
-    if (c.springs)
-        found = report_set(found, "springs", json_pack("{so so}", "value", vector(c.spring, DOFS), "std", vector(c.spring_std, DOFS)));
-    if (!c.at_pose.asked) return found;
-    return report_set(
-        found, "at_pose",
-        json_pack("{so so}", "pose", vector(c.at_pose.pose, DOFS), "Mt", c.at_pose.determined ? matrix(c.at_pose.mt) : json_null()));
+json_t *report_method_c(const struct method_c *c, const struct verdict *verdict) {
+    if (!c->matrix.evaluated) return json_null();
+    json_t *found = json_pack(
+        "{so so so so s{so so so so} so so so so}", "Mt", report_matrix(c->matrix.mt[0]), "std", report_matrix(c->matrix.mt_std[0]),
+        "viscous_n_s_per_m", report_vector(c->viscous, LEGS), "viscous_std_n_s_per_m", report_vector(c->viscous_std, LEGS),
+        "dry_friction_n", "extend", strided(c->dry[0]), "extend_std", strided(c->dry_std[0]), "retract", strided(c->dry[0] + 1),
+        "retract_std", strided(c->dry_std[0] + 1), "scatter", report_number(c->scatter), "condition_number",
+        report_number(c->matrix.condition_number), "payload", payload_json(&c->payload), "verdict", report_verdict(verdict));
+    if (c->springs)
+        found = report_set(found, "springs",
+                           json_pack("{so so}", "value", report_vector(c->spring, DOFS), "std", report_vector(c->spring_std, DOFS)));
+    if (!c->at_pose.asked) return found;
+    return report_set(found, "at_pose",
+                      json_pack("{so so}", "pose", report_vector(c->at_pose.pose, DOFS), "Mt",
+                                c->at_pose.determined ? report_matrix(c->at_pose.mt[0]) : json_null()));
 }
 
 static json_t *errors(const struct identification *id, const struct method_result *m) {
@@ -130,20 +128,20 @@ static json_t *with_parts(json_t *root, const struct identification *id) {
 }
 
 json_t *report_identification(const struct identification *id, const struct verdicts *verdicts, const struct loop_statistics *loop) {
-    struct identification r = *id;
     json_t *tests = json_array();
-    for (int i = 0; i < r.tests; i++) tests = report_append(tests, test(&r.test[i]));
+    for (int i = 0; i < id->tests; i++) tests = report_append(tests, test(&id->test[i]));
     json_t *root = json_pack(
         "{ss so s{so} so so so so so s{so so so so} s{sI sI sI so so so so so so} so}", "schema", "hexid.identification/1", "tests", tests,
-        "nominal", "Mt", matrix(r.nominal_mt), "method_a", method(&r.method_a, true, &verdicts->method_a), "modified_a",
-        method(&r.modified_a, false, &verdicts->modified_a), "method_b", method(&r.method_b, false, &verdicts->method_b), "method_c",
-        report_method_c(&r.method_c, &verdicts->method_c), "method_c_reason",
-        r.no_method_c.status ? json_string(r.no_method_c.text) : json_null(), "errors_pct", "method_a", errors(id, &r.method_a),
-        "modified_a", errors(id, &r.modified_a), "method_b", errors(id, &r.method_b), "method_c", errors(id, &r.method_c.matrix), "loop",
-        "cycles", (json_int_t)loop->cycles, "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost, "period_s",
-        report_number(loop->period_s), "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us", quantiles(loop->exec_us, loop->timed),
-        "pace", loop->timed ? report_number(loop->pace) : json_null(), "stalls", loop->timed ? json_integer(loop->stalls) : json_null(),
-        "longest_stall_s", loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(&verdicts->run));
+        "nominal", "Mt", report_matrix(id->nominal_mt[0]), "method_a", method(&id->method_a, true, &verdicts->method_a), "modified_a",
+        method(&id->modified_a, false, &verdicts->modified_a), "method_b", method(&id->method_b, false, &verdicts->method_b), "method_c",
+        report_method_c(&id->method_c, &verdicts->method_c), "method_c_reason",
+        id->no_method_c.status ? json_string(id->no_method_c.text) : json_null(), "errors_pct", "method_a", errors(id, &id->method_a),
+        "modified_a", errors(id, &id->modified_a), "method_b", errors(id, &id->method_b), "method_c", errors(id, &id->method_c.matrix),
+        "loop", "cycles", (json_int_t)loop->cycles, "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost,
+        "period_s", report_number(loop->period_s), "wake_us", quantiles(loop->wake_us, loop->timed), "exec_us",
+        quantiles(loop->exec_us, loop->timed), "pace", loop->timed ? report_number(loop->pace) : json_null(), "stalls",
+        loop->timed ? json_integer(loop->stalls) : json_null(), "longest_stall_s",
+        loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(&verdicts->run));
     return with_parts(root, id);
 }
 

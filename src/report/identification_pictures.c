@@ -106,14 +106,11 @@ static void test_data(FILE *script, const struct picture_test *p, const struct k
     fputs("EOD\n", script);
 }
 
-/* Sets the place of a panel, below those with lower numbers, with one line for its key above it. */
+/* Begins a panel, below those with lower numbers, with one line for its key above it. */
 static void panel(FILE *script, int number, int panels, const char *label) {
     double height = (1.0 - 0.27 / panels) / panels, top = 1.0 - number * height, key = 0.16 / panels;
-    bool last = number == panels - 1;
-    fprintf(script, "set tmargin at screen %.4f\nset bmargin at screen %.4f\nset key at screen 0.98, screen %.4f right top horizontal\n",
-            top - key, top - height + 0.02, top - 0.005);
-    fprintf(script, "set ylabel '%s' offset 1\nset format x '%s'\n", label, last ? "%g" : "");
-    if (last) fputs("set xlabel 'time of the test [s]' offset 0,0.4\n", script);
+    plot_panel(script, top - key, top - height + 0.02, number == panels - 1 ? "time of the test [s]" : NULL, label);
+    fprintf(script, "set key at screen 0.98, screen %.4f right top horizontal\n", top - 0.005);
 }
 
 static void plot_poses(FILE *script, const struct picture_test *p, enum dof first, enum dof last) {
@@ -147,10 +144,8 @@ void picture_test(FILE *script, const void *subject) {
     /* without a script gnuplot draws nothing, and the page says so */
     if (kinematics_init(&k, p->log->params, &error)) return;
     test_data(script, p, &k);
-    fputs("set multiplot\nset lmargin at screen 0.13\nset rmargin at screen 0.98\nset offsets 0,0,graph 0.05,graph 0.05\n"
-          "set key samplen 1 maxrows 1\n",
-          script);
-    fprintf(script, "set xrange [%.6g:%.6g]\n", p->from_s, p->from_s + p->seconds);
+    plot_panels(script, 0.13, p->from_s, p->from_s + p->seconds);
+    fputs("set offsets 0,0,graph 0.05,graph 0.05\nset key samplen 1 maxrows 1\n", script);
     if (axis) {
         panel(script, 0, panels, t->dof < DOF_PHI ? "position [mm]" : "position [mrad]");
         plot_poses(script, p, t->dof, t->dof);
@@ -200,9 +195,8 @@ void picture_friction(FILE *script, const void *subject) {
                 extend, 1e3 * rate_mps, b * rate_mps + extend);
     fprintf(script, "set xrange [%.4g:%.4g]\nset yrange [%.4g:%.4g]\nset xzeroaxis lc rgb '#bbbbbb'\nset yzeroaxis lc rgb '#bbbbbb'\n",
             -1.05e3 * rate_mps, 1.05e3 * rate_mps, -1.1 * force_n - 1.0, 1.1 * force_n + 1.0);
-    fputs("set xlabel 'leg rate [mm/s]' offset 0,0.4\nset ylabel 'friction [N]' offset 1\n"
-          "plot $data using 1:2 with lines lw 1 lc rgb '#8a8a8a' title 'measured'",
-          script);
+    plot_axes(script, "leg rate [mm/s]", "friction [N]");
+    fputs("plot $data using 1:2 with lines lw 1 lc rgb '#8a8a8a' title 'measured'", script);
     if (found) fputs(", $found using 1:2 with lines lw 2.4 lc rgb '" PICTURE_ACCENT "' title 'method C'", script);
     fputc('\n', script);
 }

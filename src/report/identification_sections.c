@@ -7,59 +7,39 @@
 #include "html.h"
 #include "identification_pictures.h"
 #include "identification_tables.h"
-#include "page.h"
 #include "params.h"
 
-static void title(const struct report_page *p, int log, const char *words) {
-    fputs("<section><h2>", p->out);
-    if (p->report->logs > 1) fprintf(p->out, "Log %d: ", log + 1);
-    fprintf(p->out, "%s</h2>\n", words);
-}
+enum { QUANTITY = 60 };
 
-static void notice(FILE *out, const char *text) {
-    fputs("<p class=\"notice\">", out);
-    html_text(out, "%s", text);
-    fputs("</p>\n", out);
-}
+/* Begins a section. number: "Log 2: " of several logs; "" of one. */
+static void title(FILE *out, const char *number, const char *words) { html_print(out, "<section><h2>%s%s</h2>\n", number, words); }
 
 /* --- matrices */
 
-void section_matrices(struct report_page *p, int log) {
-    const struct identification_log *l = &p->report->log[log];
+static void section_matrices(FILE *out, const struct identification_log *l, const char *number) {
     const struct method_c *c = &l->id->method_c;
     bool unknown = false;
-    title(p, log, "All entries of the matrix");
-    fputs("<p>Mt at the neutral pose, about the payload's mass centre; rows and columns x y z φ θ ψ; masses in kg, couplings in kg m, "
-          "inertias in kg m². Below each entry its interval",
-          p->out);
-    if (l->id->method_a.evaluated) fputs(": of A, modified A and B the sensors' noise alone; of C also where the joints are", p->out);
-    fputs(".</p>\n", p->out);
-    table_matrices(p->out, l->id);
+    title(out, number, "All entries of the matrix");
+    html_print(out,
+               "<p>Mt at the neutral pose, about the payload's mass centre; rows and columns x y z φ θ ψ; masses in kg, couplings in kg m, "
+               "inertias in kg m². Below each entry its interval%s.</p>\n",
+               l->id->method_a.evaluated ? ": of A, modified A and B the sensors' noise alone; of C also where the joints are" : "");
+    table_matrices(out, l->id);
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) unknown = unknown || (c->matrix.evaluated && !isfinite(c->matrix.mt[i][j]));
     if (unknown)
         fputs("<p>– : not determined by this motion. The entry's standard deviation is above a fifth of √(Mii Mjj): the motion "
               "does not excite it, or not apart from others.</p>\n",
-              p->out);
+              out);
     if (l->sinusoids && !l->id->method_a.evaluated)
-        fputs("<p class=\"notice\">Methods A and B: not evaluated: they need complete tests of all six axes.</p>\n", p->out);
-    if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", p->out);
-    if (!c->matrix.evaluated && l->id->no_method_c.status) {
-        fputs("<p class=\"notice\">Method C: not evaluated: ", p->out);
-        html_text(p->out, "%s", l->id->no_method_c.text);
-        fputs("</p>\n", p->out);
-    }
-    fputs("</section>\n", p->out);
+        fputs("<p class=\"notice\">Methods A and B: not evaluated: they need complete tests of all six axes.</p>\n", out);
+    if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", out);
+    if (!c->matrix.evaluated && l->id->no_method_c.status)
+        html_print(out, "<p class=\"notice\">Method C: not evaluated: %s</p>\n", l->id->no_method_c.text);
+    fputs("</section>\n", out);
 }
 
 /* --- tests */
-
-static void number_cell(FILE *out, const char *format, double value) {
-    fputs("<td class=\"n\">", out);
-    if (isfinite(value)) html_text(out, format, value);
-    else fputs("–", out);
-    fputs("</td>", out);
-}
 
 static int worst_axis(const struct test_result *t) {
     int worst = 0;
@@ -69,35 +49,22 @@ static int worst_axis(const struct test_result *t) {
 }
 
 static void test_row(FILE *out, const struct test_result *t) {
-    const char *unit = t->dof < DOF_PHI ? "mm" : "mrad";
-    fprintf(out, "<tr><td>%s%s</td>", dof_names[t->dof], t->refused ? " <span class=\"notice\">excluded</span>" : "");
-    number_cell(out, "%.4g Hz", t->frequency_hz);
-    fputs("<td class=\"n\">", out);
-    html_text(out, "%.3f of %.3f %s", 1e3 * t->achieved_amplitude, 1e3 * t->amplitude, unit);
-    fputs("</td>", out);
-    number_cell(out, "%+.1f %%", 100.0 * (t->achieved_amplitude / t->amplitude - 1.0));
-    number_cell(out, "%.1f°", t->phase_deg);
-    fputs("<td class=\"n\">", out);
     int worst = worst_axis(t);
-    html_text(out, "%.1f %% of %s", t->unwanted_pct[worst], dof_names[worst]);
-    fprintf(out, "</td><td class=\"n\">%" PRId64 "</td><td class=\"n\">%" PRId64 "</td>", t->samples, t->excluded);
-    number_cell(out, "%.4f", 1e3 * t->witness.length_m);
-    number_cell(out, "%.1f", t->witness.force_n);
+    fprintf(out, "<tr><td>%s%s</td>", dof_names[t->dof], t->refused ? " <span class=\"notice\">excluded</span>" : "");
+    html_cells(out, ">%.4g Hz|>%.3f of %.3f %s|>%+.1f %%|>%.1f°|>%.1f %% of %s|>%" PRId64 "|>%" PRId64 "|>%.4f|>%.1f", t->frequency_hz,
+               1e3 * t->achieved_amplitude, 1e3 * t->amplitude, t->dof < DOF_PHI ? "mm" : "mrad",
+               100.0 * (t->achieved_amplitude / t->amplitude - 1.0), t->phase_deg, t->unwanted_pct[worst], dof_names[worst], t->samples,
+               t->excluded, 1e3 * t->witness.length_m, t->witness.force_n);
     fputs("</tr>\n", out);
 }
 
 static void test_table(FILE *out, const struct identification_log *l) {
     const struct check_params *limit = &l->params->checks;
-    static const char *const head[] = {"frequency",          "amplitude",       "off", "phase", "unwanted", "samples", "excluded",
-                                       "length wanders, mm", "force wanders, N"};
-    fputs("<div class=\"wide\"><table>\n<tr><th>test</th>", out);
-    for (size_t i = 0; i < sizeof head / sizeof *head; i++) fprintf(out, "<th class=\"n\">%s</th>", head[i]);
-    fputs("</tr>\n", out);
+    html_table(out, NULL, "test|>frequency|>amplitude|>off|>phase|>unwanted|>samples|>excluded|>length wanders, mm|>force wanders, N");
     for (int i = 0; i < l->id->tests; i++) test_row(out, &l->id->test[i]);
-    fprintf(out,
-            "<tr><th>limit</th><th></th><th></th><th class=\"n\">%g %%</th><th></th><th class=\"n\">%g %%</th><th></th><th "
-            "class=\"n\">%g %%</th><th class=\"n\">%g</th><th class=\"n\">%g</th></tr>\n</table></div>\n",
-            limit->amplitude_pct, limit->unwanted_pct, limit->excluded_pct, 1e3 * limit->length_wander_m, limit->force_wander_n);
+    html_head(out, "limit|||>%g %%||>%g %%||>%g %%|>%g|>%g", limit->amplitude_pct, limit->unwanted_pct, limit->excluded_pct,
+              1e3 * limit->length_wander_m, limit->force_wander_n);
+    html_table_end(out);
     fputs("<p class=\"small\">Amplitude and phase are of the fundamental of the measured motion, the phase against the reference's "
           "sine. Unwanted: the largest motion of another axis, against its own commanded amplitude. Wanders: how far the fundamental of "
           "a leg's length, and mean or fundamental of its force, are apart between periods, worst leg.</p>\n",
@@ -105,24 +72,22 @@ static void test_table(FILE *out, const struct identification_log *l) {
 }
 
 static void motion_words(FILE *out, const struct identification_motion *m) {
-    html_text(out, "%s: %lld of %lld samples excluded%s.", m->name, (long long)m->excluded, (long long)(m->samples + m->excluded),
-              m->complete ? "" : "; it did not come to its end");
+    html_print(out, "<p>%s: %lld of %lld samples excluded%s.", m->name, (long long)m->excluded, (long long)(m->samples + m->excluded),
+               m->complete ? "" : "; it did not come to its end");
     if (m->samples && isfinite(m->off_m) && isfinite(m->off_rad))
-        html_text(out, " Farthest from the reference: %.3f mm, %.3f mrad.", 1e3 * m->off_m, 1e3 * m->off_rad);
+        html_print(out, " Farthest from the reference: %.3f mm, %.3f mrad.", 1e3 * m->off_m, 1e3 * m->off_rad);
+    fputs("</p>\n", out);
 }
 
-static void test_figure(struct report_page *p, const struct identification_log *l, int test) {
+static void test_figure(struct page *p, const struct identification_log *l, int test) {
     const struct recording_test *t = &l->recording->test[test];
-    char caption[240];
     if (t->borrowed || t->first < 0 || t->end < t->first + 2) return;
     struct picture_test picture = picture_of_test(l, test);
-    const char *which = t->piece_s > 0.0 ? "from its middle" : "from the evaluated part's beginning";
-    snprintf(caption, sizeof caption,
-             "%s %s: %.3g s %s. Above the pose by the measured lengths, dashed its reference; "
-             "below the leg forces%s.",
-             t->dof == DOF_NONE ? "Motion" : "Test", tests_name(&l->params->tests, t->dof), picture.seconds, which,
-             l->recording->measured.pressures ? " A1 P1 - A2 P2" : "");
-    page_draw(p->out, picture_test, &picture, caption, &p->picture);
+    page_figure(p, picture_test, &picture,
+                "%s %s: %.3g s %s. Above the pose by the measured lengths, dashed its reference; below the leg forces%s.",
+                t->dof == DOF_NONE ? "Motion" : "Test", tests_name(&l->params->tests, t->dof), picture.seconds,
+                t->piece_s > 0.0 ? "from its middle" : "from the evaluated part's beginning",
+                l->recording->measured.pressures ? " A1 P1 - A2 P2" : "");
 }
 
 /* Says which part of a long motion the pictures show: earlier ones are not kept (src/cli/parts.h).
@@ -137,16 +102,11 @@ static bool long_motion(FILE *out, const struct identification_log *l) {
     return l->recording->tests > 0;
 }
 
-void section_tests(struct report_page *p, int log) {
-    const struct identification_log *l = &p->report->log[log];
-    title(p, log, "Motion and leg forces");
+static void section_tests(struct page *p, const struct identification_log *l, const char *number) {
+    title(p->out, number, "Motion and leg forces");
     if (l->id->tests) test_table(p->out, l);
     else if (!l->motion.there) fputs("<p>No test in the log.</p>\n", p->out);
-    if (l->motion.there) {
-        fputs("<p>", p->out);
-        motion_words(p->out, &l->motion);
-        fputs("</p>\n", p->out);
-    }
+    if (l->motion.there) motion_words(p->out, &l->motion);
     bool drawn = long_motion(p->out, l);
     fputs("<div class=\"two\">\n", p->out);
     if (drawn)
@@ -156,44 +116,33 @@ void section_tests(struct report_page *p, int log) {
 
 /* --- friction */
 
-/* Appends a quantity to a text, such as "viscous 2000 ± 60 N s/m". */
-static void add_quantity(char *text, size_t size, const char *before, double value, double std, int decimals, const char *after) {
-    size_t used = strlen(text);
-    if (isfinite(value)) snprintf(text + used, size - used, "%s%.*f ± %.*f%s", before, decimals, value, decimals, REPORT_SURE * std, after);
-    else snprintf(text + used, size - used, "%s–%s", before, after);
+/* Writes a quantity such as "2000 ± 60"; a dash if it is not known. */
+static const char *quantity(double value, double std, int decimals, char text[QUANTITY]) {
+    snprintf(text, QUANTITY, isfinite(value) ? "%.*f ± %.*f" : "–", decimals, value, decimals, REPORT_SURE * std);
+    return text;
 }
 
-static void friction_figures(struct report_page *p, const struct identification_log *l, const struct leg_friction *f) {
+static void friction_figures(struct page *p, const struct identification_log *l, const struct leg_friction *f) {
     const struct method_c *c = &l->id->method_c;
+    char viscous[QUANTITY], extending[QUANTITY], retracting[QUANTITY];
     fputs("<div class=\"third\">\n", p->out);
-    for (int leg = 0; leg < LEGS; leg++) {
-        const struct picture_friction picture = {.measured = f, .found = c, .leg = leg};
-        char caption[160];
-        snprintf(caption, sizeof caption, "Leg %d:", leg + 1);
-        add_quantity(caption, sizeof caption, " viscous ", c->viscous[leg], c->viscous_std[leg], 0, " N s/m");
-        add_quantity(caption, sizeof caption, ", dry ", c->dry[leg][0], c->dry_std[leg][0], 1, " N extending");
-        add_quantity(caption, sizeof caption, ", ", c->dry[leg][1], c->dry_std[leg][1], 1, " N retracting");
-        page_draw(p->out, picture_friction, &picture, caption, &p->picture);
-    }
+    for (int leg = 0; leg < LEGS; leg++)
+        page_figure(p, picture_friction, &(struct picture_friction){.measured = f, .found = c, .leg = leg},
+                    "Leg %d: viscous %s N s/m, dry %s N extending, %s N retracting", leg + 1,
+                    quantity(c->viscous[leg], c->viscous_std[leg], 0, viscous), quantity(c->dry[leg][0], c->dry_std[leg][0], 1, extending),
+                    quantity(c->dry[leg][1], c->dry_std[leg][1], 1, retracting));
     fputs("</div>\n", p->out);
 }
 
-void section_friction(struct report_page *p, int log) {
-    const struct identification_log *l = &p->report->log[log];
+static void friction_found(struct page *p, const struct identification_log *l) {
     struct leg_friction friction;
     struct error error;
-    if (!l->id->method_c.matrix.evaluated) return;
-    title(p, log, "Friction of each leg");
-    if (!long_motion(p->out, l)) {
-        fputs("</section>\n", p->out);
-        return;
-    }
     fputs("<p>Grey, as measured: the leg's force less what inertia and weight need of it for this motion, with the matrix that method C "
           "found. Blue, what method C found: a slope, the viscous friction, and a step at zero, the dry friction of each direction. A "
           "constant error of the force moves both steps alike.</p>\n",
           p->out);
     int status = leg_friction_find(&friction, l->recording, &l->id->method_c, &error);
-    if (status) notice(p->out, error.text);
+    if (status) html_print(p->out, "<p class=\"notice\">%s</p>\n", error.text);
     else friction_figures(p, l, &friction);
     if (!status && friction.tests && friction.test[0].cycle)
         fprintf(p->out,
@@ -205,6 +154,12 @@ void section_friction(struct report_page *p, int log) {
               "step is drawn out there, and a leg that sticks at a reversal is anywhere between the two lines.</p>\n",
               p->out);
     leg_friction_free(&friction);
+}
+
+static void section_friction(struct page *p, const struct identification_log *l, const char *number) {
+    if (!l->id->method_c.matrix.evaluated) return;
+    title(p->out, number, "Friction of each leg");
+    if (long_motion(p->out, l)) friction_found(p, l);
     fputs("</section>\n", p->out);
 }
 
@@ -224,11 +179,7 @@ static void exclusions(FILE *out, const struct identification_log *l) {
             fprintf(out, "<li>Test %s: %s.</li>\n", dof_names[l->id->test[i].dof], refusals[l->id->test[i].refused].why);
     if (l->loop.lost) fprintf(out, "<li>%" PRId64 " cycles are missing in the log.</li>\n", l->loop.lost);
     if (l->cut >= 0) fprintf(out, "<li>The log is cut off or damaged: read up to byte %" PRId64 ".</li>\n", l->cut);
-    if (l->fault) {
-        fputs("<li>The run ended with the fault ", out);
-        html_text(out, "%s.", l->fault);
-        fputs("</li>\n", out);
-    }
+    if (l->fault) html_print(out, "<li>The run ended with the fault %s.</li>\n", l->fault);
     fputs("</ul>\n", out);
 }
 
@@ -246,17 +197,9 @@ static double asymmetry_pct(const struct method_result *a, int *row, int *column
 
 static void verdict_list(FILE *out, const struct verdict *v) {
     fputs("<ul>\n", out);
-    for (int i = 0; i < v->reasons; i++) {
-        fputs("<li><span class=\"notice\">", out);
-        html_text(out, "%s", v->reason[i]);
-        fputs("</span></li>\n", out);
-    }
+    for (int i = 0; i < v->reasons; i++) html_print(out, "<li><span class=\"notice\">%s</span></li>\n", v->reason[i]);
     if (v->status == VERDICT_PASS) fputs("<li>No check failed.</li>\n", out);
-    for (int i = 0; i < v->notes; i++) {
-        fputs("<li>", out);
-        html_text(out, "Note: %s.", v->note[i]);
-        fputs("</li>\n", out);
-    }
+    for (int i = 0; i < v->notes; i++) html_print(out, "<li>Note: %s.</li>\n", v->note[i]);
 }
 
 /* Writes the verdicts of the methods that have a result. */
@@ -280,10 +223,9 @@ static void method_verdicts(FILE *out, const struct identification_log *l) {
 
 static void verdict_words(FILE *out, const struct identification_log *l) {
     const struct check_params *limit = &l->params->checks;
-    fprintf(out, "<h3>Checks of the verdict</h3>\n<p>Verdict <b>%s</b>. It is about: ", verdict_names[l->verdicts->run.status]);
-    html_text(out, "%s.", l->verdicts->run.scope);
-    fputs("</p>\n", out);
-    verdict_list(out, &l->verdicts->run);
+    const struct verdict *run = &l->verdicts->run;
+    html_print(out, "<h3>Checks of the verdict</h3>\n<p>Verdict <b>%s</b>. It is about: %s.</p>\n", verdict_names[run->status], run->scope);
+    verdict_list(out, run);
     double overruns_pct = l->loop.cycles > 0 ? 100.0 * (double)l->loop.overruns / (double)l->loop.cycles : 0.0;
     fprintf(out, "<li>%.3f %% of the cycles overran, limit %g %%.</li>\n", overruns_pct, limit->overruns_pct);
     if (l->sinusoids) fprintf(out, "<li>A cycle of %g ms, limit %g ms.</li>\n", 1e3 * l->loop.period_s, 1e3 * limit->period_s);
@@ -305,9 +247,7 @@ static void verdict_words(FILE *out, const struct identification_log *l) {
 }
 
 static void time_row(FILE *out, const char *name, const double us[4]) {
-    fprintf(out, "<tr><td>%s</td>", name);
-    for (int i = 0; i < 4; i++) number_cell(out, "%.0f", us[i]);
-    fputs("</tr>\n", out);
+    html_row(out, "%s|>%.0f|>%.0f|>%.0f|>%.0f", name, us[0], us[1], us[2], us[3]);
 }
 
 static void loop_times(FILE *out, const struct loop_statistics *s) {
@@ -319,33 +259,33 @@ static void loop_times(FILE *out, const struct loop_statistics *s) {
     }
     fprintf(out, "%.3f times real time, %" PRId64 " stall%s of the host", s->pace, s->stalls, s->stalls == 1 ? "" : "s");
     if (s->stalls) fprintf(out, ", the longest %.0f ms", 1e3 * s->longest_stall_s);
-    fputs(".</p>\n<div class=\"wide\"><table><tr><th>µs</th><th class=\"n\">p50</th><th class=\"n\">p99</th><th "
-          "class=\"n\">p99.9</th><th class=\"n\">max</th></tr>\n",
-          out);
+    fputs(".</p>\n", out);
+    html_table(out, NULL, "µs|>p50|>p99|>p99.9|>max");
     time_row(out, "wake-up after the deadline", s->wake_us);
     time_row(out, "execution, to the command's write", s->exec_us);
-    fputs("</table></div>\n", out);
+    html_table_end(out);
 }
 
-void section_checks(struct report_page *p, int log) {
-    title(p, log, "Checks");
-    verdict_words(p->out, &p->report->log[log]);
-    exclusions(p->out, &p->report->log[log]);
-    loop_times(p->out, &p->report->log[log].loop);
-    fputs("</section>\n", p->out);
+static void section_checks(FILE *out, const struct identification_log *l, const char *number) {
+    title(out, number, "Checks");
+    verdict_words(out, l);
+    exclusions(out, l);
+    loop_times(out, &l->loop);
+    fputs("</section>\n", out);
 }
 
-/* --- configuration */
+/* --- the sections of a log */
 
-void section_configuration(struct report_page *p, int log) {
-    title(p, log, "Configuration");
-    fputs("<details><summary>Everything that the evaluation was configured with</summary>\n<pre>", p->out);
-    /* written line by line, because html_text() cuts long texts */
-    for (const char *line = p->report->log[log].config; *line;) {
-        int length = (int)strcspn(line, "\n");
-        html_text(p->out, "%.*s", length, line);
-        fputc('\n', p->out);
-        line += length + (line[length] == '\n');
-    }
-    fputs("</pre></details></section>\n", p->out);
+void sections_of_log(struct page *p, const struct identification_report *report, int log) {
+    const struct identification_log *l = &report->log[log];
+    char number[20] = "";
+    if (report->logs > 1) snprintf(number, sizeof number, "Log %d: ", log + 1);
+    section_matrices(p->out, l, number);
+    section_tests(p, l, number);
+    section_friction(p, l, number);
+    section_checks(p->out, l, number);
+    title(p->out, number, "Configuration");
+    html_print(p->out,
+               "<details><summary>Everything that the evaluation was configured with</summary>\n<pre>%s</pre></details></section>\n",
+               l->config);
 }

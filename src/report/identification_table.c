@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "identification_report.h"
+#include "words.h"
 
 enum { DECIMALS = 3, DECIMALS_MOST = 6 };
 
@@ -17,6 +18,7 @@ int identification_decimals(const double mt[DOFS][DOFS]) {
     return identification_decimals_of(least);
 }
 
+/* Prints an entry by a method and its error in per cent. */
 static void cell(FILE *out, const struct identification *id, const struct method_result *m, const struct ident_entry *e) {
     double value = m->mt[e->row][e->col], error = value - id->nominal_mt[e->row][e->col];
     fprintf(out, "  %8.*f %+7.2f", identification_decimals(id->nominal_mt), value, 100.0 * error / ident_scale(id->nominal_mt, e));
@@ -30,8 +32,7 @@ static void row(FILE *out, const char *what, int count, const double *value, con
     fprintf(out, "%-24s", what);
     double most = NAN; /* largest standard deviation of the determined values */
     for (int k = 0; k < count; k++) {
-        if (isnan(value[k * stride])) fprintf(out, "       -");
-        else fprintf(out, " %7.1f", value[k * stride]);
+        words_row(out, " %7.1f", value[k * stride]);
         most = fmax(most, std[k * stride]);
     }
     fprintf(out, " %s", unit);
@@ -43,8 +44,7 @@ static void row(FILE *out, const char *what, int count, const double *value, con
 static void group(FILE *out, const struct payload *p, int first, int count, double scale, int digits, const char *unit) {
     double most = NAN;
     for (int i = first; i < first + count; i++) {
-        if (isnan(p->value[i])) fprintf(out, " -");
-        else fprintf(out, " %.*f", digits, p->value[i] * scale);
+        words_row(out, " %.*f", digits, p->value[i] * scale);
         most = fmax(most, p->std[i] * scale);
     }
     fprintf(out, " %s", unit);
@@ -72,9 +72,7 @@ static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
     double least = 0.5 * pow(10.0, -decimals); /* smaller values are printed as 0, without a sign */
     for (int i = 0; i < DOFS; i++) {
         fprintf(out, "  %-6s", dof_names[i]);
-        for (int j = 0; j < DOFS; j++)
-            if (isnan(m[i][j])) fprintf(out, "         -");
-            else fprintf(out, " %9.*f", decimals, fabs(m[i][j]) < least ? 0.0 : m[i][j]);
+        for (int j = 0; j < DOFS; j++) words_row(out, " %9.*f", decimals, fabs(m[i][j]) < least ? 0.0 : m[i][j]);
         fprintf(out, "\n");
     }
 }
@@ -211,15 +209,11 @@ void identification_table_print(FILE *out, const struct identification *id, bool
     if (!c_first) print_method_c(out, id);
 }
 
-/* Prints a row of the brief table, with a number for each entry of the diagonal; "-" for NaN, which
- * is not determined. */
-static void brief_row(FILE *out, const char *name, const double value[DOFS], const char *format, const char *unit) {
+/* Prints a row of the brief table: a number for each entry of the diagonal, each by `format`, a
+ * conversion with `*` for its decimals. */
+static void brief_row(FILE *out, const char *name, const double value[DOFS], const char *format, int decimals, const char *unit) {
     fprintf(out, "%-9s", name);
-    for (int i = 0; i < DOFS; i++) {
-        char text[32] = "-";
-        if (!isnan(value[i])) snprintf(text, sizeof text, format, value[i]);
-        fprintf(out, " %9s", text);
-    }
+    for (int i = 0; i < DOFS; i++) words_row(out, format, decimals, value[i]);
     fprintf(out, "%s\n", unit);
 }
 
@@ -233,7 +227,6 @@ static bool all_determined(const struct method_c *c) {
 void identification_brief_print(FILE *out, const struct identification *id, bool sinusoids) {
     const struct method_c *c = &id->method_c;
     double nominal[DOFS], found[DOFS], error_pct[DOFS], interval_pct[DOFS];
-    char format[8];
     fputc('\n', out);
     if (sinusoids && !id->method_a.evaluated) fprintf(out, "matrix    not evaluated: needs complete tests of all six axes\n");
     if (!c->matrix.evaluated) {
@@ -247,12 +240,12 @@ void identification_brief_print(FILE *out, const struct identification *id, bool
         interval_pct[i] = isnan(found[i]) ? (double)NAN : 100.0 * REPORT_SURE * c->matrix.mt_std[i][i] / nominal[i];
         fprintf(out, " %9s", ident_entries[i].name);
     }
-    snprintf(format, sizeof format, "%%.%df", identification_decimals(id->nominal_mt));
+    int decimals = identification_decimals(id->nominal_mt);
     fputc('\n', out);
-    brief_row(out, "nominal", nominal, format, " kg, kg m^2");
-    brief_row(out, "method C", found, format, "");
-    brief_row(out, "error", error_pct, "%+.2f", " %");
-    brief_row(out, "+- 95 %", interval_pct, "%.2f", " %");
+    brief_row(out, "nominal", nominal, " %9.*f", decimals, " kg, kg m^2");
+    brief_row(out, "method C", found, " %9.*f", decimals, "");
+    brief_row(out, "error", error_pct, " %+9.*f", 2, " %");
+    brief_row(out, "+- 95 %", interval_pct, " %9.*f", 2, " %");
     if (!all_determined(c)) identification_determined_print(out, c, id->nominal_mt);
     print_parts(out, id);
 }

@@ -33,11 +33,12 @@ struct comparison {
     } method[COLUMNS];
 };
 
-void table_estimate(FILE *out, double value, double deviation) {
-    int decimals = deviation > 0.0 && isfinite(deviation) ? (int)fmin(fmax(1.0 - floor(log10(deviation)), 0.0), 9.0) : 3;
-    if (!isfinite(value)) fputs("–", out);
-    else if (deviation > 0.0 && isfinite(deviation)) html_text(out, "%.*f ± %.*f", decimals, value, decimals, deviation);
-    else html_text(out, "%.*f", decimals, value);
+/* Writes an estimate such as "272.36 ± 0.74", with two digits of the deviation. */
+static void estimate(FILE *out, double value, double deviation) {
+    bool known = deviation > 0.0 && isfinite(deviation);
+    int decimals = known ? (int)fmin(fmax(1.0 - floor(log10(deviation)), 0.0), 9.0) : 3;
+    html_print(out, "%.*f", decimals, value);
+    if (known && isfinite(value)) fprintf(out, " ± %.*f", decimals, deviation);
 }
 
 static bool any_found(const struct identification_report *r, const struct comparison *c, int method) {
@@ -62,7 +63,7 @@ static void found_cell(FILE *out, const struct identification_report *r, const s
     double whole = c->whole ? c->whole(&r->log[log], row) : 0.0;
     bool percent = whole > 0.0 && isfinite(off), compared = log > 0 && isfinite(apart);
     fprintf(out, "<td class=\"n%s%s\">", log || r->logs == 1 ? "" : " group", fabs(off) > REPORT_SURE * x.std ? " off" : "");
-    table_estimate(out, x.value, REPORT_SURE * x.std);
+    estimate(out, x.value, REPORT_SURE * x.std);
     if (percent || compared) fputs("<small>", out);
     if (percent) fprintf(out, "%+.2f %%", 100.0 * off / whole);
     if (compared) fprintf(out, "%s%.1f σ from log 1", percent ? ", " : "", fabs(apart));
@@ -106,7 +107,7 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
             for (int i = 0; i < r->logs && found[m]; i++) found_cell(out, r, c, m, i, row);
         fputs("</tr>\n", out);
     }
-    fputs("</table></div>\n", out);
+    html_table_end(out);
     return true;
 }
 
@@ -231,34 +232,31 @@ static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], con
     int decimals = identification_decimals(mt);
     double least = 0.5 * pow(10.0, -decimals); /* smaller values are written as 0, to avoid
                                                 * "-0.000" */
-    fprintf(out, "<div><h3>%s</h3>\n<div class=\"wide\"><table class=\"matrix\">\n<tr><th></th>", name);
-    for (int j = 0; j < DOFS; j++) fprintf(out, "<th class=\"n\">%s</th>", axis[j]);
-    fputs("</tr>\n", out);
+    fprintf(out, "<div><h3>%s</h3>\n", name);
+    html_table(out, "matrix", "|>x|>y|>z|>φ|>θ|>ψ");
     for (int i = 0; i < DOFS; i++) {
         fprintf(out, "<tr><th>%s</th>", axis[i]);
         for (int j = 0; j < DOFS; j++) {
-            if (isfinite(mt[i][j])) fprintf(out, "<td class=\"n\">%.*f", decimals, fabs(mt[i][j]) < least ? 0.0 : mt[i][j]);
-            else fputs("<td class=\"n\">–", out);
+            html_print(out, "<td class=\"n\">%.*f", decimals, fabs(mt[i][j]) < least ? 0.0 : mt[i][j]);
             if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.*f</small>", decimals, REPORT_SURE * std[i][j]);
             fputs("</td>", out);
         }
         fputs("</tr>\n", out);
     }
-    fputs("</table></div></div>\n", out);
+    html_table_end(out);
+    fputs("</div>\n", out);
 }
 
-static void method(FILE *out, const char *name, const struct method_result *source) {
-    struct method_result m = *source;
-    if (m.evaluated) matrix(out, name, (const double (*)[DOFS])m.mt, (const double (*)[DOFS])m.mt_std);
+static void method(FILE *out, const char *name, const struct method_result *m) {
+    if (m->evaluated) matrix(out, name, m->mt, m->mt_std);
 }
 
-void table_matrices(FILE *out, const struct identification *source) {
-    struct identification id = *source;
+void table_matrices(FILE *out, const struct identification *id) {
     fputs("<div class=\"third\">\n", out);
-    matrix(out, "Nominal", (const double (*)[DOFS])id.nominal_mt, NULL);
-    method(out, "Method C", &id.method_c.matrix);
-    method(out, "Method A", &id.method_a);
-    method(out, "Modified A", &id.modified_a);
-    method(out, "Method B", &id.method_b);
+    matrix(out, "Nominal", id->nominal_mt, NULL);
+    method(out, "Method C", &id->method_c.matrix);
+    method(out, "Method A", &id->method_a);
+    method(out, "Modified A", &id->modified_a);
+    method(out, "Method B", &id->method_b);
     fputs("</div>\n", out);
 }

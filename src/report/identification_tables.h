@@ -18,8 +18,4 @@ bool table_springs(FILE *out, const struct identification_report *report);
 /* Writes all 36 entries by each method, with their 95 % intervals. */
 void table_matrices(FILE *out, const struct identification *id);
 
-/* Writes an estimate such as "272.36 ± 0.74", with two digits of the deviation; a dash if the value
- * is not known. */
-void table_estimate(FILE *out, double value, double deviation);
-
 #endif

@@ -1,9 +1,12 @@
 #include "page.h"
 
+#include <stdarg.h>
 #include <stdlib.h>
 
 #include "html.h"
 #include "plot.h"
+
+enum { CAPTION = 600 };
 
 static const char style[] =
     ":root{color-scheme:light dark;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dcdcdc;--paper:#fff;--mark:#fff3d6;--code:#333;--shade:#0006;"
@@ -97,44 +100,62 @@ static const char more_style[] = /* a string of its own, because C limits the le
 
 void page_style(FILE *out) { fprintf(out, "%s%s", style, more_style); }
 
-void page_begin(FILE *out, const char *title) {
-    fputs("<!DOCTYPE html>\n"
-          "<html lang=\"en\">\n"
-          "<head>\n"
-          "<meta charset=\"utf-8\">\n"
-          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-          "<title>",
-          out);
-    html_text(out, "%s", title);
-    fputs("</title>\n<style>\n", out);
-    page_style(out);
-    fputs("</style>\n</head>\n<body>\n", out);
+void page_begin(struct page *p, const char *command, const char *about) {
+    html_print(p->out,
+               "<!DOCTYPE html>\n"
+               "<html lang=\"en\">\n"
+               "<head>\n"
+               "<meta charset=\"utf-8\">\n"
+               "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+               "<title>hexid %s%s%s</title>\n<style>\n",
+               command, about ? ": " : "", about ? about : "");
+    page_style(p->out);
+    html_print(p->out, "</style>\n</head>\n<body>\n<header><span>hexid %s: <code>", command);
 }
 
-void page_draw(FILE *out, page_script *write, const void *subject, const char *caption, struct error *picture) {
-    char *script = NULL;
-    size_t size = 0;
-    FILE *stream = picture->status ? NULL : open_memstream(&script, &size);
-    if (stream) {
-        write(stream, subject);
-        if (fclose(stream)) error_set(picture, STATUS_IO, "out of memory");
+int page_make(page_writer *write, const void *subject, char **text, struct error *error) {
+    struct page p = {0};
+    size_t size;
+    *text = NULL;
+    p.out = open_memstream(text, &size);
+    if (!p.out) return error_set(error, STATUS_IO, "the page: out of memory");
+    write(&p, subject);
+    if (p.picture.status) html_print(p.out, "<p class=\"notice\">%s</p>\n", p.picture.text);
+    fputs("</body>\n</html>\n", p.out);
+    if (ferror(p.out) | fclose(p.out)) {
+        free(*text);
+        *text = NULL;
+        return error_set(error, STATUS_IO, "the page: out of memory");
     }
-    page_figure(out, script, size, caption, picture);
-    free(script);
+    *error = p.picture;
+    return p.picture.status;
 }
 
-void page_figure(FILE *out, const char *script, size_t script_size, const char *caption, struct error *picture) {
-    char *svg = NULL;
-    size_t size = 0;
-    if (script && !picture->status) plot_draw(script, script_size, &svg, &size, picture);
-    fputs("<figure>", out);
+static char *draw(page_script *write, const void *subject, size_t *size, struct error *error) {
+    char *script = NULL, *svg = NULL;
+    size_t script_size = 0;
+    FILE *stream = open_memstream(&script, &script_size);
+    if (stream) write(stream, subject);
+    if (!stream || fclose(stream)) error_set(error, STATUS_IO, "out of memory");
+    else if (script_size) plot_draw(script, script_size, &svg, size, error);
+    free(script);
+    return svg;
+}
+
+void page_figure(struct page *p, page_script *write, const void *subject, const char *caption, ...) {
+    char words[CAPTION];
+    va_list args;
+    va_start(args, caption);
+    vsnprintf(words, sizeof words, caption, args);
+    va_end(args);
+    size_t size;
+    char *svg = p->picture.status ? NULL : draw(write, subject, &size, &p->picture);
+    fputs("<figure>", p->out);
     if (svg) {
-        fputs("<div class=\"picture\">", out);
-        html_svg(out, svg, size, caption);
-        fputs("</div>", out);
-    } else fputs("<p class=\"notice\">picture not drawn</p>", out);
-    fputs("<figcaption>", out);
-    html_text(out, "%s", caption);
-    fputs("</figcaption></figure>\n", out);
+        fputs("<div class=\"picture\">", p->out);
+        html_svg(p->out, svg, size, words);
+        fputs("</div>", p->out);
+    } else fputs("<p class=\"notice\">picture not drawn</p>", p->out);
+    html_print(p->out, "<figcaption>%s</figcaption></figure>\n", words);
     free(svg);
 }

@@ -1,26 +1,35 @@
-/* Head, style and figures of all pages, each of which is one file without scripts. Ordinary
- * threads. */
+/* Pages: what all have in common. Each is one file without scripts. Ordinary threads; heap;
+ * gnuplot as a child process. */
 #ifndef HEXID_PAGE_H
 #define HEXID_PAGE_H
 
-#include <stddef.h>
 #include <stdio.h>
 
 #include "status.h"
 
+/* A page while it is written. */
+struct page {
+    FILE *out;
+    struct error picture;  /* why the first picture was not drawn; status 0: all were drawn */
+};
+
+/* Writes a page of a subject by `write`, which begins with page_begin(). The caller frees *text.
+ * Returns -3 with the reason: no memory (*text is NULL), or pictures are missing (*text is complete
+ * but for them, and says so). */
+typedef void page_writer(struct page *p, const void *subject);
+int page_make(page_writer *write, const void *subject, char **text, struct error *error);
+
+/* Writes the beginning of a page of `hexid COMMAND`, up to the list of sources in its header.
+ * about: what the title says besides the command; NULL: nothing. */
+void page_begin(struct page *p, const char *command, const char *about);
+
 /* Writes the style sheet. The live page has the same palette and type. */
 void page_style(FILE *out);
 
-/* Writes the page up to and with <body>. */
-void page_begin(FILE *out, const char *title);
-
-/* Writes the picture of a gnuplot script (plot.h) with its caption. If it cannot be drawn, the page
- * says so, *picture gets the reason, and no later picture is tried. script: NULL if none could be
- * made. */
-void page_figure(FILE *out, const char *script, size_t script_size, const char *caption, struct error *picture);
-
-/* Writes a picture as page_figure() does, by the script that `write` makes of a subject. */
+/* Writes the picture of a subject, by the gnuplot script (plot.h) that `write` makes of it, with
+ * its caption. If it cannot be drawn, the page says so, and no later picture is tried. A script
+ * without a byte says that there is nothing to be drawn. */
 typedef void page_script(FILE *script, const void *subject);
-void page_draw(FILE *out, page_script *write, const void *subject, const char *caption, struct error *picture);
+__attribute__((format(printf, 4, 5))) void page_figure(struct page *p, page_script *write, const void *subject, const char *caption, ...);
 
 #endif

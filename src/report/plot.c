@@ -28,6 +28,20 @@ void plot_begin(FILE *script, int width, int height) {
     fprintf(script, "set terminal svg noenhanced size %d,%d font 'sans-serif,12' background '#ffffff'\n%s", width, height, style);
 }
 
+void plot_axes(FILE *script, const char *x, const char *y) {
+    fprintf(script, "set ylabel '%s' offset 1\n", y);
+    if (x) fprintf(script, "set xlabel '%s' offset 0,0.5\n", x);
+}
+
+void plot_panels(FILE *script, double left, double x_from, double x_to) {
+    fprintf(script, "set multiplot\nset lmargin at screen %g\nset rmargin at screen 0.98\nset xrange [%.7g:%.7g]\n", left, x_from, x_to);
+}
+
+void plot_panel(FILE *script, double top, double bottom, const char *x, const char *y) {
+    fprintf(script, "set tmargin at screen %.5f\nset bmargin at screen %.5f\nset format x '%s'\n", top, bottom, x ? "%g" : "");
+    plot_axes(script, x, y);
+}
+
 /* Files in memory for all three streams, so that no pipe can fill and nothing is left on disk. */
 struct child_files {
     int in, out, err;

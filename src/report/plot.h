@@ -18,6 +18,17 @@ extern const char *const plot_colours[PLOT_COLOURS];
  * after. */
 void plot_begin(FILE *script, int width, int height);
 
+/* Names the axes. */
+void plot_axes(FILE *script, const char *x, const char *y);
+
+/* Divides the picture into panels, one above the other, with one range of x. left: place of the y
+ * axis, as a share of the width. */
+void plot_panels(FILE *script, double left, double x_from, double x_to);
+
+/* Begins the panel between these shares of the height, which count from below. x NULL: the axis has
+ * neither name nor numbers, because those of the panel below are its own, too. */
+void plot_panel(FILE *script, double top, double bottom, const char *x, const char *y);
+
 /* Runs a script that draws to standard output. The caller frees *svg. Returns 0, or -3 with the
  * reason: gnuplot is missing, failed (in its own words), or drew nothing. */
 int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error);

@@ -1,4 +1,4 @@
-/* Values of reports as objects of jansson. Private to src/report. */
+/* Values of reports as objects of jansson. */
 #ifndef HEXID_REPORT_JSON_H
 #define HEXID_REPORT_JSON_H
 
@@ -13,6 +13,10 @@ json_t *report_number(double x);
  * or memory is short, so that everything built upon it is NULL, too, never a part of the result. */
 json_t *report_append(json_t *array, json_t *value);
 json_t *report_set(json_t *object, const char *key, json_t *value);
+
+/* Numbers as a list; a 6x6 row-major matrix as a list of lists. */
+json_t *report_vector(const double *x, int count);
+json_t *report_matrix(const double *m);
 
 json_t *report_verdict(const struct verdict *v);
 json_t *report_agreement(const struct agreement *a);

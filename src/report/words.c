@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "format.h"
+
 /* Length of the next word. Text in backquotes is one word, so that it can be copied whole. */
 static int word_length(const char *text) {
     const char *quote = *text == '`' ? strchr(text + 1, '`') : NULL;
@@ -18,4 +20,11 @@ void words_print(FILE *out, const char *label, const char *text) {
         text += length;
     }
     fputc('\n', out);
+}
+
+void words_row(FILE *out, const char *format, ...) {
+    struct format f = {.rest = format, .end = format + strlen(format)};
+    va_start(f.args, format);
+    while (format_next(&f)) fwrite(f.text, 1, f.length, out);
+    va_end(f.args);
 }

@@ -1,4 +1,4 @@
-/* Prints sentences on a terminal. */
+/* Prints sentences and rows of tables on a terminal. */
 #ifndef HEXID_WORDS_H
 #define HEXID_WORDS_H
 
@@ -9,5 +9,9 @@ enum { WORDS_COLUMNS = 80 };
 /* Prints a text after a label, broken between words, with its lines indented. Text in backquotes is
  * not broken. */
 void words_print(FILE *out, const char *label, const char *text);
+
+/* Prints like fprintf(), but a number that is not finite as a "-" in its columns. Conversions as in
+ * format.h. */
+__attribute__((format(printf, 2, 3))) void words_row(FILE *out, const char *format, ...);
 
 #endif

@@ -1,0 +1,28 @@
+/* A printf format taken apart, so that a page can escape the arguments and a table can show a dash
+ * for a number that is not known. Conversions: d i u x c s e f g, with flags, width, precision, l
+ * and ll. */
+#ifndef HEXID_FORMAT_H
+#define HEXID_FORMAT_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { FORMAT_OWN = 512 };
+
+struct format {
+    const char *rest, *end;  /* the part that is not yet taken; `end` lies behind its last byte */
+    va_list args;
+    /* The piece taken last: literal text, or an argument as its conversion formats it. */
+    const char *text;
+    size_t length;
+    bool argument, unknown;  /* unknown: a number that is not finite; its text is a "-" in the
+                              * width of the conversion */
+    char own[FORMAT_OWN];    /* text of an argument; a longer one is cut, but not that of a plain
+                              * %s */
+};
+
+/* Takes the next piece. Returns false at the end. */
+bool format_next(struct format *f);
+
+#endif
