@@ -47,7 +47,7 @@ static void record(struct recording *r, path *along, double seconds, double stat
 static bool steady(path *along, double stated_hz, double hz) {
     struct recording r;
     record(&r, along, 12.0, stated_hz);
-    bool is = motion_steady(&r.test[0], 1, hz);
+    bool is = motion_sinusoid(&r.test[0], 1, hz);
     recording_free(&r);
     return is;
 }

@@ -55,7 +55,7 @@ struct finding judge_wakeups(const struct doctor *d, const struct wakeups *w) {
                     w->missed_in_row, p->loop.overrun_limit, d->machine ? "" : ", the simulation's time stretches", measured);
     else if (late_pct > p->checks.excluded_pct)
         f = finding(LEVEL_WARN, "follow what stands above; measure again beside the load that the computer will have",
-                    "%.2g %% of the wake-ups came half a period late: an identification leaves such samples out, and fails above %g %%; %s",
+                    "%.2g %% of the wake-ups came half a period late: an identification excludes such samples, and fails above %g %%; %s",
                     late_pct, p->checks.excluded_pct, measured);
     else if (w->missed > 0)
         f = finding(LEVEL_WARN, "follow what stands above; measure again beside the load that the computer will have",

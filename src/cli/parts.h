@@ -18,7 +18,7 @@ struct parts {
     int all, left_out;       /* number of parts closed, and of parts without equations (at rest, or
                               * too short) */
     bool dropped;            /* the estimator's current motion was cleared */
-    struct error why;        /* why the first part that was left out has no equations */
+    struct error why;        /* why the first part that was excluded has no equations */
 };
 
 /* Starts the estimator. Returns -3 on failure. Call parts_free() even then. */
@@ -34,7 +34,7 @@ void parts_clear(struct parts *p);
 /* Takes finished equations from the estimator; `wait`: waits for those in progress. */
 void parts_take(struct parts *p, bool wait);
 
-/* Adds a part whose equations the caller made, or which was left out for this error. */
+/* Adds a part whose equations the caller made, or which is excluded for this error. */
 void parts_add(struct parts *p, const struct equations *e, const struct error *error);
 
 /* Sums all parts and compares them (agreement->logs is 1 or 0 if there is nothing to compare;

@@ -10,7 +10,7 @@
 #include "sort.h"
 #include "units.h"
 
-static const double STEADY = 0.995;       /* least share of a sinusoid in the legs' mean square
+static const double SINUSOID = 0.995;     /* least share of a sinusoid in the legs' mean square
                                            * motion; a triangle has 0.986 */
 static const double STATED = 0.5;         /* share of a sinusoid that suffices at the stated
                                            * frequency: friction, a weak loop or a shut valve
@@ -48,7 +48,7 @@ static const double TURN = 4.0;           /* the motion turns in a gap if its sp
                                            * changes in that time */
 static const double TURN_LEAST = 0.5;     /* least change of speed that is a turn, as a share of the
                                            * rms speed */
-static const double GAPS = 2.0;           /* a segment of the periodogram is left out if it lasts
+static const double GAPS = 2.0;           /* a segment of the periodogram is excluded if it lasts
                                            * more than this times its samples: half of it is gaps,
                                            * and no motion goes on across them */
 enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
@@ -130,12 +130,12 @@ static bool repeats(const struct recording_test *t, int leg, double hz) {
     return cycles && least > CYCLE * sum / cycles;
 }
 
-bool motion_steady(const struct recording_test *t, int legs, double frequency_hz) {
+bool motion_sinusoid(const struct recording_test *t, int legs, double frequency_hz) {
     bool stated = fabs(frequency_hz / t->stated_hz - 1.0) < FREQUENCY;
     double square = 0.0, rest = 0.0;
     for (int k = 0; k < legs && isfinite(frequency_hz); k++) add_remainder(t, k, frequency_hz, &square, &rest);
     if (stated && repeats(t, mover(t, legs), frequency_hz)) return rest < (1.0 - STATED) * square;
-    return rest < (1.0 - STEADY) * square;
+    return rest < (1.0 - SINUSOID) * square;
 }
 
 /* Adds |sum rest[i] exp(-2 pi j b i / n)|^2 to power[b] for 0 < b < n / 2. */

@@ -7,10 +7,11 @@
 
 #include "recording.h"
 
-/* True if the evaluated part is a steady sinusoid of this frequency: it makes 99.5 % of the legs'
+/* True if the evaluated part is a steady sinusoid of this frequency, not only steady motion of any
+ * shape, as for pieces.h: it makes 99.5 % of the legs'
  * mean square motion. At the stated frequency 50 % suffices if every cycle repeats, because a
  * distorted test is then likelier than another motion. */
-bool motion_steady(const struct recording_test *test, int legs, double frequency_hz);
+bool motion_sinusoid(const struct recording_test *test, int legs, double frequency_hz);
 
 /* Cuts a test into pieces; each becomes a test of the recording and shares the samples. Pieces at
  * rest or with missing samples are excluded, and pieces of a long record are spread over all of it.

@@ -115,7 +115,7 @@ static int check_channels(const struct recording *r, const struct recording_test
 static int check_frequency(struct recording_test *t, int legs, bool reference, bool *any, struct error *error) {
     double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, reference, t->frequency_hz),
            off = fabs(fitted_hz / t->stated_hz - 1.0);
-    *any = !motion_steady(t, legs, fitted_hz);
+    *any = !motion_sinusoid(t, legs, fitted_hz);
     if (*any) return STATUS_OK;
     if (off > FREQUENCY_SAME) t->frequency_hz = fitted_hz;
     if ((t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) * t->frequency_hz < RECORDING_CYCLES - 0.1)
