@@ -107,7 +107,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     } lies[] = {
         {swap_lengths, true, "exchanged"},
         {swap_lengths, false, "exchanged"},
-        {swap_pressures, true, "leg 2 goes as leg 5's"},
+        {swap_pressures, true, "pressures: legs 2 and 5 exchanged"},
         {swap_valves, true, "valve command of leg 1"},
         {swap_legs, true, "exchanged"},
         {swap_legs, false, "exchanged"},

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "identification_table.h"
+#include "leg_order.h"
 #include "params.h"
 #include "supervisor.h"
 #include "units.h"
@@ -195,6 +196,15 @@ static struct verdict judge_method_c(const struct analysis *a) {
         .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
 }
 
+/* Notes what nothing in this recording tells: a symmetry of the machine changes no length and no
+ * force, so the legs may be counted otherwise than the drawing has them. */
+static void note_symmetries(const struct analysis *a, struct verdict *v) {
+    char orders[LEG_ORDER_TEXT];
+    if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated) return;
+    leg_order_symmetries(a->params, orders);
+    if (*orders) verdict_note(v, "undecided without a recorded reference, as it changes no length and no force: %s", orders);
+}
+
 struct verdicts analysis_verdicts(struct analysis *a) {
     const struct identification *id = &a->ident.result;
     const struct run_facts facts = {.sinusoids = analysis_sinusoids(a), .cycles = a->cycles, .overruns = a->overruns};
@@ -211,6 +221,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
             verdict_add(&v.run, VERDICT_NOT_EVALUATED, "test %s excluded: %s", dof_names[dof], refusals[REFUSED_EMPTY].why);
     if (fault) verdict_add(&v.run, VERDICT_FAIL, "fault %s", fault);
     verdict_of_run(&v, a->params, id, &facts);
+    note_symmetries(a, &v.run);
     return v;
 }
 

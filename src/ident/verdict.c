@@ -174,9 +174,9 @@ void verdict_of_run(struct verdicts *v, const struct params *params, const struc
         if (facts->sinusoids && !id->method_a.evaluated && !all_determined(c))
             verdict_add(&v->run, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     } else {
-        if (facts->sinusoids) verdict_join(&v->run, &v->method_a);
         if (refused && !due) verdict_note(&v->run, "method C: %s", id->no_method_c.text);
         if (refused && due) verdict_add(&v->run, VERDICT_NOT_EVALUATED, "method C: %s", id->no_method_c.text);
+        if (facts->sinusoids) verdict_join(&v->run, &v->method_a);
     }
 }
 

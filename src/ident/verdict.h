@@ -9,7 +9,7 @@
 #include "ident.h"
 
 enum verdict_status { VERDICT_PASS, VERDICT_FAIL, VERDICT_NOT_EVALUATED };
-enum { VERDICT_REASONS = 24, VERDICT_NOTES = 8, VERDICT_TEXT = 240 };
+enum { VERDICT_REASONS = 24, VERDICT_NOTES = 8, VERDICT_TEXT = 360 };
 
 struct verdict {
     enum verdict_status status;

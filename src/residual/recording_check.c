@@ -9,6 +9,7 @@
 #include "frequency.h"
 #include "inverse_dynamics.h"
 #include "kinematics.h"
+#include "leg_order.h"
 #include "motion.h"
 #include "params.h"
 #include "residual.h"
@@ -184,6 +185,17 @@ static int check_reference(const struct recording *r, int first, int end, const 
                   t->dof == DOF_NONE ? "reference" : reference_names[t->dof]);
 }
 
+/* Refuses a drawing that is turned or mirrored against the reference: lengths and forces alone
+ * cannot tell that. */
+static int check_turned(const struct recording *r, const struct kinematics *k, struct error *error) {
+    struct leg_moments m = {0};
+    char order[LEG_ORDER_TEXT];
+    for (int i = first_of_run(r); i < r->tests && r->measured.reference; i++) add_test(r, &r->test[i], k, &m);
+    if (!r->measured.reference || !leg_order_by_reference((const double (*)[LEGS])m.product, m.measured, m.asked, order)) return STATUS_OK;
+    return REFUSE("the lengths follow the reference with %s, not as stated: legs are exchanged, or the drawing is turned or mirrored",
+                  order);
+}
+
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
     for (int i = first_of_run(r), end; i < r->tests; i = end) {
@@ -212,16 +224,31 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
     return STATUS_OK;
 }
 
-static int check_machine(const struct recording_test *t, const struct kinematics *k, struct error *error) {
-    for (int leg = 0; leg < LEGS; leg++) {
-        double mean = 0.0, n = 0.0;
-        for (int i = t->first; i < t->end; i++)
-            if (!t->sample[i].refused) mean += t->sample[i].length_m[leg], n += 1.0;
-        mean /= n;
-        if (fabs(mean - k->neutral_length_m[leg]) > NEUTRAL_TOLERANCE_M)
-            return REFUSE("test %s: leg %d is %.4g m long at its middle, the model's %.4g: other units, or another machine", test_name(t),
-                          leg + 1, mean, k->neutral_length_m[leg]);
-    }
+static void mean_lengths(const struct recording_test *t, double mean_m[LEGS]) {
+    double n = 0.0;
+    memset(mean_m, 0, LEGS * sizeof *mean_m);
+    for (int i = t->first; i < t->end; i++) n += !t->sample[i].refused;
+    for (int i = t->first; i < t->end; i++)
+        for (int leg = 0; leg < LEGS && !t->sample[i].refused; leg++) mean_m[leg] += t->sample[i].length_m[leg] / n;
+}
+
+static int refuse_length(const struct params *p, const struct recording_test *t, int leg, const char *where, double length_m,
+                         double model_m, struct error *error) {
+    double mean_m[LEGS];
+    char order[LEG_ORDER_TEXT], drawing[LEG_ORDER_TEXT + 80] = "";
+    mean_lengths(t, mean_m);
+    if (leg_order_of_drawing(p, mean_m, NEUTRAL_TOLERANCE_M, order))
+        snprintf(drawing, sizeof drawing, "; or the joints of the platform are listed otherwise than those of the base: %s", order);
+    return REFUSE("test %s: leg %d is %.4g m long%s, the model's %.4g: other units, or another machine%s", test_name(t), leg + 1, length_m,
+                  where, model_m, drawing);
+}
+
+static int check_machine(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
+    double mean_m[LEGS];
+    mean_lengths(t, mean_m);
+    for (int leg = 0; leg < LEGS; leg++)
+        if (fabs(mean_m[leg] - k->neutral_length_m[leg]) > NEUTRAL_TOLERANCE_M)
+            return refuse_length(p, t, leg, " at its middle", mean_m[leg], k->neutral_length_m[leg], error);
     return STATUS_OK;
 }
 
@@ -231,9 +258,7 @@ static int check_reach(const struct params *p, const struct recording_test *t, c
         double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
         for (int i = t->first; i < t->end; i++)
             if (!t->sample[i].refused && fabs(t->sample[i].length_m[leg] - middle_m) > 0.5 * stroke_m + NEUTRAL_TOLERANCE_M)
-                return REFUSE(
-                    "test %s: leg %d is %.4g m long, the model's %.4g in the middle of a stroke of %g: other units, or another machine",
-                    test_name(t), leg + 1, t->sample[i].length_m[leg], middle_m, stroke_m);
+                return refuse_length(p, t, leg, "", t->sample[i].length_m[leg], middle_m, error);
     }
     return STATUS_OK;
 }
@@ -518,6 +543,16 @@ static bool has_lengths(const struct recording_test *t, int legs) {
     return false;
 }
 
+/* Refuses channels whose legs are in another order than the drawing's. */
+static int check_order(const struct recording *r, const struct residual_data *data, struct error *error) {
+    struct leg_order order;
+    int status = leg_order_find(data, r, first_of_run(r), &order, error);
+    if (status || !order.refuted) return status;
+    return REFUSE("lengths, forces and drawing do not belong together; they would with %s (which leaves %.1f %% of the varying force "
+                  "unexplained, the stated order %.0f %%)",
+                  order.text, 100.0 * order.best, 100.0 * order.stated);
+}
+
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics k;
     bool pose = params_mechanism(r->params)->pose;
@@ -542,7 +577,9 @@ int recording_check(struct recording *r, struct error *error) {
         status = check_channels(r, t, error);
         if (!status) status = check_frequency(t, params_legs(r->params), r->measured.reference, &any, error);
         if (!status)
-            status = !pose ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, &k, error) : check_machine(t, &k, error);
+            status = !pose ? check_stroke(r->params, t, error)
+                     : any ? check_reach(r->params, t, &k, error)
+                           : check_machine(r->params, t, &k, error);
         if (!status && any) {
             int tests = r->tests;
             status = motion_cut(r, i, error);
@@ -553,6 +590,8 @@ int recording_check(struct recording *r, struct error *error) {
     run_at(r, first_of_run(r));
     struct residual_data data;
     status = residual_prepare(&data, r, CYCLES_ALL, error);
+    if (!status && pose) status = check_order(r, &data, error);
+    if (!status && pose) status = check_turned(r, &k, error);
     if (!status) status = pose ? check_legs(r, &k, error) : check_axis(r, &data, error);
     if (!status && r->measured.pressures) status = check_supply(r, error);
     if (!status && pose && r->measured.pressures) status = check_pressures(r, error);

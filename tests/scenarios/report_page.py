@@ -59,7 +59,7 @@ def entry(log, method, place):
 
 values = list(tables("values"))
 head, body = values[0][0], values[0][2 if len(logs) > 1 else 1:]
-methods = [name for name in ("method_a", "method_c") if any(log[name] for log in logs)]
+methods = [name for name in ("method_c", "method_a") if any(log[name] for log in logs)]
 assert [row[0].split()[0] for row in body] == list(ENTRIES) and len(body[0]) == 2 + len(methods) * len(logs), values[0]
 compared = 0
 for row in body:

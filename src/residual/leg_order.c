@@ -1,0 +1,400 @@
+#include "leg_order.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dense.h"
+#include "kinematics.h"
+#include "lin.h"
+#include "numeric.h"
+#include "params.h"
+#include "whiten.h"
+
+/* Quantities of each leg whose products are summed. */
+enum quantity { LENGTH, RATE, ACCELERATION, SIGN, FORCE, QUANTITIES };
+enum { ALL = QUANTITIES * LEGS, BODY = 10, VISCOUS = BODY, DRY = VISCOUS + LEGS, UNKNOWNS = DRY + LEGS };
+/* Orders: the stated one, 15 exchanges, 5 that count from another leg, 6 that count backwards. */
+enum { ORDERS = 1 + 15 + 5 + 6 };
+enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
+
+/* Error of any model, as a share of the force's rms variation. */
+static const double FLOOR = 0.02;
+/* Standard deviation of the payload's ten numbers, as a share of mass, moment and inertia that are
+ * configured, and the share of the force that a payload costs which is off by one such deviation in
+ * each number. */
+static const double PRIOR = 0.5, PRIOR_COST = 0.02;
+/* An order refutes the stated one if it leaves less than this share of what the stated one leaves,
+ * and that is more than any sensor's error or friction leaves. */
+static const double DECISIVE = 0.25, UNEXPLAINED = 0.05;
+/* Orders that leave at most so many times what the best one leaves, or hardly more than that,
+ * cannot be told from it. */
+static const double ALIKE = 1.3, SAME = 1e-4;
+/* Lengths follow a reference if their correlation is at least FOLLOWS, and in another order than
+ * the stated one if the correlation is larger by BETTER there. */
+static const double FOLLOWS = 0.8, BETTER = 0.2;
+
+struct order {
+    int leg[LEGS]; /* the place, from 0, where leg k stands */
+    char name[40];
+};
+
+struct leg_space {
+    double legs[LEGS][LEGS];            /* inertia of the configured legs, along the legs */
+    double weight[LEGS][LEGS];          /* W */
+    double body[BODY][LEGS][LEGS];      /* inertia of a unit of each of the payload's ten numbers */
+    double configured[BODY], width[BODY];
+    double inverse[DOFS][LEGS];         /* J^-1 at neutral */
+};
+
+struct work {
+    struct leg_space space;
+    /* sums of the products of all channels, each row divided by its error */
+    double product[ALL][ALL];
+    double rows[ALL][RESIDUAL_SIZE];
+};
+
+static int at(enum quantity q, int leg) { return (int)q * LEGS + leg; }
+
+/* --- machine */
+
+/* Matrix of one unit of mass, moment m c or inertia, as in payload.h. */
+static void unit_matrix(int number, double m[DOFS][DOFS]) {
+    static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+    memset(m, 0, DOFS * sizeof m[0]);
+    if (number == 0) m[0][0] = m[1][1] = m[2][2] = 1.0;
+    if (number == 1) m[1][5] = m[5][1] = 1.0, m[2][4] = m[4][2] = -1.0;
+    if (number == 2) m[0][5] = m[5][0] = -1.0, m[2][3] = m[3][2] = 1.0;
+    if (number == 3) m[0][4] = m[4][0] = 1.0, m[1][3] = m[3][1] = -1.0;
+    if (number >= 4) {
+        int r = 3 + row[number - 4], c = 3 + column[number - 4];
+        m[r][c] = m[c][r] = 1.0;
+    }
+}
+
+/* Turns a matrix of the platform into one along the legs: J'^-1 M J^-1. */
+static void along_legs(const struct leg_space *s, double m[DOFS][DOFS], double along[LEGS][LEGS]) {
+    for (int k = 0; k < LEGS; k++)
+        for (int l = 0; l < LEGS; l++) {
+            along[k][l] = 0.0;
+            for (int i = 0; i < DOFS; i++)
+                for (int j = 0; j < DOFS; j++) along[k][l] += s->inverse[i][k] * m[i][j] * s->inverse[j][l];
+        }
+}
+
+/* Forces along the legs that hold the weight in a pose. */
+static void holding(const struct kinematics *k, const double pose[DOFS], double weight_n, double force_n[LEGS]) {
+    double j[LEGS][DOFS], wrench[DOFS] = {[DOF_Z] = -weight_n};
+    ik_jacobian(k, pose, j);
+    lin_solve_right(LEGS, 1, &j[0][0], wrench, force_n);
+}
+
+static void find_weight(struct leg_space *s, const struct kinematics *k, const struct params *p) {
+    static const double step = 1e-4;
+    double weight_n = p->payload.mass_kg * p->payload.gravity_mps2, change[DOFS][LEGS];
+    for (int leg = 0; leg < LEGS; leg++) weight_n += p->actuator.upper_mass_kg[leg] * p->payload.gravity_mps2;
+    for (int i = 0; i < DOFS; i++) {
+        double pose[DOFS] = {0}, there[LEGS], back[LEGS];
+        pose[i] = step, holding(k, pose, weight_n, there);
+        pose[i] = -step, holding(k, pose, weight_n, back);
+        for (int leg = 0; leg < LEGS; leg++) change[i][leg] = (there[leg] - back[leg]) / (2.0 * step);
+    }
+    for (int a = 0; a < LEGS; a++)
+        for (int b = 0; b < LEGS; b++)
+            for (int i = 0; i < DOFS; i++) s->weight[a][b] += change[i][a] * s->inverse[i][b];
+}
+
+static void find_leg_space(struct leg_space *s, const struct params *configured) {
+    static const double neutral[DOFS] = {0};
+    struct params legs = *configured;
+    struct kinematics k;
+    const struct payload_params *p = &configured->payload;
+    double j[LEGS][DOFS], m[DOFS][DOFS];
+    kinematics_place(&k, configured);
+    ik_jacobian(&k, neutral, j);
+    lin_inverse(DOFS, j[0], s->inverse[0]);
+    legs.payload.mass_kg = legs.payload.inertia_xx_kg_m2 = legs.payload.inertia_yy_kg_m2 = legs.payload.inertia_zz_kg_m2 = 0.0;
+    legs.payload.inertia_xy_kg_m2 = legs.payload.inertia_xz_kg_m2 = legs.payload.inertia_yz_kg_m2 = 0.0;
+    params_mechanism(&legs)->leg_mass(&legs, s->legs);
+    find_weight(s, &k, configured);
+    double inertia = (p->inertia_xx_kg_m2 + p->inertia_yy_kg_m2 + p->inertia_zz_kg_m2) / 3.0, mass = p->mass_kg;
+    const double value[BODY] = {mass,
+                                0.0,
+                                0.0,
+                                0.0,
+                                p->inertia_xx_kg_m2,
+                                p->inertia_yy_kg_m2,
+                                p->inertia_zz_kg_m2,
+                                p->inertia_xy_kg_m2,
+                                p->inertia_xz_kg_m2,
+                                p->inertia_yz_kg_m2};
+    memcpy(s->configured, value, sizeof value);
+    for (int i = 0; i < BODY; i++) {
+        unit_matrix(i, m);
+        along_legs(s, m, s->body[i]);
+        s->width[i] = PRIOR * (i == 0 ? mass : i < 4 ? sqrt(mass * inertia) : inertia);
+    }
+}
+
+/* --- products of the channels */
+
+/* Takes out the constant, as a test's mean says nothing of its motion. */
+static void vary(const struct residual_test *t, double row[RESIDUAL_SIZE]) {
+    double along = 0.0, sum = 0.0;
+    for (int a = 0; a < t->size; a++) along += row[a] * t->coupling[a][0], sum += square(t->coupling[a][0]);
+    for (int a = 0; a < t->size; a++) row[a] -= along / sum * t->coupling[a][0];
+}
+
+static void fill_rows(struct work *w, const struct residual_test *t) {
+    const struct spectrum *s = &t->spectrum;
+    memset(w->rows, 0, sizeof w->rows);
+    for (int phase = 0; phase < t->phases; phase++) {
+        const double *basis = t->cycle + phase * SPECTRUM_SIZE;
+        for (int k = 0; k < LEGS; k++) {
+            double l[3];
+            spectrum_at(s->mean[CHANNEL_LENGTH][k], t->harmonics, s->omega, basis, l);
+            double sign = l[1] / (fabs(l[1]) + t->speed_std_mps[k] + 1e-6);
+            for (int a = 0; a < t->size; a++) {
+                double add = t->project[phase][a];
+                w->rows[at(LENGTH, k)][a] += add * l[0], w->rows[at(RATE, k)][a] += add * l[1];
+                w->rows[at(ACCELERATION, k)][a] += add * l[2], w->rows[at(SIGN, k)][a] += add * sign;
+            }
+        }
+    }
+    for (int k = 0; k < LEGS; k++) memcpy(w->rows[at(FORCE, k)], t->row[CHANNEL_FORCE][k], sizeof w->rows[0]);
+    for (int i = 0; i < ALL; i++) vary(t, w->rows[i]);
+}
+
+/* Adds a test's products. The error of a coefficient is the mean over all legs, so that no order
+ * is favoured: noise of the force, that of the length in the acceleration, and what any model
+ * lacks. */
+static void add_test(struct work *w, const struct residual_test *t, const struct params *params, double lambda[LEGS][LEGS]) {
+    double varies = 0.0, mass = 0.0;
+    fill_rows(w, t);
+    for (int k = 0; k < LEGS; k++) varies += residual_variation(t, CHANNEL_FORCE, k) / LEGS, mass += lambda[k][k] / LEGS;
+    for (int a = 0; a < t->size; a++) {
+        double error = square(FLOOR) * varies;
+        for (int k = 0; k < LEGS; k++) {
+            double length = whiten_in_step(t, params, k) + square(t->std[CHANNEL_LENGTH][k][a]);
+            error += (square(t->std[CHANNEL_FORCE][k][a]) + square(mass * t->curve[a]) * length) / LEGS;
+        }
+        for (int i = 0; i < ALL && error > 0.0; i++)
+            for (int j = 0; j < ALL; j++) w->product[i][j] += w->rows[i][a] * w->rows[j][a] / error;
+    }
+}
+
+/* --- orders */
+
+static int next(int leg, int by) { return ((leg + by) % LEGS + LEGS) % LEGS; }
+
+static int list_orders(struct order order[ORDERS]) {
+    int n = 0;
+    for (int k = 0; k < LEGS; k++) order[0].leg[k] = k;
+    snprintf(order[n++].name, sizeof order->name, "as stated");
+    for (int a = 0; a < LEGS; a++)
+        for (int b = a + 1; b < LEGS; b++) {
+            order[n] = order[0];
+            order[n].leg[a] = b, order[n].leg[b] = a;
+            snprintf(order[n++].name, sizeof order->name, "legs %d and %d exchanged", a + 1, b + 1);
+        }
+    for (int by = 1; by < LEGS; by++, n++) {
+        for (int k = 0; k < LEGS; k++) order[n].leg[k] = next(k, by);
+        snprintf(order[n].name, sizeof order->name, "leg 1 in place %d, counted on", order[n].leg[0] + 1);
+    }
+    for (int sum = 0; sum < LEGS; sum++, n++) {
+        for (int k = 0; k < LEGS; k++) order[n].leg[k] = next(sum, -k);
+        snprintf(order[n].name, sizeof order->name, "leg 1 in place %d, counted backwards", order[n].leg[0] + 1);
+    }
+    return n;
+}
+
+/* Sum of the products of two forms in the channels' quantities of one leg: a row of a matrix times
+ * a quantity of all legs. */
+static double between(const struct work *w, const double *one, enum quantity p, const double *other, enum quantity q,
+                      const struct order *lengths) {
+    double sum = 0.0;
+    for (int i = 0; i < LEGS; i++)
+        for (int j = 0; j < LEGS; j++) sum += one[i] * other[j] * w->product[at(p, lengths->leg[i])][at(q, lengths->leg[j])];
+    return sum;
+}
+
+/* The design of the least squares. Column c of leg k is a form in one quantity of the lengths. */
+static const double *form_of(const struct leg_space *s, int unknown, int leg, double unit[LEGS], enum quantity *q) {
+    memset(unit, 0, LEGS * sizeof *unit);
+    *q = unknown < BODY ? ACCELERATION : unknown < DRY ? RATE : SIGN;
+    if (unknown < BODY) return s->body[unknown][leg];
+    unit[leg] = leg == (unknown - VISCOUS) % LEGS;
+    return unit;
+}
+
+/* Product of a column with what the configured legs and weight leave of the force. */
+static double with_target(const struct work *w, const double *form, enum quantity q, int leg, const struct order *lengths,
+                          const struct order *forces) {
+    double sum = 0.0;
+    for (int i = 0; i < LEGS; i++) sum += form[i] * w->product[at(q, lengths->leg[i])][at(FORCE, forces->leg[leg])];
+    return sum - between(w, form, q, w->space.legs[leg], ACCELERATION, lengths) -
+           between(w, form, q, w->space.weight[leg], LENGTH, lengths);
+}
+
+/* Square of the target of a leg. */
+static double target_square(const struct work *w, int leg, const struct order *lengths, const struct order *forces) {
+    const double *legs = w->space.legs[leg], *weight = w->space.weight[leg];
+    int f = at(FORCE, forces->leg[leg]);
+    double sum = w->product[f][f] + between(w, legs, ACCELERATION, legs, ACCELERATION, lengths) +
+                 between(w, weight, LENGTH, weight, LENGTH, lengths) + 2.0 * between(w, legs, ACCELERATION, weight, LENGTH, lengths);
+    for (int i = 0; i < LEGS; i++)
+        sum -= 2.0 * (legs[i] * w->product[at(ACCELERATION, lengths->leg[i])][f] + weight[i] * w->product[at(LENGTH, lengths->leg[i])][f]);
+    return sum;
+}
+
+/* Share of the varying force that an order leaves unexplained, the cost of its payload included. */
+static double unexplained(const struct work *w, const struct order *lengths, const struct order *forces) {
+    const struct leg_space *s = &w->space;
+    double normal[UNKNOWNS * UNKNOWNS] = {0}, with[UNKNOWNS] = {0}, left = 0.0, whole = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        whole += w->product[at(FORCE, k)][at(FORCE, k)];
+        left += target_square(w, k, lengths, forces);
+    }
+    for (int c = 0; c < UNKNOWNS; c++)
+        for (int k = 0; k < LEGS; k++) {
+            double unit[LEGS], other[LEGS];
+            enum quantity p, q;
+            if (c >= BODY && k != (c - VISCOUS) % LEGS) continue;
+            const double *form = form_of(s, c, k, unit, &p);
+            with[c] += with_target(w, form, p, k, lengths, forces);
+            for (int d = 0; d <= c; d++) {
+                if (d >= BODY && k != (d - VISCOUS) % LEGS) continue;
+                const double *second = form_of(s, d, k, other, &q);
+                normal[c * UNKNOWNS + d] += between(w, form, p, second, q, lengths);
+            }
+        }
+    for (int c = 0; c < UNKNOWNS; c++) {
+        double prior = c < BODY ? PRIOR_COST * whole / square(s->width[c]) : 0.0;
+        normal[c * (UNKNOWNS + 1)] += prior + 1e-9 * normal[c * (UNKNOWNS + 1)];
+        if (c >= BODY) continue;
+        with[c] += prior * s->configured[c];
+        left += prior * square(s->configured[c]);
+    }
+    double x[UNKNOWNS];
+    memcpy(x, with, sizeof x);
+    if (!dense_factor(UNKNOWNS, UNKNOWNS, normal)) return 1.0;
+    dense_solve(UNKNOWNS, UNKNOWNS, normal, x);
+    for (int c = 0; c < UNKNOWNS; c++) left -= x[c] * with[c];
+    return fmax(left, 0.0) / whole;
+}
+
+static double apart(const double a[3], const double b[3]) { return sqrt(square(a[0] - b[0]) + square(a[1] - b[1]) + square(a[2] - b[2])); }
+
+/* True if the drawing with its legs in this order is the same up to a rotation or a reflection: all
+ * distances of its joints are. */
+static bool symmetric(const struct kinematics *k, const struct order *order) {
+    static const double same_m = 1e-4;
+    for (int a = 0; a < LEGS; a++)
+        for (int b = 0; b < LEGS; b++) {
+            int c = order->leg[a], d = order->leg[b];
+            if (fabs(apart(k->upper[a], k->upper[b]) - apart(k->upper[c], k->upper[d])) > same_m) return false;
+            if (fabs(apart(k->lower[a], k->lower[b]) - apart(k->lower[c], k->lower[d])) > same_m) return false;
+            if (fabs(apart(k->upper[a], k->lower[b]) - apart(k->upper[c], k->lower[d])) > same_m) return false;
+        }
+    return true;
+}
+
+void leg_order_symmetries(const struct params *params, char text[LEG_ORDER_TEXT]) {
+    struct kinematics k;
+    struct order order[ORDERS];
+    int orders = list_orders(order);
+    kinematics_place(&k, params);
+    text[0] = '\0';
+    for (int i = 1; i < orders; i++) {
+        size_t used = strlen(text);
+        if (symmetric(&k, &order[i])) snprintf(text + used, LEG_ORDER_TEXT - used, "%s%s", used ? "; " : "", order[i].name);
+    }
+}
+
+bool leg_order_by_reference(const double product[LEGS][LEGS], const double measured[LEGS], const double asked[LEGS],
+                            char text[LEG_ORDER_TEXT]) {
+    struct order order[ORDERS];
+    int orders = list_orders(order), best = 0;
+    double follows[ORDERS] = {0}, whole = 0.0, wanted = 0.0;
+    for (int k = 0; k < LEGS; k++) whole += measured[k], wanted += asked[k];
+    for (int i = 0; i < orders; i++) {
+        for (int k = 0; k < LEGS; k++) follows[i] += product[order[i].leg[k]][k] / sqrt(whole * wanted);
+        if (follows[i] > follows[best]) best = i;
+    }
+    if (!(follows[best] > FOLLOWS && follows[best] > follows[0] + BETTER)) return false;
+    snprintf(text, LEG_ORDER_TEXT, "%s", order[best].name);
+    return true;
+}
+
+bool leg_order_of_drawing(const struct params *params, const double length_m[LEGS], double tolerance_m, char text[LEG_ORDER_TEXT]) {
+    struct kinematics k;
+    struct order order[ORDERS];
+    int orders = list_orders(order);
+    kinematics_place(&k, params);
+    for (int i = 0; i < orders; i++) {
+        bool fits = true;
+        for (int leg = 0; leg < LEGS; leg++)
+            fits = fits && fabs(apart(k.upper[order[i].leg[leg]], k.lower[leg]) - length_m[leg]) <= tolerance_m;
+        if (!fits) continue;
+        snprintf(text, LEG_ORDER_TEXT, "%s", order[i].name);
+        return i > 0;
+    }
+    return false;
+}
+
+struct candidate {
+    enum target target;
+    const struct order *order;
+    double share;
+};
+
+/* Names the best orders, one for each target: the others differ from it by a symmetry of the
+ * machine. */
+static void describe(const struct candidate *c, int candidates, const char *force, double best, char text[LEG_ORDER_TEXT]) {
+    char both[48];
+    snprintf(both, sizeof both, "lengths and %s, or the drawing", force);
+    const char *const what[TARGETS] = {"lengths", force, both};
+    int named[TARGETS] = {0};
+    bool others = false;
+    text[0] = '\0';
+    for (int i = 0; i < candidates; i++) {
+        size_t used = strlen(text);
+        if (c[i].share > ALIKE * best + SAME) continue;
+        if (named[c[i].target]++) others = true;
+        else snprintf(text + used, LEG_ORDER_TEXT - used, "%s%s: %s", used ? "; or " : "", what[c[i].target], c[i].order->name);
+    }
+    size_t used = strlen(text);
+    if (others) snprintf(text + used, LEG_ORDER_TEXT - used, ", or what a symmetry of the machine makes of it");
+}
+
+static void compare(const struct work *w, const struct params *params, bool pressures, struct leg_order *result) {
+    struct order order[ORDERS];
+    struct candidate candidate[TARGETS * ORDERS];
+    struct kinematics k;
+    int orders = list_orders(order), n = 0;
+    kinematics_place(&k, params);
+    result->stated = result->best = unexplained(w, &order[0], &order[0]);
+    for (enum target target = OF_LENGTHS; target < TARGETS; target++)
+        for (int i = 1; i < orders; i++) {
+            if (target == OF_BOTH && symmetric(&k, &order[i])) continue;
+            double share = unexplained(w, &order[target == OF_FORCES ? 0 : i], &order[target == OF_LENGTHS ? 0 : i]);
+            candidate[n++] = (struct candidate){target, &order[i], share};
+            result->best = fmin(result->best, share);
+        }
+    result->refuted = result->stated > UNEXPLAINED && result->best < DECISIVE * result->stated;
+    if (result->refuted) describe(candidate, n, pressures ? "pressures" : "forces", result->best, result->text);
+}
+
+int leg_order_find(const struct residual_data *data, const struct recording *r, int first, struct leg_order *order, struct error *error) {
+    double lambda[LEGS][LEGS];
+    struct work *w = calloc(1, sizeof *w);
+    *order = (struct leg_order){0};
+    if (!w) return error_set(error, STATUS_IO, "out of memory");
+    find_leg_space(&w->space, r->params);
+    params_mechanism(r->params)->leg_mass(r->params, lambda);
+    for (int i = 0; i < data->tests; i++)
+        if (data->test[i].of >= first) add_test(w, &data->test[i], r->params, lambda);
+    compare(w, r->params, r->measured.pressures, order);
+    free(w);
+    return STATUS_OK;
+}

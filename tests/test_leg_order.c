@@ -1,0 +1,199 @@
+/* Wrong orders of legs, each found from lengths and forces, with and without a reference, as tests
+ * of an axis and as any motion; symmetries of the machine, which only the reference tells. */
+#include "ident_rig.h"
+
+#include <time.h>
+
+#include "leg_order.h"
+#include "recording_check.h"
+
+enum { DURATION_S = 2, ORDERS = 27 };
+enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
+
+static struct rig *rig;
+
+/* The place where leg k stands. Numbers 1 .. 15 exchange two legs, 16 .. 20 count from another leg,
+ * 21 .. 26 count backwards. */
+static void order_of(int number, int place[LEGS]) {
+    int n = 1;
+    for (int k = 0; k < LEGS; k++) place[k] = k;
+    for (int a = 0; a < LEGS; a++)
+        for (int b = a + 1; b < LEGS; b++, n++)
+            if (n == number) place[a] = b, place[b] = a;
+    for (int k = 0; k < LEGS; k++) {
+        if (number >= 21) place[k] = (number - 21 + LEGS - k) % LEGS;
+        else if (number >= 16) place[k] = (k + number - 15) % LEGS;
+    }
+}
+
+/* Orders of both that leave this machine, three equal pairs of legs, as it is. */
+static bool symmetry(int number) { return number == 0 || number == 17 || number == 19 || number == 22 || number == 24 || number == 26; }
+
+static void put(const double from[LEGS], const int place[LEGS], double to[LEGS]) {
+    for (int k = 0; k < LEGS; k++) to[place[k]] = from[k];
+}
+
+/* A sample of the rig whose pressures all move: both of a leg, without a change of its force. */
+static struct cycle sample(int d, int i) {
+    struct cycle c = rig->cycle[d][i];
+    for (int k = 0; k < LEGS; k++) {
+        double wave_pa = 2e4 * sin(7.0 * c.test_time_s + k);
+        c.in.p2_pa[k] += wave_pa, c.in.p1_pa[k] += wave_pa * rig->areas.a2_m2[k] / rig->areas.a1_m2[k];
+        c.out.valve[k] = c.ref[k] = (double)NAN;
+    }
+    return c;
+}
+
+/* Checks the rig's six tests with legs in these places. */
+static int check(const struct params *params, int number, enum target target, bool reference, bool axes, struct error *error) {
+    static const int as_stated[LEGS] = {0, 1, 2, 3, 4, 5};
+    struct recording r;
+    int place[LEGS];
+    order_of(number, place);
+    recording_init(&r, params);
+    for (int d = 0; d < DOFS; d++)
+        for (int i = 0; i < rig->samples; i++) {
+            struct cycle c = sample(d, i);
+            const struct hal_sample in = c.in;
+            double motion[3][DOFS];
+            rig_motion(rig, d, c.test_time_s, motion);
+            put(in.length_m, target == OF_FORCES ? as_stated : place, c.in.length_m);
+            put(in.p1_pa, target == OF_LENGTHS ? as_stated : place, c.in.p1_pa);
+            put(in.p2_pa, target == OF_LENGTHS ? as_stated : place, c.in.p2_pa);
+            for (int k = 0; k < DOFS && reference; k++) c.ref[k] = motion[0][k];
+            if (!axes) c.dof = DOF_NONE;
+            assert_int_equal(recording_add(&r, &c, error), 0);
+        }
+    *error = (struct error){0};
+    int status = recording_check(&r, error);
+    recording_free(&r);
+    return status;
+}
+
+static void expect_name(const struct error *error, int number, enum target target) {
+    static const char *const what[TARGETS] = {"lengths: ", "pressures: ", "lengths and pressures, or the drawing: "};
+    int place[LEGS];
+    char name[64];
+    order_of(number, place);
+    for (int a = 0; a < LEGS && number < 16; a++)
+        if (place[a] > a) {
+            snprintf(name, sizeof name, "%slegs %d and %d exchanged", what[target], a + 1, place[a] + 1);
+            if (!strstr(error->text, name)) fail_msg("\"%s\" does not say \"%s\"", error->text, name);
+        }
+    /* Where the machine is symmetric, lengths of another order look as forces of the inverse one,
+     * and one order of both as another. */
+    bool named = strstr(error->text, what[target]) || (target != OF_BOTH && strstr(error->text, "pressures: "));
+    if (!named) fail_msg("\"%s\" does not say \"%s\"", error->text, what[target]);
+}
+
+/* step: orders are taken by so many, as any motion takes long to be cut. */
+static void each_wrong_order_is_named(bool reference, bool axes, int step) {
+    struct error error;
+    if (check(&rig->params, 0, OF_BOTH, reference, axes, &error)) fail_msg("as stated: %s", error.text);
+    for (enum target target = OF_LENGTHS; target < TARGETS; target++)
+        for (int number = 1; number < ORDERS; number += step) {
+            bool symmetric = target == OF_BOTH && symmetry(number);
+            int status = check(&rig->params, number, target, reference, axes, &error);
+            if (symmetric && !reference && status) fail_msg("order %d is a symmetry: %s", number, error.text);
+            if (!symmetric || reference) assert_int_equal(status, STATUS_USAGE);
+            if (symmetric && reference && !strstr(error.text, "the lengths follow the reference with leg 1 in place"))
+                fail_msg("%s", error.text);
+            if (!symmetric) expect_name(&error, number, target);
+        }
+}
+
+static void each_wrong_order_is_named_with_a_reference(void **unused) {
+    (void)unused;
+    each_wrong_order_is_named(true, true, 1);
+}
+
+static void each_wrong_order_is_named_without_a_reference(void **unused) {
+    (void)unused;
+    each_wrong_order_is_named(false, true, 1);
+}
+
+static void each_wrong_order_is_named_in_any_motion_with_a_reference(void **unused) {
+    (void)unused;
+    each_wrong_order_is_named(true, false, 4);
+}
+
+static void each_wrong_order_is_named_in_any_motion_without_a_reference(void **unused) {
+    (void)unused;
+    each_wrong_order_is_named(false, false, 4);
+}
+
+static void symmetries_are_listed(void **unused) {
+    (void)unused;
+    char text[LEG_ORDER_TEXT];
+    leg_order_symmetries(&rig->params, text);
+    assert_string_equal(text, "leg 1 in place 3, counted on; leg 1 in place 5, counted on; leg 1 in place 2, counted backwards; "
+                              "leg 1 in place 4, counted backwards; leg 1 in place 6, counted backwards");
+    /* One joint aside, and no order leaves the machine as it is. */
+    struct params odd = rig->params;
+    struct kinematics k;
+    kinematics_place(&k, &odd);
+    odd.geometry.lower.given = true;
+    for (int i = 0; i < LEGS; i++)
+        for (int x = 0; x < 2; x++) odd.geometry.lower.leg[i][x] = k.lower[i][x] + (i == 2 ? 0.01 : 0.0);
+    leg_order_symmetries(&odd, text);
+    assert_string_equal(text, "");
+}
+
+/* The lists of the platform's and the base's joints must be of the same legs. */
+static void lists_that_do_not_belong_together_are_refused_by_name(void **unused) {
+    (void)unused;
+    for (int number = 1; number < ORDERS; number++) {
+        struct params wrong = rig->params;
+        struct kinematics k;
+        struct error error;
+        int place[LEGS];
+        order_of(number, place);
+        kinematics_place(&k, &wrong);
+        wrong.geometry.upper.given = true;
+        for (int leg = 0; leg < LEGS; leg++)
+            for (int x = 0; x < 2; x++) wrong.geometry.upper.leg[place[leg]][x] = k.upper[leg][x];
+        assert_int_equal(check(&wrong, 0, OF_BOTH, true, true, &error), STATUS_USAGE);
+        bool impossible = kinematics_init(&k, &wrong, &(struct error){0}) != 0;
+        if (!impossible && !strstr(error.text, "the joints of the platform are listed otherwise than those of the base"))
+            fail_msg("order %d: %s", number, error.text);
+    }
+}
+
+/* Six tests of 5 s, 500 Hz: all orders in less than 0.2 s of processor time. */
+static void it_is_cheap(void **unused) {
+    (void)unused;
+    struct recording r;
+    struct residual_data data;
+    struct leg_order order;
+    struct error error;
+    recording_init(&r, &rig->params);
+    for (int d = 0; d < DOFS; d++)
+        for (int i = 0; i < rig->samples; i++) {
+            struct cycle c = sample(d, i);
+            assert_int_equal(recording_add(&r, &c, &error), 0);
+        }
+    assert_int_equal(recording_check(&r, &error), 0);
+    assert_int_equal(residual_prepare(&data, &r, CYCLES_ALL, &error), 0);
+    clock_t before = clock();
+    assert_int_equal(leg_order_find(&data, &r, 0, &order, &error), 0);
+    double seconds = (double)(clock() - before) / CLOCKS_PER_SEC;
+    print_message("%.3f s, unexplained %.2g\n", seconds, order.stated);
+    assert_below(seconds, 0.2);
+    assert_false(order.refuted);
+    residual_free(&data);
+    recording_free(&r);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(each_wrong_order_is_named_with_a_reference),
+        cmocka_unit_test(each_wrong_order_is_named_without_a_reference),
+        cmocka_unit_test(each_wrong_order_is_named_in_any_motion_with_a_reference),
+        cmocka_unit_test(each_wrong_order_is_named_in_any_motion_without_a_reference),
+        cmocka_unit_test(symmetries_are_listed),
+        cmocka_unit_test(lists_that_do_not_belong_together_are_refused_by_name),
+        cmocka_unit_test(it_is_cheap),
+    };
+    rig = rig_create(11, DURATION_S);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
