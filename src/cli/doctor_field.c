@@ -13,6 +13,7 @@
 #include "modbus_link.h"
 #include "modbus_map.h"
 #include "params.h"
+#include "sort.h"
 
 /* ---- CAN ---- */
 
@@ -158,11 +159,6 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
     return f;
 }
 
-static int by_size(const void *a, const void *b) {
-    double one = *(const double *)a, other = *(const double *)b;
-    return (one > other) - (one < other);
-}
-
 /* Limit of the test's duration, because meanwhile its lock refuses a hexid that starts; requests
  * that would be later are not sent and count as lost. */
 enum { LONGEST_TALK_S = 5 };
@@ -192,7 +188,7 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
         else if (modbus_link_gone(errno)) break;
     }
     r.lost = ROUND_TRIPS - answers;
-    qsort(took_s, (size_t)answers, sizeof *took_s, by_size);
+    sort_ascending(answers, took_s);
     if (answers) r.median_s = took_s[answers / 2], r.max_s = took_s[answers - 1];
     return judge_round_trips(d, &r);
 }

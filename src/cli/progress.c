@@ -14,6 +14,8 @@
 
 enum { BAR = 32, SAID_MAX = 1200 };
 
+const char *const progress_phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
+
 int progress_open(struct progress *p, const struct params *params, int to, bool virtual_time) {
     double redraw_s = virtual_time ? 2.0 : 0.1;
     *p = (struct progress){.params = params, .terminal = isatty(to) != 0};
@@ -136,12 +138,11 @@ static double done(const struct progress *p, const struct cycle *c) {
 }
 
 void progress_tick(struct progress *p, const struct cycle *c) {
-    static const char *const phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
     if (p->state_cycles++ % p->redraw_cycles || !p->terminal) return;
     clear_line(p);
     if (c->test >= 0)
         fprintf(p->out, "  test %d/%d  %-5s  ", c->test + 1, tests_count(&p->params->tests), tests_name(&p->params->tests, c->dof));
     else fprintf(p->out, "  %-18s", state_names[c->state]);
-    draw_bar(p->out, done(p, c), phases[c->phase]);
+    draw_bar(p->out, done(p, c), progress_phases[c->phase]);
     outlet_flush(&p->steps);
 }

@@ -21,6 +21,9 @@ struct progress {
     int64_t computing_ns;   /* time when the first computation began */
 };
 
+/* Names of the phases of a test, by enum phase. */
+extern const char *const progress_phases[];
+
 /* Opens the outlets. to: standard output, or standard error if standard output carries the results.
  * Returns -1 without a pipe or thread. No function here delays its caller, whatever the terminal
  * does (outlet.h). */

@@ -8,11 +8,11 @@
 #include "failure.h"
 #include "mechanism.h"
 #include "messages.h"
+#include "progress.h"
 #include "units.h"
+#include "words.h"
 
 enum { REDRAW_MS = 200, LINE_MS = 1000, BAR = 11 };
-
-static const char *const phases[] = {"", "settle", "ramp in", "evaluate", "ramp out"};
 
 static void erase(struct terminal *t) {
     if (t->drawn) printf("\033[%dA\r\033[J", t->drawn);
@@ -30,7 +30,7 @@ static void headline(const struct cycle *c) {
            c->dof >= 0    ? dof_names[c->dof]
            : c->test >= 0 ? "any"
                           : "",
-           phases[c->phase], fault);
+           progress_phases[c->phase], fault);
 }
 
 static void pose(const struct params *p, const struct cycle *c) {
@@ -51,12 +51,6 @@ static const char *bar(double share, char text[BAR + 1]) {
     return text;
 }
 
-static void quantity(double value, const char *format) {
-    char text[24];
-    snprintf(text, sizeof text, format, value);
-    printf(" %s", isfinite(value) ? text : "       -"); /* all formats have eight columns */
-}
-
 /* Enlarges the bars' full scale: 1, 2 or 5 times a power of ten that never shrinks, so that bars
  * stay comparable. */
 static void enlarge(struct terminal *t, const struct cycle *c) {
@@ -70,14 +64,9 @@ static void enlarge(struct terminal *t, const struct cycle *c) {
 
 static void leg(const struct terminal *t, const struct cycle *c, int i) {
     char force[BAR + 1], valve[BAR + 1];
-    printf("  %-2.0d", params_legs(t->params) > 1 ? i + 1 : 0);
-    quantity(c->in.length_m[i], "%8.5f");
-    quantity(c->in.p1_pa[i] * 1e-6, "%8.3f");
-    quantity(c->in.p2_pa[i] * 1e-6, "%8.3f");
-    quantity(c->force_n[i], "%8.1f");
-    printf(" [%s]", bar(c->force_n[i] / t->force_n, force));
-    quantity(c->out.valve[i], "%+8.3f");
-    printf(" [%s]\n", bar(c->out.valve[i], valve));
+    words_row(stdout, "  %-2.0d %8.5f %8.3f %8.3f %8.1f [%s] %+8.3f [%s]\n", params_legs(t->params) > 1 ? i + 1 : 0, c->in.length_m[i],
+              c->in.p1_pa[i] * 1e-6, c->in.p2_pa[i] * 1e-6, c->force_n[i], bar(c->force_n[i] / t->force_n, force), c->out.valve[i],
+              bar(c->out.valve[i], valve));
 }
 
 int terminal_view(struct terminal *t, const struct cycle *c) {

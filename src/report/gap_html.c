@@ -103,17 +103,10 @@ static void missing_card(FILE *out, const struct gap_result *r) {
     fputs("</div>\n", out);
 }
 
-/* The best candidate that is neither named nor a rival of a named effect, nor contains a named
- * effect as a special case. NULL: there is none. */
+/* The best candidate that is not named in any way. NULL: there is none. */
 static const struct gap_candidate *runner_up(const struct gap_result *r) {
-    for (int i = 0; i < r->candidates; i++) {
-        bool other = true;
-        int effect = r->candidate[i].effect;
-        for (int j = 0; j < r->effects; j++)
-            other = other && r->effect[j].effect != effect && !hypothesis_contains(effect, r->effect[j].effect);
-        for (int j = 0; j < r->ambiguous; j++) other = other && r->ambiguous_with[j] != effect;
-        if (other) return &r->candidate[i];
-    }
+    for (int i = 0; i < r->candidates; i++)
+        if (!section_named(r, r->candidate[i].effect)) return &r->candidate[i];
     return NULL;
 }
 

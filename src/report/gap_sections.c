@@ -7,8 +7,7 @@
 #include "gap_pictures.h"
 #include "html.h"
 #include "hypothesis.h"
-
-static const char *const axis_words[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
+#include "words.h"
 
 enum { PICTURES = 6, TEST_WORDS = 32, PLACE_WORDS = 40 };
 
@@ -65,6 +64,13 @@ void section_effect_words(FILE *out, int effect, int shape, int legs) {
     if (shape == SHAPE_EACH) fputs(" (each leg its own)", out);
 }
 
+bool section_named(const struct gap_result *r, int effect) {
+    bool named = false;
+    for (int i = 0; i < r->effects; i++) named = named || r->effect[i].effect == effect || hypothesis_contains(effect, r->effect[i].effect);
+    for (int i = 0; i < r->ambiguous; i++) named = named || r->ambiguous_with[i] == effect;
+    return named;
+}
+
 /* --- pictures */
 
 /* One channel of one leg in one test, as the subject of a picture. */
@@ -107,9 +113,9 @@ static const char *test_words(const struct recording *r, int test, enum dof dof,
         snprintf(words, TEST_WORDS, "at %.4g s", at_s);
         return words;
     }
-    snprintf(words, TEST_WORDS, "%s", axis_words[dof]);
+    snprintf(words, TEST_WORDS, "%s", words_axes[dof]);
     for (int i = 0; i < r->tests && r->runs > 1; i++)
-        if (r->test[i].test == test) snprintf(words, TEST_WORDS, "%s at %.3g Hz", axis_words[dof], r->test[i].frequency_hz);
+        if (r->test[i].test == test) snprintf(words, TEST_WORDS, "%s at %.3g Hz", words_axes[dof], r->test[i].frequency_hz);
     return words;
 }
 

@@ -15,6 +15,10 @@ void section_loops(struct page *p, const struct gap_report *report);     /* plot
 /* Writes words such as "dry friction in the cylinders (leg 3 only)". shape: as in gap.h. */
 void section_effect_words(FILE *out, int effect, int shape, int legs);
 
+/* True for an effect that is named, is a rival of a named one, or contains one as a special case.
+ * It is no runner-up. */
+bool section_named(const struct gap_result *r, int effect);
+
 /* Words for a channel, such as "leg length"; "position" for a single axis. */
 const char *section_channel_words(int legs, enum gap_channel channel);
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "gap_pictures.h"
+#include "gap_sections.h"
 #include "hypothesis.h"
 #include "words.h"
 
@@ -33,15 +34,6 @@ static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
     for (int key = 0; key < e->keys; key++) print_parameter(out, e, key);
 }
 
-/* True for an effect that is named, is a rival of a named one, or contains one as a special case.
- * It is no runner-up. */
-static bool named(const struct gap_result *r, int effect) {
-    bool found = false;
-    for (int i = 0; i < r->effects; i++) found = found || r->effect[i].effect == effect || hypothesis_contains(effect, r->effect[i].effect);
-    for (int i = 0; i < r->ambiguous; i++) found = found || r->ambiguous_with[i] == effect;
-    return found;
-}
-
 static void print_findings(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         print_effect(out, &r->effect[i], i == 0);
@@ -49,7 +41,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
             fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[j]]->name);
     }
     for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP && r->verdict != GAP_NO_GAP; i++) {
-        if (named(r, r->candidate[i].effect)) continue;
+        if (section_named(r, r->candidate[i].effect)) continue;
         const char *name = effect_table[r->candidate[i].effect]->name;
         double percent = 100.0 * r->candidate[i].share_explained;
         /* Candidates were tried alone, so several effects together are no measure for them. */

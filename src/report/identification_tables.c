@@ -5,6 +5,7 @@
 
 #include "html.h"
 #include "identification_table.h"
+#include "words.h"
 #include "params.h"
 
 enum { COLUMNS = 3 };
@@ -216,8 +217,7 @@ static struct quantity spring(const struct identification_log *log, int i) {
 }
 
 static void spring_label(FILE *out, int row) {
-    static const char *const name[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
-    fprintf(out, "%s <span class=\"small\">%s</span>", name[row], row < 3 ? "N/m" : "N m/rad");
+    fprintf(out, "%s <span class=\"small\">%s</span>", words_axes[row], row < 3 ? "N/m" : "N m/rad");
 }
 
 bool table_springs(FILE *out, const struct identification_report *r) {
@@ -228,14 +228,13 @@ bool table_springs(FILE *out, const struct identification_report *r) {
 /* --- matrices */
 
 static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], const double std[DOFS][DOFS]) {
-    static const char *const axis[DOFS] = {"x", "y", "z", "φ", "θ", "ψ"};
     int decimals = identification_decimals(mt);
     double least = 0.5 * pow(10.0, -decimals); /* smaller values are written as 0, to avoid
                                                 * "-0.000" */
     fprintf(out, "<div><h3>%s</h3>\n", name);
     html_table(out, "matrix", "|>x|>y|>z|>φ|>θ|>ψ");
     for (int i = 0; i < DOFS; i++) {
-        fprintf(out, "<tr><th>%s</th>", axis[i]);
+        fprintf(out, "<tr><th>%s</th>", words_axes[i]);
         for (int j = 0; j < DOFS; j++) {
             html_print(out, "<td class=\"n\">%.*f", decimals, fabs(mt[i][j]) < least ? 0.0 : mt[i][j]);
             if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.*f</small>", decimals, REPORT_SURE * std[i][j]);

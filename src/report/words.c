@@ -4,6 +4,8 @@
 
 #include "format.h"
 
+const char *const words_axes[6] = {"x", "y", "z", "φ", "θ", "ψ"};
+
 /* Length of the next word. Text in backquotes is one word, so that it can be copied whole. */
 static int word_length(const char *text) {
     const char *quote = *text == '`' ? strchr(text + 1, '`') : NULL;

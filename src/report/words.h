@@ -6,6 +6,8 @@
 
 enum { WORDS_COLUMNS = 80 };
 
+extern const char *const words_axes[6]; /* x y z φ θ ψ */
+
 /* Prints a text after a label, broken between words, with its lines indented. Text in backquotes is
  * not broken. */
 void words_print(FILE *out, const char *label, const char *text);

@@ -85,8 +85,8 @@ for leg, row in enumerate(friction[-6:]):
 
 names = re.findall(r"<h3>(Nominal|Method [ABC]|Modified A)</h3>", page)
 matrices = list(tables("matrix"))
-expected = [(name, log[key]) for log in logs for name, key in (("Nominal", "nominal"), ("Method A", "method_a"), ("Modified A", "modified_a"),
-                                                               ("Method B", "method_b"), ("Method C", "method_c")) if log[key]]
+expected = [(name, log[key]) for log in logs for name, key in (("Nominal", "nominal"), ("Method C", "method_c"), ("Method A", "method_a"),
+                                                               ("Modified A", "modified_a"), ("Method B", "method_b")) if log[key]]
 assert names == [name for name, _ in expected], names
 for table, (name, found) in zip(matrices, expected, strict=True):
     for i in range(6):
