@@ -42,6 +42,7 @@ int clock_nanosleep(clockid_t id, int flags, const struct timespec *until, struc
     }
     if (until_ns + late_ns > monotonic_ns) monotonic_ns = until_ns + late_ns;
     late_ns = 0;
+    sched_yield(); /* the loop may be waiting for another thread */
     return 0;
 }
 
