@@ -27,7 +27,7 @@ static struct run *good_run(void) {
         double size = amplitude(&r->params, d);
         r->id.test[d] = (struct test_result){.test = d,
                                              .dof = (enum dof)d,
-                                             .reference = true,
+                                             .asked_amplitude = size,
                                              .frequency_hz = r->params.tests.hz[d],
                                              .amplitude = size,
                                              .achieved_amplitude = size,
@@ -296,13 +296,17 @@ static void an_amplitude_without_a_reference_is_not_judged(void **unused) {
     (void)unused;
     struct run *r = good_run();
     for (int d = 0; d < DOFS; d++)
-        r->id.test[d].reference = false, r->id.test[d].achieved_amplitude = 0, r->id.test[d].unwanted_pct[2] = 99;
+        r->id.test[d].asked_amplitude = (double)NAN, r->id.test[d].achieved_amplitude = 0, r->id.test[d].unwanted_pct[2] = 99;
     assert_passes(r);
     struct verdict v = judge(r);
     assert_int_equal(v.notes, 1);
     assert_non_null(strstr(v.note[0], "no reference"));
-    r->id.test[4].reference = true;
+    r->id.test[4].asked_amplitude = r->id.test[4].amplitude;
     assert_int_equal(judge(r).status, VERDICT_FAIL);
+    /* The reference is what was asked for, whatever amplitude the configuration (-c) has. */
+    r = good_run();
+    for (int d = 0; d < DOFS; d++) r->id.test[d].amplitude *= 3;
+    assert_passes(r);
 }
 
 static void print_gives_status_and_reasons(void **unused) {

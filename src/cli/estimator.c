@@ -8,7 +8,6 @@
 int estimator_equations(struct recording *r, struct equations *equations, struct error *error) {
     *error = (struct error){0};
     int status = recording_check(r, error);
-    if (!status) status = method_c_check(r, error);
     return status ? status : method_c_equations(r, equations, error);
 }
 

@@ -38,8 +38,7 @@ bool estimator_ready(struct estimator *e);
  * recording was given or, without `wait`, its equations are not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
-/* Makes the equations in the calling thread: recording_check(), method_c_check(),
- * method_c_equations(). */
+/* Makes the equations in the calling thread: recording_check(), method_c_equations(). */
 int estimator_equations(struct recording *recording, struct equations *equations, struct error *error);
 
 #endif

@@ -52,7 +52,7 @@ static void open_test(struct ident *id, const struct cycle *c) {
     id->running = c->test;
     id->dof = c->dof;
     id->seen = id->excluded = 0;
-    id->referenced = false;
+    id->low = HUGE_VAL, id->high = -HUGE_VAL;
     id->first_s = c->test_time_s;
     memset(id->pose, 0, sizeof id->pose);
     double hz = id->params->tests.hz[c->dof];
@@ -79,7 +79,7 @@ static void take(struct ident *id, const struct cycle *c) {
     double values[CHANNELS], force_n[LEGS] = {0};
     id->refused = measure(id, c, values, force_n);
     id->seen++;
-    id->referenced = id->referenced || isfinite(c->ref[id->dof]);
+    if (isfinite(c->ref[id->dof])) id->low = fmin(id->low, c->ref[id->dof]), id->high = fmax(id->high, c->ref[id->dof]);
     id->last_s = c->test_time_s;
     witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n, !id->refused);
     if (!id->refused) harmonics_add(&id->fit, c->test_time_s, values);
@@ -116,7 +116,7 @@ static void close_test(struct ident *id) {
     enum refusal why = !(span_s >= complete_share * p->duration_s) ? REFUSED_INCOMPLETE : solved ? REFUSED_NOT : REFUSED_UNDETERMINED;
     *t = (struct test_result){.test = id->running,
                               .dof = id->dof,
-                              .reference = id->referenced,
+                              .asked_amplitude = id->high >= id->low ? 0.5 * (id->high - id->low) : (double)NAN,
                               .frequency_hz = p->hz[id->dof],
                               .amplitude = p->amplitude[id->dof],
                               .samples = id->fit.samples,

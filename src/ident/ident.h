@@ -47,8 +47,7 @@ struct ident {
     enum dof dof;
     int64_t seen, excluded;       /* cycles in the running test's evaluated part, and those of them
                                    * that were excluded */
-    bool referenced;              /* some sample of the running test's evaluated part has a
-                                   * reference */
+    double low, high;             /* ends of the reference in the running test's evaluated part */
     enum refusal refused;         /* why the last cycle, if evaluated, was excluded */
     double first_s, last_s;       /* test time of the running test's first and last evaluated
                                    * cycle */

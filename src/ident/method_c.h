@@ -71,11 +71,6 @@ struct method_c {
  * pose has these lengths or a leg does not move, -3 without memory. */
 int method_c_equations(const struct recording *recording, struct equations *equations, struct error *error);
 
-/* Refuses recordings that pass recording_check() but are useless to method C: if a valve's command
- * is at its limit for much of a test, the motion follows the limit, whatever was asked. Returns -2
- * then, with the leg and the remedy. */
-int method_c_check(const struct recording *recording, struct error *error);
-
 /* Solves the equations of one recording, or the sum of those of several recordings of one machine.
  * result: the determined values; estimate: all values. Returns -2 if some leg does not move both
  * ways, or no entry is determined. */

@@ -24,7 +24,8 @@
 struct test_result {
     int test;                    /* number in the list of tests */
     enum dof dof;
-    bool reference;              /* the pose that was asked for is recorded */
+    double asked_amplitude;      /* of the recorded reference on the tested axis; NaN: none is
+                                  * recorded */
     double frequency_hz, amplitude; /* commanded frequency and amplitude, the latter in m or rad */
     double achieved_amplitude;   /* amplitude of the tested axis */
     double phase_deg;            /* phase of the tested axis against sin(w t), t the test time */

@@ -72,13 +72,13 @@ static void check_readings(struct verdict *v, const struct params *params, const
                     w->force_n, limit->force_wander_n);
 }
 
-/* Checks the motion that a test made against the motion that was asked for. Without a recorded
- * reference the configured amplitude is only assumed, and nothing is judged by it. */
+/* Checks the motion that a test made against the motion that the recorded reference asked for.
+ * Without one the configured amplitude is only assumed, and nothing is judged by it. */
 static void check_motion(struct verdict *v, const struct check_params *limit, const struct test_result *t) {
     const char *name = dof_names[t->dof];
-    double short_pct = 100.0 * fabs(t->achieved_amplitude / t->amplitude - 1.0);
+    double short_pct = 100.0 * fabs(t->achieved_amplitude / t->asked_amplitude - 1.0);
     if (t->refused) return;
-    if (!t->reference) {
+    if (isnan(t->asked_amplitude)) {
         verdict_note(v, "amplitudes and unwanted motion are not judged: the recording has no reference to compare them with");
         return;
     }
