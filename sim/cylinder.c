@@ -47,6 +47,12 @@ static void piston_init(struct cylinder_model *m, int leg, const struct actuator
     c->length_max_m = middle + 0.5 * a->stroke_m[leg];
 }
 
+void cylinder_pipe(double length_m, double bore_m, double *inertance, double *resistance) {
+    double area_m2 = PI / 4.0 * bore_m * bore_m;
+    *inertance = DENSITY_KG_PER_M3 * length_m / area_m2;
+    *resistance = 8.0 * PI * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * length_m / (area_m2 * area_m2);
+}
+
 static void line_init(struct cylinder_model *m, int leg) {
     struct cylinder_leg *c = &m->leg[leg];
     double length_m = m->machine.line.length_m[leg], bore_m = m->machine.line.diameter_m[leg];
@@ -56,8 +62,8 @@ static void line_init(struct cylinder_model *m, int leg) {
     c->line_volume_m3 = area_m2 * length_m;
     double chamber_m3 = fmin(c->dead_volume_m3[PORT_A] + c->a1_m2 * stroke_m, c->dead_volume_m3[PORT_B] + c->a2_m2 * stroke_m);
     double least = LINE_TIME_S * LINE_TIME_S * c->bulk_modulus_pa * (1.0 / c->line_volume_m3 + 1.0 / chamber_m3);
-    c->line_inertance = fmax(DENSITY_KG_PER_M3 * length_m / area_m2, least);
-    c->line_resistance = 8.0 * PI * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * length_m / (area_m2 * area_m2);
+    cylinder_pipe(length_m, bore_m, &c->line_inertance, &c->line_resistance);
+    c->line_inertance = fmax(c->line_inertance, least);
 }
 
 void cylinder_model_init(struct cylinder_model *m, const struct params *params) {

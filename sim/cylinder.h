@@ -74,6 +74,9 @@ struct mains {
 /* Prepares a model; params must outlive it. */
 void cylinder_model_init(struct cylinder_model *m, const struct params *params);
 
+/* Finds the inertance, kg/m^4, and the laminar resistance, Pa s/m^3, of the oil in a pipe. */
+void cylinder_pipe(double length_m, double bore_m, double *inertance, double *resistance);
+
 /* Returns the pressures of the mains without a drop in the hoses to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 

@@ -111,12 +111,11 @@ static void sizes_are_those_of_the_coefficients(void **unused) {
     (void)unused;
     enum { LOGS = 400 }; /* the equations are those of one log, summed this often */
     static struct equations e;
-    double prior[UNKNOWN_SHAPE], size[UNKNOWN_SHAPES], square = 0.0;
+    double size[UNKNOWN_SHAPES], square = 0.0;
     uint64_t seed = 11;
     memset(&e, 0, sizeof e);
     for (int k = 0; k < LEGS; k++) e.dry_n[k] = 100.0;
     for (int c = 0; c < UNKNOWNS; c++) e.product[c][c] = LOGS;
-    for (int c = 0; c < UNKNOWN_SHAPE; c++) prior[c] = 1e-9;
     for (int k = 0; k < LEGS; k++) {
         double *with = &e.with[UNKNOWN_SHAPE + k * UNKNOWN_SHAPES], large_n = 50.0 * random_unit(&seed);
         with[3] = LOGS * large_n;
@@ -124,7 +123,7 @@ static void sizes_are_those_of_the_coefficients(void **unused) {
         for (int i = 0; i < UNKNOWN_SHAPES; i++)
             if (i != 3) with[i] = sqrt(LOGS) * 0.5 * random_unit(&seed); /* less than the noise */
     }
-    assert_true(shape_sizes_find(&e, prior, size));
+    assert_true(shape_sizes_find(&e, e.product, size));
     for (int i = 0; i < UNKNOWN_SHAPES; i++)
         if (i == 3) assert_close(size[i], sqrt(square) / 100.0, 0.01 * size[i]);
         else assert_below(size[i], 1e-3 + 1e-9);

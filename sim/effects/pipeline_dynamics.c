@@ -4,7 +4,7 @@ enum { LENGTH, DIAMETER };
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++) {
-        m->line.length_m[leg] = v->value[LENGTH][leg];
+        m->line.length_m[leg] += v->value[LENGTH][leg];
         m->line.diameter_m[leg] = v->value[DIAMETER][leg];
     }
 }

@@ -1,7 +1,7 @@
 /* Do several logs of one machine agree? Each value of a log is compared with its estimate from all
  * the other logs together, in standard deviations of the difference. These include the noise of
- * both, and the effect of two errors that all logs share (equations.h), as far as it differs
- * between the motions: joints within their tolerance, and attenuation. For the overall test,
+ * both, and the effect of errors that all logs share (equations.h), as far as it differs between
+ * the motions: systematic errors and attenuation. For the overall test,
  * generalised least squares fits one set of values and of these errors to all logs' estimates; if
  * they differ by noise alone, the remaining sum of squares is chi-square distributed. Only
  * determined values are compared. Ordinary threads; heap. */
@@ -13,7 +13,7 @@
 enum { AGREEMENT_LOGS = 16 };
 /* Number of compared values: entries of the matrix, viscous and dry friction, and springs
  * (equations.h). */
-enum { AGREEMENT_VALUES = UNKNOWN_SHAPE };
+enum { AGREEMENT_VALUES = UNKNOWN_SYSTEMATIC };
 /* Least probability of a difference by noise alone; less is disagreement. One set of logs in a
  * thousand gives a false alarm. */
 #define AGREEMENT_PROBABILITY 1e-3

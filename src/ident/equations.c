@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "dense.h"
@@ -22,7 +23,9 @@ void equations_entry(int unknown, int *row, int *column) {
 void equations_name(int unknown, char name[EQUATIONS_NAME]) {
     static const char *const way[] = {"extending", "retracting"};
     int row, column, dry = unknown - UNKNOWN_DRY;
-    if (unknown >= UNKNOWN_SPRING) {
+    if (unknown >= UNKNOWN_SYSTEMATIC) {
+        systematic_name(unknown - UNKNOWN_SYSTEMATIC, name);
+    } else if (unknown >= UNKNOWN_SPRING) {
         snprintf(name, EQUATIONS_NAME, "spring %s", dof_names[unknown - UNKNOWN_SPRING]);
     } else if (dry >= 0) {
         snprintf(name, EQUATIONS_NAME, "dry leg %d %s", dry / 2 + 1, way[dry % 2]);
@@ -40,12 +43,14 @@ void equations_add(struct equations *sum, const struct equations *e) {
     for (int c = 0; c < UNKNOWNS; c++) {
         sum->with[c] += e->with[c];
         for (int d = 0; d <= c; d++) sum->product[c][d] += e->product[c][d];
-        for (int j = 0; j < COMMON; j++) sum->common[j][c] += e->common[j][c];
+        sum->attenuation[c] += e->attenuation[c];
     }
+    sum->cycles = sum->free ? fmin(sum->cycles, e->cycles) : e->cycles;
     sum->rest += e->rest;
     sum->free += e->free;
     for (int k = 0; k < LEGS; k++) sum->dry_n[k] = fmax(sum->dry_n[k], e->dry_n[k]);
     for (int i = 0; i < DOFS; i++) sum->spring[i] = fmax(sum->spring[i], e->spring[i]);
+    for (int i = 0; i < SYSTEMATICS; i++) sum->systematic[i] = fmax(sum->systematic[i], e->systematic[i]);
     sum->force_n = fmax(sum->force_n, e->force_n);
     sum->rate_mps = fmax(sum->rate_mps, e->rate_mps);
 }
@@ -54,18 +59,20 @@ double equations_shape_variance(const struct equations *e, int i, const double s
     return square(fmax(e->dry_n[i / UNKNOWN_SHAPES] * size[i % UNKNOWN_SHAPES], LEAST_N));
 }
 
-static bool factor_with_prior(const struct equations *e, double nominal[DOFS][DOFS], double factor[UNKNOWNS][UNKNOWNS]) {
-    double prior[UNKNOWN_SHAPE], size[UNKNOWN_SHAPES];
-    for (int c = 0; c < UNKNOWN_SHAPE; c++) {
-        int row, column;
-        prior[c] = OF_NO_WEIGHT * e->product[c][c];
-        if (c < MATRIX_ENTRIES) equations_entry(c, &row, &column), prior[c] = 1.0 / (nominal[row][row] * nominal[column][column]);
-        if (c >= UNKNOWN_SPRING) prior[c] = e->spring[c - UNKNOWN_SPRING] > 0.0 ? 1.0 / square(e->spring[c - UNKNOWN_SPRING]) : 1.0;
-    }
-    if (!shape_sizes_find(e, prior, size)) return false;
+/* Inverse variance of a prior; 1 for an unknown that does not exist, whose equations are zero. */
+static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std) : 1.0; }
+
+static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES],
+                              double factor[UNKNOWNS][UNKNOWNS]) {
+    double size[UNKNOWN_SHAPES];
     memcpy(factor, e->product, sizeof e->product);
-    for (int c = 0; c < UNKNOWNS; c++)
-        factor[c][c] += c < UNKNOWN_SHAPE ? prior[c] : 1.0 / equations_shape_variance(e, c - UNKNOWN_SHAPE, size);
+    for (int c = 0; c < MATRIX_ENTRIES; c++)
+        for (int d = 0; d <= c; d++) factor[c][d] += matrix[c][d];
+    for (int c = MATRIX_ENTRIES; c < UNKNOWN_SPRING; c++) factor[c][c] *= 1.0 + OF_NO_WEIGHT;
+    for (int i = 0; i < DOFS; i++) factor[UNKNOWN_SPRING + i][UNKNOWN_SPRING + i] += inverse_variance(e->spring[i]);
+    for (int i = 0; i < SYSTEMATICS; i++) factor[UNKNOWN_SYSTEMATIC + i][UNKNOWN_SYSTEMATIC + i] += inverse_variance(e->systematic[i]);
+    if (!shape_sizes_find(e, factor, size)) return false;
+    for (int c = UNKNOWN_SHAPE; c < UNKNOWNS; c++) factor[c][c] += 1.0 / equations_shape_variance(e, c - UNKNOWN_SHAPE, size);
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
 }
 
@@ -77,22 +84,46 @@ static bool values(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS],
     return finite;
 }
 
-bool equations_values(const struct equations *e, double nominal[DOFS][DOFS], double value[UNKNOWNS]) {
-    double factor[UNKNOWNS][UNKNOWNS];
-    return factor_with_prior(e, nominal, factor) && values(e, factor, value);
+bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS]) {
+    double (*factor)[UNKNOWNS] = malloc(sizeof e->product);
+    bool ok = factor && factor_with_prior(e, matrix, factor) && values(e, factor, value);
+    free(factor);
+    return ok;
 }
 
-bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], struct estimate *estimate) {
-    double factor[UNKNOWNS][UNKNOWNS];
-    if (!factor_with_prior(e, nominal, factor) || !values(e, factor, estimate->value)) return false;
-    for (int c = 0; c < UNKNOWNS; c++) {
-        memset(estimate->noise[c], 0, sizeof estimate->noise[c]);
-        estimate->noise[c][c] = 1.0;
-        dense_solve(UNKNOWNS, UNKNOWNS, factor[0], estimate->noise[c]);
+/* Splits the covariance C, which stands in estimate->noise, into noise and shared errors. matrix: the
+ * Cholesky factor of the inverse covariance of the matrix's prior. */
+static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS],
+                  struct estimate *estimate) {
+    double solved[UNKNOWNS];
+    memset(estimate->common, 0, sizeof estimate->common);
+    for (int s = 0; s < SYSTEMATICS; s++)
+        for (int c = 0; c < UNKNOWN_SHAPE && e->systematic[s] > 0.0; c++)
+            estimate->common[s][c] = -estimate->noise[UNKNOWN_SYSTEMATIC + s][c] / e->systematic[s];
+    for (int m = 0; m < MATRIX_ENTRIES; m++)
+        for (int c = 0; c < UNKNOWN_SHAPE; c++)
+            for (int i = m; i < MATRIX_ENTRIES; i++) estimate->common[COMMON_MATRIX + m][c] -= matrix[i][m] * estimate->noise[i][c];
+    for (int j = 0; j < COMMON_ATTENUATION; j++)
+        for (int a = 0; a < UNKNOWN_SHAPE; a++)
+            for (int b = 0; b < UNKNOWN_SHAPE; b++) estimate->noise[a][b] -= estimate->common[j][a] * estimate->common[j][b];
+    memcpy(solved, e->attenuation, sizeof solved);
+    dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
+    memcpy(estimate->common[COMMON_ATTENUATION], solved, sizeof estimate->common[0]);
+}
+
+bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate) {
+    double (*factor)[UNKNOWNS] = malloc(sizeof e->product), root[MATRIX_ENTRIES][MATRIX_ENTRIES], solved[UNKNOWNS];
+    memcpy(root, matrix, sizeof root);
+    bool ok = factor && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) && factor_with_prior(e, matrix, factor) && values(e, factor, estimate->value);
+    for (int c = 0; c < UNKNOWN_SHAPE && ok; c++) {
+        memset(solved, 0, sizeof solved);
+        solved[c] = 1.0;
+        dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
+        memcpy(estimate->noise[c], solved, sizeof estimate->noise[c]);
     }
-    memcpy(estimate->common, e->common, sizeof e->common);
-    for (int j = 0; j < COMMON; j++) dense_solve(UNKNOWNS, UNKNOWNS, factor[0], estimate->common[j]);
-    return true;
+    if (ok) split(e, root, factor, estimate);
+    free(factor);
+    return ok;
 }
 
 double estimate_covariance(const struct estimate *e, int a, int b) {

@@ -3,21 +3,21 @@
  * a single log leaves undetermined, so nothing else of a log need be kept.
  *
  * The unknowns are corrections to the configured machine: 21 entries of Mt, friction of each leg,
- * springs on the six coordinates of the pose.
+ * springs on the six coordinates of the pose, and the systematic errors of sensors and drawing
+ * (systematic.h).
  *
  * The covariance of an estimate has two parts. Noise is independent from log to log and averages
- * out. Errors that all logs of a machine share do not: each shifts the right-hand side of every
- * log, the right-hand sides add up, and many logs of one motion suffer as much as one. The shared
- * errors are 36 joint coordinates, each off its configured place by one standard deviation, and
- * attenuation (Fuller 1987 section 1.1): the noise of the accelerations is on both sides of the
- * equations, so an axis that moves only within that noise seems to have no mass. This bias of the
- * entries towards zero is the 37th. Pure, no heap. */
+ * out. Errors that all logs of a machine share do not: they are the systematic errors and those of
+ * the legs' masses, as far as the data do not determine them, and attenuation (Fuller 1987 section 1.1): the noise of the
+ * accelerations is on both sides of the equations, so an axis that moves only within that noise
+ * seems to have no mass, a bias of the entries towards zero. Ordinary threads; heap. */
 #ifndef HEXID_EQUATIONS_H
 #define HEXID_EQUATIONS_H
 
 #include <stdbool.h>
 
 #include "payload.h"
+#include "systematic.h"
 
 /* Basis functions ("shapes") of each leg's dry friction beside the constants: six for low speed,
  * one for the pressures, and 15 for presliding, the deformation of a seal before it slides: five
@@ -29,24 +29,30 @@ enum {
     UNKNOWN_VISCOUS = MATRIX_ENTRIES,
     UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS,
     UNKNOWN_SPRING = UNKNOWN_DRY + 2 * LEGS,
-    UNKNOWN_SHAPE = UNKNOWN_SPRING + DOFS,
+    UNKNOWN_SYSTEMATIC = UNKNOWN_SPRING + DOFS,
+    UNKNOWN_SHAPE = UNKNOWN_SYSTEMATIC + SYSTEMATICS,
     UNKNOWNS = UNKNOWN_SHAPE + UNKNOWN_SHAPES * LEGS
 };
-enum { JOINT_COORDINATES = 6 * LEGS, COMMON_ATTENUATION = JOINT_COORDINATES, COMMON };
+/* Errors that all logs of a machine share: the systematic errors, the departure of the matrix from
+ * its prior (payload_prior()), attenuation. */
+enum { COMMON_MATRIX = SYSTEMATICS, COMMON_ATTENUATION = COMMON_MATRIX + MATRIX_ENTRIES, COMMON };
 
 struct equations {
     /* X' W X, lower triangle. W is the rows' inverse covariance, divided by scatter^2 if they
      * scatter by more than their noise. */
     double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y, y the right-hand side */
-    /* Change of `with` by a joint coordinate that is off by one standard deviation, or by
-     * attenuation. */
-    double common[COMMON][UNKNOWNS];
+    double attenuation[UNKNOWNS];       /* change of `with` by attenuation */
+    double systematic[SYSTEMATICS];     /* prior standard deviation of each systematic error; 0:
+                                         * there is no such error */
     /* Sum of squared residuals, weighted by their noise alone. */
     double rest;
     /* Degrees of freedom of `rest`: number of rows less that of unknowns. Coefficients of basis
      * functions are random by their prior, and do not count. */
     int free;
+    /* Least number of cycles of a test, from whose differences the noise of its rows is known;
+     * infinite if all noise is that of pieces, which is known well. */
+    double cycles;
     double dry_n[LEGS];                 /* size of each leg's dry friction, N: the unit of its basis
                                          * functions' prior */
     /* Prior standard deviation of each spring, N/m and N m/rad; 0: no such spring is fitted. */
@@ -56,13 +62,18 @@ struct equations {
     double force_n, rate_mps;
 };
 
-/* Solution of the equations. A prior keeps finite what the data leave undetermined. The prior of a
- * matrix entry has the standard deviation sqrt(M_ii M_jj) of the configured machine; the width of
- * the basis functions' prior comes from all data together (shape_sizes.h). */
+/* Solution of the equations. A prior keeps finite what the data leave undetermined. That of the
+ * matrix is given; the width of the basis functions' prior comes from all data together
+ * (shape_sizes.h).
+ *
+ * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, the errors of the machine
+ * change the values by the columns of -C L, each for one standard deviation, and noise alone has the
+ * covariance C less the sum of the squares of these changes. */
 struct estimate {
     double value[UNKNOWNS];
-    double noise[UNKNOWNS][UNKNOWNS];           /* covariance by noise */
-    double common[COMMON][UNKNOWNS];            /* change of `value` by each shared error */
+    double noise[UNKNOWN_SHAPE][UNKNOWN_SHAPE];  /* covariance by noise, without basis functions */
+    double common[COMMON][UNKNOWN_SHAPE];        /* change of `value` by each shared error of one
+                                                  * standard deviation */
 };
 
 /* Row and column of the matrix, from 0, with row <= column, for an unknown that is a matrix
@@ -70,8 +81,8 @@ struct estimate {
 void equations_entry(int unknown, int *row, int *column);
 
 /* Name of an unknown that is no basis function: "Mt15", "viscous leg 2", "dry leg 3 extending",
- * "spring theta". */
-enum { EQUATIONS_NAME = 32 };
+ * "spring theta", "gain of P1, leg 3". */
+enum { EQUATIONS_NAME = SYSTEMATIC_NAME };
 void equations_name(int unknown, char name[EQUATIONS_NAME]);
 
 /* Rms residual of the coefficient rows, as a multiple of their noise. NaN unless there are more
@@ -85,13 +96,12 @@ double equations_shape_variance(const struct equations *e, int i, const double s
 /* Adds the equations of another log of the same machine and configuration. */
 void equations_add(struct equations *sum, const struct equations *e);
 
-/* Solves for the values alone. nominal: Mt as configured. Returns false if some unknown occurs in
- * no row, or a value is not finite. */
-bool equations_values(const struct equations *e, double nominal[DOFS][DOFS], double value[UNKNOWNS]);
+/* Solves for the values alone. matrix: inverse covariance of the matrix entries' prior. Returns false
+ * if some unknown occurs in no row, or a value is not finite. */
+bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS]);
 
-/* Solves for the values and their covariance. nominal: Mt as configured. Returns false if some
- * unknown occurs in no row, or a value is not finite. */
-bool equations_solve(const struct equations *e, double nominal[DOFS][DOFS], struct estimate *estimate);
+/* Solves for the values and their covariance. matrix, result: as equations_values(). */
+bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate);
 
 /* Covariance of two unknowns, by noise and by shared errors. */
 double estimate_covariance(const struct estimate *e, int a, int b);

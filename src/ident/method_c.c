@@ -8,9 +8,9 @@
 #include "friction_course.h"
 #include "inverse_dynamics.h"
 #include "matrix_forces.h"
-#include "nominal.h"
 #include "numeric.h"
 #include "params.h"
+#include "series.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -19,15 +19,16 @@ enum {
     VISCOUS = UNKNOWN_VISCOUS,
     DRY = UNKNOWN_DRY,
     SPRING = UNKNOWN_SPRING,
+    SYSTEMATIC = UNKNOWN_SYSTEMATIC,
     SHAPE = UNKNOWN_SHAPE,
     SHAPES = UNKNOWN_SHAPES
 };
 enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
-/* Coordinates of a leg's two joints: the keys of geometry_error. */
-enum { COORDINATES = JOINT_COORDINATES / LEGS };
 
 static const double FIRST_SHARE = 0.5; /* first guess of dry friction, as a share of the rms of the
                                         * force's variation */
+static const double STEP = 0.1;        /* step of difference quotients, in standard deviations of the
+                                        * errors' priors */
 static const double MODEL_ERROR = 1e-4; /* error of any model, as a share of the rms of the force's
                                          * variation */
 
@@ -39,9 +40,19 @@ struct rows {
     double covariance[ROWS * ROWS];
 };
 
+/* A machine with certain systematic errors, and a test's series as that machine's sensors read
+ * them. */
+struct suspect {
+    double error[SYSTEMATICS];
+    struct params machine;
+    struct series series;
+};
+
 struct work {
     const struct params *params; /* the configuration without friction and effects
                                   * (matrix_bare_machine) */
+    struct cylinder_model cylinder;
+    struct suspect found, other; /* with the errors as found so far; with one of them changed */
     struct residual_data data;
     struct rows rows;
     struct equations *sum;  /* equations of the pass under way */
@@ -52,21 +63,40 @@ struct work {
                                                         * commands, N */
     struct friction_course *course;                    /* [tests] */
     double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
-    /* [tests]: covariance^-1 times the columns, as in the last pass */
-    double (*gain)[UNKNOWNS][ROWS];
-    double leg_mass[LEGS][LEGS], nominal[DOFS][DOFS];
+    double leg_mass[LEGS][LEGS], prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
     double along[DOFS][LEGS];                          /* leg forces of unit wrenches at neutral */
     double x[UNKNOWNS];
 };
 
-extern const struct effect geometry_error, external_stiffness;
+extern const struct effect external_stiffness;
 static const char no_pose[] = "method C: no pose of this machine has these lengths";
+static const char no_inertia[] = "method C: the configured machine has no inertia";
+static const char no_such_machine[] = "method C: model.tolerance: no pose of a machine whose joints or sensors are off by so much has "
+                                      "these lengths: make joints_m, length_gain or length_zero_m smaller";
 
-/* Measured motion of the legs at a phase: length, rate and acceleration of each. */
-static void legs_at(const struct residual_test *t, int phase, double leg[LEGS][3]) {
-    const struct spectrum *s = &t->spectrum;
+/* Finds a test's series for a machine with these systematic errors. */
+static void suspect_init(const struct work *w, const double error[SYSTEMATICS], int test, struct suspect *s) {
+    memcpy(s->error, error, sizeof s->error);
+    s->machine = *w->params;
+    systematic_joints(error, &s->machine);
+    systematic_undo(&w->cylinder, error, &w->data.test[test], &s->series);
+}
+
+/* Motion of the legs at a phase: length, rate and acceleration of each. */
+static void legs_at(const struct suspect *s, const struct residual_test *t, int phase, double leg[LEGS][3]) {
     const double *basis = t->cycle + phase * SPECTRUM_SIZE;
-    for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, leg[k]);
+    for (int k = 0; k < LEGS; k++) spectrum_at(s->series.length[k], t->spectrum.harmonics, t->spectrum.omega, basis, leg[k]);
+}
+
+/* Finds the coefficient rows of the measured forces, without the ripple of held commands. */
+static void measured_force(const struct work *w, const struct suspect *s, int test, double row[ROWS]) {
+    const struct residual_test *t = &w->data.test[test];
+    for (int k = 0; k < LEGS; k++) {
+        double push_n[SPECTRUM_SIZE], force_n[RESIDUAL_SIZE];
+        series_push(&w->cylinder, t, &s->series, k, push_n);
+        series_row(t, push_n, force_n);
+        for (int a = 0; a < t->size; a++) row[k * t->size + a] = force_n[a] - w->staircase[test][k][a];
+    }
 }
 
 /* Finds the leg forces for one unit of each spring. False: the Jacobian is singular. */
@@ -87,12 +117,13 @@ static bool springs_at(const struct work *w, const struct inverse_dynamics *d, d
 
 /* Finds the coefficients of all unknowns in the force of each leg at a phase, and the force that no
  * unknown changes. False: no pose has these lengths. */
-static bool values_at(struct work *w, struct inverse_dynamics *d, const struct residual_test *t, int phase, double value[COLUMNS][LEGS],
-                      const struct friction_course *course) {
+static bool values_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase,
+                      double value[COLUMNS][LEGS]) {
+    const struct friction_course *course = &w->course[test];
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS];
-    legs_at(t, phase, in.leg);
+    legs_at(s, &w->data.test[test], phase, in.leg);
     if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
     if (!inverse_dynamics_move(d, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
     if (!matrix_forces(&legs, j, acceleration, w->params->payload.gravity_mps2, value)) return false;
@@ -107,23 +138,68 @@ static bool values_at(struct work *w, struct inverse_dynamics *d, const struct r
     return true;
 }
 
-static bool fill_columns(struct work *w, const struct params *machine, int test) {
+static bool fill_columns(struct work *w, int test) {
     const struct residual_test *t = &w->data.test[test];
     struct rows *r = &w->rows;
     struct inverse_dynamics d;
+    double force_n[ROWS];
     memset(r, 0, sizeof *r);
     r->count = LEGS * t->size;
-    inverse_dynamics_init(&d, machine, 0.0, 0.0);
+    inverse_dynamics_init(&d, &w->found.machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
         double value[COLUMNS][LEGS] = {{0}};
-        if (!values_at(w, &d, t, i, value, &w->course[test])) return false;
+        if (!values_at(w, &w->found, &d, test, i, value)) return false;
         for (int c = 0; c < COLUMNS; c++)
             for (int k = 0; k < LEGS; k++)
                 for (int a = 0; a < t->size && value[c][k] != 0.0; a++) r->column[c][k * t->size + a] += t->project[i][a] * value[c][k];
     }
-    for (int k = 0; k < LEGS; k++) {
-        double *target = &r->column[UNKNOWNS][k * t->size];
-        for (int a = 0; a < t->size; a++) target[a] = t->row[CHANNEL_FORCE][k][a] - w->staircase[test][k][a] - target[a];
+    measured_force(w, &w->found, test, force_n);
+    for (int row = 0; row < r->count; row++) r->column[UNKNOWNS][row] = force_n[row] - r->column[UNKNOWNS][row];
+    return true;
+}
+
+/* Finds the coefficient rows of the forces that a machine needs for the motion, with all unknowns as
+ * found so far. Returns false if it cannot move as measured. */
+static bool needed_force(const struct work *w, const struct suspect *s, int test, double row[ROWS]) {
+    const struct residual_test *t = &w->data.test[test];
+    struct inverse_dynamics d;
+    memset(row, 0, ROWS * sizeof *row);
+    inverse_dynamics_init(&d, &s->machine, 0.0, 0.0);
+    for (int i = 0; i < t->phases; i++) {
+        double value[COLUMNS][LEGS] = {{0}};
+        if (!values_at(w, s, &d, test, i, value)) return false;
+        for (int k = 0; k < LEGS; k++) {
+            double force_n = value[UNKNOWNS][k];
+            for (int c = 0; c < UNKNOWNS; c++) force_n += value[c][k] * w->x[c];
+            for (int a = 0; a < t->size; a++) row[k * t->size + a] += t->project[i][a] * force_n;
+        }
+    }
+    return true;
+}
+
+/* Linearises the rows in the systematic errors, about those found so far: each error's column is the
+ * change of the needed less the measured force, and the right-hand side is what it would be without
+ * errors. Returns false if a machine with such an error cannot move as measured. */
+static bool fill_systematic(struct work *w, int test) {
+    struct rows *r = &w->rows;
+    double measured_n[ROWS], needed_n[ROWS], other_n[ROWS], error[SYSTEMATICS];
+    measured_force(w, &w->found, test, measured_n);
+    if (!needed_force(w, &w->found, test, needed_n)) return false;
+    for (int s = 0; s < SYSTEMATICS; s++) {
+        double step = STEP * w->sum->systematic[s], *column = r->column[SYSTEMATIC + s];
+        if (!(step > 0.0)) continue;
+        memcpy(error, w->found.error, sizeof error);
+        error[s] += step;
+        suspect_init(w, error, test, &w->other);
+        if (systematic_moves(s)) {
+            if (!needed_force(w, &w->other, test, other_n)) return false;
+            for (int row = 0; row < r->count; row++) column[row] = (other_n[row] - needed_n[row]) / step;
+        }
+        measured_force(w, &w->other, test, other_n);
+        for (int row = 0; row < r->count; row++) {
+            column[row] -= (other_n[row] - measured_n[row]) / step;
+            r->column[UNKNOWNS][row] += column[row] * w->found.error[s];
+        }
     }
     return true;
 }
@@ -162,14 +238,13 @@ static void fill_covariance(struct work *w, int test) {
     }
 }
 
-static bool accumulate(struct work *w, int test) {
+static bool accumulate(struct work *w) {
     struct rows *r = &w->rows;
     double solved[ROWS];
     if (!dense_factor(r->count, r->count, r->covariance)) return false;
     for (int c = 0; c < COLUMNS; c++) {
         memcpy(solved, r->column[c], sizeof solved);
         dense_solve(r->count, r->count, r->covariance, solved);
-        if (c < UNKNOWNS) memcpy(w->gain[test][c], solved, sizeof solved);
         for (int e = c; e < COLUMNS; e++) {
             double sum = 0.0;
             for (int i = 0; i < r->count; i++) sum += solved[i] * r->column[e][i];
@@ -197,7 +272,7 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
                 equations_entry(c, &i, &j);
                 for (int k = 0; k < LEGS; k++) {
                     double t_km = w->along[i][k] * w->along[j][m] + (i != j ? w->along[j][k] * w->along[i][m] : 0.0);
-                    w->sum->common[COMMON_ATTENUATION][c] -= variance * t_km * solved[k * t->size + a];
+                    w->sum->attenuation[c] -= variance * t_km * solved[k * t->size + a];
                 }
             }
         }
@@ -222,10 +297,9 @@ static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
  * from the configured machine, and its course of friction. */
 static int prepare_tests(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
-    w->gain = calloc((size_t)w->data.tests + 1, sizeof *w->gain);
     w->course = calloc((size_t)w->data.tests + 1, sizeof *w->course);
     w->doubt = calloc((size_t)w->data.tests + 1, sizeof *w->doubt);
-    if (!w->staircase || !w->gain || !w->course || !w->doubt) return error_set(error, STATUS_IO, "out of memory");
+    if (!w->staircase || !w->course || !w->doubt) return error_set(error, STATUS_IO, "out of memory");
     double load_pa = friction_course_load(&w->data);
     bool ok = true;
     for (int i = 0; i < w->data.tests; i++) {
@@ -241,70 +315,20 @@ static int pass(struct work *w, int number, struct error *error) {
     const struct tolerance_params *tolerance = &w->params->model.tolerance;
     *w->sum = (struct equations){0};
     for (int i = 0; i < DOFS; i++) w->sum->spring[i] = i < 3 ? tolerance->springs_n_per_m : tolerance->springs_nm_per_rad;
+    systematic_priors(w->params, w->data.tests && w->data.test[0].pressures, w->sum->systematic);
     w->square = 0.0, w->count = 0;
     expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
-        if (!fill_columns(w, w->params, i)) return error_set(error, STATUS_USAGE, no_pose);
+        suspect_init(w, w->x + SYSTEMATIC, i, &w->found);
+        if (!fill_columns(w, i)) return error_set(error, STATUS_USAGE, no_pose);
+        if (!fill_systematic(w, i)) return error_set(error, STATUS_USAGE, no_such_machine);
         fill_covariance(w, i);
-        if (!accumulate(w, i)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
+        if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
         if (number == PASSES - 1) add_attenuation(w, t);
     }
-    bool solved = equations_values(w->sum, w->nominal, w->x);
+    bool solved = equations_values(w->sum, w->prior, w->x);
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
-}
-
-/* Finds the residual rows of a test at the estimate, for a machine with moved joints. Returns false
- * if it cannot move as measured. */
-static bool find_left(struct work *w, const struct params *machine, int test, double left[ROWS]) {
-    const struct residual_test *t = &w->data.test[test];
-    struct inverse_dynamics d;
-    for (int k = 0; k < LEGS; k++)
-        for (int a = 0; a < t->size; a++) left[k * t->size + a] = t->row[CHANNEL_FORCE][k][a] - w->staircase[test][k][a];
-    inverse_dynamics_init(&d, machine, 0.0, 0.0);
-    for (int i = 0; i < t->phases; i++) {
-        double value[COLUMNS][LEGS] = {{0}};
-        if (!values_at(w, &d, t, i, value, &w->course[test])) return false;
-        for (int k = 0; k < LEGS; k++) {
-            double needed = value[UNKNOWNS][k];
-            for (int c = 0; c < UNKNOWNS; c++) needed += value[c][k] * w->x[c];
-            for (int a = 0; a < t->size; a++) left[k * t->size + a] -= t->project[i][a] * needed;
-        }
-    }
-    return true;
-}
-
-/* Adds the gradient of the fit's sum of squares at the estimate, times `sign`. Returns false if the
- * machine cannot move as measured. */
-static bool add_gradient(struct work *w, const struct params *machine, double sign, double gradient[UNKNOWNS]) {
-    double left[ROWS];
-    for (int i = 0; i < w->data.tests; i++) {
-        if (!find_left(w, machine, i, left)) return false;
-        for (int c = 0; c < UNKNOWNS; c++)
-            for (int row = 0; row < LEGS * w->data.test[i].size; row++) gradient[c] += sign * w->gain[i][c][row] * left[row];
-    }
-    return true;
-}
-
-/* Finds the first-order effect of joints that are off by one standard deviation, one coordinate at
- * a time. */
-static int move_joints(struct work *w, const struct params *configured, struct error *error) {
-    struct params *machine = malloc(sizeof *machine);
-    double configured_too[UNKNOWNS] = {0};
-    int status = machine ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), effect = effect_find(geometry_error.name);
-    if (!status && !add_gradient(w, w->params, -1.0, configured_too)) status = error_set(error, STATUS_USAGE, no_pose);
-    for (int i = 0; i < JOINT_COORDINATES && !status && configured->model.tolerance.joints_m > 0.0; i++) {
-        *machine = *w->params;
-        machine->effects[effect] = (struct effect_values){.on = true};
-        machine->effects[effect].value[i % COORDINATES][i / COORDINATES] = configured->model.tolerance.joints_m / sqrt(3.0);
-        memcpy(w->sum->common[i], configured_too, sizeof configured_too);
-        if (!add_gradient(w, machine, 1.0, w->sum->common[i]))
-            status = error_set(error, STATUS_USAGE,
-                               "method C: model.tolerance.joints_m: no pose of a machine whose joints are off by so much has "
-                               "these lengths: make it smaller");
-    }
-    free(machine);
-    return status;
 }
 
 /* Reduces the weight of rows that scatter by more than their noise. */
@@ -313,7 +337,7 @@ static void weigh_scatter(struct equations *e) {
     for (int c = 0; c < UNKNOWNS; c++) {
         e->with[c] *= weight;
         for (int d = 0; d <= c; d++) e->product[c][d] *= weight;
-        for (int j = 0; j < COMMON; j++) e->common[j][c] *= weight;
+        e->attenuation[c] *= weight;
     }
 }
 
@@ -327,11 +351,14 @@ static void find_rest(struct work *w) {
 }
 
 static void find_scales(struct work *w) {
+    w->sum->cycles = HUGE_VAL;
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
         double rate[LEGS] = {0}, leg[LEGS][3];
+        if (t->spectrum.cycles) w->sum->cycles = fmin(w->sum->cycles, t->spectrum.cycles);
+        suspect_init(w, w->x + SYSTEMATIC, i, &w->found);
         for (int phase = 0; phase < t->phases; phase++) {
-            legs_at(t, phase, leg);
+            legs_at(&w->found, t, phase, leg);
             for (int k = 0; k < LEGS; k++) rate[k] += square(leg[k][1]) / t->phases;
         }
         for (int k = 0; k < LEGS; k++) {
@@ -342,7 +369,6 @@ static void find_scales(struct work *w) {
 }
 
 int method_c_equations(const struct recording *recording, struct equations *e, struct error *error) {
-    static const double neutral[DOFS] = {0};
     struct work *w = calloc(1, sizeof *w);
     struct params *params = malloc(sizeof *params);
     struct kinematics k;
@@ -351,20 +377,22 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
         *params = *recording->params;
         matrix_bare_machine(params);
         w->params = params, w->sum = e;
+        cylinder_model_init(&w->cylinder, params);
         status = kinematics_init(&k, params, error);
     }
     if (!status) {
-        nominal_matrix(params, &k, neutral, w->nominal);
+        if (!payload_prior(params, &k, params->model.tolerance.rigidity, w->prior)) status = error_set(error, STATUS_USAGE, no_inertia);
+    }
+    if (!status) {
         params_mechanism(params)->leg_mass(params, w->leg_mass);
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
         if (!status && !find_along(w, k.neutral_length_m)) status = error_set(error, STATUS_USAGE, no_pose);
         if (!status) status = prepare_tests(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
-        if (!status) status = move_joints(w, recording->params, error);
         if (!status) find_rest(w), find_scales(w), weigh_scatter(e);
         residual_free(&w->data);
     }
-    if (w) free(w->staircase), free(w->gain), free(w->course), free(w->doubt);
+    if (w) free(w->staircase), free(w->course), free(w->doubt);
     free(params);
     free(w);
     return status;

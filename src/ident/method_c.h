@@ -49,6 +49,17 @@ struct matrix_at_pose {
     double pose[DOFS], mt[DOFS][DOFS];
 };
 
+/* A systematic error (systematic.h) as the data show it: value, standard deviation, and the standard
+ * deviation of its prior; prior 0: there is no such error. */
+struct systematic_found {
+    double value, std, prior;
+};
+
+/* Causes of an interval's width: the families of systematic errors, the legs' masses with the
+ * payload's rigidity, attenuation, and noise. */
+enum { CAUSE_LEGS = FAMILIES, CAUSE_ATTENUATION, CAUSE_NOISE, CAUSES };
+extern const char *const method_c_causes[CAUSES];
+
 struct method_c {
     /* Symmetric. Entries that are not determined are NaN, and damping stands in `viscous`. The
      * condition number is that of the normal matrix, entries in units of sqrt(M_ii M_jj), with
@@ -60,6 +71,8 @@ struct method_c {
     bool springs;                                /* model.tolerance allows springs */
     double spring[DOFS], spring_std[DOFS];       /* springs on the coordinates of the pose, N/m and
                                                   * N m/rad */
+    struct systematic_found systematic[SYSTEMATICS];
+    double share[CAUSES][DOFS][DOFS];            /* share of each cause in an entry's variance */
     struct payload payload;
     struct matrix_at_pose at_pose;
     /* rms residual of the coefficient rows, as a multiple of their noise: about 1 if the model

@@ -13,6 +13,7 @@ static const double UNDETERMINED = 0.2;          /* an entry is determined if it
                                                   * is less than this times sqrt(M_ii M_jj) */
 static const double UNDETERMINED_FRICTION = 0.1; /* friction is determined if its standard deviation
                                                   * is less than this share of the varying force */
+static const double FREE = 10.0;                 /* rigidity of a matrix whose entries are free */
 static const double UNDETERMINED_SPRING = 0.5;   /* a spring is determined if its standard deviation
                                                   * is less than this share of its prior's */
 
@@ -72,6 +73,40 @@ static void report_springs(const struct estimate *e, const struct equations *of,
     }
 }
 
+const char *const method_c_causes[CAUSES] = {
+    [FAMILY_PRESSURE_GAINS] = "gains of the pressures",
+    [FAMILY_LENGTH_GAINS] = "gains of the lengths",
+    [FAMILY_LENGTH_ZEROS] = "zeros of the lengths",
+    [FAMILY_SKEW] = "skew of the lengths",
+    [FAMILY_LAGS] = "lags of the pressures",
+    [FAMILY_PIPES] = "pipes",
+    [FAMILY_JOINTS] = "joints",
+    [CAUSE_LEGS] = "masses of the legs",
+    [CAUSE_ATTENUATION] = "attenuation",
+    [CAUSE_NOISE] = "noise",
+};
+
+static int cause_of(int common) {
+    if (common < SYSTEMATICS) return (int)systematic_family(common);
+    return common < COMMON_ATTENUATION ? CAUSE_LEGS : CAUSE_ATTENUATION;
+}
+
+static void report_systematic(const struct estimate *e, const struct equations *of, struct method_c *m) {
+    for (int s = 0; s < SYSTEMATICS; s++) {
+        int unknown = UNKNOWN_SYSTEMATIC + s;
+        m->systematic[s] =
+            (struct systematic_found){e->value[unknown], sqrt(estimate_covariance(e, unknown, unknown)), of->systematic[s]};
+    }
+    for (int c = 0; c < MATRIX_ENTRIES; c++) {
+        int i, j;
+        double variance = estimate_covariance(e, c, c);
+        equations_entry(c, &i, &j);
+        m->share[CAUSE_NOISE][i][j] = e->noise[c][c] / variance;
+        for (int k = 0; k < COMMON; k++) m->share[cause_of(k)][i][j] += e->common[k][c] * e->common[k][c] / variance;
+        for (int k = 0; k < CAUSES; k++) m->share[k][j][i] = m->share[k][i][j];
+    }
+}
+
 static struct payload payload_of(const struct estimate *e, double nominal[DOFS][DOFS], const struct params *configured,
                                  const struct kinematics *k) {
     double value[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
@@ -84,6 +119,12 @@ static struct payload payload_of(const struct estimate *e, double nominal[DOFS][
     return payload_find(configured, k, value, covariance);
 }
 
+static bool solve(const struct equations *e, const struct params *configured, const struct kinematics *k, double rigidity,
+                  struct estimate *estimate) {
+    double prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
+    return payload_prior(configured, k, rigidity, prior) && equations_solve(e, prior, estimate);
+}
+
 int method_c_solve(const struct equations *e, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error) {
     static const double neutral[DOFS] = {0};
@@ -93,7 +134,8 @@ int method_c_solve(const struct equations *e, const struct params *configured, s
     int status = kinematics_init(&k, configured, error);
     if (status) return status;
     nominal_matrix(configured, &k, neutral, nominal);
-    if (!equations_solve(e, nominal, estimate)) return error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
+    if (!solve(e, configured, &k, configured->model.tolerance.rigidity, estimate))
+        return error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
     report_matrix(estimate, nominal, &result->matrix);
     if (!any(&result->matrix)) {
         result->matrix.evaluated = false;
@@ -104,7 +146,12 @@ int method_c_solve(const struct equations *e, const struct params *configured, s
     result->scatter = equations_scatter(e);
     report_friction(estimate, e, result);
     report_springs(estimate, e, result);
-    result->payload = payload_of(estimate, nominal, configured, &k);
+    report_systematic(estimate, e, result);
+    /* The payload is fitted to a matrix that owes nothing to the prior that it is one body. */
+    struct estimate *free_entries = malloc(sizeof *free_entries);
+    if (free_entries && solve(e, configured, &k, FREE, free_entries))
+        result->payload = payload_of(free_entries, nominal, configured, &k);
+    free(free_entries);
     return STATUS_OK;
 }
 

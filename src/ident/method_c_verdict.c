@@ -5,12 +5,17 @@
 #include "lin.h"
 #include "numeric.h"
 
+static const double KNOWN = 1e-3; /* share of a prior's variance that the data must remove before its
+                                   * error is judged */
+static const double FIT_Z = 3.1;  /* quantile of the normal distribution at one check's level, for
+                                   * words */
+
 /* level: probability by which the check may fail a true result. */
 typedef void check(const struct method_c_findings *f, double level, struct verdict *v);
 
 static const char scope[] =
-    "method C: the payload is a body that can exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's "
-    "friction drives; all at 0.5 % of false alarms together; not the error against the nominal matrix";
+    "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance, the payload is a body that can "
+    "exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's friction drives; all at 0.5 % of false alarms together; not the error against the nominal matrix";
 
 static void check_body(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct payload *p = &f->result->payload;
@@ -86,7 +91,41 @@ static void check_friction(const struct method_c_findings *f, double level, stru
     }
 }
 
-static check *const checks[] = {check_body, check_one_body, check_definite, check_friction};
+/* Upper tail of the standard normal distribution. */
+static double above(double z) { return 0.5 * erfc(z / sqrt(2.0)); }
+
+/* The rows' residuals are those of noise. Each is divided by a deviation that is itself estimated, from
+ * the differences of n cycles, so that its square is that of Student's t with n - 1 degrees of
+ * freedom; their sum is nearly normal. */
+static void check_fit(const struct method_c_findings *f, double level, struct verdict *v) {
+    double n = f->equations->cycles - 1.0, free = f->equations->free;
+    if (!(n > 4.0) || !(free > 0.0)) return;
+    double mean = isfinite(n) ? n / (n - 2.0) : 1.0;
+    double variance = isfinite(n) ? 3.0 * square(n) / ((n - 2.0) * (n - 4.0)) - square(mean) : 2.0;
+    double z = (f->equations->rest - mean * free) / sqrt(variance * free), most = sqrt(mean + FIT_Z * sqrt(variance / free));
+    if (above(z) >= level) return;
+    verdict_add(v, VERDICT_FAIL,
+                "the forces do not fit the model: residuals are %.2f times their noise, at most about %.2f is chance: a base or payload "
+                "that bends, another force on the platform, or friction of another kind; `hexid gap` names it",
+                f->result->scatter, most);
+}
+
+/* A systematic error is further from zero than its prior allows. Its estimate scatters by what the
+ * data add to the prior. */
+static void check_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
+    for (int i = 0; i < SYSTEMATICS; i++) {
+        const struct systematic_found *e = &f->result->systematic[i];
+        const struct systematic_words *words = &systematic_families[systematic_family(i)];
+        double variance = square(e->prior) - square(e->std), z = fabs(e->value) / sqrt(variance);
+        if (!(variance > KNOWN * square(e->prior)) || 2.0 * above(z) * SYSTEMATICS >= level) continue;
+        char name[SYSTEMATIC_NAME];
+        systematic_name(i, name);
+        verdict_add(v, VERDICT_FAIL, "%s: %+.3g %s +- %.2g (95 %%), where model.tolerance.%s expects %.2g %s (standard deviation)", name,
+                    words->scale * e->value, words->unit, words->scale * 1.96 * e->std, words->key, words->scale * e->prior, words->unit);
+    }
+}
+
+static check *const checks[] = {check_fit, check_systematic, check_body, check_one_body, check_definite, check_friction};
 enum { CHECKS = sizeof checks / sizeof *checks };
 
 struct verdict method_c_verdict(const struct method_c_findings *f) {

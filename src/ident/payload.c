@@ -5,6 +5,7 @@
 
 #include "dense.h"
 #include "nominal.h"
+#include "numeric.h"
 #include "params.h"
 
 const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x_m",       "center_y_m",       "center_z_m",
@@ -50,17 +51,23 @@ static void legs_of(const struct params *params, const struct kinematics *k, dou
 }
 
 /* Adds the covariance that errors of the legs' masses cause, which are uniform within their
- * tolerance. */
+ * tolerance: an error that all legs' rods or cylinders have in common, and one that each has
+ * alone. */
 static void add_legs(const struct params *params, const struct kinematics *k, double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
-    double legs[MATRIX_ENTRIES], heavier[MATRIX_ENTRIES], share = params->model.tolerance.mass / sqrt(3.0);
+    double legs[MATRIX_ENTRIES], share = params->model.tolerance.mass / sqrt(3.0);
     legs_of(params, k, legs);
     for (int part = 0; part < 2; part++) {
-        struct params other = *params;
-        double *mass = part ? other.actuator.lower_mass_kg : other.actuator.upper_mass_kg;
-        for (int leg = 0; leg < LEGS; leg++) mass[leg] *= 1.0 + share;
-        legs_of(&other, k, heavier);
-        for (int i = 0; i < MATRIX_ENTRIES; i++)
-            for (int j = 0; j < MATRIX_ENTRIES; j++) covariance[i][j] += (heavier[i] - legs[i]) * (heavier[j] - legs[j]);
+        double all[MATRIX_ENTRIES] = {0};
+        for (int leg = 0; leg <= LEGS; leg++) {
+            struct params other = *params;
+            double change[MATRIX_ENTRIES];
+            if (leg < LEGS) (part ? other.actuator.lower_mass_kg : other.actuator.upper_mass_kg)[leg] *= 1.0 + share;
+            legs_of(&other, k, change);
+            for (int i = 0; i < MATRIX_ENTRIES; i++) change[i] = leg < LEGS ? change[i] - legs[i] : all[i];
+            for (int i = 0; i < MATRIX_ENTRIES; i++) all[i] += change[i];
+            for (int i = 0; i < MATRIX_ENTRIES; i++)
+                for (int j = 0; j < MATRIX_ENTRIES; j++) covariance[i][j] += change[i] * change[j];
+        }
     }
 }
 
@@ -69,8 +76,8 @@ static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
 
 /* Parallel axis theorem: inertia i of m (c'c 1 - c c'). */
 static double steiner(double mass, const double c[3], int i) {
-    double square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    return mass * ((row[i] == column[i] ? square : 0.0) - c[row[i]] * c[column[i]]);
+    double radius = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    return mass * ((row[i] == column[i] ? radius : 0.0) - c[row[i]] * c[column[i]]);
 }
 
 /* Converts the ten numbers to the reported values: mass, centre, and inertia about the centre. */
@@ -166,6 +173,44 @@ static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOA
     from_factor(l, nearest);
 }
 
+/* Matrix entries of a unit of each of the ten numbers. */
+static void bases(double base[PAYLOAD_VALUES][MATRIX_ENTRIES]) {
+    for (int i = 0; i < PAYLOAD_VALUES; i++) {
+        linear unit = {0};
+        double m[DOFS][DOFS];
+        unit[i] = 1.0;
+        matrix_of(unit, m);
+        entries_of(m, base[i]);
+    }
+}
+
+bool payload_prior(const struct params *params, const struct kinematics *k, double rigidity,
+                   double inverse[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
+    static const double neutral[DOFS] = {0};
+    double nominal[DOFS][DOFS], base[PAYLOAD_VALUES][MATRIX_ENTRIES], size[MATRIX_ENTRIES];
+    double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES] = {{0}}, solved[MATRIX_ENTRIES];
+    nominal_matrix(params, k, neutral, nominal);
+    bases(base);
+    add_legs(params, k, covariance);
+    for (int i = 0, n = 0; i < DOFS; i++)
+        for (int j = i; j < DOFS; j++, n++) size[n] = sqrt(nominal[i][i] * nominal[j][j]);
+    for (int v = 0; v < PAYLOAD_VALUES; v++) {
+        double widest = 0.0;
+        for (int i = 0; i < MATRIX_ENTRIES; i++) widest = base[v][i] != 0.0 ? fmax(widest, size[i]) : widest;
+        for (int i = 0; i < MATRIX_ENTRIES; i++)
+            for (int j = 0; j < MATRIX_ENTRIES; j++) covariance[i][j] += square(widest) * base[v][i] * base[v][j];
+    }
+    for (int i = 0; i < MATRIX_ENTRIES; i++) covariance[i][i] += square(rigidity * size[i]);
+    if (!dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, covariance[0])) return false;
+    for (int i = 0; i < MATRIX_ENTRIES; i++) {
+        memset(solved, 0, sizeof solved);
+        solved[i] = 1.0;
+        dense_solve(MATRIX_ENTRIES, MATRIX_ENTRIES, covariance[0], solved);
+        memcpy(inverse[i], solved, sizeof solved);
+    }
+    return true;
+}
+
 /* Weighted least squares fit of the ten numbers to the payload's part of the matrix. */
 struct least_squares {
     double base[PAYLOAD_VALUES][MATRIX_ENTRIES];
@@ -177,15 +222,9 @@ struct least_squares {
 /* Solves the least squares. covariance: factored. Returns false if the ten numbers are not
  * determined. */
 static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
-    double solved[MATRIX_ENTRIES], rest[MATRIX_ENTRIES], square = 0.0;
+    double solved[MATRIX_ENTRIES], rest[MATRIX_ENTRIES], sum = 0.0;
     memset(s, 0, sizeof *s);
-    for (int i = 0; i < PAYLOAD_VALUES; i++) {
-        linear unit = {0};
-        double m[DOFS][DOFS];
-        unit[i] = 1.0;
-        matrix_of(unit, m);
-        entries_of(m, s->base[i]);
-    }
+    bases(s->base);
     for (int i = 0; i < PAYLOAD_VALUES; i++) {
         memcpy(solved, s->base[i], sizeof solved);
         dense_solve(MATRIX_ENTRIES, MATRIX_ENTRIES, covariance[0], solved);
@@ -203,8 +242,8 @@ static bool solve(struct least_squares *s, const double part[MATRIX_ENTRIES], do
     }
     memcpy(solved, rest, sizeof solved);
     dense_solve(MATRIX_ENTRIES, MATRIX_ENTRIES, covariance[0], solved);
-    for (int e = 0; e < MATRIX_ENTRIES; e++) square += solved[e] * rest[e];
-    s->misfit = sqrt(fmax(square, 0.0) / (MATRIX_ENTRIES - PAYLOAD_VALUES));
+    for (int e = 0; e < MATRIX_ENTRIES; e++) sum += solved[e] * rest[e];
+    s->misfit = sqrt(fmax(sum, 0.0) / (MATRIX_ENTRIES - PAYLOAD_VALUES));
     return true;
 }
 

@@ -15,10 +15,9 @@ struct reduced {
     double product[SHAPES][SHAPES], with[SHAPES];
 };
 
-static bool reduce(const struct equations *e, const double prior[UNKNOWN_SHAPE], struct reduced *r) {
+static bool reduce(const struct equations *e, double product[UNKNOWNS][UNKNOWNS], struct reduced *r) {
     double factor[UNKNOWN_SHAPE][UNKNOWNS], solved[UNKNOWN_SHAPE];
-    memcpy(factor, e->product, sizeof factor);
-    for (int c = 0; c < UNKNOWN_SHAPE; c++) factor[c][c] += prior[c];
+    memcpy(factor, product, sizeof factor);
     if (!dense_factor(UNKNOWN_SHAPE, UNKNOWNS, factor[0])) return false;
     for (int i = 0; i < SHAPES; i++) {
         memcpy(solved, e->product[UNKNOWN_SHAPE + i], sizeof solved);
@@ -52,10 +51,10 @@ static bool step(const struct reduced *r, const struct equations *e, double size
     return true;
 }
 
-bool shape_sizes_find(const struct equations *e, const double prior[UNKNOWN_SHAPE], double size[UNKNOWN_SHAPES]) {
+bool shape_sizes_find(const struct equations *e, double product[UNKNOWNS][UNKNOWNS], double size[UNKNOWN_SHAPES]) {
     struct reduced r;
     for (int i = 0; i < UNKNOWN_SHAPES; i++) size[i] = FIRST;
-    if (!reduce(e, prior, &r)) return false;
+    if (!reduce(e, product, &r)) return false;
     for (int i = 0; i < STEPS; i++)
         if (!step(&r, e, size)) return false;
     return true;

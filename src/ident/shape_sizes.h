@@ -12,8 +12,8 @@
 
 #include "equations.h"
 
-/* Finds the sizes. prior: inverse prior variance of each unknown before UNKNOWN_SHAPE. Returns
- * false if one of these unknowns occurs in no row. */
-bool shape_sizes_find(const struct equations *e, const double prior[UNKNOWN_SHAPE], double size[UNKNOWN_SHAPES]);
+/* Finds the sizes. product: that of the equations, with the priors of all unknowns before
+ * UNKNOWN_SHAPE added; lower triangle. Returns false if one of these unknowns occurs in no row. */
+bool shape_sizes_find(const struct equations *e, double product[UNKNOWNS][UNKNOWNS], double size[UNKNOWN_SHAPES]);
 
 #endif

@@ -72,6 +72,28 @@ static json_t *payload_json(const struct payload *p) {
                      report_number(p->misfit));
 }
 
+/* The systematic errors that there may be, each with its value, deviation and prior deviation. */
+static json_t *systematic(const struct method_c *c) {
+    json_t *array = json_array();
+    for (int i = 0; i < SYSTEMATICS; i++) {
+        const struct systematic_found *found = &c->systematic[i];
+        char name[SYSTEMATIC_NAME];
+        if (!(found->prior > 0.0)) continue;
+        systematic_name(i, name);
+        array = report_append(array, json_pack("{ss ss so so so}", "error", name, "tolerance",
+                                               systematic_families[systematic_family(i)].key, "value", report_number(found->value), "std",
+                                               report_number(found->std), "prior_std", report_number(found->prior)));
+    }
+    return array;
+}
+
+/* Share of each cause in the variance of each entry. */
+static json_t *shares(const struct method_c *c) {
+    json_t *object = json_object();
+    for (int i = 0; i < CAUSES; i++) object = report_set(object, method_c_causes[i], report_matrix(c->share[i][0]));
+    return object;
+}
+
 json_t *report_method_c(const struct method_c *c, const struct verdict *verdict) {
     if (!c->matrix.evaluated) return json_null();
     json_t *found = json_pack(
@@ -83,6 +105,8 @@ json_t *report_method_c(const struct method_c *c, const struct verdict *verdict)
     if (c->springs)
         found = report_set(found, "springs",
                            json_pack("{so so}", "value", report_vector(c->spring, DOFS), "std", report_vector(c->spring_std, DOFS)));
+    found = report_set(found, "systematic", systematic(c));
+    found = report_set(found, "variance_shares", shares(c));
     if (!c->at_pose.asked) return found;
     return report_set(found, "at_pose",
                       json_pack("{so so}", "pose", report_vector(c->at_pose.pose, DOFS), "Mt",

@@ -7,43 +7,9 @@
 #include "hydraulics.h"
 #include "inverse_dynamics.h"
 #include "params.h"
+#include "series.h"
 #include "units.h"
 #include "valve_line.h"
-
-/* Fourier coefficients of a test's values, with the sensors' effects undone. */
-struct series {
-    double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
-    double ahead[LEGS][SPECTRUM_SIZE]; /* how far backlash puts the rods ahead of their joints */
-};
-
-/* Turns Fourier coefficients into a residual's coefficient row. */
-static void to_row(const struct residual_test *t, const double *series, double row[RESIDUAL_SIZE]) {
-    memset(row, 0, RESIDUAL_SIZE * sizeof *row);
-    for (int a = 0; a < t->size; a++)
-        for (int b = 0; b < residual_motion_size(t); b++) row[a] += t->coupling[a][b] * series[b];
-}
-
-/* Fourier coefficients of the force on the rod, from the chambers' pressures or from the force
- * sensor. */
-static void push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
-                 double force_n[SPECTRUM_SIZE]) {
-    double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
-    for (int a = 0; a < 1 + 2 * t->spectrum.harmonics; a++)
-        force_n[a] = t->pressures ? a1 * rows->p1[leg][a] - a2 * rows->p2[leg][a] : rows->force[leg][a];
-    if (params_mechanism(m->machine.params)->force_sensor) force_n[0] -= m->machine.params->axis.force_offset_n;
-}
-
-/* Undoes a sensor's offset, scale, lag and delay in the Fourier coefficients of its readings. */
-static void undo(const struct sensor_path *path, const struct residual_test *t, const double *reading, double *value) {
-    memset(value, 0, SPECTRUM_SIZE * sizeof *value);
-    value[0] = (reading[0] - path->offset) / path->scale;
-    for (int h = 1; h <= t->spectrum.harmonics; h++) {
-        double w = h * t->spectrum.omega, lag = w * path->lag_s, s1 = sin(w * path->delay_s), c1 = cos(w * path->delay_s);
-        double s = (reading[2 * h - 1] - lag * reading[2 * h]) / path->scale, c = (reading[2 * h] + lag * reading[2 * h - 1]) / path->scale;
-        value[2 * h - 1] = s * c1 - c * s1;
-        value[2 * h] = s * s1 + c * c1;
-    }
-}
 
 /* Turns a difference of values, as a coefficient row, into a difference of readings, so that its
  * noise is what the whitener assumes, whatever the sensor's scale and lag. */
@@ -60,31 +26,12 @@ static void read_force_back(const struct cylinder_model *m, const struct residua
     read_back(&both, t, row);
 }
 
-static void undo_all(const struct machine *m, const struct residual_test *t, struct series *rows) {
-    const struct spectrum *s = &t->spectrum;
-    for (int k = 0; k < t->legs; k++) {
-        undo(&m->sensors.length[k], t, s->mean[CHANNEL_LENGTH][k], rows->length[k]);
-        undo(&m->sensors.p1[k], t, s->mean[CHANNEL_P1][k], rows->p1[k]);
-        undo(&m->sensors.p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
-        undo(&m->sensors.force[k], t, s->mean[CHANNEL_FORCE][k], rows->force[k]);
-        memset(rows->ahead[k], 0, sizeof rows->ahead[k]);
-    }
-}
-
 static double at(const double *basis, int size, const double *row) {
     double sum = 0.0;
     for (int a = 0; a < size; a++) sum += basis[a] * row[a];
     return sum;
 }
 
-/* Fourier coefficients of the rate of change of a series. */
-static void differentiate(const struct residual_test *t, const double *row, double *rate) {
-    rate[0] = 0.0;
-    for (int h = 1; h <= t->harmonics; h++) {
-        rate[2 * h - 1] = -h * t->spectrum.omega * row[2 * h];
-        rate[2 * h] = h * t->spectrum.omega * row[2 * h - 1];
-    }
-}
 
 /* A spool at its rate limit has forgotten its start after this many cycles. */
 enum { LIMITED_CYCLES = 12 };
@@ -195,7 +142,7 @@ static void begin_motion(struct run *r, const struct series *rows) {
     memset(r->series, 0, sizeof r->series);
     for (int k = 0; k < r->t->legs; k++) {
         double rate[SPECTRUM_SIZE];
-        differentiate(r->t, rows->length[k], rate);
+        series_rate(r->t, rows->length[k], rate);
         for (int a = 0; a < residual_motion_size(r->t); a++)
             r->series[a].length_m[k] = rows->length[k][a], r->series[a].rate_mps[k] = rate[a];
     }
@@ -321,7 +268,7 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     struct cylinder_model cylinder;
     struct series rows;
     cylinder_model_init(&cylinder, model);
-    undo_all(&cylinder.machine, t, &rows);
+    series_undo(&cylinder.machine, t, &rows);
     bool ok = force_n && mean_n && t->chambers;
     if (ok) begin_run(&r, t, model, ALL_LEGS, 0.0, &rows);
     for (int i = 0; i < t->samples && ok; i++) {
@@ -350,7 +297,7 @@ static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct 
     for (int k = 0; k < t->legs; k++) {
         double force_n[SPECTRUM_SIZE];
         bool play = machine_has_play(&m->machine, k);
-        push(m, t, rows, k, force_n);
+        series_push(m, t, rows, k, force_n);
         for (int i = 0; i < t->phases; i++) {
             const double *basis = t->cycle + i * SPECTRUM_SIZE;
             struct inverse_dynamics_input *in = &table[i];
@@ -421,14 +368,14 @@ bool residual_required(const struct residual_test *t, const struct params *model
     struct series rows;
     struct cylinder_model cylinder;
     cylinder_model_init(&cylinder, model);
-    undo_all(&cylinder.machine, t, &rows);
+    series_undo(&cylinder.machine, t, &rows);
     return required(t, model, &rows, NULL, force_n);
 }
 
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]) {
     double rate[SPECTRUM_SIZE];
-    differentiate(t, t->spectrum.mean[CHANNEL_LENGTH][leg], rate);
-    to_row(t, rate, row);
+    series_rate(t, t->spectrum.mean[CHANNEL_LENGTH][leg], rate);
+    series_row(t, rate, row);
 }
 
 double residual_variation(const struct residual_test *t, enum channel channel, int leg) {
@@ -474,7 +421,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     struct error impossible;
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
-    undo_all(&cylinder.machine, t, &rows);
+    series_undo(&cylinder.machine, t, &rows);
     /* With hoses to the gauges the force needs the pressure drops from gauge to chamber, of all
      * legs. */
     if (has_lines(&cylinder)) parts = PART_ALL, leg = ALL_LEGS;
@@ -485,8 +432,8 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
         simulate_pressures(t, model, &cylinder.machine, leg, &rows, &p);
         for (int k = 0; k < t->legs; k++) {
             if (leg != ALL_LEGS && leg != k) continue;
-            to_row(t, rows.p1[k], row[k][RESIDUAL_P1]);
-            to_row(t, rows.p2[k], row[k][RESIDUAL_P2]);
+            series_row(t, rows.p1[k], row[k][RESIDUAL_P1]);
+            series_row(t, rows.p2[k], row[k][RESIDUAL_P2]);
             for (int a = 0; a < t->size; a++)
                 row[k][RESIDUAL_P1][a] -= p.port[PORT_A][k][a], row[k][RESIDUAL_P2][a] -= p.port[PORT_B][k][a];
             read_back(&cylinder.machine.sensors.p1[k], t, row[k][RESIDUAL_P1]);
@@ -497,8 +444,8 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     if (!required(t, model, &rows, lines ? &p : NULL, force)) return false;
     for (int k = 0; k < t->legs; k++) {
         double push_n[SPECTRUM_SIZE], *net = row[k][RESIDUAL_FORCE];
-        push(&cylinder, t, &rows, k, push_n);
-        to_row(t, push_n, net);
+        series_push(&cylinder, t, &rows, k, push_n);
+        series_row(t, push_n, net);
         for (int a = 0; a < t->size; a++) {
             if (lines) net[a] -= cylinder.leg[k].a1_m2 * p.drop[PORT_A][k][a] - cylinder.leg[k].a2_m2 * p.drop[PORT_B][k][a];
             net[a] -= force[k][a];

@@ -1,0 +1,143 @@
+#include "systematic.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "params.h"
+#include "series.h"
+
+/* Coordinates of a leg's two joints, which are the keys of geometry_error. */
+enum { COORDINATES = JOINT_COORDINATES / LEGS };
+/* Standard deviation of a leg's own lag or pipe about the common one, as a share of that one's. */
+static const double REST = 0.5;
+
+extern const struct effect geometry_error;
+
+const struct systematic_words systematic_families[FAMILIES] = {
+    [FAMILY_PRESSURE_GAINS] = {"gains of the pressures", "pressure_gain", "%", 100.0},
+    [FAMILY_LENGTH_GAINS] = {"gains of the lengths", "length_gain", "%", 100.0},
+    [FAMILY_LENGTH_ZEROS] = {"zeros of the lengths", "length_zero_m", "mm", 1e3},
+    [FAMILY_SKEW] = {"skew of the lengths", "skew_s", "ms", 1e3},
+    [FAMILY_LAGS] = {"lags of the pressures", "pressure_lag_s", "ms", 1e3},
+    [FAMILY_PIPES] = {"pipes", "pipe_m", "m", 1.0},
+    [FAMILY_JOINTS] = {"joints", "joints_m", "mm", 1e3},
+};
+
+enum systematic_family systematic_family(int error) {
+    if (error >= SYSTEMATIC_JOINT) return FAMILY_JOINTS;
+    if (error >= SYSTEMATIC_PIPE) return FAMILY_PIPES;
+    if (error >= SYSTEMATIC_LAG) return FAMILY_LAGS;
+    if (error >= SYSTEMATIC_SKEW) return FAMILY_SKEW;
+    if (error >= SYSTEMATIC_LENGTH_ZERO) return FAMILY_LENGTH_ZEROS;
+    return error >= SYSTEMATIC_LENGTH_GAIN ? FAMILY_LENGTH_GAINS : FAMILY_PRESSURE_GAINS;
+}
+
+void systematic_priors(const struct params *params, bool pressures, double std[SYSTEMATICS]) {
+    const struct tolerance_params *t = &params->model.tolerance;
+    const double of_family[FAMILIES] = {[FAMILY_PRESSURE_GAINS] = t->pressure_gain, [FAMILY_LENGTH_GAINS] = t->length_gain,
+                                        [FAMILY_LENGTH_ZEROS] = t->length_zero_m,   [FAMILY_SKEW] = t->skew_s,
+                                        [FAMILY_LAGS] = t->pressure_lag_s,          [FAMILY_PIPES] = pressures ? t->pipe_m : 0.0,
+                                        [FAMILY_JOINTS] = t->joints_m / sqrt(3.0)};
+    for (int i = 0; i < SYSTEMATICS; i++) {
+        enum systematic_family family = systematic_family(i);
+        bool rest = (family == FAMILY_LAGS && i != SYSTEMATIC_LAG) || (family == FAMILY_PIPES && i != SYSTEMATIC_PIPE);
+        bool exact = family != FAMILY_JOINTS && !params->sensors.enabled;
+        bool none = !pressures && i >= SYSTEMATIC_P2_GAIN && i < SYSTEMATIC_LENGTH_GAIN;
+        std[i] = exact || none ? 0.0 : of_family[family] * (rest ? REST : 1.0);
+    }
+}
+
+bool systematic_moves(int error) {
+    enum systematic_family family = systematic_family(error);
+    return family != FAMILY_PRESSURE_GAINS && family != FAMILY_LAGS && family != FAMILY_PIPES;
+}
+
+void systematic_name(int error, char name[SYSTEMATIC_NAME]) {
+    static const char *const joint[] = {"upper joint, x", "upper joint, y", "upper joint, z",
+                                        "lower joint, x", "lower joint, y", "lower joint, z"};
+    static const struct {
+        int first;
+        const char *name;
+    } kind[] = {{SYSTEMATIC_P1_GAIN, "gain of P1"},
+                {SYSTEMATIC_P2_GAIN, "gain of P2"},
+                {SYSTEMATIC_LENGTH_GAIN, "gain of the length"},
+                {SYSTEMATIC_LENGTH_ZERO, "zero of the length"},
+                {SYSTEMATIC_SKEW, "skew of the lengths"},
+                {SYSTEMATIC_LAG, "lag of the pressures"},
+                {SYSTEMATIC_LAG_REST, "lag of the pressures beside the others'"},
+                {SYSTEMATIC_PIPE, "length of the pipes"},
+                {SYSTEMATIC_PIPE_REST, "length of the pipes beside the others'"}};
+    int i = 0, kinds = sizeof kind / sizeof *kind;
+    if (error >= SYSTEMATIC_JOINT) {
+        int of = error - SYSTEMATIC_JOINT;
+        snprintf(name, SYSTEMATIC_NAME, "%s, leg %d", joint[of % COORDINATES], of / COORDINATES + 1);
+        return;
+    }
+    while (i + 1 < kinds && error >= kind[i + 1].first) i++;
+    bool single = kind[i].first == SYSTEMATIC_SKEW || kind[i].first == SYSTEMATIC_LAG || kind[i].first == SYSTEMATIC_PIPE;
+    if (single) snprintf(name, SYSTEMATIC_NAME, "%s", kind[i].name);
+    else snprintf(name, SYSTEMATIC_NAME, "%s, leg %d", kind[i].name, error - kind[i].first + 1);
+}
+
+void systematic_joints(const double error[SYSTEMATICS], struct params *machine) {
+    struct effect_values *joints = &machine->effects[effect_find(geometry_error.name)];
+    joints->on = true;
+    for (int i = 0; i < JOINT_COORDINATES; i++) joints->value[i % COORDINATES][i / COORDINATES] = error[SYSTEMATIC_JOINT + i];
+}
+
+/* Puts the errors into the paths of a machine's sensors. */
+static void add_to_sensors(const double error[SYSTEMATICS], struct machine *m) {
+    for (int k = 0; k < LEGS; k++) {
+        double lag_s = error[SYSTEMATIC_LAG] + error[SYSTEMATIC_LAG_REST + k], gain = error[SYSTEMATIC_LENGTH_GAIN + k];
+        m->sensors.p1[k].scale *= 1.0 + error[SYSTEMATIC_P1_GAIN + k];
+        m->sensors.force[k].scale *= 1.0 + error[SYSTEMATIC_P1_GAIN + k];
+        m->sensors.p2[k].scale *= 1.0 + error[SYSTEMATIC_P2_GAIN + k];
+        m->sensors.p1[k].lag_s += lag_s;
+        m->sensors.p2[k].lag_s += lag_s;
+        m->sensors.force[k].lag_s += lag_s;
+        m->sensors.length[k].scale *= 1.0 + gain;
+        m->sensors.length[k].offset += error[SYSTEMATIC_LENGTH_ZERO + k] - gain * m->bodies.neutral_length_m[k];
+        m->sensors.length[k].delay_s += error[SYSTEMATIC_SKEW];
+    }
+}
+
+/* Finds the pressure in a chamber from that at the other end of its pipe. With the flow q = A v + C
+ * dP/dt into the chamber, the gauge shows P + R q + I dq/dt. rate: flow by the piston's motion as a
+ * series, A v. */
+static void through_pipe(const struct residual_test *t, double inertance, double resistance, double capacitance, const double *flow,
+                         double *pressure) {
+    for (int h = 1; h <= t->spectrum.harmonics; h++) {
+        double w = h * t->spectrum.omega, *s = &pressure[2 * h - 1], *c = &pressure[2 * h];
+        double qs = flow[2 * h - 1], qc = flow[2 * h];
+        double left_s = *s - resistance * qs + w * inertance * qc, left_c = *c - resistance * qc - w * inertance * qs;
+        double real = 1.0 - w * w * inertance * capacitance, imaginary = w * resistance * capacitance, square = real * real + imaginary * imaginary;
+        *s = (real * left_s + imaginary * left_c) / square;
+        *c = (real * left_c - imaginary * left_s) / square;
+    }
+}
+
+static void undo_pipes(const struct cylinder_model *m, int leg, double length_m, const struct residual_test *t, struct series *rows) {
+    const struct cylinder_leg *c = &m->leg[leg];
+    double flow[PORTS][SPECTRUM_SIZE] = {{0}}, inertance, resistance, middle_m = rows->length[leg][0] - c->length_min_m;
+    double volume[PORTS] = {c->dead_volume_m3[PORT_A] + c->a1_m2 * middle_m,
+                            c->dead_volume_m3[PORT_B] + c->a2_m2 * (c->length_max_m - c->length_min_m - middle_m)};
+    cylinder_pipe(length_m, m->machine.params->hydraulics.pipe_bore_m, &inertance, &resistance);
+    for (int h = 1; h <= t->spectrum.harmonics; h++) {
+        double w = h * t->spectrum.omega, s = -w * rows->length[leg][2 * h], cosine = w * rows->length[leg][2 * h - 1];
+        flow[PORT_A][2 * h - 1] = c->a1_m2 * s, flow[PORT_A][2 * h] = c->a1_m2 * cosine;
+        flow[PORT_B][2 * h - 1] = -c->a2_m2 * s, flow[PORT_B][2 * h] = -c->a2_m2 * cosine;
+    }
+    through_pipe(t, inertance, resistance, volume[PORT_A] / c->bulk_modulus_pa, flow[PORT_A], rows->p1[leg]);
+    through_pipe(t, inertance, resistance, volume[PORT_B] / c->bulk_modulus_pa, flow[PORT_B], rows->p2[leg]);
+}
+
+void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows) {
+    struct machine machine = m->machine;
+    add_to_sensors(error, &machine);
+    series_undo(&machine, t, rows);
+    for (int k = 0; k < t->legs && t->pressures; k++) {
+        double length_m = m->machine.params->hydraulics.pipe_length_m + error[SYSTEMATIC_PIPE] + error[SYSTEMATIC_PIPE_REST + k];
+        if (length_m != 0.0) undo_pipes(m, k, length_m, t, rows);
+    }
+}

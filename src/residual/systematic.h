@@ -1,0 +1,82 @@
+/* Systematic errors of a machine's sensors and drawing. Nobody knows them, and each is therefore an
+ * unknown of every estimate from measured motion, with a normal prior of mean zero. Its standard
+ * deviation is stated in model.tolerance; 0 says that there is no such error, and sensors that are
+ * exact (sensors.enabled false) have none.
+ *
+ *   gain   reading = gain times pressure, each sensor; a force sensor takes the place of P1's
+ *   length reading = length + zero + gain (length - neutral length), each leg
+ *   skew   lengths are older than pressures by so much, common to all legs
+ *   lag    readings of pressures follow in first order; one for all, and a rest for each leg
+ *   pipe   oil in front of the chambers, behind the pressure sensors; one length for all, and a rest
+ *          for each leg
+ *   joint  coordinates of the joints; model.tolerance.joints_m is their greatest error, uniform
+ *
+ * The zero of a pressure is no unknown, because a constant force of a leg is part of its dry
+ * friction in both directions. Pure. */
+#ifndef HEXID_SYSTEMATIC_H
+#define HEXID_SYSTEMATIC_H
+
+#include <stdbool.h>
+
+#include "types.h"
+
+struct cylinder_model;
+struct params;
+struct residual_test;
+struct series;
+
+enum { JOINT_COORDINATES = 6 * LEGS };
+/* Index of the first error of each kind. */
+enum {
+    SYSTEMATIC_P1_GAIN,
+    SYSTEMATIC_P2_GAIN = SYSTEMATIC_P1_GAIN + LEGS,
+    SYSTEMATIC_LENGTH_GAIN = SYSTEMATIC_P2_GAIN + LEGS,
+    SYSTEMATIC_LENGTH_ZERO = SYSTEMATIC_LENGTH_GAIN + LEGS,
+    SYSTEMATIC_SKEW = SYSTEMATIC_LENGTH_ZERO + LEGS,
+    SYSTEMATIC_LAG,
+    SYSTEMATIC_LAG_REST,
+    SYSTEMATIC_PIPE = SYSTEMATIC_LAG_REST + LEGS,
+    SYSTEMATIC_PIPE_REST,
+    SYSTEMATIC_JOINT = SYSTEMATIC_PIPE_REST + LEGS,
+    SYSTEMATICS = SYSTEMATIC_JOINT + JOINT_COORDINATES
+};
+
+/* Finds the prior standard deviations, in the units of the errors: gains without unit, m, s. 0: the
+ * error does not exist. pressures: the forces are measured by pressures. */
+void systematic_priors(const struct params *params, bool pressures, double std[SYSTEMATICS]);
+
+/* True if this error changes the measured motion or the joints, and not just the leg forces. */
+bool systematic_moves(int error);
+
+/* Families of errors that users are shown: their names, and the family of an error. */
+enum systematic_family {
+    FAMILY_PRESSURE_GAINS,
+    FAMILY_LENGTH_GAINS,
+    FAMILY_LENGTH_ZEROS,
+    FAMILY_SKEW,
+    FAMILY_LAGS,
+    FAMILY_PIPES,
+    FAMILY_JOINTS,
+    FAMILIES
+};
+/* Words of a family: its name, the key of model.tolerance that states its prior, and the unit that
+ * people read, with the number of these units in an SI unit. */
+struct systematic_words {
+    const char *name, *key, *unit;
+    double scale;
+};
+extern const struct systematic_words systematic_families[FAMILIES];
+enum systematic_family systematic_family(int error);
+
+/* Name of an error: "gain of P1, leg 3", "skew". */
+enum { SYSTEMATIC_NAME = 64 };
+void systematic_name(int error, char name[SYSTEMATIC_NAME]);
+
+/* Moves the joints of a machine by the errors of its drawing. */
+void systematic_joints(const double error[SYSTEMATICS], struct params *machine);
+
+/* Finds a test's series with these errors of the sensors undone; pressures become those in the
+ * chambers. m: the machine that the series belong to, without such errors. */
+void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows);
+
+#endif
