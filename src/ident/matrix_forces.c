@@ -24,20 +24,35 @@ static void add_weight(int row, int column, const double rotation[3][3], double 
     }
 }
 
+/* Adds the wrench that a matrix entry of this size needs: inertia and weight. */
+static void add_entry(int entry, double size, const struct rigid_legs *legs, const double acceleration[DOFS], double gravity_mps2,
+                      double wrench[DOFS]) {
+    int row, column;
+    double unit[DOFS] = {0};
+    equations_entry(entry, &row, &column);
+    unit[row] += acceleration[column];
+    if (row != column) unit[column] += acceleration[row];
+    add_weight(row, column, legs->rotation, gravity_mps2, unit);
+    for (int i = 0; i < DOFS; i++) wrench[i] += size * unit[i];
+}
+
 bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
                    double force_n[][LEGS]) {
     double along[DOFS][LEGS];
     if (!inverse_dynamics_unit_wrenches(j, along)) return false;
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
-        int row, column;
         double wrench[DOFS] = {0};
-        equations_entry(c, &row, &column);
-        wrench[row] += acceleration[column];
-        if (row != column) wrench[column] += acceleration[row];
-        add_weight(row, column, legs->rotation, gravity_mps2, wrench);
+        add_entry(c, 1.0, legs, acceleration, gravity_mps2, wrench);
         memset(force_n[c], 0, sizeof force_n[c]);
         for (int i = 0; i < DOFS; i++)
             for (int k = 0; k < LEGS && wrench[i] != 0.0; k++) force_n[c][k] += wrench[i] * along[i][k];
     }
     return true;
+}
+
+bool matrix_force(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
+                  const double entry[MATRIX_ENTRIES], double force_n[LEGS]) {
+    memset(force_n, 0, LEGS * sizeof *force_n);
+    for (int c = 0; c < MATRIX_ENTRIES; c++) add_entry(c, entry[c], legs, acceleration, gravity_mps2, force_n);
+    return inverse_dynamics_along_legs(j, force_n);
 }

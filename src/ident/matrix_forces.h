@@ -16,4 +16,8 @@ void matrix_bare_machine(struct params *params);
 bool matrix_forces(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
                    double force_n[][LEGS]);
 
+/* Finds the force along the legs for a whole matrix, given by its entries. */
+bool matrix_force(const struct rigid_legs *legs, double j[LEGS][DOFS], const double acceleration[DOFS], double gravity_mps2,
+                  const double entry[MATRIX_ENTRIES], double force_n[LEGS]);
+
 #endif

@@ -158,21 +158,36 @@ static bool fill_columns(struct work *w, int test) {
     return true;
 }
 
-/* Finds the coefficient rows of the forces that a machine needs for the motion, with all unknowns as
- * found so far. Returns false if it cannot move as measured. */
+/* Force of each leg at a phase that a machine needs for the motion, with all unknowns as found so far,
+ * but for dry friction, which no systematic error changes. Returns false if the machine cannot move
+ * as measured. */
+static bool needed_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase, double force_n[LEGS]) {
+    struct inverse_dynamics_input in = {0};
+    struct rigid_legs legs;
+    double j[LEGS][DOFS], acceleration[DOFS], pose[DOFS], matrix_n[LEGS], spring_n[DOFS] = {0};
+    struct effect_values springs = {0};
+    legs_at(s, &w->data.test[test], phase, in.leg);
+    if (!inverse_dynamics_step(d, &in, force_n)) return false;
+    if (!inverse_dynamics_move(d, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
+    if (!matrix_force(&legs, j, acceleration, w->params->payload.gravity_mps2, w->x, matrix_n)) return false;
+    rigid_pose(&d->state, pose);
+    for (int i = 0; i < DOFS; i++) springs.value[i][0] = w->x[SPRING + i];
+    external_stiffness.wrench(&springs, pose, spring_n);
+    if (!inverse_dynamics_along_legs(j, spring_n)) return false;
+    for (int k = 0; k < LEGS; k++) force_n[k] += matrix_n[k] - spring_n[k] + w->x[VISCOUS + k] * in.leg[k][1];
+    return true;
+}
+
 static bool needed_force(const struct work *w, const struct suspect *s, int test, double row[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
     memset(row, 0, ROWS * sizeof *row);
     inverse_dynamics_init(&d, &s->machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
-        double value[COLUMNS][LEGS] = {{0}};
-        if (!values_at(w, s, &d, test, i, value)) return false;
-        for (int k = 0; k < LEGS; k++) {
-            double force_n = value[UNKNOWNS][k];
-            for (int c = 0; c < UNKNOWNS; c++) force_n += value[c][k] * w->x[c];
-            for (int a = 0; a < t->size; a++) row[k * t->size + a] += t->project[i][a] * force_n;
-        }
+        double force_n[LEGS];
+        if (!needed_at(w, s, &d, test, i, force_n)) return false;
+        for (int k = 0; k < LEGS; k++)
+            for (int a = 0; a < t->size; a++) row[k * t->size + a] += t->project[i][a] * force_n[k];
     }
     return true;
 }
