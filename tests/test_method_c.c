@@ -27,6 +27,7 @@ struct rig {
                                   * (Stribeck) */
     double load_mu;             /* multiplies (A1 - A2) (P1 + P2) / 2 */
     double pressure_pa[DOFS];   /* pressure of the rod side, per test */
+    double error[SYSTEMATICS];  /* systematic errors of the sensors: gains, zeros, skew */
     uint64_t seed;
 };
 
@@ -89,14 +90,18 @@ static struct recording_sample sample_at(struct rig *r, int dof, double t_s) {
     struct inverse_dynamics_input in = {0};
     double force_n[LEGS], bore = r->machine.actuator.piston_diameter_m[0], rod = r->machine.actuator.rod_diameter_m[0];
     double a1 = 0.25 * PI * bore * bore, a2 = a1 - 0.25 * PI * rod * rod;
+    double older[LEGS][3];
     legs_at(r, dof, t_s, in.leg);
+    legs_at(r, dof, t_s - r->error[SYSTEMATIC_SKEW], older);
     assert_true(inverse_dynamics_step(&r->inverse, &in, force_n));
     for (int k = 0; k < LEGS; k++) {
         double rate = in.leg[k][1], load_m2 = copysign(0.5 * r->load_mu * (a1 - a2), rate), p2_pa = r->pressure_pa[dof];
         force_n[k] += 2000.0 * rate + seal(r, k, in.leg[k][0], rate);
-        s.length_m[k] = in.leg[k][0] + r->noise_m * random_unit(&r->seed);
-        s.p2_pa[k] = p2_pa + r->noise_pa * random_unit(&r->seed);
-        s.p1_pa[k] = (force_n[k] + (a2 + load_m2) * p2_pa) / (a1 - load_m2) + r->noise_pa * random_unit(&r->seed);
+        double apart_m = older[k][0] - r->kinematics.neutral_length_m[k], p1_pa = (force_n[k] + (a2 + load_m2) * p2_pa) / (a1 - load_m2);
+        s.length_m[k] = older[k][0] + r->error[SYSTEMATIC_LENGTH_ZERO + k] + r->error[SYSTEMATIC_LENGTH_GAIN + k] * apart_m +
+                        r->noise_m * random_unit(&r->seed);
+        s.p2_pa[k] = (1.0 + r->error[SYSTEMATIC_P2_GAIN + k]) * p2_pa + r->noise_pa * random_unit(&r->seed);
+        s.p1_pa[k] = (1.0 + r->error[SYSTEMATIC_P1_GAIN + k]) * p1_pa + r->noise_pa * random_unit(&r->seed);
         s.force_n[k] = a1 * s.p1_pa[k] - a2 * s.p2_pa[k];
     }
     return s;
@@ -595,6 +600,55 @@ static void springs_that_may_be_there_are_told_from_inertia_by_a_second_frequenc
     assert_true(!one.result.springs && one.result.matrix.mt[0][0] < r.nominal[0][0] - 10.0);
 }
 
+/* Sum of uniform numbers of variance 1/3 each, nearly normal. */
+static double normal(uint64_t *seed) {
+    double sum = 0.0;
+    for (int i = 0; i < 12; i++) sum += random_unit(seed);
+    return 0.5 * sum;
+}
+
+/* Gains, zeros and skew drawn from their priors: with them in the estimate its deviations are
+ * those of its errors, and without them they are far too small. */
+static void sensors_within_their_tolerances_are_in_the_stated_deviation(void **unused) {
+    (void)unused;
+    slow_case();
+    enum { MACHINES = 6 };
+    double square[2] = {0};
+    for (int m = 0; m < MACHINES; m++) {
+        struct rig r;
+        rig_init(&r, 100.0);
+        r.seed = 100 + (uint64_t)m, r.noise_m = 15e-6, r.noise_pa = 2e4;
+        r.configured.sensors.enabled = true;
+        double prior[SYSTEMATICS];
+        systematic_priors(&r.configured, true, prior);
+        for (int i = 0; i < SYSTEMATIC_LAG; i++) r.error[i] = prior[i] * normal(&r.seed);
+        struct method_c with = found(&r, DOFS);
+        r.configured.sensors.enabled = false;
+        struct method_c without = found(&r, DOFS);
+        square[0] += mean_square(&with, &r) / MACHINES, square[1] += mean_square(&without, &r) / MACHINES;
+    }
+    print_message("sensors within their tolerances: errors are %.2f deviations rms, %.2f without them in the estimate\n", sqrt(square[0]),
+                  sqrt(square[1]));
+    assert_below(sqrt(square[0]), 1.2);
+    assert_true(square[1] > 2.0 * square[0]);
+}
+
+/* A gain far beyond its tolerance is found, with the others within theirs. */
+static void a_wrong_gain_is_found(void **unused) {
+    (void)unused;
+    struct rig r;
+    rig_init(&r, 50.0);
+    r.configured.sensors.enabled = true, r.noise_m = 5e-6, r.noise_pa = 5e3;
+    r.error[SYSTEMATIC_P1_GAIN + 2] = 0.04;
+    struct method_c m = found(&r, DOFS);
+    for (int i = 0; i < SYSTEMATIC_LENGTH_GAIN; i++) {
+        const struct systematic_found *e = &m.systematic[i];
+        double z = fabs(e->value) / sqrt(e->prior * e->prior - e->std * e->std);
+        if (i == SYSTEMATIC_P1_GAIN + 2) assert_true(z > 5.0 && e->value > 0.0);
+        else if (e->std < 0.9 * e->prior) assert_below(z, 3.5);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(springs_that_may_be_there_are_told_from_inertia_by_a_second_frequency),
                                        cmocka_unit_test(dry_friction_of_each_leg_leaves_the_matrix_as_it_is),
@@ -613,6 +667,8 @@ int main(void) {
                                        cmocka_unit_test(many_parts_are_joined_and_a_change_on_the_way_is_seen),
                                        cmocka_unit_test(chi_square_is_that_of_tables),
                                        cmocka_unit_test(the_stated_deviation_is_that_of_the_errors),
-                                       cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation)};
+                                       cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation),
+                                       cmocka_unit_test(sensors_within_their_tolerances_are_in_the_stated_deviation),
+                                       cmocka_unit_test(a_wrong_gain_is_found)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,8 +6,8 @@ struct tolerance_params {         /* tolerances of the model's parameters that h
                                    * count as a finding; relative, but for joints and springs */
     double mass;                  /* tolerance of every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
-    double rigidity;              /* departure of the payload from one rigid body, standard deviation
-                                   * as a share of sqrt(M_ii M_jj) */
+    double rigidity;              /* departure of the payload from one rigid body, standard
+                                   * deviation as a share of sqrt(M_ii M_jj) */
     double joints_m;              /* tolerance of each coordinate of a joint */
     /* standard deviations of systematic errors (src/residual/systematic.h); gains without unit */
     double pressure_gain, length_gain, length_zero_m, skew_s, pressure_lag_s, pipe_m;

@@ -62,8 +62,7 @@ double equations_shape_variance(const struct equations *e, int i, const double s
 /* Inverse variance of a prior; 1 for an unknown that does not exist, whose equations are zero. */
 static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std) : 1.0; }
 
-static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES],
-                              double factor[UNKNOWNS][UNKNOWNS]) {
+static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS]) {
     double size[UNKNOWN_SHAPES];
     memcpy(factor, e->product, sizeof e->product);
     for (int c = 0; c < MATRIX_ENTRIES; c++)
@@ -91,8 +90,8 @@ bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][M
     return ok;
 }
 
-/* Splits the covariance C, which stands in estimate->noise, into noise and shared errors. matrix: the
- * Cholesky factor of the inverse covariance of the matrix's prior. */
+/* Splits the covariance C, which stands in estimate->noise, into noise and shared errors. matrix:
+ * the Cholesky factor of the inverse covariance of the matrix's prior. */
 static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS],
                   struct estimate *estimate) {
     double solved[UNKNOWNS];
@@ -114,7 +113,8 @@ static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRI
 bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate) {
     double (*factor)[UNKNOWNS] = malloc(sizeof e->product), root[MATRIX_ENTRIES][MATRIX_ENTRIES], solved[UNKNOWNS];
     memcpy(root, matrix, sizeof root);
-    bool ok = factor && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) && factor_with_prior(e, matrix, factor) && values(e, factor, estimate->value);
+    bool ok = factor && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) && factor_with_prior(e, matrix, factor) &&
+              values(e, factor, estimate->value);
     for (int c = 0; c < UNKNOWN_SHAPE && ok; c++) {
         memset(solved, 0, sizeof solved);
         solved[c] = 1.0;

@@ -8,9 +8,10 @@
  *
  * The covariance of an estimate has two parts. Noise is independent from log to log and averages
  * out. Errors that all logs of a machine share do not: they are the systematic errors and those of
- * the legs' masses, as far as the data do not determine them, and attenuation (Fuller 1987 section 1.1): the noise of the
- * accelerations is on both sides of the equations, so an axis that moves only within that noise
- * seems to have no mass, a bias of the entries towards zero. Ordinary threads; heap. */
+ * the legs' masses, as far as the data do not determine them, and attenuation (Fuller 1987
+ * section 1.1): the noise of the accelerations is on both sides of the equations, so an axis that
+ * moves only within that noise seems to have no mass, a bias of the entries towards zero.
+ * Ordinary threads; heap. */
 #ifndef HEXID_EQUATIONS_H
 #define HEXID_EQUATIONS_H
 
@@ -67,8 +68,8 @@ struct equations {
  * (shape_sizes.h).
  *
  * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, the errors of the machine
- * change the values by the columns of -C L, each for one standard deviation, and noise alone has the
- * covariance C less the sum of the squares of these changes. */
+ * change the values by the columns of -C L, each for one standard deviation, and noise alone has
+ * the covariance C less the sum of the squares of these changes. */
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWN_SHAPE][UNKNOWN_SHAPE];  /* covariance by noise, without basis functions */
@@ -96,8 +97,8 @@ double equations_shape_variance(const struct equations *e, int i, const double s
 /* Adds the equations of another log of the same machine and configuration. */
 void equations_add(struct equations *sum, const struct equations *e);
 
-/* Solves for the values alone. matrix: inverse covariance of the matrix entries' prior. Returns false
- * if some unknown occurs in no row, or a value is not finite. */
+/* Solves for the values alone. matrix: inverse covariance of the matrix entries' prior. Returns
+ * false if some unknown occurs in no row, or a value is not finite. */
 bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS]);
 
 /* Solves for the values and their covariance. matrix, result: as equations_values(). */

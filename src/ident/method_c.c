@@ -27,8 +27,8 @@ enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
 
 static const double FIRST_SHARE = 0.5; /* first guess of dry friction, as a share of the rms of the
                                         * force's variation */
-static const double STEP = 0.1;        /* step of difference quotients, in standard deviations of the
-                                        * errors' priors */
+static const double STEP = 0.1;        /* step of difference quotients, in standard deviations of
+                                        * the errors' priors */
 static const double MODEL_ERROR = 1e-4; /* error of any model, as a share of the rms of the force's
                                          * variation */
 
@@ -158,10 +158,11 @@ static bool fill_columns(struct work *w, int test) {
     return true;
 }
 
-/* Force of each leg at a phase that a machine needs for the motion, with all unknowns as found so far,
- * but for dry friction, which no systematic error changes. Returns false if the machine cannot move
- * as measured. */
-static bool needed_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase, double force_n[LEGS]) {
+/* Force of each leg at a phase that a machine needs for the motion, with all unknowns as found so
+ * far, but for dry friction, which no systematic error changes. Returns false if the machine
+ * cannot move as measured. */
+static bool needed_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase,
+                      double force_n[LEGS]) {
     struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
     double j[LEGS][DOFS], acceleration[DOFS], pose[DOFS], matrix_n[LEGS], spring_n[DOFS] = {0};
@@ -192,9 +193,9 @@ static bool needed_force(const struct work *w, const struct suspect *s, int test
     return true;
 }
 
-/* Linearises the rows in the systematic errors, about those found so far: each error's column is the
- * change of the needed less the measured force, and the right-hand side is what it would be without
- * errors. Returns false if a machine with such an error cannot move as measured. */
+/* Linearises the rows in the systematic errors, about those found so far: each error's column is
+ * the change of the needed less the measured force, and the right-hand side is what it would be
+ * without errors. Returns false if a machine with such an error cannot move as measured. */
 static bool fill_systematic(struct work *w, int test) {
     struct rows *r = &w->rows;
     double measured_n[ROWS], needed_n[ROWS], other_n[ROWS], error[SYSTEMATICS];

@@ -49,8 +49,8 @@ struct matrix_at_pose {
     double pose[DOFS], mt[DOFS][DOFS];
 };
 
-/* A systematic error (systematic.h) as the data show it: value, standard deviation, and the standard
- * deviation of its prior; prior 0: there is no such error. */
+/* A systematic error (systematic.h) as the data show it: value, standard deviation, and the
+ * standard deviation of its prior; prior 0: there is no such error. */
 struct systematic_found {
     double value, std, prior;
 };

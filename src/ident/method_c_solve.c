@@ -94,8 +94,7 @@ static int cause_of(int common) {
 static void report_systematic(const struct estimate *e, const struct equations *of, struct method_c *m) {
     for (int s = 0; s < SYSTEMATICS; s++) {
         int unknown = UNKNOWN_SYSTEMATIC + s;
-        m->systematic[s] =
-            (struct systematic_found){e->value[unknown], sqrt(estimate_covariance(e, unknown, unknown)), of->systematic[s]};
+        m->systematic[s] = (struct systematic_found){e->value[unknown], sqrt(estimate_covariance(e, unknown, unknown)), of->systematic[s]};
     }
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         int i, j;
@@ -149,8 +148,7 @@ int method_c_solve(const struct equations *e, const struct params *configured, s
     report_systematic(estimate, e, result);
     /* The payload is fitted to a matrix that owes nothing to the prior that it is one body. */
     struct estimate *free_entries = malloc(sizeof *free_entries);
-    if (free_entries && solve(e, configured, &k, FREE, free_entries))
-        result->payload = payload_of(free_entries, nominal, configured, &k);
+    if (free_entries && solve(e, configured, &k, FREE, free_entries)) result->payload = payload_of(free_entries, nominal, configured, &k);
     free(free_entries);
     return STATUS_OK;
 }

@@ -5,8 +5,8 @@
 #include "lin.h"
 #include "numeric.h"
 
-static const double KNOWN = 1e-3; /* share of a prior's variance that the data must remove before its
-                                   * error is judged */
+static const double KNOWN = 1e-3; /* share of a prior's variance that the data must remove before
+                                   * its error is judged */
 static const double FIT_Z = 3.1;  /* quantile of the normal distribution at one check's level, for
                                    * words */
 
@@ -15,7 +15,8 @@ typedef void check(const struct method_c_findings *f, double level, struct verdi
 
 static const char scope[] =
     "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance, the payload is a body that can "
-    "exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's friction drives; all at 0.5 % of false alarms together; not the error against the nominal matrix";
+    "exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's friction drives; all at 0.5 % of false "
+    "alarms together; not the error against the nominal matrix";
 
 static void check_body(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct payload *p = &f->result->payload;
@@ -94,9 +95,9 @@ static void check_friction(const struct method_c_findings *f, double level, stru
 /* Upper tail of the standard normal distribution. */
 static double above(double z) { return 0.5 * erfc(z / sqrt(2.0)); }
 
-/* The rows' residuals are those of noise. Each is divided by a deviation that is itself estimated, from
- * the differences of n cycles, so that its square is that of Student's t with n - 1 degrees of
- * freedom; their sum is nearly normal. */
+/* The rows' residuals are those of noise. Each is divided by a deviation that is itself
+ * estimated, from the differences of n cycles, so that its square is that of Student's t with n -
+ * 1 degrees of freedom; their sum is nearly normal. */
 static void check_fit(const struct method_c_findings *f, double level, struct verdict *v) {
     double n = f->equations->cycles - 1.0, free = f->equations->free;
     if (!(n > 4.0) || !(free > 0.0)) return;

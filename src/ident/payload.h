@@ -43,10 +43,10 @@ struct payload {
     double misfit;
 };
 
-/* Finds the inverse covariance of the prior of the matrix entries' corrections: any one body in place
- * of the payload, legs within model.tolerance.mass, and a departure of each entry from that by
- * `rigidity`, standard deviation as a share of sqrt(M_ii M_jj). With a rigidity of 1 the entries are
- * free. Returns false if the configured machine has no inertia. */
+/* Finds the inverse covariance of the prior of the matrix entries' corrections: any one body in
+ * place of the payload, legs within model.tolerance.mass, and a departure of each entry from that
+ * by `rigidity`, standard deviation as a share of sqrt(M_ii M_jj). With a rigidity of 1 the entries
+ * are free. Returns false if the configured machine has no inertia. */
 bool payload_prior(const struct params *params, const struct kinematics *k, double rigidity,
                    double inverse[MATRIX_ENTRIES][MATRIX_ENTRIES]);
 

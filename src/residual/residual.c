@@ -32,7 +32,6 @@ static double at(const double *basis, int size, const double *row) {
     return sum;
 }
 
-
 /* A spool at its rate limit has forgotten its start after this many cycles. */
 enum { LIMITED_CYCLES = 12 };
 static const double SPOOL_TIMES = 10.0; /* run-in of any other spool, in its time constants: e^-10

@@ -1,4 +1,5 @@
-/* Fourier series of the values that a test's sensors read, with the sensors' errors undone. Pure. */
+/* Fourier series of the values that a test's sensors read, with the sensors' errors undone.
+ * Pure. */
 #ifndef HEXID_SERIES_H
 #define HEXID_SERIES_H
 

@@ -111,7 +111,8 @@ static void through_pipe(const struct residual_test *t, double inertance, double
         double w = h * t->spectrum.omega, *s = &pressure[2 * h - 1], *c = &pressure[2 * h];
         double qs = flow[2 * h - 1], qc = flow[2 * h];
         double left_s = *s - resistance * qs + w * inertance * qc, left_c = *c - resistance * qc - w * inertance * qs;
-        double real = 1.0 - w * w * inertance * capacitance, imaginary = w * resistance * capacitance, square = real * real + imaginary * imaginary;
+        double real = 1.0 - w * w * inertance * capacitance, imaginary = w * resistance * capacitance,
+               square = real * real + imaginary * imaginary;
         *s = (real * left_s + imaginary * left_c) / square;
         *c = (real * left_c - imaginary * left_s) / square;
     }

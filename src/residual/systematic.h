@@ -7,8 +7,8 @@
  *   length reading = length + zero + gain (length - neutral length), each leg
  *   skew   lengths are older than pressures by so much, common to all legs
  *   lag    readings of pressures follow in first order; one for all, and a rest for each leg
- *   pipe   oil in front of the chambers, behind the pressure sensors; one length for all, and a rest
- *          for each leg
+ *   pipe   oil in front of the chambers, behind the pressure sensors; one length for all, and a
+ *          rest for each leg
  *   joint  coordinates of the joints; model.tolerance.joints_m is their greatest error, uniform
  *
  * The zero of a pressure is no unknown, because a constant force of a leg is part of its dry
