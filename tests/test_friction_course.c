@@ -43,7 +43,7 @@ static void a_leg_is_sure_of_its_direction_but_near_reversals(void **unused) {
     (void)unused;
     static struct friction_course c;
     struct residual_data *data = record(amplitude_m, 20e-6);
-    friction_course_find(&c, &data->test[0], &params, 0.0);
+    friction_course_find(&c, &data->test[0], 0.0);
     for (int k = 0; k < LEGS; k++) {
         double doubt = 0.0;
         for (int i = 0; i < PHASES; i++) {
@@ -68,7 +68,7 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
     static double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE];
     struct residual_data *data = record(amplitude_m, 1e-6);
     const struct residual_test *t = &data->test[0];
-    friction_course_find(&c, t, &params, 0.0);
+    friction_course_find(&c, t, 0.0);
     double power[LEGS] = {0};
     for (int k = 0; k < LEGS; k++) {
         friction_course_covariance(&c, t, k, covariance);
@@ -97,7 +97,7 @@ static void the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre(void 
     static const double give_m = 320e-6;
     static struct friction_course c;
     struct residual_data *data = record(amplitude_m, 0.0);
-    friction_course_find(&c, &data->test[0], &params, 0.0);
+    friction_course_find(&c, &data->test[0], 0.0);
     for (int i = PHASES / 4 + 6; i < 3 * PHASES / 4 - 6; i++) { /* retracts after the crest */
         double way_m = amplitude_m[0] * (1.0 - sin(2.0 * PI * i / PHASES));
         assert_close(c.shape[UNKNOWN_SHAPES - 1][i][0], 2.0 * exp(-way_m / give_m), 0.01);

@@ -154,49 +154,6 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     assert_int_equal(s.cycles, 18);
 }
 
-/* Measured square of the rounding error in the mean cycle's first eight harmonics, in excess of the
- * scatter, divided by the predicted one; for sinusoids near this amplitude with this much
- * vibration. */
-static double rounding_over_predicted(double hz, double amplitude_m, double shaken_m) {
-    static struct recording_sample sample[SAMPLES];
-    const double step_m = 50e-6;
-    double found = 0.0, predicted = 0.0;
-    uint64_t random = 3;
-    for (int n = 0; n < 25; n++) {
-        struct recording_test t = make(hz, sample);
-        struct spectrum s;
-        double amplitude = amplitude_m * (1.0 + 0.1 * random_unit(&random)), offset_m = step_m * random_unit(&random);
-        double phase = 2.0 * PI * hz * step_s * random_unit(&random);
-        for (int i = 0; i < SAMPLES; i++) {
-            /* triangular distribution */
-            double shaken = shaken_m * sqrt(1.5) * (random_unit(&random) + random_unit(&random));
-            double x = amplitude * sin(2.0 * PI * hz * sample[i].test_time_s + phase) + offset_m + shaken;
-            sample[i].length_m[0] = step_m * round(x / step_m);
-        }
-        assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
-        for (int a = 1; a <= 16; a++) {
-            double truth = a == 1 ? amplitude * cos(phase) : a == 2 ? amplitude * sin(phase) : 0.0;
-            found += pow(s.mean[CHANNEL_LENGTH][0][a] - truth, 2.0) - pow(s.std[CHANNEL_LENGTH][0][a], 2.0);
-            predicted += pow(spectrum_quantisation(amplitude, step_m, s.scatter_m[0], s.offsets / hz / step_s), 2.0);
-        }
-    }
-    return found / predicted;
-}
-
-/* Below 2 mm the rounding errors' tones fall on the harmonics themselves, above they are aliased
- * onto them; vibration reduces both. */
-static void quantisation_in_step_is_as_large_as_predicted(void **state) {
-    (void)state;
-    slow_case();
-    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
-    static const double amplitude_m[] = {0.3e-3, 3.4e-3}, shaken_m[] = {0.0, 4e-6, 9e-6};
-    for (int i = 0; i < 2; i++)
-        for (int j = 0; j < 3; j++) assert_close(rounding_over_predicted(4.0, amplitude_m[i], shaken_m[j]), 1.0, 0.35);
-    /* cycles of a non-integer number of samples: aliased errors average out, the others remain */
-    assert_close(rounding_over_predicted(3.0, amplitude_m[0], 0.0), 1.0, 0.35);
-    assert_close(rounding_over_predicted(3.97, amplitude_m[0], 0.0), 1.0, 0.35);
-}
-
 /* The amplitude settles and rings in the first second, which is no line; a pump tone of a fiftieth
  * of that is one. */
 static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
@@ -232,7 +189,6 @@ int main(void) {
         cmocka_unit_test(a_harmonic_that_drifts_does_not_spoil_the_others),
         cmocka_unit_test(even_and_odd_cycles_are_apart),
         cmocka_unit_test(bad_samples_are_left_out_and_a_cycle_that_has_too_many),
-        cmocka_unit_test(quantisation_in_step_is_as_large_as_predicted),
         cmocka_unit_test(what_fades_is_no_line_and_what_stays_is_one),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

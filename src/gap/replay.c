@@ -262,7 +262,7 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
     }
     if (t->spectrum.cycles) {
         double noise = square(t->spectrum.noise[channel][leg]);
-        left += (t->spectrum.cycles - 1) * square(t->std[channel][leg][0]) + noise, left_over += noise;
+        left += (t->spectrum.cycles - 1) * square(t->spectrum.std[channel][leg][0]) + noise, left_over += noise;
     }
     /* constants count fully: both sides have the measured motion */
     add(&sums->difference, gap_channel, left_over, 0.0);

@@ -46,13 +46,12 @@ static void find_kept(const struct residual_test *t, double noise[LEGS][SPECTRUM
     }
 }
 
-static void find_motion(struct motion *m, const struct residual_test *t, const struct params *params) {
+static void find_motion(struct motion *m, const struct residual_test *t) {
     const struct spectrum *s = &t->spectrum;
     double noise[LEGS][SPECTRUM_SIZE] = {{0}}, kept[LEGS][SPECTRUM_SIZE], row[SPECTRUM_SIZE];
-    for (int k = 0; k < LEGS; k++) {
-        double in_step = whiten_in_step(t, params, k);
-        for (int a = 1; a < 1 + 2 * s->harmonics; a++) noise[k][a] = in_step + square(s->std[CHANNEL_LENGTH][k][a]);
-    }
+    for (int k = 0; k < LEGS; k++)
+        for (int a = 1; a < 1 + 2 * s->harmonics; a++)
+            noise[k][a] = square(s->in_step[CHANNEL_LENGTH][k][a]) + square(s->std[CHANNEL_LENGTH][k][a]);
     find_kept(t, noise, kept);
     double rates = 0.0, accelerations = 0.0;
     for (int k = 0; k < LEGS; k++) {
@@ -141,9 +140,9 @@ double friction_course_load(const struct residual_data *d) {
     return count > 0.0 ? sum_pa / count : 0.0;
 }
 
-void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params, double load_pa) {
+void friction_course_find(struct friction_course *c, const struct residual_test *t, double load_pa) {
     struct motion m;
-    find_motion(&m, t, params);
+    find_motion(&m, t);
     for (int k = 0; k < LEGS; k++) {
         find_direction(c, t, &m, k);
         find_shapes(c, t, load_pa, &m, k);

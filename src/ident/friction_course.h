@@ -50,7 +50,7 @@ double friction_course_load(const struct residual_data *d);
 /* Finds the directions and the basis functions of one test. load_pa: the P1 + P2 at which all
  * friction that grows with the pressures counts as Coulomb friction; 0 if pressures are not
  * measured. All tests need the same value, so that they have one Coulomb friction in common. */
-void friction_course_find(struct friction_course *c, const struct residual_test *t, const struct params *params, double load_pa);
+void friction_course_find(struct friction_course *c, const struct residual_test *t, double load_pa);
 
 /* Covariance of the coefficient row of a leg's dry friction, per N^2 of dry friction, by the
  * uncertain direction. */

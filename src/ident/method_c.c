@@ -231,16 +231,12 @@ static void expect_friction(struct work *w, int pass) {
     }
 }
 
-static double length_variance(const struct work *w, const struct residual_test *t, int leg, int a) {
-    return whiten_in_step(t, w->params, leg) + square(t->std[CHANNEL_LENGTH][leg][a]);
-}
-
 static void fill_covariance(struct work *w, int test) {
     const struct residual_test *t = &w->data.test[test];
     struct rows *r = &w->rows;
     double length[LEGS][RESIDUAL_SIZE];
     for (int k = 0; k < LEGS; k++)
-        for (int a = 0; a < t->size; a++) length[k][a] = length_variance(w, t, k, a);
+        for (int a = 0; a < t->size; a++) length[k][a] = square(t->std[CHANNEL_LENGTH][k][a]);
     for (int i = 0; i < LEGS; i++) {
         double friction = square(w->sum->dry_n[i]), floor = square(MODEL_ERROR) * residual_variation(t, CHANNEL_FORCE, i);
         for (int a = 0; a < t->size; a++) {
@@ -280,7 +276,7 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
     const struct rows *r = &w->rows;
     for (int a = 0; a < t->size; a++)
         for (int m = 0; m < LEGS; m++) {
-            double variance = square(t->curve[a]) * length_variance(w, t, m, a), solved[ROWS] = {0};
+            double variance = square(t->curve[a]) * square(t->std[CHANNEL_LENGTH][m][a]), solved[ROWS] = {0};
             for (int k = 0; k < LEGS; k++) solved[k * t->size + a] = w->leg_mass[k][m];
             dense_solve(r->count, r->count, r->covariance, solved);
             for (int c = 0; c < ENTRIES; c++) {
@@ -321,7 +317,7 @@ static int prepare_tests(struct work *w, struct error *error) {
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
         ok = ok && (!t->chambers || residual_staircase(t, w->params, w->staircase[i]));
-        friction_course_find(&w->course[i], t, w->params, load_pa);
+        friction_course_find(&w->course[i], t, load_pa);
         for (int k = 0; k < LEGS; k++) friction_course_covariance(&w->course[i], t, k, w->doubt[i][k]);
     }
     return ok ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: the configured chambers cannot follow the commands");

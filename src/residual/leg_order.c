@@ -168,15 +168,15 @@ static void fill_rows(struct work *w, const struct residual_test *t) {
 /* Adds a test's products. The error of a coefficient is the mean over all legs, so that no order
  * is favoured: noise of the force, that of the length in the acceleration, and what any model
  * lacks. */
-static void add_test(struct work *w, const struct residual_test *t, const struct params *params, double lambda[LEGS][LEGS]) {
+static void add_test(struct work *w, const struct residual_test *t, double lambda[LEGS][LEGS]) {
     double varies = 0.0, mass = 0.0;
     fill_rows(w, t);
     for (int k = 0; k < LEGS; k++) varies += residual_variation(t, CHANNEL_FORCE, k) / LEGS, mass += lambda[k][k] / LEGS;
     for (int a = 0; a < t->size; a++) {
         double error = square(FLOOR) * varies;
         for (int k = 0; k < LEGS; k++) {
-            double length = whiten_in_step(t, params, k) + square(t->std[CHANNEL_LENGTH][k][a]);
-            error += (square(t->std[CHANNEL_FORCE][k][a]) + square(mass * t->curve[a]) * length) / LEGS;
+            double length_n = mass * t->curve[a] * t->std[CHANNEL_LENGTH][k][a];
+            error += (square(t->std[CHANNEL_FORCE][k][a]) + square(length_n)) / LEGS;
         }
         for (int i = 0; i < ALL && error > 0.0; i++)
             for (int j = 0; j < ALL; j++) w->product[i][j] += w->rows[i][a] * w->rows[j][a] / error;
@@ -393,7 +393,7 @@ int leg_order_find(const struct residual_data *data, const struct recording *r, 
     find_leg_space(&w->space, r->params);
     params_mechanism(r->params)->leg_mass(r->params, lambda);
     for (int i = 0; i < data->tests; i++)
-        if (data->test[i].of >= first) add_test(w, &data->test[i], r->params, lambda);
+        if (data->test[i].of >= first) add_test(w, &data->test[i], lambda);
     compare(w, r->params, r->measured.pressures, order);
     free(w);
     return STATUS_OK;

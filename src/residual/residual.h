@@ -59,7 +59,8 @@ struct residual_test {
     double weight[RESIDUAL_SIZE];/* weight of each coefficient's square in the mean square */
     double curve[RESIDUAL_SIZE]; /* noise of an acceleration divided by that of a length, 1/s^2:
                                   * rate^2, more where a window's slope adds to it */
-    /* coefficient rows of the measured values, and their standard deviations */
+    /* coefficient rows of the measured values, and their standard deviations by noise and, for a
+     * cycle, by rounding in step with it */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
     double speed_std_mps[LEGS];  /* standard deviation of each leg's speed */
     double force_std_n[LEGS];    /* standard deviation of each leg's force residual at an instant */

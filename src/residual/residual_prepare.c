@@ -7,7 +7,10 @@
 #include <string.h>
 
 #include "dense.h"
+#include "force.h"
 #include "inverse_dynamics.h"
+#include "numeric.h"
+#include "rounding.h"
 #include "params.h"
 #include "units.h"
 #include "whiten.h"
@@ -81,12 +84,41 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
     }
 }
 
+/* Finds the rounding errors in step with the motion, of the sensors and of the force A1 P1 - A2 P2.
+ * row: harmonics of each cycle. */
+static void find_in_step(struct spectrum *s, spectrum_cycle *row, const struct recording_test *test, const struct params *params) {
+    const struct sensor_params *sensors = &params->sensors;
+    struct cylinder_areas areas = cylinder_areas(&params->actuator);
+    double step_pa = 2.0 * sensors->pressure_full_scale_pa / exp2(round(sensors->adc_bits));
+    const double step[] = {[CHANNEL_LENGTH] = sensors->position_resolution_m, [CHANNEL_P1] = step_pa, [CHANNEL_P2] = step_pa};
+    for (int k = 0; k < params_legs(params) && sensors->enabled; k++) {
+        double variance[CHANNELS][SPECTRUM_SIZE] = {{0}}, middle[CYCLES_MAX];
+        for (int ch = CHANNEL_LENGTH; ch <= CHANNEL_P2; ch++) {
+            for (int i = 0; i < s->cycles; i++) middle[i] = row[i][ch][k][0];
+            const struct rounding r = {.step = step[ch],
+                                       .scatter = s->scatter[ch][k],
+                                       .first_phase = s->omega * test->sample[test->first].test_time_s,
+                                       .places = s->offsets * (int)ceil(2.0 * PI / s->omega / recording_step_s(test) - 1e-6),
+                                       .cycles = s->cycles,
+                                       .middle = middle};
+            rounding_in_step(&r, s->harmonics, s->mean[ch][k], variance[ch]);
+        }
+        for (int a = 0; a < SPECTRUM_SIZE; a++)
+            variance[CHANNEL_FORCE][a] = square(areas.a1_m2[k]) * variance[CHANNEL_P1][a] +
+                                         square(areas.a2_m2[k]) * variance[CHANNEL_P2][a];
+        for (int ch = 0; ch < CHANNELS; ch++)
+            for (int a = 0; a < SPECTRUM_SIZE; a++) s->in_step[ch][k][a] = sqrt(variance[ch][a]);
+    }
+}
+
 /* Prepares a steady sinusoid, from the harmonics of its mean cycle. */
-static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
+static int prepare_cycle(struct residual_test *t, const struct recording_test *test, const struct params *params, enum cycles which,
+                         struct error *error) {
     const struct spectrum *s = &t->spectrum;
     spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
     if (!room) return error_set(error, STATUS_IO, "out of memory");
     bool enough = spectrum_measure(&t->spectrum, room, test, which);
+    if (enough) find_in_step(&t->spectrum, room, test, params);
     free(room);
     if (!enough)
         return error_set(error, STATUS_USAGE,
@@ -111,7 +143,8 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
         t->weight[a] = a ? 0.5 : 1.0;
         t->coupling[a][a] = 1.0;
         for (int ch = 0; ch < CHANNELS; ch++)
-            for (int k = 0; k < LEGS; k++) t->row[ch][k][a] = s->mean[ch][k][a], t->std[ch][k][a] = s->std[ch][k][a];
+            for (int k = 0; k < LEGS; k++)
+                t->row[ch][k][a] = s->mean[ch][k][a], t->std[ch][k][a] = hypot(s->std[ch][k][a], s->in_step[ch][k][a]);
         for (int i = 0; i < PHASES; i++) {
             t->shape[i][a] = t->cycle[i * SPECTRUM_SIZE + a];
             t->project[i][a] = t->series[i][a] = t->shape[i][a] / PHASES / t->weight[a];
@@ -283,11 +316,6 @@ static void find_step(struct residual_test *t, double sampling_s, const struct p
     t->step_s = !slower ? sampling_s : t->in_step ? sampling_s / many : cycle_s;
 }
 
-static void find_speed_std(struct residual_test *t, const struct params *params) {
-    double step_m = params->sensors.enabled ? params->sensors.position_resolution_m : 0.0;
-    for (int k = 0; k < t->legs; k++) t->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics, step_m, t->measured);
-}
-
 static int prepare(struct residual_test *t, const struct recording *recording, int of, enum cycles which, struct error *error) {
     const struct recording_test *test = &recording->test[of];
     t->of = of;
@@ -298,9 +326,9 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
     /* Simpson's rule in residual_staircase() needs an even number. */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
-    int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, which, error);
+    int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, recording->params, which, error);
     if (status) return status;
-    find_speed_std(t, recording->params);
+    for (int k = 0; k < t->legs; k++) t->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics);
     whiten_force_std(t, recording->params, t->force_std_n);
     whiten_play_noise(t, recording->params, &t->play_noise);
     return STATUS_OK;

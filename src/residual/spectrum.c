@@ -4,13 +4,12 @@
 #include <string.h>
 
 #include "dense.h"
+#include "sort.h"
 #include "units.h"
 
 enum {
     SAMPLES_PER_HARMONIC = 3,
     SPEED_POINTS = 64,
-    ROUNDING_LINES = 20,
-    BISECTIONS = 30,
     SLOWEST = 2,         /* periodogram bins, over the cycles, that count as slow */
 };
 static const double RIDGE = 1e-9; /* per sample, added to the normal equations' diagonal: above
@@ -46,41 +45,13 @@ void spectrum_value(const double *row, int harmonics, double omega, double t_s, 
     spectrum_at(row, harmonics, omega, basis, value);
 }
 
-/* Mean square of tone k of the rounding errors to steps of 1, e(x) = sum (-1)^k sin(2 pi k x) / (pi
- * k), if x varies by a Gaussian of this standard deviation from cycle to cycle. */
-static double rounding_line(int k, double shaken) { return 0.5 * pow(exp(-2.0 * pow(PI * k * shaken, 2.0)) / (PI * k), 2.0); }
-
-/* Standard deviation of the motion from cycle to cycle, in resolution steps. scatter: standard
- * deviation of samples at one phase, which is caused by this motion and the rounding errors, except
- * errors that repeat in every cycle. */
-static double shaking(double scatter) {
-    double least = 0.0, most = scatter;
-    for (int i = 0; i < BISECTIONS; i++) {
-        double shaken = 0.5 * (least + most), unlike = shaken * shaken + 1.0 / 12.0;
-        for (int k = 1; k <= ROUNDING_LINES; k++) unlike -= rounding_line(k, shaken);
-        if (unlike > scatter * scatter) most = shaken;
-        else least = shaken;
-    }
-    return least;
-}
-
-double spectrum_quantisation(double amplitude, double step, double scatter, double samples) {
-    if (!(step > 0.0) || !(amplitude > 0.0)) return 0.0;
-    double shaken = shaking(scatter / step), sum = 0.0;
-    for (int k = 1; k <= ROUNDING_LINES; k++) {
-        double z = 2.0 * PI * k * amplitude / step;
-        sum += rounding_line(k, shaken) * 2.0 / fmin(fmax(PI * z, 2.0), samples);
-    }
-    return step * sqrt(sum);
-}
-
-double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples) {
+double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics) {
     if (!s->cycles) return s->speed_gain * s->noise[CHANNEL_LENGTH][leg];
-    const double *row = s->mean[CHANNEL_LENGTH][leg], *std = s->std[CHANNEL_LENGTH][leg];
-    double rounding = spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], s->offsets * samples), sum = 0.0;
+    const double *std = s->std[CHANNEL_LENGTH][leg], *in_step = s->in_step[CHANNEL_LENGTH][leg];
+    double sum = 0.0;
     for (int a = 1; a < 1 + 2 * harmonics; a++) {
         double w = (a + 1) / 2 * s->omega;
-        sum += 0.5 * w * w * (std[a] * std[a] + rounding * rounding);
+        sum += 0.5 * w * w * (std[a] * std[a] + in_step[a] * in_step[a]);
     }
     return sqrt(sum);
 }
@@ -234,24 +205,27 @@ static int find_alike(const struct spectrum *s, const struct recording_test *t, 
     return different;
 }
 
-/* Scatter of a leg's lengths at one phase from cycle to cycle, slow drift included. */
+/* Scatter of a channel at one phase from one cycle to the next: the median over the cycles, because
+ * the first ones may still settle. */
 static double scatter_of(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span,
-                         const int alike[CYCLES_MAX], int leg) {
-    double square = 0.0;
-    int free = 0;
-    for (int b = 0; b < s->cycles; b++)
-        for (int i = span[b].first; i < span[b].end && alike[b] == b; i++) {
-            double sum = 0.0, sum_square = 0.0;
-            int n = 0;
-            for (int c = b; c < s->cycles; c++) {
-                const struct recording_sample *sample = &t->sample[span[c].first + i - span[b].first];
-                if (alike[c] != b || sample->refused || t->sample[i].refused) continue;
-                double apart = sample->length_m[leg] - t->sample[i].length_m[leg];
-                sum += apart, sum_square += apart * apart, n++;
-            }
-            if (n > 1) square += fmax(sum_square - sum * sum / n, 0.0), free += n - 1;
+                         const int alike[CYCLES_MAX], enum channel channel, int leg) {
+    double square[CYCLES_MAX];
+    int last[CYCLES_MAX], pairs = 0;
+    for (int c = 0; c < s->cycles; c++) {
+        int before = alike[c] == c ? -1 : last[alike[c]], n = 0;
+        double sum = 0.0;
+        last[alike[c]] = c;
+        for (int i = 0; i < span[c].end - span[c].first && before >= 0; i++) {
+            const struct recording_sample *now = &t->sample[span[c].first + i], *then = &t->sample[span[before].first + i];
+            if (now->refused || then->refused) continue;
+            double apart = spectrum_channel(now, channel)[leg] - spectrum_channel(then, channel)[leg];
+            sum += 0.5 * apart * apart, n++;
         }
-    return free ? sqrt(square / free) : 0.0;
+        if (n) square[pairs++] = sum / n;
+    }
+    if (!pairs) return 0.0;
+    sort_ascending(pairs, square);
+    return sqrt(square[pairs / 2]);
 }
 
 static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, spectrum_cycle *row,
@@ -274,7 +248,8 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
         for (int k = 0; k < LEGS; k++) s->noise[ch][k] = sqrt(square[ch][k] / samples);
     int alike[CYCLES_MAX];
     s->offsets = find_alike(s, t, span, place, alike);
-    for (int k = 0; k < LEGS; k++) s->scatter_m[k] = scatter_of(s, t, span, alike, k);
+    for (int ch = 0; ch < CHANNELS; ch++)
+        for (int k = 0; k < LEGS; k++) s->scatter[ch][k] = scatter_of(s, t, span, alike, (enum channel)ch, k);
 }
 
 bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const struct recording_test *t, enum cycles which) {

@@ -1,7 +1,7 @@
 /* A test as harmonics of its frequency: means over some of its cycles, and the spread of single
  * cycles about the means. The spread measures the noise, and its correlation between successive
  * cycles, which a motion that wanders slowly gives its rounding errors. Errors in step with the
- * motion (quantisation) do not show in the spread; they are computed from the sensor's resolution.
+ * motion (rounding) do not show in the spread (rounding.h).
  * Pure.
  *
  * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
@@ -30,9 +30,12 @@ struct spectrum {
                                                  * drift */
     int offsets;                 /* number of different places that the samples have in the cycles:
                                   * 1 if a cycle is a whole number of samples */
-    double scatter_m[LEGS];      /* scatter of lengths at one phase from cycle to cycle, drift
-                                  * included; 0 for a piece, or if no two cycles share their
-                                  * phases */
+    double scatter[CHANNELS][LEGS]; /* standard deviation of samples at one phase, from one cycle to
+                                     * the next; 0 for a piece, or if no two cycles share their
+                                     * phases */
+    /* Standard deviation of each coefficient by rounding errors that repeat in every cycle and are
+     * not in std (rounding.h); 0 for a piece. residual_prepare() fills it. */
+    double in_step[CHANNELS][LEGS][SPECTRUM_SIZE];
 };
 
 typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
@@ -63,19 +66,8 @@ void spectrum_basis(double phase, int harmonics, double *basis);
 void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]);
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
-/* Standard deviation that quantisation gives each Fourier coefficient of a sinusoid of this
- * amplitude, read in steps, with so many distinct samples a cycle. It covers the rounding errors
- * that repeat in every cycle and so do not show in the spread between cycles. As a function of
- * the motion x these are tones sin(2 pi k x / step) step / (pi k); a motion that varies from
- * cycle to cycle averages part of them away (dither). scatter: the spread of samples at one
- * phase, which tells how much. Tone k spreads over the harmonics up to z = 2 pi k amplitude /
- * step (Bessel functions: J_n(z)^2 is 1 / (pi z) on average); beyond z = samples it aliases
- * evenly onto all. The larger of these two shares is taken, which is up to twice too much where
- * z is just below samples. */
-double spectrum_quantisation(double amplitude, double step, double scatter, double samples);
-
-/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, m/s, if position
- * sensors have the resolution step_m. A piece is taken with all its harmonics. */
-double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics, double step_m, double samples);
+/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, m/s. A piece is taken
+ * with all its harmonics. */
+double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics);
 
 #endif

@@ -56,22 +56,14 @@ static double wander(const struct spectrum *s, enum channel channel, int leg, in
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
 
-double whiten_in_step(const struct residual_test *t, const struct params *model, int leg) {
-    const struct spectrum *s = &t->spectrum;
-    const double *row = s->mean[CHANNEL_LENGTH][leg];
-    double step_m = model->sensors.enabled ? model->sensors.position_resolution_m : 0.0;
-    return s->cycles ? square(spectrum_quantisation(hypot(row[1], row[2]), step_m, s->scatter_m[leg], s->offsets * t->measured)) : 0.0;
-}
-
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error) {
     const struct spectrum *s = &t->spectrum;
     struct cylinder_model cylinder;
-    double lambda[LEGS][LEGS], length_var[LEGS];
+    double lambda[LEGS][LEGS];
     cylinder_model_init(&cylinder, model);
     memset(w, 0, sizeof *w);
     w->values = t->legs * (t->chambers ? RESIDUALS : 1) * t->size;
     params_mechanism(model)->leg_mass(model, lambda);
-    for (int k = 0; k < LEGS; k++) length_var[k] = whiten_in_step(t, model, k);
     for (int k = 0; k < t->legs; k++) {
         const struct cylinder_leg *leg = &cylinder.leg[k];
         double a1 = leg->a1_m2, a2 = leg->a2_m2, neutral = cylinder.machine.bodies.neutral_length_m[k];
@@ -82,10 +74,10 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
         for (int a = 0; a < t->size; a++) {
             double rate = t->rate[a], var[3], others = 0.0, (*c)[RESIDUALS] = w->inverse[k][a];
             for (int j = 0; j < t->legs; j++)
-                if (j != k) others += square(lambda[k][j] * t->curve[a]) * (length_var[j] + square(t->std[CHANNEL_LENGTH][j][a]));
+                if (j != k) others += square(lambda[k][j] * t->curve[a]) * square(t->std[CHANNEL_LENGTH][j][a]);
             var[0] = square(t->std[CHANNEL_P1][k][a]);
             var[1] = square(t->std[CHANNEL_P2][k][a]);
-            var[2] = length_var[k] + square(t->std[CHANNEL_LENGTH][k][a]);
+            var[2] = square(t->std[CHANNEL_LENGTH][k][a]);
             double complex pa_per_m[2];
             stiffness(leg, volume_m3, rate, pa_per_m);
             double complex from[RESIDUALS][3] = {{a1, -a2, lambda[k][k] * t->curve[a]}, {1.0, 0.0, pa_per_m[0]}, {0.0, 1.0, pa_per_m[1]}};
@@ -144,7 +136,7 @@ void whiten_play_noise(const struct residual_test *t, const struct params *model
             double a1 = cylinder.leg[k].a1_m2, a2 = cylinder.leg[k].a2_m2;
             push[k] = square(a1 * t->std[CHANNEL_P1][k][a]) + square(a2 * t->std[CHANNEL_P2][k][a]);
             if (!t->pressures) push[k] = square(t->std[CHANNEL_FORCE][k][a]);
-            length[k] = pow(t->rate[a], 4.0) * (whiten_in_step(t, model, k) + square(t->std[CHANNEL_LENGTH][k][a]));
+            length[k] = pow(t->rate[a], 4.0) * square(t->std[CHANNEL_LENGTH][k][a]);
         }
         for (int steps = 1; steps <= PHASES; steps++) {
             double span_s = steps * step_s, twice_s4 = t->weight[a] * off_line(t->rate[a] * span_s) * pow(span_s, 4.0);

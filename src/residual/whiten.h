@@ -1,6 +1,6 @@
 /* Turns residuals into units of their noise. In each test, leg and coefficient the three residuals
  * share noise: an error of length shows in the force and both pressures, an error of a pressure in
- * that pressure and the force. Their covariance is the sum of the measured spread, of quantisation
+ * that pressure and the force. Their covariance is the sum of the measured spread, of rounding
  * in step with the motion, and of a least error that any model has. Once whitened, all values count
  * alike. Pure. */
 #ifndef HEXID_WHITEN_H
@@ -23,10 +23,6 @@ struct whitener {
 /* Makes the whitener of a test. model_error: share of each channel's rms variation that counts as
  * noise, because every model errs by so much. */
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error);
-
-/* Variance of a coefficient of a leg's length by rounding in step with a sinusoid, m^2. It is 0 for
- * any other motion, whose rounding errors are ordinary noise. */
-double whiten_in_step(const struct residual_test *t, const struct params *model, int leg);
 
 /* Standard deviation of each leg's force residual by noise, N: rms over the instants of the
  * test. */

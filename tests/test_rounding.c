@@ -1,0 +1,87 @@
+/* Rounding errors that repeat in every cycle. */
+#include "support.h"
+
+#include "rounding.h"
+#include "spectrum.h"
+#include "units.h"
+
+enum { SAMPLES = 2500 };
+
+static const double step_s = 0.002;
+static const double SETTLING_CYCLES = 1.5;
+static spectrum_cycle room[CYCLES_MAX];
+
+static struct recording_test make(double frequency_hz, struct recording_sample *sample) {
+    for (int i = 0; i < SAMPLES; i++) sample[i] = (struct recording_sample){.test_time_s = 1.0 + i * step_s};
+    return (struct recording_test){.frequency_hz = frequency_hz, .sample = sample, .count = SAMPLES, .end = SAMPLES};
+}
+
+/* Measured square of the rounding error in the mean cycle's first eight harmonics, in excess of the
+ * scatter, divided by the predicted one; for sinusoids near this amplitude with this much
+ * vibration, whose middle settles by so much from cycle to cycle. */
+static double rounding_over_predicted(double hz, double amplitude_m, double shaken_m, double settles_m) {
+    static struct recording_sample sample[SAMPLES];
+    const double step_m = 50e-6;
+    double found = 0.0, predicted = 0.0;
+    uint64_t random = 3;
+    for (int n = 0; n < 25; n++) {
+        struct recording_test t = make(hz, sample);
+        struct spectrum s;
+        double amplitude = amplitude_m * (1.0 + 0.1 * random_unit(&random)), offset_m = step_m * random_unit(&random);
+        double phase = 2.0 * PI * hz * step_s * random_unit(&random);
+        for (int i = 0; i < SAMPLES; i++) {
+            /* triangular distribution */
+            double shaken = shaken_m * sqrt(1.5) * (random_unit(&random) + random_unit(&random));
+            double x = amplitude * sin(2.0 * PI * hz * sample[i].test_time_s + phase) + offset_m + shaken;
+            x -= settles_m * exp(-floor((sample[i].test_time_s - 1.0) * hz + 1e-6) / SETTLING_CYCLES);
+            sample[i].length_m[0] = step_m * round(x / step_m);
+        }
+        assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
+        double variance[SPECTRUM_SIZE], middle[CYCLES_MAX];
+        for (int i = 0; i < s.cycles; i++) middle[i] = room[i][CHANNEL_LENGTH][0][0];
+        const struct rounding r = {.step = step_m,
+                                   .scatter = s.scatter[CHANNEL_LENGTH][0],
+                                   .places = (int)ceil(s.offsets / hz / step_s - 1e-6),
+                                   .cycles = s.cycles,
+                                   .middle = middle};
+        rounding_in_step(&r, s.harmonics, s.mean[CHANNEL_LENGTH][0], variance);
+        for (int a = 1; a <= 16; a++) {
+            double truth = a == 1 ? amplitude * cos(phase) : a == 2 ? amplitude * sin(phase) : 0.0;
+            found += pow(s.mean[CHANNEL_LENGTH][0][a] - truth, 2.0) - pow(s.std[CHANNEL_LENGTH][0][a], 2.0);
+            predicted += variance[a];
+        }
+    }
+    return found / predicted;
+}
+
+/* Below 2 mm the rounding errors' tones fall on the harmonics themselves, above they are aliased
+ * onto them; vibration reduces both. */
+static void quantisation_in_step_is_as_large_as_predicted(void **state) {
+    (void)state;
+    slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    static const double amplitude_m[] = {0.3e-3, 3.4e-3}, shaken_m[] = {0.0, 4e-6, 9e-6};
+    for (int i = 0; i < 2; i++)
+        for (int j = 0; j < 3; j++) assert_close(rounding_over_predicted(4.0, amplitude_m[i], shaken_m[j], 0.0), 1.0, 0.35);
+    /* cycles of a non-integer number of samples: aliased errors average out, the others remain */
+    assert_close(rounding_over_predicted(3.0, amplitude_m[0], 0.0, 0.0), 1.0, 0.35);
+    assert_close(rounding_over_predicted(3.97, amplitude_m[0], 0.0, 0.0), 1.0, 0.35);
+}
+
+/* A machine that settles by two steps in the first second moves much, but most cycles of the test
+ * come later and do not dither. Their errors repeat as if nothing had settled. */
+static void settling_is_no_dither(void **state) {
+    (void)state;
+    slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
+    assert_close(rounding_over_predicted(4.0, 2.1e-3, 0.0, 100e-6), 1.0, 0.35);
+    assert_close(rounding_over_predicted(4.0, 2.1e-3, 4e-6, 100e-6), 1.0, 0.35);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(quantisation_in_step_is_as_large_as_predicted),
+        cmocka_unit_test(settling_is_no_dither),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
