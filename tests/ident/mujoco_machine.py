@@ -30,6 +30,7 @@ AXES = "x y z phi theta psi".split()
 PLATFORM = [0, 1, 2, 5, 4, 3] # place of x y z phi theta psi among the platform's joints: x y z psi theta phi
 PERIOD_S, FINE = .002, 4      # of samples; steps of the chambers for each
 SLIDES_AT = 2e-3              # m/s: dry friction is tanh of the speed over this
+WANDER = .0015                # rms, of the amplitude
 OIL_KG_M3, OIL_M2_S = 870, 4e-5
 EFFECTS = {
     "cylinder_coulomb_friction.force_extend_n": 0, "cylinder_coulomb_friction.force_retract_n": 0,
@@ -164,9 +165,9 @@ class Test:
         self.amplitude = of("amplitude_m" if axis < 3 else "amplitude_rad", axis % 3)
         self.ramp_s, self.duration_s, self.ramp_out_s = (config["tests." + key] for key in ("ramp_s", "duration_s", "ramp_out_s"))
         self.t = np.arange(round((self.ramp_s + self.duration_s + self.ramp_out_s) / PERIOD_S)) * PERIOD_S
-        lines = np.array([[[r.uniform(.5, 20), r.uniform(0, 2 * math.pi)] for _ in range(12)] for _ in range(6)])
+        lines = np.array([[[r.uniform(.1, 5) * self.hz, r.uniform(0, 2 * math.pi)] for _ in range(12)] for _ in range(6)])
         self.w, self.phase = 2 * math.pi * lines[:, :, 0], lines[:, :, 1]
-        self.wander = .0015 * self.amplitude
+        self.wander_rms = WANDER * np.array([of("amplitude_m" if k < 3 else "amplitude_rad", k % 3) for k in range(6)])
 
     def reference(self, t):
         pose = np.zeros((len(t), 6))
@@ -175,8 +176,8 @@ class Test:
         return pose
 
     def pose(self, t):
-        wander = np.sin(self.w[:, :, None] * t + self.phase[:, :, None]).sum(1).T
-        return self.reference(t) + self.wander / math.sqrt(6) * wander
+        lines = np.sin(self.w[:, :, None] * t + self.phase[:, :, None]).sum(1).T
+        return self.reference(t) + self.wander_rms / math.sqrt(self.w.shape[1] / 2) * lines
 
 
 def motion(bodies, test, t, h=1e-3):

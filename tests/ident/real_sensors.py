@@ -2,7 +2,7 @@
 """Method C with sensors as real machines have them: gains, zeros, lags, skew, pipes; and with a base and a payload that are not rigid.
 
     real_sensors.py [-c FILE] [--truth rig|mujoco] [--machines 6] [--first 1] [--row NAME ...] [--dry N] [--jobs 1] [--recordings DIR]
-                    [KEY=VALUE ...]
+                    [--hold PCT] [KEY=VALUE ...]
 
 Each row of ROWS draws machines, records six tests of each by the independent rig (tests/rig/) or by MuJoCo's bodies (mujoco_machine.py), and
 compares the result of `hexid identify` with that machine's own inertia matrix at neutral. Every machine has masses, valves, oil and viscous
@@ -198,6 +198,7 @@ def report(row, runs):
         width.append("%s %.2f" % (name, statistics.median(w for _, w in cells)))
     print("    error", *error)
     print("    +-   ", *width, flush=True)
+    return 100 * statistics.fmean(abs(z) <= 1.96 for z in passed) if passed else 0
 
 
 def main():
@@ -210,6 +211,7 @@ def main():
     p.add_argument("--dry", type=float, default=50)
     p.add_argument("--jobs", type=int, default=1)
     p.add_argument("--recordings", metavar="DIR")
+    p.add_argument("--hold", type=float, metavar="PCT", default=0, help="an error where fewer intervals of machines that pass hold, or none passes")
     p.add_argument("--record", action="store_true", help="only record")
     p.add_argument("settings", nargs="*", metavar="KEY=VALUE")
     a = p.parse_args()
@@ -217,12 +219,13 @@ def main():
     print("%s; truth: %s; %s" % (measured.build(), a.truth, " ".join([a.c or "the default configuration", *a.settings])))
     print("row: 95 % intervals that hold, %, and of machines that pass; rms of error/std; entries determined; verdicts: most frequent reason")
     print("     error: |error|, % of the entry, median/95th percentile; +-: median half width of its 95 % interval, %")
-    seeds = measured.enough(range(a.first, a.first + a.machines), "machines")
+    short, seeds = [], measured.enough(range(a.first, a.first + a.machines), "machines")
     with concurrent.futures.ThreadPoolExecutor(a.jobs) as pool:
         futures = {row: [pool.submit(machine, a, row, seed) for seed in seeds] for row in rows}
         for row, runs in futures.items():
             runs = [f.result() for f in runs]
-            if not a.record: report(row, runs)
+            if not a.record and report(row, runs) < a.hold: short.append(row)
+    if short: measured.fail("%s: fewer than %g %% of the intervals of machines that pass hold" % (", ".join(short), a.hold))
 
 
 if __name__ == "__main__": main()

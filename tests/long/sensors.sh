@@ -1,0 +1,27 @@
+#!/bin/bash
+# Sensors as real machines have them, two machines a row: do the 95 % intervals hold? The benchmark of many machines is `make bench-sensors`.
+. tests/scenarios/lib
+skip_under 'asan|tsan' "method C with real sensors" "minutes under sanitizers; tests/test_method_c.c runs the same code"
+export HEXID=$hexid RIG=${BUILD:-build}/tests/rig/rig
+second=${BUILD:-build}/tests/ident/venv/bin/python3
+
+same() { # of the configuration: 13 bodies by two engines
+    "$RIG" -c "$1" --inertia-matrix >"$work/rig" && "$second" tests/ident/mujoco_machine.py -c "$1" --inertia-matrix >"$work/mujoco" &&
+        "$second" - "$work/rig" "$work/mujoco" <<'END'
+import json, sys
+a, b = (json.load(open(file)) for file in sys.argv[1:])
+off = max(abs(x - y) for p, q in zip(a, b) for x, y in zip(p, q)) / max(map(max, a))
+print("largest difference %.1e" % off)
+sys.exit(not off < 1e-9)
+END
+}
+for machine in tian2015 desktop simulator; do
+    claim "$machine: Pinocchio's and MuJoCo's bodies have one matrix, to 1e-9 of its largest entry" same "config/$machine.yaml"
+done
+
+# 85 %: 42 intervals of two machines, whose errors go together; 95 % are meant. At least one machine must pass.
+hold() { "$1" tests/ident/real_sensors.py --truth "$2" --machines 2 --row "$3" --hold 85; }
+for row in gains_0.5% all_priors; do
+    claim "$row, the rig: machines pass, and of their intervals at least 85 % hold" hold python3 rig "$row"
+    claim "$row, MuJoCo's bodies: the same" hold "$second" mujoco "$row"
+done
