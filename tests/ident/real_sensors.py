@@ -9,7 +9,7 @@ compares the result of `hexid identify` with that machine's own inertia matrix a
 friction within model.tolerance (`rig --tolerance`), its joints within model.tolerance.joints_m and --dry N of dry friction in each leg.
 KEY=VALUE goes to `hexid identify` alone. Recordings in DIR are used again, so DIR is that of one --dry. --truth mujoco wants a Python that has
 it (`make bench-sensors TRUTH=mujoco`). Environment: HEXID, RIG."""
-import argparse, concurrent.futures, contextlib, functools, json, math, os, random, statistics, subprocess, sys, tempfile
+import argparse, concurrent.futures, contextlib, functools, json, math, os, random, re, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -169,10 +169,11 @@ def verdicts(runs):
 
 
 def first_reason(runs):
-    """The most frequent."""
+    """The most frequent, whatever its numbers: the first one of its kind."""
     reasons = [(run["verdict"]["reasons"] + [run["method_c_reason"]])[0] for run, _ in runs]
     reasons = [x for x in reasons if x]
-    return max(reasons, key=reasons.count) if reasons else "-"
+    kinds = [re.sub(r"[-+]?[\d.]+", "N", x) for x in reasons]
+    return reasons[kinds.index(max(kinds, key=kinds.count))] if kinds else "-"
 
 
 def deviations(runs):
