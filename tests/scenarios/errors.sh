@@ -49,6 +49,8 @@ claim "a loop that is unstable behind a bus: refused before anything is opened" 
     refuses 2 "unstable control.ki" "$hexid" run --hal can:nowhere0 --set lcm.url= --set control.ki=20000
 warns_of_nothing() { ! "$hexid" run --fast "${quick_settings[@]}" --tests z 2>&1 >/dev/null | grep -E 'loop|feed-forward|limits'; }
 claim "the default machine: nothing is warned of" warns_of_nothing
+unwatched() { quick --tests z --set interlocks.door=false 2>&1 >/dev/null | grep -x 'hexid: interlocks: .*, supply output; NOT WIRED, so not watched: door'; }
+claim "an input that is not wired: said at the start" unwatched
 warned() { quick --tests z --set $1 2>&1 >/dev/null | grep "hexid: warning: $2: .*$3"; }
 claim "a loop that is hardly damped runs, with a warning" warned "control.kpf=5e-5 --set sensors.enabled=false" loop "hardly damped at neutral: .*set control.kpf to"
 claim "a feed-forward of another valve: a warning with the value that suits" warned control.kff=2.5 feed-forward "set control.kff to 1.74"
