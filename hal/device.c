@@ -78,7 +78,7 @@ void device_live(struct device *d, const struct hal_command *command, int64_t no
                                       * the grid */
     live_on(d, now_ns);
     device_valves(d, command->valve);
-    plant_charge_pump(d->plant, command->supply);
+    plant_life_sign(d->plant, command->supply);
     d->centre_ns = now_ns + ns_from_seconds(d->watchdog_s);
     if (ahead(d, now_ns)) return;
     d->lived_ns += (now_ns - d->lived_ns) / share;

@@ -35,7 +35,7 @@ static int sim_open(struct hal **hal, const char *address, const struct params *
 
 static int sim_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) {
     struct sim *s = (struct sim *)hal;
-    plant_charge_pump(s->plant, s->command.supply);
+    plant_life_sign(s->plant, s->command.supply);
     if (s->seq++) plant_step(s->plant, s->command.valve);
     else s->first_ns = now_ns;
     plant_measure(s->plant, sample);

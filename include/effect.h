@@ -22,7 +22,7 @@ struct effect_key {
     double typical;    /* value in an ordinary machine that has the effect: large enough to be seen
                         * plainly, far from breaking the machine */
     bool per_leg;      /* the key may be a list of six values */
-    bool shape;        /* the key only shapes the law; another key sets the strength */
+    bool shapes_law;   /* the key only shapes the law; another key sets the strength */
     bool reciprocal;   /* the effect grows with the reciprocal of the value, as for a lowest
                         * frequency or a softest oil */
 };

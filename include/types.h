@@ -71,7 +71,7 @@ struct hal_sample {
 struct hal_command {
     double valve[LEGS];
     bool enable; /* false: valves are centred whatever `valve` is */
-    bool supply; /* SAFETY: level of the charge pump, a life sign and no hydraulic pump: it changes
+    bool supply; /* SAFETY: level of the life sign: it changes
                   * in every cycle, or the machine's own relay cuts the supply */
 };
 

@@ -16,10 +16,10 @@ static const double SOFTEST = 0.01;        /* least pressure above vacuum that c
                                             * the tank's above vacuum; beta then is 1e-4 of the
                                             * oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
-static const double SHORTEST_LINE_M = 0.2;
-/* LINE_TIME_S is 1 / 5000 rad/s, the highest natural frequency of a hose with a chamber at the
+static const double SHORTEST_HOSE_M = 0.2;
+/* HOSE_TIME_S is 1 / 5000 rad/s, the highest natural frequency of a hose with a chamber at the
  * share NEAR_END of its stroke; steps of 0.5 ms resolve it. */
-static const double LINE_TIME_S = 2e-4, NEAR_END = 0.1;
+static const double HOSE_TIME_S = 2e-4, NEAR_END = 0.1;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
     const struct machine *machine = &m->machine;
@@ -53,17 +53,17 @@ void cylinder_pipe(double length_m, double bore_m, double *inertance, double *re
     *resistance = 8.0 * PI * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * length_m / (area_m2 * area_m2);
 }
 
-static void line_init(struct cylinder_model *m, int leg) {
+static void hose_init(struct cylinder_model *m, int leg) {
     struct cylinder_leg *c = &m->leg[leg];
-    double length_m = m->machine.line.length_m[leg], bore_m = m->machine.line.diameter_m[leg];
+    double length_m = m->machine.hose.length_m[leg], bore_m = m->machine.hose.diameter_m[leg];
     if (!(length_m > 0.0)) return;
     double area_m2 = PI / 4.0 * bore_m * bore_m, stroke_m = NEAR_END * (c->length_max_m - c->length_min_m);
-    length_m = fmax(length_m, SHORTEST_LINE_M);
-    c->line_volume_m3 = area_m2 * length_m;
+    length_m = fmax(length_m, SHORTEST_HOSE_M);
+    c->hose_volume_m3 = area_m2 * length_m;
     double chamber_m3 = fmin(c->dead_volume_m3[PORT_A] + c->a1_m2 * stroke_m, c->dead_volume_m3[PORT_B] + c->a2_m2 * stroke_m);
-    double least = LINE_TIME_S * LINE_TIME_S * c->bulk_modulus_pa * (1.0 / c->line_volume_m3 + 1.0 / chamber_m3);
-    cylinder_pipe(length_m, bore_m, &c->line_inertance, &c->line_resistance);
-    c->line_inertance = fmax(c->line_inertance, least);
+    double least = HOSE_TIME_S * HOSE_TIME_S * c->bulk_modulus_pa * (1.0 / c->hose_volume_m3 + 1.0 / chamber_m3);
+    cylinder_pipe(length_m, bore_m, &c->hose_inertance, &c->hose_resistance);
+    c->hose_inertance = fmax(c->hose_inertance, least);
 }
 
 void cylinder_model_init(struct cylinder_model *m, const struct params *params) {
@@ -75,8 +75,8 @@ void cylinder_model_init(struct cylinder_model *m, const struct params *params) 
     for (int leg = 0; leg < LEGS; leg++) {
         valve_init(m, leg, &params->hydraulics);
         piston_init(m, leg, &params->actuator);
-        line_init(m, leg);
-        m->extended = m->extended || m->leg[leg].line_volume_m3 > 0.0;
+        hose_init(m, leg);
+        m->extended = m->extended || m->leg[leg].hose_volume_m3 > 0.0;
     }
     m->extended = m->extended || m->machine.opening.count > 0;
     m->extended = m->extended || m->machine.supply.resistance_pa_s_per_m3 > 0.0 || m->machine.supply.tank_resistance_pa_s_per_m3 > 0.0;
@@ -209,32 +209,32 @@ void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const s
 }
 
 /* Returns the stiffness beta / V of a hose. */
-static double line_stiffness(const struct cylinder_leg *c) { return c->bulk_modulus_pa / c->line_volume_m3; }
+static double hose_stiffness(const struct cylinder_leg *c) { return c->bulk_modulus_pa / c->hose_volume_m3; }
 
-struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
-                                               const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
-                                               double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]) {
+struct cylinder_state cylinder_hose_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
+                                               const struct cylinder_state *s, const struct hose_state hose[PORTS], double opening,
+                                               double length_m, double rate_mps, double valve, struct hose_state hose_rate[PORTS]) {
     const struct cylinder_leg *c = &m->leg[leg];
     const double chamber_pa[PORTS] = {s->p1_pa, s->p2_pa};
-    double stiffness[PORTS], own = line_stiffness(c);
+    double stiffness[PORTS], own = hose_stiffness(c);
     struct ports p = ports_of(c, mains, opening);
     chambers(c, length_m, stiffness);
     for (int i = 0; i < PORTS; i++) {
-        double in = port_flow(p.conductance[i], own, p.source_pa[i], line[i].pressure_pa), through = line[i].flow_m3_per_s;
-        line_rate[i].pressure_pa = pressure_rate(&m->machine, line[i].pressure_pa, own, in - through);
-        line_rate[i].flow_m3_per_s = (line[i].pressure_pa - chamber_pa[i] - c->line_resistance * through) / c->line_inertance;
+        double in = port_flow(p.conductance[i], own, p.source_pa[i], hose[i].pressure_pa), through = hose[i].flow_m3_per_s;
+        hose_rate[i].pressure_pa = pressure_rate(&m->machine, hose[i].pressure_pa, own, in - through);
+        hose_rate[i].flow_m3_per_s = (hose[i].pressure_pa - chamber_pa[i] - c->hose_resistance * through) / c->hose_inertance;
     }
-    return rates(m, c, s, stiffness, line[PORT_A].flow_m3_per_s, line[PORT_B].flow_m3_per_s, rate_mps, valve);
+    return rates(m, c, s, stiffness, hose[PORT_A].flow_m3_per_s, hose[PORT_B].flow_m3_per_s, rate_mps, valve);
 }
 
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                    const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s) {
+                    const struct hose_state *hose, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s) {
     double stiffness[PORTS], pressure_pa[PORTS] = {s->p1_pa, s->p2_pa}, flow[PORTS];
     const struct cylinder_leg *c = &m->leg[leg];
     struct ports p = ports_of(c, mains, opening);
     chambers(c, length_m, stiffness);
     for (int i = 0; i < PORTS; i++) {
-        if (line) stiffness[i] = line_stiffness(c), pressure_pa[i] = line[i].pressure_pa;
+        if (hose) stiffness[i] = hose_stiffness(c), pressure_pa[i] = hose[i].pressure_pa;
         flow[i] = port_flow(p.conductance[i], stiffness[i], p.source_pa[i], pressure_pa[i]);
     }
     *supply_m3_per_s = p.extend ? flow[PORT_A] : flow[PORT_B];

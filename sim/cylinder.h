@@ -22,7 +22,7 @@
  * valve admits oil from the tank within a millisecond: a chamber whose piston is pulled stays
  * between tank pressure and vacuum, as behind an anti-cavitation valve.
  *
- * A hose (`line` in names) of length l and bore d between a port and its chamber is one cell: at
+ * A hose of length l and bore d between a port and its chamber is one cell: at
  * the port its capacitance V/beta (V = l pi d^2/4), then in series its inertance rho l/(pi d^2/4)
  * and its laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge
  * sits at the port. A hose below 0.2 m counts as 0.2 m, and the inertance limits its natural
@@ -38,7 +38,7 @@ struct cylinder_state {
     double deflection;        /* deflection of the seals: -1 sliding in, 1 sliding out */
 };
 
-struct line_state {
+struct hose_state {
     double pressure_pa;       /* pressure at the valve's port */
     double flow_m3_per_s;     /* flow through the hose into the chamber */
 };
@@ -56,7 +56,7 @@ struct cylinder_model {        /* constants derived once from params and effects
         double valve_omega_squared, valve_damping_rate; /* w^2 and 2 zeta w of the spool */
         double valve_bias, valve_rate_per_s;
         double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
-        double line_volume_m3, line_inertance, line_resistance; /* constants of a port's hose;
+        double hose_volume_m3, hose_inertance, hose_resistance; /* constants of a port's hose;
                                                                  * volume 0: there is no hose */
         double seal_distance_m;       /* path over which the seals deflect; 0: they slide at once */
         bool rate_limited;
@@ -86,13 +86,13 @@ struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int le
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
 /* Computes the time derivative of the state of a leg with hoses. */
-struct cylinder_state cylinder_line_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
-                                               const struct cylinder_state *s, const struct line_state line[PORTS], double opening,
-                                               double length_m, double rate_mps, double valve, struct line_state line_rate[PORTS]);
+struct cylinder_state cylinder_hose_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
+                                               const struct cylinder_state *s, const struct hose_state hose[PORTS], double opening,
+                                               double length_m, double rate_mps, double valve, struct hose_state hose_rate[PORTS]);
 
-/* Computes the leg's flows from the supply and to the tank. line: NULL without hoses. */
+/* Computes the leg's flows from the supply and to the tank. hose: NULL without hoses. */
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
-                    const struct line_state *line, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
+                    const struct hose_state *hose, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
 /* Applies limits that the derivative cannot express: the spool stops dead at +-1, no pressure is
  * below vacuum, and no seal is deflected beyond sliding. Call after every substep. */

@@ -25,7 +25,7 @@ bool effect_neutral(const struct effect_key *key, const double value[LEGS]) {
 bool effect_acts(const struct effect *effect, const struct effect_values *values) {
     bool acts = false;
     for (int k = 0; k < EFFECT_KEYS && effect->keys[k].name; k++)
-        acts = acts || (!effect->keys[k].shape && !effect_neutral(&effect->keys[k], values->value[k]));
+        acts = acts || (!effect->keys[k].shapes_law && !effect_neutral(&effect->keys[k], values->value[k]));
     return acts;
 }
 

@@ -9,8 +9,8 @@ enum { ITERATIONS = 60 };
 
 void hydraulics_rest(struct hydraulics_state *s) {
     for (int k = 0; k < LEGS; k++) {
-        s->line[k][PORT_A] = (struct line_state){.pressure_pa = s->cylinder[k].p1_pa};
-        s->line[k][PORT_B] = (struct line_state){.pressure_pa = s->cylinder[k].p2_pa};
+        s->hose[k][PORT_A] = (struct hose_state){.pressure_pa = s->cylinder[k].p1_pa};
+        s->hose[k][PORT_B] = (struct hose_state){.pressure_pa = s->cylinder[k].p2_pa};
     }
     s->supply_m3_per_s = 0.0;
 }
@@ -21,9 +21,9 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
     *supply_m3_per_s = *tank_m3_per_s = 0.0;
     for (int k = m->first; k < m->legs; k++) {
         double supply, tank;
-        bool line = m->leg[k].line_volume_m3 > 0.0;
+        bool hose = m->leg[k].hose_volume_m3 > 0.0;
         double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
-        cylinder_flows(m, k, mains, &s->cylinder[k], line ? s->line[k] : NULL, opening, length_m[k], &supply, &tank);
+        cylinder_flows(m, k, mains, &s->cylinder[k], hose ? s->hose[k] : NULL, opening, length_m[k], &supply, &tank);
         *supply_m3_per_s += supply;
         *tank_m3_per_s += tank;
     }
@@ -76,10 +76,10 @@ static void extended(const struct cylinder_model *m, const struct hydraulics_sta
     struct mains mains = mains_now(m, s, in->length_m, &rate->supply_m3_per_s);
     for (int k = m->first; k < m->legs; k++) {
         double opening = machine_opening(&m->machine, k, s->cylinder[k].spool);
-        memset(rate->line[k], 0, sizeof rate->line[k]);
-        if (m->leg[k].line_volume_m3 > 0.0)
-            rate->cylinder[k] = cylinder_line_derivative(m, k, &mains, &s->cylinder[k], s->line[k], opening, in->length_m[k],
-                                                         in->rate_mps[k], in->valve[k], rate->line[k]);
+        memset(rate->hose[k], 0, sizeof rate->hose[k]);
+        if (m->leg[k].hose_volume_m3 > 0.0)
+            rate->cylinder[k] = cylinder_hose_derivative(m, k, &mains, &s->cylinder[k], s->hose[k], opening, in->length_m[k],
+                                                         in->rate_mps[k], in->valve[k], rate->hose[k]);
         else
             rate->cylinder[k] = cylinder_derivative(m, k, &mains, &s->cylinder[k], opening, in->length_m[k], in->rate_mps[k], in->valve[k]);
     }

@@ -11,7 +11,7 @@
 struct hydraulics_state {
     struct cylinder_state cylinder[LEGS];
     /* only an extended model uses the members below */
-    struct line_state line[LEGS][PORTS];
+    struct hose_state hose[LEGS][PORTS];
     double supply_m3_per_s; /* flow from the supply after its lag */
 };
 

@@ -43,8 +43,8 @@ static void base_hydraulics(struct machine *m, const struct hydraulics_params *h
         m->valve.frequency_hz[leg] = h->valve_frequency_hz;
         m->valve.rate_per_s[leg] = (double)INFINITY;
         m->valve.flow_scale[leg] = m->valve.port_ratio[leg] = 1.0;
-        m->line.length_m[leg] = h->pipe_length_m;
-        m->line.diameter_m[leg] = h->pipe_bore_m;
+        m->hose.length_m[leg] = h->pipe_length_m;
+        m->hose.diameter_m[leg] = h->pipe_bore_m;
     }
 }
 

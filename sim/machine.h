@@ -74,7 +74,7 @@ struct machine {
     struct {                                            /* hoses between valve ports and chambers */
         double length_m[LEGS], diameter_m[LEGS];        /* dimensions of the hoses; length 0: there
                                                          * is none */
-    } line;
+    } hose;
     struct {
         struct sensor_path length[LEGS], p1[LEGS], p2[LEGS];
         struct sensor_path force[LEGS];                 /* force sensor or drive, if pressures are

@@ -23,7 +23,7 @@ struct plant {
     struct valve_line valve_line;
     struct hydraulics_state state;
     struct power_unit power_unit;
-    bool has_power_unit, charge_pump;
+    bool has_power_unit, life_sign;
     uint64_t cycles;          /* number of cycles so far; a count keeps time exact */
     double forced_s;          /* total time of plant_step_forced() */
 };
@@ -95,10 +95,10 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
     const struct hydraulics_state *s = &plant->state;
     plant->engine->ops->truth(plant->engine, s, &truth);
     for (int k = 0; k < LEGS; k++) {
-        bool line = plant->cylinder.leg[k].line_volume_m3 > 0.0;
+        bool hose = plant->cylinder.leg[k].hose_volume_m3 > 0.0;
         exact->length_m[k] = truth.length_m[k];
-        exact->p1_pa[k] = line ? s->line[k][PORT_A].pressure_pa : s->cylinder[k].p1_pa;
-        exact->p2_pa[k] = line ? s->line[k][PORT_B].pressure_pa : s->cylinder[k].p2_pa;
+        exact->p1_pa[k] = hose ? s->hose[k][PORT_A].pressure_pa : s->cylinder[k].p1_pa;
+        exact->p2_pa[k] = hose ? s->hose[k][PORT_B].pressure_pa : s->cylinder[k].p2_pa;
     }
 }
 
@@ -223,10 +223,10 @@ void plant_add_power_unit(struct plant *plant, double hold_s) {
     plant->engine->ops->supply(plant->engine, 0.0);
 }
 
-void plant_charge_pump(struct plant *plant, bool level) { plant->charge_pump = level; }
+void plant_life_sign(struct plant *plant, bool level) { plant->life_sign = level; }
 
 static void power(struct plant *plant) {
-    power_unit_step(&plant->power_unit, plant->charge_pump, plant->params->loop.period_s);
+    power_unit_step(&plant->power_unit, plant->life_sign, plant->params->loop.period_s);
     plant->engine->ops->supply(plant->engine, plant->power_unit.share);
 }
 

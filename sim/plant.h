@@ -47,7 +47,7 @@ void plant_place(struct plant *plant, const double pose[DOFS]);
 void plant_add_power_unit(struct plant *plant, double hold_s);
 
 /* Sets the level of the life sign (types.h) for the cycles to come. */
-void plant_charge_pump(struct plant *plant, bool level);
+void plant_life_sign(struct plant *plant, bool level);
 
 /* Makes one cycle with these commands, each -1..1 (clamped). NaN centres the valve, as its
  * amplifier does without a signal. */

@@ -74,7 +74,7 @@ static inline void rig_step(struct rig *rig, const struct hal_sample *sample, st
     memcpy(valve, rig->now.out.enable ? rig->now.out.valve : centred, sizeof valve);
     if (rig->cut_leg >= 0) valve[rig->cut_leg] = 0.0;
     for (int i = 0; i < LEGS && rig->stuck_valve != 0.0; i++) valve[i] = rig->stuck_valve;
-    plant_charge_pump(rig->plant, rig->now.out.supply);
+    plant_life_sign(rig->plant, rig->now.out.supply);
     plant_step(rig->plant, valve);
     rig->cycles++;
 }

@@ -142,7 +142,7 @@ static inline void plant_move(struct world *w) {
     for (int i = 0; i < LEGS; i++)
         if (!under_way(w, EVENT_VALVE_STICKS, i)) w->valve[i] = w->command.enable ? w->command.valve[i] : 0.0;
     if (!under_way(w, EVENT_SUPPLY_LOST, 0)) w->level = w->command.supply;
-    plant_charge_pump(w->plant, w->level);
+    plant_life_sign(w->plant, w->level);
     plant_step(w->plant, w->valve);
 }
 

@@ -89,7 +89,7 @@ static void neutral_values_add_nothing(void **unused) {
 static const struct {
     const char *name;
     size_t place, size;
-} groups[] = {GROUP(bodies), GROUP(supply), GROUP(oil), GROUP(valve), GROUP(seals), GROUP(line), GROUP(sensors), GROUP(timing)};
+} groups[] = {GROUP(bodies), GROUP(supply), GROUP(oil), GROUP(valve), GROUP(seals), GROUP(hose), GROUP(sensors), GROUP(timing)};
 
 static const double *numbers(const struct machine *m, size_t place) { return (const double *)(const void *)((const char *)m + place); }
 
@@ -124,7 +124,7 @@ static void neutral_values_leave_the_machine_as_it_is(void **unused) {
         valve_line_receive(&line, 0, received);
         assert_memory_equal(received, valve, sizeof valve);
         /* A hose's diameter has no meaning without its length. */
-        memcpy(machine.line.diameter_m, base.line.diameter_m, sizeof base.line.diameter_m);
+        memcpy(machine.hose.diameter_m, base.hose.diameter_m, sizeof base.hose.diameter_m);
         for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) {
             const double *is = numbers(&machine, groups[g].place), *was = numbers(&base, groups[g].place);
             for (size_t c = 0; c < groups[g].size / sizeof *is; c++)

@@ -2,9 +2,9 @@
  * and the scale of its basis functions. */
 #include "support.h"
 
+#include "basis_sizes.h"
 #include "friction_course.h"
 #include "kinematics.h"
-#include "shape_sizes.h"
 #include "units.h"
 
 enum { RATE = 500, CYCLES = 20, HZ = 4, SAMPLES = CYCLES * RATE / HZ };
@@ -92,7 +92,7 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
 /* Dahl: after a reversal the state approaches the new direction as exp(-way / length); the basis
  * function is its deviation from there. This is the longest fitted length, on a leg that moves 6
  * mm. */
-static void the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre(void **unused) {
+static void the_last_basis_function_is_a_seal_that_gives_by_a_third_of_a_millimetre(void **unused) {
     (void)unused;
     static const double give_m = 320e-6;
     static struct friction_course c;
@@ -100,7 +100,7 @@ static void the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre(void 
     friction_course_find(&c, &data->test[0], 0.0);
     for (int i = PHASES / 4 + 6; i < 3 * PHASES / 4 - 6; i++) { /* retracts after the crest */
         double way_m = amplitude_m[0] * (1.0 - sin(2.0 * PI * i / PHASES));
-        assert_close(c.shape[UNKNOWN_SHAPES - 1][i][0], 2.0 * exp(-way_m / give_m), 0.01);
+        assert_close(c.basis[BASIS_SIZE - 1][i][0], 2.0 * exp(-way_m / give_m), 0.01);
     }
     residual_free(data);
 }
@@ -111,20 +111,20 @@ static void sizes_are_those_of_the_coefficients(void **unused) {
     (void)unused;
     enum { LOGS = 400 }; /* the equations are those of one log, summed this often */
     static struct equations e;
-    double size[UNKNOWN_SHAPES], square = 0.0;
+    double size[BASIS_SIZE], square = 0.0;
     uint64_t seed = 11;
     memset(&e, 0, sizeof e);
     for (int k = 0; k < LEGS; k++) e.dry_n[k] = 100.0;
     for (int c = 0; c < UNKNOWNS; c++) e.product[c][c] = LOGS;
     for (int k = 0; k < LEGS; k++) {
-        double *with = &e.with[UNKNOWN_SHAPE + k * UNKNOWN_SHAPES], large_n = 50.0 * random_unit(&seed);
+        double *with = &e.with[UNKNOWN_BASIS + k * BASIS_SIZE], large_n = 50.0 * random_unit(&seed);
         with[3] = LOGS * large_n;
         square += large_n * large_n / LEGS;
-        for (int i = 0; i < UNKNOWN_SHAPES; i++)
+        for (int i = 0; i < BASIS_SIZE; i++)
             if (i != 3) with[i] = sqrt(LOGS) * 0.5 * random_unit(&seed); /* less than the noise */
     }
-    assert_true(shape_sizes_find(&e, e.product, size));
-    for (int i = 0; i < UNKNOWN_SHAPES; i++)
+    assert_true(basis_sizes_find(&e, e.product, size));
+    for (int i = 0; i < BASIS_SIZE; i++)
         if (i == 3) assert_close(size[i], sqrt(square) / 100.0, 0.01 * size[i]);
         else assert_below(size[i], 1e-3 + 1e-9);
 }
@@ -132,7 +132,7 @@ static void sizes_are_those_of_the_coefficients(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_leg_is_sure_of_its_direction_but_near_reversals),
                                        cmocka_unit_test(what_is_not_known_is_as_large_as_friction_is),
-                                       cmocka_unit_test(the_last_shape_is_a_seal_that_gives_by_a_third_of_a_millimetre),
+                                       cmocka_unit_test(the_last_basis_function_is_a_seal_that_gives_by_a_third_of_a_millimetre),
                                        cmocka_unit_test(sizes_are_those_of_the_coefficients)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

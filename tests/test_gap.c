@@ -99,7 +99,7 @@ static void residuals_of_the_right_model_vanish(void **state) {
     assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
     for (int i = 0; i < d.tests; i++) {
         residual_row row;
-        assert_true(residual_evaluate(&d.test[i], &exact, PART_ALL, ALL_LEGS, row));
+        assert_true(residual_evaluate(&d.test[i], &exact, EQUATIONS_ALL, ALL_LEGS, row));
         for (int k = 0; k < LEGS; k++)
             for (int a = 0; a < RESIDUAL_SIZE; a++) {
                 assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* forces are about 500 N */
@@ -132,8 +132,8 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     assert_int_equal(residual_prepare(&e, &r, CYCLES_ALL, &error), STATUS_OK);
     for (int i = 0; i < d.tests; i++) {
         residual_row row, larger;
-        assert_true(residual_evaluate(&d.test[i], &params, PART_ALL, ALL_LEGS, row) &&
-                    residual_evaluate(&e.test[i], &scaled, PART_ALL, ALL_LEGS, larger));
+        assert_true(residual_evaluate(&d.test[i], &params, EQUATIONS_ALL, ALL_LEGS, row) &&
+                    residual_evaluate(&e.test[i], &scaled, EQUATIONS_ALL, ALL_LEGS, larger));
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++) {
                 /* values are 500 N and 1 MPa */
@@ -152,22 +152,22 @@ static void a_short_wide_line_is_a_dead_volume(void **state) {
     (void)state;
     slow_case();
     static const double length_m = 0.2, bore_m = 0.1, volume_m3 = 1.571e-3;
-    struct params line = params, dead = params;
+    struct params hose = params, dead = params;
     struct recording r;
     struct residual_data d;
     struct error error;
     int effect = effect_find("pipeline_dynamics");
-    line.effects[effect].on = true;
+    hose.effects[effect].on = true;
     for (int k = 0; k < LEGS; k++) {
-        line.effects[effect].value[0][k] = length_m, line.effects[effect].value[1][k] = bore_m;
+        hose.effects[effect].value[0][k] = length_m, hose.effects[effect].value[1][k] = bore_m;
         dead.hydraulics.dead_volume_m3[k] += volume_m3;
     }
     rig(&r, &params, THREE);
     assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
     for (int i = 0; i < d.tests; i++) {
         residual_row row, other;
-        assert_true(residual_evaluate(&d.test[i], &line, PART_ALL, ALL_LEGS, row) &&
-                    residual_evaluate(&d.test[i], &dead, PART_ALL, ALL_LEGS, other));
+        assert_true(residual_evaluate(&d.test[i], &hose, EQUATIONS_ALL, ALL_LEGS, row) &&
+                    residual_evaluate(&d.test[i], &dead, EQUATIONS_ALL, ALL_LEGS, other));
         for (int k = 0; k < LEGS; k++)
             for (int a = 1; a < d.test[i].size; a++) {
                 assert_below(fabs(row[k][RESIDUAL_P1][a] - other[k][RESIDUAL_P1][a]), 5e3);
@@ -197,8 +197,8 @@ static void a_hysteresis_of_no_width_changes_nothing(void **state) {
         if (gap_rig(&slow, &slow, 1, &r, &error)) fail_msg("%s", error.text);
         assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
         assert_true(with.effects[hysteresis].on && d.test[0].dither);
-        assert_true(residual_evaluate(&d.test[0], &slow, PART_ALL, ALL_LEGS, row));
-        assert_true(residual_evaluate(&d.test[0], &with, PART_ALL, ALL_LEGS, other));
+        assert_true(residual_evaluate(&d.test[0], &slow, EQUATIONS_ALL, ALL_LEGS, row));
+        assert_true(residual_evaluate(&d.test[0], &with, EQUATIONS_ALL, ALL_LEGS, other));
         for (int k = 0; k < LEGS; k++)
             for (int a = 0; a < d.test[0].size; a++)
                 for (int i = RESIDUAL_P1; i <= RESIDUAL_P2; i++) assert_below(fabs(row[k][i][a] - other[k][i][a]), 50.0);
@@ -209,7 +209,7 @@ static void a_hysteresis_of_no_width_changes_nothing(void **state) {
 
 /* In a segment of any motion, too, earlier commands determine a rate-limited spool's position.
  * Pressures vary by 1 MPa; a spool that started at its command left 0.49 MPa. */
-static void a_limited_spool_runs_in_before_a_piece(void **state) {
+static void a_limited_spool_runs_in_before_a_segment(void **state) {
     (void)state;
     struct params limited = params;
     struct recording r;
@@ -219,9 +219,9 @@ static void a_limited_spool_runs_in_before_a_piece(void **state) {
     limited.sensors.enabled = false;
     set_effect(&limited, "valve_rate_limit", 0, 0.7);
     if (gap_rig(&limited, &limited, 1, &r, &error)) fail_msg("%s", error.text);
-    r.test[0].piece_s = 0.5, r.test[0].start_s = 3.1;
+    r.test[0].segment_s = 0.5, r.test[0].start_s = 3.1;
     assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
-    assert_true(residual_evaluate(&d.test[0], &limited, PART_PRESSURE, ALL_LEGS, row));
+    assert_true(residual_evaluate(&d.test[0], &limited, EQUATIONS_PRESSURE, ALL_LEGS, row));
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < d.test[0].size; a++)
             for (int i = RESIDUAL_P1; i <= RESIDUAL_P2; i++) assert_below(fabs(row[k][i][a]), 4e3);
@@ -232,7 +232,7 @@ static void a_limited_spool_runs_in_before_a_piece(void **state) {
 static double force_square(const struct residual_test *t, const struct params *model) {
     residual_row row;
     double sum = 0.0;
-    assert_true(residual_evaluate(t, model, PART_FORCE, ALL_LEGS, row));
+    assert_true(residual_evaluate(t, model, EQUATIONS_FORCE, ALL_LEGS, row));
     for (int k = 0; k < LEGS; k++)
         for (int a = 0; a < t->size; a++) sum += row[k][RESIDUAL_FORCE][a] * row[k][RESIDUAL_FORCE][a];
     return sum;
@@ -255,7 +255,7 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
         loose = tight;
         set_effect(&loose, "joint_backlash", 0, 5e-4);
         if (gap_rig(&loose, &loose, 1, &r, &error)) fail_msg("%s", error.text);
-        if (c % 2) r.test[0].piece_s = 0.5, r.test[0].start_s = 3.1;
+        if (c % 2) r.test[0].segment_s = 0.5, r.test[0].start_s = 3.1;
         assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
         double without = force_square(&d.test[0], &tight), with = force_square(&d.test[0], &loose);
         print_message("%.3g N^2, %.3g where the play is known\n", without, with);
@@ -273,38 +273,38 @@ static void noise_of_the_forces_is_no_play(void **state) {
     slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static const double first_m = 2e-6, factor = 1.6;
-    enum { SIZES = 17, PIECES_OF_A_TEST = 8, ONE_LEG = 2, SHAPES = 2 };
-    double square[SHAPES][SIZES] = {{0}};
+    enum { SIZES = 17, SEGMENTS_OF_A_TEST = 8, ONE_LEG = 2, PATTERNS = 2 };
+    double square[PATTERNS][SIZES] = {{0}};
     struct recording r;
     struct error error;
     if (gap_rig(&params, &params, 3, &r, &error)) fail_msg("%s", error.text);
-    for (int piece = 0; piece < PIECES_OF_A_TEST; piece++) {
+    for (int segment = 0; segment < SEGMENTS_OF_A_TEST; segment++) {
         struct residual_data d;
         struct fit_data fit;
-        for (int i = 0; i < r.tests; i++) r.test[i].piece_s = 0.5, r.test[i].start_s = 1.0 + 0.5 * piece;
+        for (int i = 0; i < r.tests; i++) r.test[i].segment_s = 0.5, r.test[i].start_s = 1.0 + 0.5 * segment;
         assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
         fit_data_init(&fit, &d, &params, 1);
         double *white = calloc((size_t)fit.values, sizeof *white);
         assert_non_null(white);
-        for (int shape = 0; shape < SHAPES; shape++)
+        for (int pattern = 0; pattern < PATTERNS; pattern++)
             for (int i = 0; i < SIZES; i++) {
                 struct params loose = params;
                 double clearance_m = i ? first_m * pow(factor, i - 1) : 0.0;
                 set_effect(&loose, "joint_backlash", 0, clearance_m);
                 for (int k = 0; k < LEGS; k++)
-                    if (shape && k != ONE_LEG) loose.effects[effect_find("joint_backlash")].value[0][k] = 0.0;
+                    if (pattern && k != ONE_LEG) loose.effects[effect_find("joint_backlash")].value[0][k] = 0.0;
                 assert_true(fit_residual(&fit, &loose, white));
-                square[shape][i] += fit_square(fit.values, white);
+                square[pattern][i] += fit_square(fit.values, white);
             }
         free(white);
         fit_data_free(&fit);
         residual_free(&d);
     }
     recording_free(&r);
-    for (int shape = 0; shape < SHAPES; shape++)
+    for (int pattern = 0; pattern < PATTERNS; pattern++)
         for (int i = 1; i < SIZES; i++) {
-            double gain = square[shape][0] - square[shape][i];
-            print_message("%s, %.1e m: %.1f white squares gained\n", shape ? "one leg" : "all legs", first_m * pow(factor, i - 1), gain);
+            double gain = square[pattern][0] - square[pattern][i];
+            print_message("%s, %.1e m: %.1f white squares gained\n", pattern ? "one leg" : "all legs", first_m * pow(factor, i - 1), gain);
             assert_below(gain, 9.0);
         }
 }
@@ -325,10 +325,10 @@ static void one_leg_alone_is_as_among_the_others(void **state) {
             int effect = effect_find(effects[i]);
             effect_at(effect_table[effect], 0.0, &with.effects[effect]);
             with.effects[effect].value[0][leg] = effect_table[effect]->keys[0].typical;
-            assert_true(residual_evaluate(&d.test[0], &params, PART_ALL, ALL_LEGS, one));
-            assert_true(residual_evaluate(&d.test[0], &with, PART_ALL, ALL_LEGS, all));
+            assert_true(residual_evaluate(&d.test[0], &params, EQUATIONS_ALL, ALL_LEGS, one));
+            assert_true(residual_evaluate(&d.test[0], &with, EQUATIONS_ALL, ALL_LEGS, all));
             assert_memory_not_equal(one, all, sizeof one);
-            assert_true(residual_evaluate(&d.test[0], &with, PART_ALL, leg, one));
+            assert_true(residual_evaluate(&d.test[0], &with, EQUATIONS_ALL, leg, one));
             assert_memory_equal(one, all, sizeof one);
         }
     residual_free(&d);
@@ -448,7 +448,7 @@ static void friction_and_a_tilt_are_two_effects(void **state) {
     assert_int_equal(result.verdict, GAP_EFFECT_NAMED);
     assert_int_equal(result.effects, 2);
     assert_true(result.effect[0].effect == friction && result.effect[1].effect == tilt);
-    assert_int_equal(result.effect[0].shape, -1);
+    assert_int_equal(result.effect[0].pattern, -1);
     assert_close(result.effect[1].values.value[0][0], -9e-3, 1e-3);
     assert_close(result.effect[1].values.value[1][0], 11e-3, 1e-3);
 }
@@ -474,7 +474,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_sensors_scale_does_not_shrink_the_residuals),
         cmocka_unit_test(a_short_wide_line_is_a_dead_volume),
         cmocka_unit_test(a_hysteresis_of_no_width_changes_nothing),
-        cmocka_unit_test(a_limited_spool_runs_in_before_a_piece),
+        cmocka_unit_test(a_limited_spool_runs_in_before_a_segment),
         cmocka_unit_test(forces_tell_where_the_rods_are_in_their_play),
         cmocka_unit_test(noise_of_the_forces_is_no_play),
         cmocka_unit_test(one_leg_alone_is_as_among_the_others),

@@ -29,9 +29,9 @@ static void size_of(struct gap_size *s, double size) {
     for (int ch = 0; ch < GAP_CHANNELS; ch++) s->channel[ch] = size * (ch + 1), s->normalised[ch] = size / (ch + 1);
 }
 
-static void fill_effect(struct gap_effect *e, const char *name, int shape) {
+static void fill_effect(struct gap_effect *e, const char *name, int pattern) {
     *e = (struct gap_effect){
-        .effect = effect_find(name), .shape = shape, .share_explained = 0.93, .z = 17.0, .evidence = "jump at <reversal>"};
+        .effect = effect_find(name), .pattern = pattern, .share_explained = 0.93, .z = 17.0, .evidence = "jump at <reversal>"};
     assert_true(e->effect >= 0);
     while (e->keys < EFFECT_KEYS && effect_table[e->effect]->keys[e->keys].name) e->keys++;
     for (int key = 0; key < EFFECT_KEYS; key++)
@@ -54,10 +54,10 @@ static void fill_result(struct gap_result *r) {
                              .model = params,
                              .fitted = params};
     fill_effect(&r->effect[0], "cylinder_coulomb_friction", 3);
-    fill_effect(&r->effect[1], "passive_joint_friction", SHAPE_EACH);
+    fill_effect(&r->effect[1], "passive_joint_friction", PATTERN_EACH);
     for (int i = 0; effect_table[i] && i < EFFECTS_MAX; i++)
         r->candidate[r->candidates++] = (struct gap_candidate){
-            .effect = i, .shape = SHAPE_ALL, .gain = 400.0 - 100.0 * i, .share_explained = 1.0 - 0.2 * i};
+            .effect = i, .pattern = PATTERN_ALL, .gain = 400.0 - 100.0 * i, .share_explained = 1.0 - 0.2 * i};
     for (int i = 0; i < r->places; i++)
         r->where[i] = (struct gap_place){
             .test = i, .leg = i, .harmonic = i, .dof = (enum dof)i, .channel = GAP_FORCE, .feature = "static", .share = 0.1};
@@ -117,7 +117,7 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
     struct error error;
     residual_row row;
     assert_int_equal(residual_prepare(&d, &measured, CYCLES_ALL, &error), STATUS_OK);
-    assert_true(residual_evaluate(&d.test[1], &params, PART_ALL, ALL_LEGS, row));
+    assert_true(residual_evaluate(&d.test[1], &params, EQUATIONS_ALL, ALL_LEGS, row));
     for (int leg = 0; leg < LEGS; leg++) {
         const struct wave *w = &motion.test[1].wave[GAP_FORCE][leg];
         for (int i = 0; i < RESIDUAL_SIZE; i++)            /* rounding of about 1000 N */
@@ -289,7 +289,8 @@ static void what_ranks_above_the_named_one_says_why(void **unused) {
     struct gap_result r = named;
     r.effects = 1, r.candidates = 4;
     for (int i = 0; i < r.candidates; i++)
-        r.candidate[i] = (struct gap_candidate){.effect = effect_find(first[i]), .shape = SHAPE_ALL, .gain = 400.0 - i, .unseen = i == 1};
+        r.candidate[i] = (struct gap_candidate){
+            .effect = effect_find(first[i]), .pattern = PATTERN_ALL, .gain = 400.0 - i, .unseen = i == 1};
     assert_true(hypothesis_contains(r.candidate[0].effect, r.effect[0].effect));
     char *page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
     assert_well_formed(page);
@@ -340,7 +341,7 @@ static void without_gnuplot_the_page_is_whole_but_for_pictures(void **unused) {
     free(page);
 }
 
-/* --- pieces */
+/* --- segments */
 
 static void gnuplot_draws_or_says_why_not(void **unused) {
     (void)unused;

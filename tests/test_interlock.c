@@ -362,8 +362,8 @@ static double risen_after_death(bool has_power_unit) {
     struct plant *plant = plant_create(&params, 1, &error);
     assert_non_null(plant);
     if (has_power_unit) plant_add_power_unit(plant, params.device.watchdog_s);
-    for (int n = 0; n < 400; n++) plant_charge_pump(plant, n % 2), plant_step(plant, (const double[LEGS]){0});
-    for (int n = 0; n < 150; n++) plant_charge_pump(plant, n % 2), plant_step(plant, stuck);
+    for (int n = 0; n < 400; n++) plant_life_sign(plant, n % 2), plant_step(plant, (const double[LEGS]){0});
+    for (int n = 0; n < 150; n++) plant_life_sign(plant, n % 2), plant_step(plant, stuck);
     plant_get_truth(plant, &before);
     for (int n = 0; n < 500; n++) plant_step(plant, stuck);
     plant_get_truth(plant, &after);

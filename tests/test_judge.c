@@ -107,14 +107,14 @@ static void a_law_excuses_what_is_left_where_it_acts_and_nowhere_else(void **sta
 
 static void one_axis_gets_experiments_that_it_can_make(void **state) {
     (void)state;
-    struct gap_result r = found("valve_lag"), line = {0}, offset = found("cylinder_coulomb_friction");
-    r.model.mechanism = line.model.mechanism = offset.model.mechanism = MECHANISM_AXIS;
+    struct gap_result r = found("valve_lag"), tone = {0}, offset = found("cylinder_coulomb_friction");
+    r.model.mechanism = tone.model.mechanism = offset.model.mechanism = MECHANISM_AXIS;
     r.ambiguous = 1, r.ambiguous_with[0] = effect_find("command_delay");
     assert_verdict(&r, &noise, GAP_AMBIGUOUS, "cannot tell valve_lag from command_delay");
     assert_null(strstr(r.next_experiment, "--"));
-    line.line = (struct gap_line){.hz = 5.6, .rms = 1.0, .channel = GAP_FORCE};
-    assert_verdict(&line, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
-    assert_null(strstr(line.next_experiment, "platform"));
+    tone.tone = (struct gap_tone){.hz = 5.6, .rms = 1.0, .channel = GAP_FORCE};
+    assert_verdict(&tone, &noise, GAP_UNKNOWN_EFFECT, "a tone at 5.6 Hz");
+    assert_null(strstr(tone.next_experiment, "platform"));
     offset.effect[0].values.value[0][0] = 120.0, offset.effect[0].values.value[1][0] = 40.0;
     assert_verdict(&offset, &noise, GAP_AMBIGUOUS, "a constant force");
     assert_non_null(strstr(offset.next_experiment, "let go of the load"));
@@ -190,19 +190,19 @@ static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) 
     assert_verdict(&one, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
-/* A line is negligible below half of its channel's gap above the noise, sqrt(10^2 - 1^2). */
-static void a_line_refutes_what_is_no_larger_than_it(void **state) {
+/* A tone is negligible below half of its channel's gap above the noise, sqrt(10^2 - 1^2). */
+static void a_tone_refutes_what_is_no_larger_than_it(void **state) {
     (void)state;
     struct gap_result weak = found("load_dependent_friction"), strong = weak, known = weak, alone = weak;
-    weak.line = (struct gap_line){.hz = 5.6, .rms = 4.5, .channel = GAP_LENGTH};
-    assert_verdict(&weak, &noise, GAP_EFFECT_NAMED, "lacks load_dependent_friction; besides, a line at 5.6 Hz");
-    strong.line = (struct gap_line){.hz = 5.6, .rms = 5.5, .channel = GAP_LENGTH};
-    assert_verdict(&strong, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
+    weak.tone = (struct gap_tone){.hz = 5.6, .rms = 4.5, .channel = GAP_LENGTH};
+    assert_verdict(&weak, &noise, GAP_EFFECT_NAMED, "lacks load_dependent_friction; besides, a tone at 5.6 Hz");
+    strong.tone = (struct gap_tone){.hz = 5.6, .rms = 5.5, .channel = GAP_LENGTH};
+    assert_verdict(&strong, &noise, GAP_UNKNOWN_EFFECT, "a tone at 5.6 Hz");
     /* the model with the effect oscillates as well */
-    known.line = strong.line, known.line_simulated = true;
+    known.tone = strong.tone, known.tone_simulated = true;
     assert_verdict(&known, &noise, GAP_EFFECT_NAMED, "load_dependent_friction");
-    alone.line = weak.line, alone.effects = 0;
-    assert_verdict(&alone, &noise, GAP_UNKNOWN_EFFECT, "a line at 5.6 Hz");
+    alone.tone = weak.tone, alone.effects = 0;
+    assert_verdict(&alone, &noise, GAP_UNKNOWN_EFFECT, "a tone at 5.6 Hz");
 }
 
 static void three_that_are_needed_are_none_of_them(void **state) {
@@ -232,7 +232,7 @@ int main(void) {
         cmocka_unit_test(what_is_left_far_above_the_noise_refutes_it_in_motion_too),
         cmocka_unit_test(what_is_given_is_of_another_size),
         cmocka_unit_test(a_trace_beside_one_effect_is_said_and_refutes_nothing),
-        cmocka_unit_test(a_line_refutes_what_is_no_larger_than_it),
+        cmocka_unit_test(a_tone_refutes_what_is_no_larger_than_it),
         cmocka_unit_test(three_that_are_needed_are_none_of_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -67,7 +67,7 @@ static void a_sinusoid_is_told_from_other_motions(void **unused) {
 }
 
 /* Segments follow one another inside the record, none at rest, each with its margins. */
-static void pieces_cover_what_moves(void **unused) {
+static void segments_cover_what_moves(void **unused) {
     (void)unused;
     struct recording r;
     struct error error;
@@ -77,14 +77,14 @@ static void pieces_cover_what_moves(void **unused) {
     double moving_s = 0.0;
     for (int i = 0; i < r.tests; i++) {
         const struct recording_test *t = &r.test[i];
-        double margin_s = residual_margin_s(t->piece_s);
-        assert_true(t->piece_s > 0.0 && t->piece == i && t->borrowed == (i > 0) && t->sample == r.test[0].sample);
+        double margin_s = residual_margin_s(t->segment_s);
+        assert_true(t->segment_s > 0.0 && t->segment == i && t->borrowed == (i > 0) && t->sample == r.test[0].sample);
         assert_true(t->sample[t->first].test_time_s <= t->start_s - margin_s &&
-                    t->start_s + t->piece_s + margin_s <= t->sample[t->end - 1].test_time_s + step_s);
-        if (i) assert_true(t->start_s >= r.test[i - 1].start_s + 0.999 * t->piece_s);
-        bool rest = fmod(t->start_s, 10.0) > 5.0 + margin_s && fmod(t->start_s + t->piece_s, 10.0) > 5.0;
-        assert_false(rest && fmod(t->start_s + t->piece_s + margin_s, 10.0) > 5.0);
-        moving_s += t->piece_s;
+                    t->start_s + t->segment_s + margin_s <= t->sample[t->end - 1].test_time_s + step_s);
+        if (i) assert_true(t->start_s >= r.test[i - 1].start_s + 0.999 * t->segment_s);
+        bool rest = fmod(t->start_s, 10.0) > 5.0 + margin_s && fmod(t->start_s + t->segment_s, 10.0) > 5.0;
+        assert_false(rest && fmod(t->start_s + t->segment_s + margin_s, 10.0) > 5.0);
+        moving_s += t->segment_s;
     }
     assert_true(moving_s > 10.0);
     recording_free(&r);
@@ -108,8 +108,8 @@ static void a_record_in_bursts_is_cut_as_it_moves(void **unused) {
             if (fmod(t->sample[i].test_time_s, every_s[n]) < lasts_s[n]) t->sample[kept++] = t->sample[i];
         t->count = t->end = kept;
         if (motion_cut(&r, 0, &error)) fail_msg("%g s of %g s: %s", lasts_s[n], every_s[n], error.text);
-        if (!n) whole_s = t->piece_s;
-        assert_close(t->piece_s, whole_s, 0.2 * whole_s); /* a bin of the shortest segments */
+        if (!n) whole_s = t->segment_s;
+        assert_close(t->segment_s, whole_s, 0.2 * whole_s); /* a bin of the shortest segments */
         recording_free(&r);
     }
     step_s = 1e-3;
@@ -152,7 +152,7 @@ static void a_slow_rate_limits_the_band(void **unused) {
 
 /* A segment's row reproduces the signal: a known acceleration is recovered from noisy lengths
  * within its stated deviation. */
-static void a_piece_knows_its_acceleration(void **unused) {
+static void a_segment_knows_its_acceleration(void **unused) {
     (void)unused;
     struct recording r;
     struct residual_data d;
@@ -275,11 +275,11 @@ static void a_gap_is_bridged_where_the_motion_goes_on(void **unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_sinusoid_is_told_from_other_motions),
-        cmocka_unit_test(pieces_cover_what_moves),
+        cmocka_unit_test(segments_cover_what_moves),
         cmocka_unit_test(a_record_in_bursts_is_cut_as_it_moves),
         cmocka_unit_test(what_is_too_short_or_still_is_refused),
         cmocka_unit_test(a_slow_rate_limits_the_band),
-        cmocka_unit_test(a_piece_knows_its_acceleration),
+        cmocka_unit_test(a_segment_knows_its_acceleration),
         cmocka_unit_test(what_the_series_lacks_is_in_the_fast_motion),
         cmocka_unit_test(a_gap_is_bridged_where_the_motion_goes_on),
     };

@@ -248,7 +248,7 @@ static void run_trial(struct trial *t, const struct params *params, bool from_ne
         static const double centred[LEGS] = {0};
         plant_measure(rig.plant, &sample);
         platform_step(&rig.platform, &sample, (struct request){0}, &rig.now);
-        plant_charge_pump(rig.plant, rig.now.out.supply);
+        plant_life_sign(rig.plant, rig.now.out.supply);
         plant_step(rig.plant, rig.now.out.enable ? rig.now.out.valve : centred);
         rig.cycles++;
         if (supervisor_drives(rig.now.state)) witness_step(&t->witness, &rig, !drove);

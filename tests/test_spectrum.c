@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "line.h"
+#include "tone.h"
 #include "units.h"
 
 enum { SAMPLES = 2500 };
@@ -154,7 +154,7 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     assert_int_equal(s.cycles, 18);
 }
 
-/* The amplitude settles and rings in the first second, which is no line; a pump tone of a fiftieth
+/* The amplitude settles and rings in the first second, which is no tone; a pump tone of a fiftieth
  * of that is one. */
 static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
     (void)state;
@@ -170,13 +170,13 @@ static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
                                         1e-4 * random_unit(&random) + pump * 2e-4 * sin(2.0 * PI * 83.3 * at_s + k);
         }
         assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
-        struct line line = line_in(&s, &t, CHANNEL_LENGTH);
+        struct tone tone = tone_in(&s, &t, CHANNEL_LENGTH);
         if (pump) {
-            assert_close(line.hz, 83.3, 0.2);
+            assert_close(tone.hz, 83.3, 0.2);
             /* half-way between two bins: 15 % less */
-            assert_close(line.rms, 2e-4 / sqrt(2.0), 0.22e-4);
+            assert_close(tone.rms, 2e-4 / sqrt(2.0), 0.22e-4);
         }
-        assert_true(pump ? line.power > 30.0 : line.power < 6.0);
+        assert_true(pump ? tone.power > 30.0 : tone.power < 6.0);
     }
 }
 

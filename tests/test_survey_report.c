@@ -18,7 +18,7 @@ static char *printed(double damping, double predicted_pct, bool reached) {
     config_default(&r->asked);
     r->wanted_pct = 0.5;
     r->survey.determined = true;
-    r->survey.multisine.lines = 1;
+    r->survey.multisine.tones = 1;
     for (int i = 0; i < DOFS; i++)
         r->survey.mode[i].dof = (enum dof)i, r->survey.loop[i] = (struct loop_mode){.hz = 10.0 + i, .damping = 0.3};
     r->survey.loop[2].damping = damping;

@@ -28,7 +28,8 @@ static bool in_table(const struct effect *effect) {
 static bool in_base(const struct params *model, const char *parameter) {
     struct variable v[FIT_VARIABLES];
     bool found = false;
-    for (int i = 0, n = base_variables(model, PART_ALL | PART_FORCE_SENSOR, v); i < n; i++) found = found || !strcmp(v[i].name, parameter);
+    for (int i = 0, n = base_variables(model, EQUATIONS_ALL | EQUATIONS_FORCE_SENSOR, v); i < n; i++)
+        found = found || !strcmp(v[i].name, parameter);
     return found;
 }
 
@@ -47,11 +48,11 @@ static void springs_of_the_tolerance_are_in_the_base(void **state) {
     (void)state;
     struct params model = platform;
     struct variable v[FIT_VARIABLES];
-    int without = base_variables(&model, PART_ALL, v), effect = effect_find("external_stiffness"), springs = 0;
+    int without = base_variables(&model, EQUATIONS_ALL, v), effect = effect_find("external_stiffness"), springs = 0;
     for (int i = 0; i < without; i++) assert_int_not_equal(v[i].effect, effect);
     model.model.tolerance.springs_n_per_m = 2e4, model.model.tolerance.springs_nm_per_rad = 4e3;
     model.effects[effect] = (struct effect_values){.on = true, .value = {{5e3, 5e3, 5e3, 5e3, 5e3, 5e3}}};
-    for (int i = 0, n = base_variables(&model, PART_ALL, v); i < n; i++) {
+    for (int i = 0, n = base_variables(&model, EQUATIONS_ALL, v); i < n; i++) {
         if (v[i].effect != effect) continue;
         assert_true(v[i].min == 0.0 && v[i].leg < 0 && v[i].max == (v[i].key ? v[i].key < 3 ? 2e4 : 4e3 : 2.5e4));
         springs++;
@@ -144,7 +145,7 @@ static void an_experiment_with_one_axis_is_one_that_it_can_make(void **state) {
     static struct hypothesis h[HYPOTHESES_MAX];
     static const bool none[EFFECTS_MAX];
     char text[GAP_TEXT];
-    int count = hypotheses_list(&axis, &axis, none, PART_ALL, h);
+    int count = hypotheses_list(&axis, &axis, none, EQUATIONS_ALL, h);
     assert_true(count > 10);
     for (int i = 0; i < count; i++)
         for (int j = 0; j < i; j++) assert_of_one_axis(between(&mechanism_axis, h[i].effect, h[j].effect));
@@ -185,7 +186,8 @@ static void what_an_effect_may_be_leaves_a_machine(void **unused) {
     static struct hypothesis h[HYPOTHESES_MAX];
     struct variable base[FIT_VARIABLES];
     struct params lightest = platform;
-    int variables = base_variables(&platform, PART_ALL, base), hypotheses = hypotheses_list(&platform, &platform, found, PART_ALL, h);
+    int variables = base_variables(&platform, EQUATIONS_ALL, base),
+        hypotheses = hypotheses_list(&platform, &platform, found, EQUATIONS_ALL, h);
     for (int i = 0; i < variables; i++)
         if (base[i].effect < 0) variable_set(&base[i], &lightest, base[i].min);
     for (int i = 0; i < hypotheses; i++)

@@ -35,7 +35,7 @@ const struct effect cylinder_dahl_friction = {
                            .neutral = 2e-4,
                            .typical = 2e-4,
                            .per_leg = true,
-                           .shape = true}},
+                           .shapes_law = true}},
     .parallel_to = {"axis.force_offset_n"}, /* similar if friction is stronger in one
                                                       * direction */
     .contains = {&cylinder_coulomb_friction},      /* limit of this effect for a short distance_m */

@@ -26,7 +26,7 @@ const struct effect cylinder_stribeck_friction = {
                            .neutral = 0.02,
                            .typical = 0.02,
                            .per_leg = true,
-                           .shape = true}},
+                           .shapes_law = true}},
     .contains = {&cylinder_coulomb_friction}, /* limit of this effect for a high velocity_mps */
     .leg_friction = leg_friction,
 };

@@ -4,8 +4,8 @@ enum { LENGTH, DIAMETER };
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++) {
-        m->line.length_m[leg] += v->value[LENGTH][leg];
-        m->line.diameter_m[leg] = v->value[DIAMETER][leg];
+        m->hose.length_m[leg] += v->value[LENGTH][leg];
+        m->hose.diameter_m[leg] = v->value[DIAMETER][leg];
     }
 }
 
@@ -26,7 +26,7 @@ const struct effect pipeline_dynamics = {
                            .neutral = 0.02,
                            .typical = 0.02,
                            .per_leg = true,
-                           .shape = true}},
+                           .shapes_law = true}},
     .contains = {&entrained_air}, /* limit of this effect for a short wide hose, which is a volume
                                    * of oil */
     .machine = machine,

@@ -19,7 +19,7 @@ const struct effect position_sensor_scale = {
     .signature = "leg length: static and moving alike; forces as of another motion",
     .law_error = 1e-3,
     .keys = {[SCALE] = {.name = "scale", .unit = "-", .min = 0.8, .max = 1.2, .neutral = 1.0, .typical = 1.03, .per_leg = true},
-             [ZERO] = {.name = "zero_m", .unit = "m", .min = -5.0, .max = 5.0, .typical = -0.2, .per_leg = true, .shape = true}},
+             [ZERO] = {.name = "zero_m", .unit = "m", .min = -5.0, .max = 5.0, .typical = -0.2, .per_leg = true, .shapes_law = true}},
     .contains = {&position_sensor_offset}, /* limit of this effect for a distant zero_m */
     .machine = machine,
 };

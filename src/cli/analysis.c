@@ -144,7 +144,7 @@ void analysis_identify(struct analysis *a) {
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
-    /* the last piece of a long motion may be too short for equations; it is not evaluated as a
+    /* the last segment of a long motion may be too short for equations; it is not evaluated as a
      * test */
     if (rest.status && a->parts.all) recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);

@@ -12,7 +12,7 @@ static void print_effect(const struct effect *e) {
     for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++) {
         const struct effect_key *key = &e->keys[k];
         printf("    %-10s %s [%s] %g..%g, %s %g%s\n", k ? "" : "keys", key->name, key->unit, key->min, key->max,
-               key->shape ? "usually" : "adds nothing at", key->neutral, key->per_leg ? ", one number or one a leg" : "");
+               key->shapes_law ? "usually" : "adds nothing at", key->neutral, key->per_leg ? ", one number or one a leg" : "");
     }
     printf("    on by      hexid run --fast");
     for (int k = 0; k < EFFECT_KEYS && e->keys[k].name; k++)

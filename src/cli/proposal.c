@@ -251,7 +251,7 @@ static int begin(struct design *d, enum proposal_kind kind, const struct loop_su
     d->exact.model.tolerance.joints_m = 0.0;
     if (!survey->determined) return error_set(error, STATUS_USAGE, "the lowest eigenfrequency is not determined");
     if (!(highest > LOWEST_HZ))
-        return error_set(error, STATUS_USAGE, "eigenfrequencies so low leave no test above the survey's lowest line, %g Hz", LOWEST_HZ);
+        return error_set(error, STATUS_USAGE, "eigenfrequencies so low leave no test above the survey's lowest tone, %g Hz", LOWEST_HZ);
     int status = kinematics_init(&k, params, error);
     ik_jacobian(&k, neutral, d->jacobian);
     d->trial.tests.count = DOFS;

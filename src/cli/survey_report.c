@@ -176,7 +176,7 @@ static void print_proposal(const struct proposal *p, const char *name, double wa
 
 void survey_report_print(const struct survey_report *r, FILE *out) {
     const struct multisine *m = &r->survey.multisine;
-    fprintf(out, "survey    %d lines from %g to %g Hz, legs at most %.3f m/s\n", m->lines, m->line[0].hz, m->line[m->lines - 1].hz,
+    fprintf(out, "survey    %d tones from %g to %g Hz, legs at most %.3f m/s\n", m->tones, m->tone[0].hz, m->tone[m->tones - 1].hz,
             m->peak_mps);
     fprintf(out, "          std: one standard deviation; a 95 %% interval is 1.96 of them to either side\n");
     print_modes(&r->survey, out);

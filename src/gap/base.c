@@ -19,7 +19,7 @@ struct base_entry {
     double tolerance; /* relative tolerance of a parameter without a stated one */
     size_t to;      /* offset of the value to which the tolerance relates; 0: the parameter
                      * itself */
-    enum residual_part parts;
+    enum residual_equations equations;
 };
 
 #define PLACE(member) #member, offsetof(struct params, member), MACHINE
@@ -30,14 +30,14 @@ struct base_entry {
 
 /* Entries of every mechanism; its masses come before them. */
 static const struct base_entry entries[] = {
-    {EACH(hydraulics.viscous_n_s_per_m), STATED(viscous), PART_FORCE},
-    {EACH(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), PART_PRESSURE},
-    {EACH(hydraulics.leakage_m3_per_s_pa), STATED(leakage), PART_PRESSURE},
-    {EACH(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), PART_PRESSURE},
-    {PLACE(hydraulics.supply_pa), UNSTATED(0.02), PART_PRESSURE},
-    {EACH(hydraulics.valve_damping), UNSTATED(0.20), PART_PRESSURE},
-    {EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), PART_PRESSURE},
-    {EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), PART_PRESSURE},
+    {EACH(hydraulics.viscous_n_s_per_m), STATED(viscous), EQUATIONS_FORCE},
+    {EACH(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), EQUATIONS_PRESSURE},
+    {EACH(hydraulics.leakage_m3_per_s_pa), STATED(leakage), EQUATIONS_PRESSURE},
+    {EACH(hydraulics.valve_flow_m3_per_s), STATED(valve_gain), EQUATIONS_PRESSURE},
+    {PLACE(hydraulics.supply_pa), UNSTATED(0.02), EQUATIONS_PRESSURE},
+    {EACH(hydraulics.valve_damping), UNSTATED(0.20), EQUATIONS_PRESSURE},
+    {EACH(hydraulics.dead_volume_m3), UNSTATED(0.30), EQUATIONS_PRESSURE},
+    {EACH(hydraulics.dead_volume_difference_m3), DIFFERENCE(0.60, hydraulics.dead_volume_m3), EQUATIONS_PRESSURE},
 };
 
 static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a valve's null, as a
@@ -64,13 +64,13 @@ static struct variable effect_variable(const struct params *model, const struct 
                              .min = place[leg < 0 ? 0 : leg] - tolerance,
                              .max = place[leg < 0 ? 0 : leg] + tolerance,
                              .step = 0.1 * tolerance,
-                             .parts = PART_FORCE};
+                             .equations = EQUATIONS_FORCE};
 }
 
 static int null_variables(const struct params *model, struct variable *v) {
     for (int leg = 0; leg < params_legs(model); leg++) {
         v[leg] = effect_variable(model, &valve_null_bias, 0, leg, NULL_TOLERANCE);
-        v[leg].own = true, v[leg].parts = PART_PRESSURE;
+        v[leg].own = true, v[leg].equations = EQUATIONS_PRESSURE;
     }
     return params_legs(model);
 }
@@ -124,7 +124,7 @@ static int entry_variables(const struct params *model, const struct base_entry *
                                    .min = value - width,
                                    .max = value + width,
                                    .step = 0.1 * width,
-                                   .parts = e->parts};
+                                   .equations = e->equations};
     }
     return n;
 }
@@ -141,7 +141,7 @@ static struct variable offset_variable(void) {
                              .min = -OFFSET_MOST_N,
                              .max = OFFSET_MOST_N,
                              .step = 1.0,
-                             .parts = PART_FORCE};
+                             .equations = EQUATIONS_FORCE};
 }
 
 /* Lag of the force sensor behind the position sensor. */
@@ -155,20 +155,20 @@ static struct variable lag_variable(const struct params *model) {
                              .min = model->axis.force_lag_s - FORCE_LAG_S,
                              .max = model->axis.force_lag_s + FORCE_LAG_S,
                              .step = 0.1 * FORCE_LAG_S,
-                             .parts = PART_FORCE};
+                             .equations = EQUATIONS_FORCE};
 }
 
-int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]) {
+int base_variables(const struct params *model, enum residual_equations evaluated, struct variable v[FIT_VARIABLES]) {
     int n = 0;
     const struct mechanism *mechanism = params_mechanism(model);
-    for (const struct mechanism_mass *m = mechanism->masses; m->offset && evaluated & PART_FORCE; m++)
-        n += entry_variables(model, &(struct base_entry){m->name, m->offset, m->per_leg ? LEGS_ALIKE : MACHINE, STATED(mass), PART_FORCE},
-                             v + n);
+    for (const struct mechanism_mass *m = mechanism->masses; m->offset && evaluated & EQUATIONS_FORCE; m++)
+        n += entry_variables(
+            model, &(struct base_entry){m->name, m->offset, m->per_leg ? LEGS_ALIKE : MACHINE, STATED(mass), EQUATIONS_FORCE}, v + n);
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++)
-        if (entries[i].parts & evaluated) n += entry_variables(model, &entries[i], v + n);
-    if (evaluated & PART_PRESSURE) n += null_variables(model, v + n);
+        if (entries[i].equations & evaluated) n += entry_variables(model, &entries[i], v + n);
+    if (evaluated & EQUATIONS_PRESSURE) n += null_variables(model, v + n);
     n += spring_variables(model, v + n);
-    if (mechanism->force_sensor && evaluated & PART_FORCE_SENSOR) v[n++] = lag_variable(model);
+    if (mechanism->force_sensor && evaluated & EQUATIONS_FORCE_SENSOR) v[n++] = lag_variable(model);
     if (mechanism->force_sensor) v[n++] = offset_variable();
     if (mechanism->pose) n += joint_variables(model, v + n);
     return n;

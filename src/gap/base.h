@@ -8,6 +8,6 @@
 
 /* Lists the base variables on which the evaluated residuals depend; the oil's are left out if the
  * chambers are not evaluated. Returns their number. */
-int base_variables(const struct params *model, enum residual_part evaluated, struct variable v[FIT_VARIABLES]);
+int base_variables(const struct params *model, enum residual_equations evaluated, struct variable v[FIT_VARIABLES]);
 
 #endif

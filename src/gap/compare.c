@@ -4,16 +4,16 @@
 #include <stdio.h>
 
 #include "gap.h"
-#include "line.h"
 #include "memory.h"
 #include "parallel.h"
 #include "replay.h"
+#include "tone.h"
 
-static const double LINE_TOLERANCE = 0.1;   /* a tone in the model is the measured one if their
+static const double TONE_TOLERANCE = 0.1;   /* a tone in the model is the measured one if their
                                              * frequencies differ by less than this share: a loop
                                              * that oscillates in both does so at nearly the same
                                              * frequency */
-static const double LINE_EXCITED = 0.5;     /* a simulated tone needs this share of the power that a
+static const double TONE_EXCITED = 0.5;     /* a simulated tone needs this share of the power that a
                                              * measured one needs: another run may excite the same
                                              * resonance less */
 
@@ -22,7 +22,7 @@ int compare_check(const struct params *params, const struct recording *measured,
     const char *refusal = params_mechanism(params)->refuses.replay;
     if (refusal) return error_set(error, STATUS_USAGE, "%s", refusal);
     for (int i = 0; i < measured->tests; i++)
-        if (measured->test[i].piece_s > 0.0)
+        if (measured->test[i].segment_s > 0.0)
             return error_set(error, STATUS_USAGE,
                              "a test of it is no steady sinusoid, so it cannot be run again in closed loop; use "
                              "--replay motion");
@@ -93,7 +93,7 @@ static void read_runs(const struct params *params, const struct recording *measu
                       const struct gap_options *o, struct gap_result *r) {
     const struct recording *before = &both[0].run, *after = replay_after(both);
     r->simulated = true;
-    r->line_simulated = r->line.hz > 0.0 && fabs(line_find(after, o->threads, LINE_EXCITED).hz / r->line.hz - 1.0) < LINE_TOLERANCE;
+    r->tone_simulated = r->tone.hz > 0.0 && fabs(tone_find(after, o->threads, TONE_EXCITED).hz / r->tone.hz - 1.0) < TONE_TOLERANCE;
     r->matrices = replay_identify(params, measured, r->measured_mt) && replay_identify(params, before, r->before_mt) &&
                   replay_identify(params, after, r->after_mt);
 }

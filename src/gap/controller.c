@@ -97,6 +97,6 @@ double controller_difference(const struct params *params, const struct recording
                  recording->measured.reference && controller_other_rate(params, recording) == 0.0;
     if (!known || kinematics_init(&k, params, &error)) return NAN;
     for (int i = 0; i < recording->tests; i++)
-        if (!(recording->test[i].piece_s > 0.0)) compare(params, &k, &recording->test[i], &difference, &whole);
+        if (!(recording->test[i].segment_s > 0.0)) compare(params, &k, &recording->test[i], &difference, &whole);
     return sqrt(difference / whole);
 }

@@ -7,9 +7,9 @@
 #include "base.h"
 #include "memory.h"
 
-static const double RIDGE = 1e-4; /* ridge, as a share of each diagonal element of the Gram matrix
-                                   * (Levenberg 1944): noise moves the linearised base by at most 50
-                                   * standard deviations of a column */
+static const double RIDGE_SHARE = 1e-4; /* ridge, as a share of each diagonal element of the Gram
+                                         * matrix (Levenberg 1944): noise moves the linearised
+                                         * base by at most 50 standard deviations of a column */
 enum { BASE_ITERATIONS = 6 };
 
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {
@@ -28,7 +28,7 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     if (status) return status;
     fit_data_init(&d->fit, &d->even, given, threads);
     fit_data_init(&d->held_out, &d->odd, given, threads);
-    d->variables = base_variables(given, d->even.parts, d->variable);
+    d->variables = base_variables(given, d->even.equations, d->variable);
     d->column = memory_get((size_t)FIT_VARIABLES * (size_t)d->fit.values, sizeof *d->column);
     d->gram = memory_get((size_t)FIT_VARIABLES * FIT_VARIABLES, sizeof *d->gram);
     d->raw = memory_get((size_t)d->fit.values, sizeof *d->raw);
@@ -55,11 +55,11 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
                   fit_columns(&d->fit, &d->model, d->raw, d->variables, d->variable, NULL, d->column);
     if (!fitted) return false;
     fit_gram(d->variables, d->fit.values, d->column, d->gram);
-    for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE;
+    for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE_SHARE;
     memcpy(d->std, r.std, sizeof d->std);
     d->square = r.square;
     d->held_square = diagnosis_held_square(d, &d->model);
-    d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.parts, d->hypothesis);
+    d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.equations, d->hypothesis);
     return true;
 }
 
@@ -67,7 +67,7 @@ bool diagnosis_refit(struct diagnosis *d, int iterations) {
  * added effects. Returns false if they are too many. */
 static bool list_variables(struct diagnosis *d) {
     struct variable base[FIT_VARIABLES];
-    int count = base_variables(d->given, d->even.parts, base);
+    int count = base_variables(d->given, d->even.equations, base);
     d->variables = 0;
     for (int i = 0; i < count; i++) {
         enum parallel how = PARALLEL_NOT;
@@ -75,7 +75,7 @@ static bool list_variables(struct diagnosis *d) {
             enum parallel one = hypothesis_parallel(&d->addition[j], &base[i]);
             how = one > how ? one : how;
         }
-        if (how == PARALLEL_DRAWN) variable_draw(&base[i]);
+        if (how == PARALLEL_DRAWN) variable_add_prior(&base[i]);
         if (how != PARALLEL_SAME) d->variable[d->variables++] = base[i];
     }
     for (int j = 0; j < d->added; j++) {
@@ -93,7 +93,7 @@ void diagnosis_estimate(struct diagnosis *d) {
     for (int i = 0; i < d->variables; i++) {
         struct variable *v = &d->variable[i];
         if (!v->base) continue;
-        variable_draw(v);
+        variable_add_prior(v);
         v->prior_inverse_std *= noise;
     }
     diagnosis_refit(d, BASE_ITERATIONS);

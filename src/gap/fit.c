@@ -46,7 +46,7 @@ void fit_data_free(struct fit_data *d) { free(d->whitener); }
 struct evaluation {
     const struct residual_data *residual;
     const struct params *model;
-    enum residual_part parts;
+    enum residual_equations equations;
     int leg;
     residual_row *row;
     atomic_bool impossible;
@@ -55,11 +55,11 @@ struct evaluation {
 static void evaluate(void *context, int test) {
     struct evaluation *e = context;
     if (e->impossible) return;
-    if (!residual_evaluate(&e->residual->test[test], e->model, e->parts, e->leg, e->row[test])) e->impossible = true;
+    if (!residual_evaluate(&e->residual->test[test], e->model, e->equations, e->leg, e->row[test])) e->impossible = true;
 }
 
-static bool raw_residual(const struct fit_data *d, const struct params *model, enum residual_part parts, int leg, double *raw) {
-    struct evaluation e = {.residual = d->residual, .model = model, .parts = parts, .leg = leg, .row = (residual_row *)raw};
+static bool raw_residual(const struct fit_data *d, const struct params *model, enum residual_equations equations, int leg, double *raw) {
+    struct evaluation e = {.residual = d->residual, .model = model, .equations = equations, .leg = leg, .row = (residual_row *)raw};
     parallel_run(d->threads, d->residual->tests, evaluate, &e);
     return !e.impossible;
 }
@@ -70,7 +70,7 @@ static void whiten_all(const struct fit_data *d, double *raw) {
 }
 
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white) {
-    if (!raw_residual(d, model, PART_ALL, ALL_LEGS, white)) return false;
+    if (!raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, white)) return false;
     whiten_all(d, white);
     return true;
 }
@@ -98,13 +98,13 @@ static void whiten_copy(const struct fit_data *d, const double *raw, double *whi
 
 static double step_of(const struct variable *v, double value) { return value + v->step > v->max ? -v->step : v->step; }
 
-/* True if a variable affects its own leg's residuals alone. apart: parts in which the legs are
+/* True if a variable affects its own leg's residuals alone. apart: equations in which the legs are
  * independent. */
-static bool is_own(enum residual_part apart, const struct variable *v) { return v->own && !(v->parts & ~apart); }
+static bool is_own(enum residual_equations apart, const struct variable *v) { return v->own && !(v->equations & ~apart); }
 
 /* Number of variables from v on that are the same quantity of different, independent legs, so that
  * one evaluation serves for all. */
-static int of_own_legs(enum residual_part apart, int variables, const struct variable *v, const double *const *known) {
+static int of_own_legs(enum residual_equations apart, int variables, const struct variable *v, const double *const *known) {
     int n = 1;
     while (n < variables && is_own(apart, v) && is_own(apart, &v[n]) && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
            !(known && known[n]))
@@ -121,7 +121,7 @@ static void clear_other_legs(const struct fit_data *d, int leg, double *column) 
 }
 
 /* The only leg whose residuals these variables move, or ALL_LEGS. */
-static int only_leg(enum residual_part apart, int variables, const struct variable *v) {
+static int only_leg(enum residual_equations apart, int variables, const struct variable *v) {
     bool one = variables > 0;
     for (int i = 0; i < variables; i++) one = one && is_own(apart, &v[i]) && v[i].leg == v[0].leg;
     return one ? v[0].leg : ALL_LEGS;
@@ -135,7 +135,7 @@ struct columns {
     const double *raw;
     const struct variable *v;
     double *column;
-    enum residual_part apart;
+    enum residual_equations apart;
     int groups, first[FIT_VARIABLES], many[FIT_VARIABLES];
     atomic_bool impossible;
 };
@@ -154,7 +154,7 @@ static void move_group(void *context, int group) {
         variable_set(&v[j], &moved, value + step_of(&v[j], value));
     }
     memcpy(c, s->raw, values * sizeof *c);
-    if (!raw_residual(d, &moved, v->parts, many > 1 ? ALL_LEGS : only_leg(s->apart, 1, v), c)) {
+    if (!raw_residual(d, &moved, v->equations, many > 1 ? ALL_LEGS : only_leg(s->apart, 1, v), c)) {
         s->impossible = true;
         return;
     }
@@ -325,17 +325,17 @@ static double linear_square(int values, const double *white, const struct linear
     return sum;
 }
 
-static enum residual_part parts_of(int variables, const struct variable *v) {
-    enum residual_part parts = 0;
-    for (int i = 0; i < variables; i++) parts |= v[i].parts;
-    return parts;
+static enum residual_equations equations_of(int variables, const struct variable *v) {
+    enum residual_equations equations = 0;
+    for (int i = 0; i < variables; i++) equations |= v[i].equations;
+    return equations;
 }
 
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *raw, double *white) {
     int leg = only_leg(residual_legs_apart(model), variables, v);
     memcpy(raw, linear->raw, (size_t)d->values * sizeof *raw);
-    if (variables && !raw_residual(d, model, parts_of(variables, v), leg, raw)) return INFINITY;
+    if (variables && !raw_residual(d, model, equations_of(variables, v), leg, raw)) return INFINITY;
     whiten_copy(d, raw, white);
     return linear_square(d->values, white, linear);
 }
@@ -354,7 +354,9 @@ double fit_share(const struct fit_data *d, const double *white, const double *ch
     return solve_box(n, h, g, prior, min, max, x, NULL) ? x[0] : 0.0;
 }
 
-bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) { return raw_residual(d, model, PART_ALL, ALL_LEGS, raw); }
+bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) {
+    return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
+}
 
 /* Penalty, in white squares, of the priors of the effects' values, or of the base's. */
 static double prior_cost(const struct params *model, int variables, const struct variable *v, bool base) {
@@ -372,7 +374,7 @@ struct descent {
     int variables;
     const struct variable *v;
     const struct linear_part *linear;
-    enum residual_part parts;           /* parts of the residuals that the variables move */
+    enum residual_equations equations;  /* equations of the residuals that the variables move */
     int leg;                            /* the only leg whose residuals the variables move, or
                                          * ALL_LEGS */
     /* residuals at the model; square: their sum of white squares, with the penalty of the priors */
@@ -401,7 +403,7 @@ static bool descend(struct descent *s, const double *x) {
     for (int attempt = 0; attempt < 5; attempt++, scale *= 0.35) {
         struct params moved = *s->model;
         for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + scale * x[i]);
-        if (!raw_residual(s->d, &moved, s->parts, s->leg, s->raw)) continue;
+        if (!raw_residual(s->d, &moved, s->equations, s->leg, s->raw)) continue;
         whiten_copy(s->d, s->raw, s->white);
         double square = objective(s, &moved);
         if (!(square < s->square)) continue;
@@ -423,10 +425,10 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
     struct fit_prior prior[COLUMNS_MAX];
 
-    s.parts = parts_of(variables, v);
+    s.equations = equations_of(variables, v);
     s.leg = only_leg(residual_legs_apart(model), variables, v);
     if (raw || linear) memcpy(s.raw, raw ? raw : linear->raw, (size_t)values * sizeof *room);
-    result.ok = raw || raw_residual(d, model, linear ? s.parts : PART_ALL, linear ? s.leg : ALL_LEGS, s.raw);
+    result.ok = raw || raw_residual(d, model, linear ? s.equations : EQUATIONS_ALL, linear ? s.leg : ALL_LEGS, s.raw);
     if (result.ok) whiten_copy(d, s.raw, s.white);
     if (result.ok) s.square = objective(&s, model);
 

@@ -16,7 +16,7 @@ struct variable {
     /* leg: the only leg, or -1 for all legs alike. legs: numbers in the list; 1: a single
      * number. */
     int leg, legs;
-    bool own;                /* affects only its own leg's residuals, in parts whose legs are
+    bool own;                /* affects only its own leg's residuals, in equations whose legs are
                               * independent (residual_legs_apart) */
     /* effect: effect to which the variable belongs, and which it switches on; -1: none. key: number
      * of its key in the effect. */
@@ -28,7 +28,7 @@ struct variable {
     double prior_inverse_std; /* 1 / standard deviation of the prior, which decides what the data do
                                * not; 0: no prior */
     double step;             /* change of the value in difference quotients */
-    enum residual_part parts;/* parts of the residuals that depend on the variable */
+    enum residual_equations equations;/* equations of the residuals that depend on the variable */
 };
 
 void variable_set(const struct variable *v, struct params *params, double value);

@@ -8,12 +8,12 @@
 #include "controller.h"
 #include "goodness.h"
 #include "judge.h"
-#include "line.h"
 #include "memory.h"
 #include "monotonic.h"
 #include "places.h"
 #include "replay.h"
 #include "search.h"
+#include "tone.h"
 #include "waves.h"
 
 static const double CONTROLLER_DIFFERS = 0.02;
@@ -63,7 +63,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     r->controller_difference = controller_difference(params, measured);
     r->sampled_s = controller_other_rate(params, measured);
     for (int i = measured->tests - 1; i >= 0; i--)
-        if (!(measured->test[i].piece_s > 0.0) && measured->test[i].frequency_hz != measured->test[i].stated_hz)
+        if (!(measured->test[i].segment_s > 0.0) && measured->test[i].frequency_hz != measured->test[i].stated_hz)
             r->stated_hz = measured->test[i].stated_hz, r->moved_hz = measured->test[i].frequency_hz;
     r->controller_known = isfinite(r->controller_difference);
     r->controller_differs = r->controller_difference > CONTROLLER_DIFFERS;
@@ -75,7 +75,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
-        r->line = line_find(measured, options->threads, 1.0);
+        r->tone = tone_find(measured, options->threads, 1.0);
         search_effects(d, measured, options, r);
         r->white_after = d->held_square / d->held_out.evaluated;
         extend(params, d, r);

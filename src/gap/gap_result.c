@@ -16,7 +16,7 @@ bool gap_given_alike(const struct gap_effect *effect, int key) {
 double gap_deviation(const struct gap_effect *e, int key, int leg) {
     const struct effect_key *k = &effect_table[e->effect]->keys[key];
     /* parameters of a law's form and reciprocals are not proportional to the effect's strength */
-    bool shapes = k->reciprocal || k->shape;
+    bool shapes = k->reciprocal || k->shapes_law;
     double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
     return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;
 }
@@ -31,7 +31,7 @@ double gap_short(const struct gap_result *r, const struct gap_candidate *candida
 const char *gap_place_words(const struct gap_place *p, int legs, char words[GAP_WORDS]) {
     char of_leg[32] = "";
     if (legs > 1) snprintf(of_leg, sizeof of_leg, " of leg %d", p->leg + 1);
-    if (!(p->piece_s > 0.0))
+    if (!(p->segment_s > 0.0))
         snprintf(words, GAP_WORDS, "test %s at %.3g Hz, %s%s, harmonic %d", dof_names[p->dof], p->frequency_hz,
                  gap_channel_names[p->channel], of_leg, p->harmonic);
     else snprintf(words, GAP_WORDS, "at %.4g s near %.2g Hz, %s%s", p->at_s, p->frequency_hz, gap_channel_names[p->channel], of_leg);

@@ -24,7 +24,7 @@ enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
     int effect;                           /* index in effect_table */
-    int shape;                /* which legs: -1 all with one value, -2 each with its own, 0..5 that
+    int pattern;              /* which legs: -1 all with one value, -2 each with its own, 0..5 that
                                * leg alone */
     int keys;                             /* number of keys in use; on a single axis an effect that
                                            * acts on the pose has x alone */
@@ -46,7 +46,7 @@ struct gap_effect {
 
 /* An effect that was tried in the first round, with the best choice of legs. */
 struct gap_candidate {
-    int effect, shape;
+    int effect, pattern;
     double gain;     /* gain in white squares on the fitted cycles, less the penalty for its
                       * parameters */
     double z;        /* z as in gap_effect; a trial that gained little in its first steps was not
@@ -61,8 +61,8 @@ struct gap_place {
     enum dof dof;
     double frequency_hz;             /* frequency of the motion, of which the harmonic is a
                                       * multiple */
-    double at_s, piece_s;                 /* start and length of a segment of any motion; piece_s 0:
-                                           * a steady sinusoid */
+    double at_s, segment_s;               /* start and length of a segment of any motion;
+                                           * segment_s 0: a steady sinusoid */
     enum gap_channel channel;
     const char *feature; /* motion feature that the gap follows most: static, velocity_reversal,
                           * spool_reversal, one_direction, peak_speed, peak_acceleration */
@@ -79,7 +79,7 @@ struct gap_size {
 
 /* A tone off the harmonics of the motion, as from a pump, a neighbouring machine or a loop that
  * oscillates. No effect of the catalogue explains one. */
-struct gap_line {
+struct gap_tone {
     /* hz 0: there is no tone */
     double hz, rms;
     enum gap_channel channel;
@@ -123,8 +123,8 @@ struct gap_result {
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];
-    struct gap_line line;
-    bool line_simulated;                  /* the simulation with the effects shows the tone, too */
+    struct gap_tone tone;
+    bool tone_simulated;                  /* the simulation with the effects shows the tone, too */
     bool controller_known, controller_differs;
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
                                            * which they differ; otherwise 0 */

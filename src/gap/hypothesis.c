@@ -20,13 +20,13 @@ static bool moves_force(const struct params *model, const struct effect *e, cons
 }
 
 static bool moves_pressure(const struct effect *e, const struct machine *a, const struct machine *b) {
-    return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(line) || DIFFER(timing.command_delay_s);
+    return e->opening || e->command || DIFFER(supply) || DIFFER(oil) || DIFFER(valve) || DIFFER(hose) || DIFFER(timing.command_delay_s);
 }
 
 /* Reach of an effect: which residuals it changes, through the constants that it changes and through
  * its laws. */
 struct reach {
-    enum residual_part parts;
+    enum residual_equations equations;
     bool own; /* a leg's value affects only that leg's residuals, because neither bodies nor pose
                * depend on it */
 };
@@ -36,16 +36,16 @@ static struct reach effect_reach(const struct params *model, int effect) {
     struct params with = *model, without = *model;
     struct machine base, machine;
     const struct machine *a = &base, *b = &machine;
-    enum residual_part parts = 0;
+    enum residual_equations equations = 0;
     without.effects[effect].on = false;
     effect_at(e, 1.0, &with.effects[effect]);
     machine_init(&base, &without);
     machine_init(&machine, &with);
-    if (moves_force(model, e, a, b)) parts |= PART_FORCE;
-    if (moves_pressure(e, a, b)) parts |= PART_PRESSURE;
-    if (DIFFER(line) || DIFFER(sensors.length) || DIFFER(sensors.p1) || DIFFER(sensors.p2)) parts |= PART_ALL;
-    if (DIFFER(sensors.force)) parts |= PART_FORCE_SENSOR;
-    return (struct reach){parts, !(e->joint_friction || e->wrench || DIFFER(bodies) || DIFFER(sensors.length))};
+    if (moves_force(model, e, a, b)) equations |= EQUATIONS_FORCE;
+    if (moves_pressure(e, a, b)) equations |= EQUATIONS_PRESSURE;
+    if (DIFFER(hose) || DIFFER(sensors.length) || DIFFER(sensors.p1) || DIFFER(sensors.p2)) equations |= EQUATIONS_ALL;
+    if (DIFFER(sensors.force)) equations |= EQUATIONS_FORCE_SENSOR;
+    return (struct reach){equations, !(e->joint_friction || e->wrench || DIFFER(bodies) || DIFFER(sensors.length))};
 }
 
 /* Step of a difference quotient: well above rounding, well below the curvature of any law. */
@@ -103,7 +103,7 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
         .neutral = k->neutral,
         .prior_inverse_std = prior_inverse_std(k, &given->effects[h->effect], key),
         .step = difference_step(k),
-        .parts = reach.parts,
+        .equations = reach.equations,
     };
     v->min = possible_end(given, v, k->min);
     v->max = possible_end(given, v, k->max);
@@ -111,39 +111,39 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
 
 /* Builds a hypothesis with all its variables. An effect that acts on the pose has a key for each
  * axis. */
-static void build(const struct params *given, struct hypothesis *h, int effect, int shape, struct reach reach) {
-    *h = (struct hypothesis){.effect = effect, .shape = shape};
+static void build(const struct params *given, struct hypothesis *h, int effect, int pattern, struct reach reach) {
+    *h = (struct hypothesis){.effect = effect, .pattern = pattern};
     const struct effect_key *keys = effect_table[effect]->keys;
     int most = effect_table[effect]->wrench ? params_mechanism(given)->axes : EFFECT_KEYS;
     for (int key = 0; key < most && keys[key].name; key++)
-        for (int leg = 0; leg < (shape == SHAPE_EACH ? LEGS : 1); leg++)
-            add_variable(given, h, key, shape == SHAPE_EACH && keys[key].per_leg ? leg : shape == SHAPE_EACH ? -1 : shape, reach);
+        for (int leg = 0; leg < (pattern == PATTERN_EACH ? LEGS : 1); leg++)
+            add_variable(given, h, key, pattern == PATTERN_EACH && keys[key].per_leg ? leg : pattern == PATTERN_EACH ? -1 : pattern, reach);
 }
 
-enum residual_part hypothesis_parts(const struct hypothesis *h) {
-    enum residual_part parts = 0;
-    for (int i = 0; i < h->variables; i++) parts |= h->variable[i].parts;
-    return parts;
+enum residual_equations hypothesis_equations(const struct hypothesis *h) {
+    enum residual_equations equations = 0;
+    for (int i = 0; i < h->variables; i++) equations |= h->variable[i].equations;
+    return equations;
 }
 
-int hypotheses_list(const struct params *given, const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
-                    struct hypothesis h[HYPOTHESES_MAX]) {
+int hypotheses_list(const struct params *given, const struct params *model, const bool found[EFFECTS_MAX],
+                    enum residual_equations evaluated, struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
         if (found[effect]) continue;
         struct reach reach = effect_reach(model, effect);
-        reach.parts &= evaluated;
-        if (reach.parts & PART_FORCE_SENSOR) reach.parts = PART_FORCE;
-        if (!reach.parts)
+        reach.equations &= evaluated;
+        if (reach.equations & EQUATIONS_FORCE_SENSOR) reach.equations = EQUATIONS_FORCE;
+        if (!reach.equations)
             continue; /* a change of timing alone, which recording_clock finds without
                                      * a fit */
-        build(given, &h[n++], effect, SHAPE_ALL, reach);
+        build(given, &h[n++], effect, PATTERN_ALL, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
         const struct effect_key *keys = effect_table[effect]->keys;
         for (int key = 0; key < EFFECT_KEYS && keys[key].name; key++) per_leg = per_leg || keys[key].per_leg;
         for (int leg = 0; leg < LEGS && per_leg; leg++) build(given, &h[n++], effect, leg, reach);
-        if (per_leg) build(given, &h[n++], effect, SHAPE_EACH, reach);
+        if (per_leg) build(given, &h[n++], effect, PATTERN_EACH, reach);
     }
     return n;
 }
@@ -164,7 +164,7 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
     return moved;
 }
 
-void variable_draw(struct variable *base) {
+void variable_add_prior(struct variable *base) {
     base->neutral = 0.5 * (base->min + base->max);
     base->prior_inverse_std = sqrt(12.0) / (base->max - base->min);
 }
@@ -179,10 +179,10 @@ static bool alike(const struct hypothesis *h, const struct variable *base) {
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     if (!alike(h, base)) return PARALLEL_NOT;
     /* a base variable common to all legs can be told from one leg's effect */
-    if (base->leg < 0) return h->shape < 0 ? PARALLEL_SAME : PARALLEL_NOT;
-    if (h->shape >= 0 && h->shape != base->leg) return PARALLEL_NOT;
+    if (base->leg < 0) return h->pattern < 0 ? PARALLEL_SAME : PARALLEL_NOT;
+    if (h->pattern >= 0 && h->pattern != base->leg) return PARALLEL_NOT;
     /* the base variables of the legs may move apart, a value for all legs cannot */
-    bool beside = h->shape == SHAPE_ALL && base->legs > 1 && base->effect != h->effect;
+    bool beside = h->pattern == PATTERN_ALL && base->legs > 1 && base->effect != h->effect;
     return beside ? PARALLEL_DRAWN : PARALLEL_SAME;
 }
 

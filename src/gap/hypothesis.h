@@ -6,11 +6,11 @@
 #include "effect.h"
 #include "fit.h"
 
-enum { SHAPE_ALL = -1, SHAPE_EACH = -2 }; /* a shape of 0..5 is that leg alone */
+enum { PATTERN_ALL = -1, PATTERN_EACH = -2 }; /* a pattern of 0..5 is that leg alone */
 enum { HYPOTHESES_MAX = EFFECTS_MAX * (2 + LEGS), HYPOTHESIS_VARIABLES = EFFECT_KEYS * LEGS };
 
 struct hypothesis {
-    int effect, shape;
+    int effect, pattern;
     int variables;
     struct variable variable[HYPOTHESIS_VARIABLES];
 };
@@ -18,10 +18,10 @@ struct hypothesis {
 /* Lists all hypotheses for this model, except effects found already and effects that the
  * evaluated residuals cannot show. Priors and ranges come from the given configuration. Returns
  * their number. */
-int hypotheses_list(const struct params *given, const struct params *model, const bool found[EFFECTS_MAX], enum residual_part evaluated,
-                    struct hypothesis h[HYPOTHESES_MAX]);
+int hypotheses_list(const struct params *given, const struct params *model, const bool found[EFFECTS_MAX],
+                    enum residual_equations evaluated, struct hypothesis h[HYPOTHESES_MAX]);
 
-enum residual_part hypothesis_parts(const struct hypothesis *h);
+enum residual_equations hypothesis_equations(const struct hypothesis *h);
 
 /* Sets all variables of a hypothesis to this strength of its effect (effect_at), within their
  * bounds. Returns false if that is the model without the effect. */
@@ -36,7 +36,7 @@ enum parallel hypothesis_parallel(const struct hypothesis *h, const struct varia
 
 /* Gives a base variable the prior that it has beside a parallel effect: mean in the middle of the
  * variable's range, standard deviation of a uniform distribution over the range. */
-void variable_draw(struct variable *base);
+void variable_add_prior(struct variable *base);
 
 /* True if the second effect is a special case of the first, and therefore preferred. */
 bool hypothesis_contains(int effect, int other);

@@ -23,7 +23,7 @@ static const double LEFT_SHARE = 0.1;      /* share of the squared gap; less may
 static const double VISIBLE = 0.2;         /* a squared gap is seen if it exceeds the squared noise
                                             * floor by more than this share of it; a simulation with
                                             * another start and other steps leaves 0.06 */
-static const double LINE_SHARE = 0.5;      /* a tone does not matter if its rms is less than this
+static const double TONE_SHARE = 0.5;      /* a tone does not matter if its rms is less than this
                                             * share of the rms gap in its channel: through nonlinear
                                             * laws it changes the harmonics by less than itself */
 static const double TRACE_SHARE = 5e-3;    /* what is left is a trace if it is less than this share
@@ -37,7 +37,7 @@ extern const struct effect clock_skew, cylinder_coulomb_friction;
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
 #define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
 
-static const char line_words[] = "mains, a pump, or a loop that oscillates by itself";
+static const char tone_words[] = "mains, a pump, or a loop that oscillates by itself";
 
 static const char *name_of(int effect) { return effect_table[effect]->name; }
 
@@ -90,9 +90,9 @@ static bool leaves_constants(const struct gap_result *r) {
 /* True if the model with the effects lacks the tone, and the tone is not negligible beside the gap
  * that the effects explain. */
 static bool line_remains(const struct gap_result *r) {
-    double gap = r->held_out_before.channel[r->line.channel], floor = r->noise_floor.channel[r->line.channel];
-    bool negligible = r->effects && r->line.rms < LINE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
-    return r->line.hz > 0.0 && !r->line_simulated && !negligible;
+    double gap = r->held_out_before.channel[r->tone.channel], floor = r->noise_floor.channel[r->tone.channel];
+    bool negligible = r->effects && r->tone.rms < TONE_SHARE * sqrt(fmax(gap * gap - floor * floor, 0.0));
+    return r->tone.hz > 0.0 && !r->tone_simulated && !negligible;
 }
 
 /* True if the effects imitate one that is not in the catalogue. Either they are as many as the
@@ -115,7 +115,7 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     int many;
     ADVISE(r, "%s", experiment_unknown());
     if (line_remains(r)) {
-        SAY(r, "a line at %.4g Hz, no harmonic of the motion: %s", r->line.hz, line_words);
+        SAY(r, "a tone at %.4g Hz, no harmonic of the motion: %s", r->tone.hz, tone_words);
         ADVISE(r, "%s", params_mechanism(&r->model)->words.tone);
     } else if (remains(r, m)) {
         SAY(r, "a deterministic remainder that no effect of the catalogue explains (mean white square %.1f)", m->after / m->values);
@@ -218,7 +218,7 @@ static void name(struct gap_result *r) {
 static void say_constants(struct gap_result *r) {
     struct variable base[FIT_VARIABLES];
     const char *before = "; first check ";
-    int count = base_variables(&r->model, PART_ALL | PART_FORCE_SENSOR, base);
+    int count = base_variables(&r->model, EQUATIONS_ALL | EQUATIONS_FORCE_SENSOR, base);
     for (int i = 0; i < r->effects; i++) {
         const char *const *parallel = effect_table[r->effect[i].effect]->parallel_to;
         for (int k = 0; k < EFFECT_TIES && parallel[k] && !r->effect[i].given.on; k++) {
@@ -273,8 +273,8 @@ void judge(struct gap_result *r, const struct remainder *m) {
                  100.0 * trace(m));
         append(r, text);
     }
-    if (r->verdict != GAP_UNKNOWN_EFFECT && r->line.hz > 0.0 && !r->line_simulated) {
-        snprintf(text, sizeof text, "; besides, a line at %.4g Hz, no harmonic of the motion: %s", r->line.hz, line_words);
+    if (r->verdict != GAP_UNKNOWN_EFFECT && r->tone.hz > 0.0 && !r->tone_simulated) {
+        snprintf(text, sizeof text, "; besides, a tone at %.4g Hz, no harmonic of the motion: %s", r->tone.hz, tone_words);
         append(r, text);
     }
     if (r->effects && r->replay_fault[0]) {

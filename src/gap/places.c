@@ -22,7 +22,7 @@ static const char *feature(const struct residual_test *t, int leg, const double 
     int found = 0;
     for (int i = 0; i < t->phases; i++) {
         value[i] = 0.0;
-        for (int a = 0; a < t->size; a++) value[i] += t->shape[i][a] * residual[a];
+        for (int a = 0; a < t->size; a++) value[i] += t->basis[i][a] * residual[a];
         mean += value[i] / t->phases;
     }
     for (int i = 0; i < t->phases; i++) {
@@ -30,10 +30,10 @@ static const char *feature(const struct residual_test *t, int leg, const double 
         double motion[3], valve[3];
         spectrum_at(s->mean[CHANNEL_LENGTH][leg], t->harmonics, s->omega, basis, motion);
         spectrum_at(s->mean[CHANNEL_VALVE][leg], s->harmonics, s->omega, basis, valve);
-        double shape[FEATURES] = {1.0, motion[1], motion[2], sign(motion[1]), sign(valve[0]), fabs(motion[1])};
+        double regressor[FEATURES] = {1.0, motion[1], motion[2], sign(motion[1]), sign(valve[0]), fabs(motion[1])};
         for (int f = 0; f < FEATURES; f++) {
-            product[f] += shape[f] * (f == 0 ? mean : value[i] - mean);
-            square[f] += shape[f] * shape[f];
+            product[f] += regressor[f] * (f == 0 ? mean : value[i] - mean);
+            square[f] += regressor[f] * regressor[f];
         }
     }
     for (int f = 0; f < FEATURES; f++) {
@@ -60,7 +60,7 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
         const struct residual_test *t = &d->odd.test[i];
         const struct recording_test *of = &recording->test[t->of];
         residual_row raw, white;
-        if (!residual_evaluate(t, model, PART_ALL, ALL_LEGS, raw)) continue;
+        if (!residual_evaluate(t, model, EQUATIONS_ALL, ALL_LEGS, raw)) continue;
         memcpy(white, raw, sizeof white);
         whiten(&d->held_out.whitener[i], white);
 
@@ -74,7 +74,7 @@ int places_find(const struct diagnosis *d, const struct recording *recording, co
                     list[n++] = (struct gap_place){.test = of->test,
                                                    .dof = of->dof,
                                                    .at_s = of->start_s,
-                                                   .piece_s = of->piece_s,
+                                                   .segment_s = of->segment_s,
                                                    .frequency_hz = steady ? of->frequency_hz : t->rate[a] / (2.0 * PI),
                                                    .leg = k,
                                                    .harmonic = steady ? (a + 1) / 2 : 1,

@@ -156,12 +156,12 @@ bool replay_repair(const struct params *params, const struct params *model, cons
 }
 
 /* Sums of mean squares in each channel: of the whole signal, and of its constant. */
-struct part {
+struct squares {
     double whole[GAP_CHANNELS], constant[GAP_CHANNELS];
 };
 
 struct sums {
-    struct part difference, noise;
+    struct squares difference, noise;
     double variation[GAP_CHANNELS];
     int rows[GAP_CHANNELS];
 };
@@ -173,21 +173,21 @@ static double mean_square(int size, const double *row) {
     return sum;
 }
 
-static void add(struct part *part, int channel, double whole, double constant) {
-    part->whole[channel] += whole;
-    part->constant[channel] += constant;
+static void add(struct squares *squares, int channel, double whole, double constant) {
+    squares->whole[channel] += whole;
+    squares->constant[channel] += constant;
 }
 
-static struct gap_size size_of(const struct sums *sums, const struct part *part) {
+static struct gap_size size_of(const struct sums *sums, const struct squares *squares) {
     struct gap_size size = {0};
     int channels = 0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
         size.channel[ch] = size.normalised[ch] = NAN;
         if (!sums->rows[ch]) continue;
-        size.channel[ch] = sqrt(part->whole[ch] / sums->rows[ch]);
-        size.normalised[ch] = sqrt(part->whole[ch] / sums->variation[ch]);
-        size.overall += part->whole[ch] / sums->variation[ch];
-        size.varying += fmax(part->whole[ch] - part->constant[ch], 0.0) / sums->variation[ch];
+        size.channel[ch] = sqrt(squares->whole[ch] / sums->rows[ch]);
+        size.normalised[ch] = sqrt(squares->whole[ch] / sums->variation[ch]);
+        size.overall += squares->whole[ch] / sums->variation[ch];
+        size.varying += fmax(squares->whole[ch] - squares->constant[ch], 0.0) / sums->variation[ch];
         channels++;
     }
     size.overall = sqrt(size.overall / channels);
@@ -276,7 +276,7 @@ static void add_test(struct sums *sums, const struct residual_test *t, const str
     static const int gap_channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
     residual_row row;
     whitener_init(w, t, model, NOISE_ALONE);
-    if (!residual_evaluate(t, model, PART_ALL, ALL_LEGS, row)) return;
+    if (!residual_evaluate(t, model, EQUATIONS_ALL, ALL_LEGS, row)) return;
     for (int k = 0; k < t->legs; k++)
         for (int kind = 0; kind < (t->chambers ? RESIDUALS : 1); kind++)
             add_rows(sums, gap_channel[kind], t, channel[kind], k, kind, row[k][kind], w);

@@ -56,7 +56,7 @@ static double margin(const struct diagnosis *d, const struct trial *best) {
  * counts only if either has a value for each leg: an external stiffness with six parameters, of
  * which one is used, is no worse for the other five. */
 static bool is_rival(const struct diagnosis *d, const struct trial *best, const struct trial *t) {
-    bool each = best->hypothesis->shape == SHAPE_EACH || t->hypothesis->shape == SHAPE_EACH;
+    bool each = best->hypothesis->pattern == PATTERN_EACH || t->hypothesis->pattern == PATTERN_EACH;
     double ahead = each ? best->gain - t->gain : trial_rise(best) - trial_rise(t);
     return t->ok && t->polished && ahead + best->held_gain - t->held_gain <= margin(d, best);
 }
@@ -64,7 +64,7 @@ static bool is_rival(const struct diagnosis *d, const struct trial *best, const 
 /* True if a trial with a value for each leg gains less on held-out cycles than a best trial with
  * fewer values. It is no rival then, because more values always fit a little better. */
 static bool overfits(const struct trial *t, const struct trial *best) {
-    return t->hypothesis->shape == SHAPE_EACH && best->hypothesis->shape != SHAPE_EACH && t->held_gain < best->held_gain;
+    return t->hypothesis->pattern == PATTERN_EACH && best->hypothesis->pattern != PATTERN_EACH && t->held_gain < best->held_gain;
 }
 
 static double dry_friction(const struct params *model, double speed_mps) {
@@ -102,7 +102,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
         if (seen || r->candidates == EFFECTS_MAX) continue;
         double share = gap ? 1.0 - (trial[i].held_square - least) / before : 0.0;
         r->candidate[r->candidates++] = (struct gap_candidate){.effect = trial[i].hypothesis->effect,
-                                                               .shape = trial[i].hypothesis->shape,
+                                                               .pattern = trial[i].hypothesis->pattern,
                                                                .gain = trial[i].gain,
                                                                .z = likelihood(d, &trial[i]),
                                                                .share_explained = share,
@@ -138,7 +138,7 @@ static bool as_good(const struct diagnosis *d, const struct trial *best, const s
     double behind = trial_evidence(best) - trial_evidence(t);
     if (h->effect != than->effect) return hypothesis_contains(than->effect, h->effect) && behind <= margin(d, best);
     double needed = fmax(GAIN_MIN * dispersion(d, best), law_error(best));
-    return h->shape != SHAPE_EACH && than->shape == SHAPE_EACH && behind <= needed;
+    return h->pattern != PATTERN_EACH && than->pattern == PATTERN_EACH && behind <= needed;
 }
 
 /* Moves a special case of the best candidate to the front if it explains as much. */
@@ -168,11 +168,11 @@ static bool worth_adding(const struct diagnosis *d, const struct trial *t, doubl
 }
 
 /* Index of the best trial of the first one's effect that has no value for each leg; 0: none. */
-static int simple_shape(const struct diagnosis *d, const struct trial *trial, int trials) {
+static int simple_pattern(const struct diagnosis *d, const struct trial *trial, int trials) {
     int best = 0;
     for (int i = 1; i < trials; i++) {
         const struct hypothesis *h = trial[i].hypothesis;
-        if (!trial[i].ok || h->effect != trial[0].hypothesis->effect || h->shape == SHAPE_EACH || unseen(d, &trial[i])) continue;
+        if (!trial[i].ok || h->effect != trial[0].hypothesis->effect || h->pattern == PATTERN_EACH || unseen(d, &trial[i])) continue;
         if (!best || trial_evidence(&trial[i]) > trial_evidence(&trial[best])) best = i;
     }
     return best;
@@ -337,7 +337,7 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
     if (!(off > RECORDING_CLOCK_TOLERANCE + 6.0 * std)) return;
     struct gap_effect *e = &r->effect[r->effects++];
     *e = (struct gap_effect){.effect = effect,
-                             .shape = SHAPE_ALL,
+                             .pattern = PATTERN_ALL,
                              .keys = 1,
                              .given = d->given->effects[effect],
                              .share_explained = 1.0,
@@ -407,7 +407,7 @@ static int place_of(const struct diagnosis *d, const struct variable *base) {
 
 static void read_base(const struct diagnosis *d, struct gap_result *r) {
     struct variable base[FIT_VARIABLES];
-    int count = base_variables(d->given, d->even.parts, base);
+    int count = base_variables(d->given, d->even.equations, base);
     for (int i = 0; i < count && r->base_values < GAP_BASE; i++) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
@@ -452,8 +452,8 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
             continue;
         }
 
-        bool room = trial[0].hypothesis->shape == SHAPE_EACH && r->effects + 2 <= GAP_EFFECTS;
-        int simple = room ? simple_shape(d, trial, trials) : 0;
+        bool room = trial[0].hypothesis->pattern == PATTERN_EACH && r->effects + 2 <= GAP_EFFECTS;
+        int simple = room ? simple_pattern(d, trial, trials) : 0;
         if (simple && is_two(d, trial, simple)) {
             put_first(trial, simple);
             rivals = list_rivals(d, trial, trials, rival);
@@ -461,7 +461,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         double before = d->held_square, z = likelihood(d, &trial[0]), paid = penalty(&trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = effect,
-                                 .shape = trial[0].hypothesis->shape,
+                                 .pattern = trial[0].hypothesis->pattern,
                                  .given = d->given->effects[effect],
                                  .keys = keys_of(trial[0].hypothesis)};
         if (!diagnosis_add(d, trial[0].hypothesis, &trial[0].model)) break;

@@ -72,7 +72,7 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
     t->parameters = 0.0;
     memcpy(t->std, std, (size_t)h->variables * sizeof *t->std);
     for (int i = 0; i < h->variables; i++) t->parameters += fmax(1.0 - pow(std[i] * h->variable[i].prior_inverse_std, 2.0), 0.0);
-    t->gain = d->square - square - DIAGNOSIS_PENALTY * t->parameters - (h->shape >= 0 ? 2.0 * log(LEGS) : 0.0);
+    t->gain = d->square - square - DIAGNOSIS_PENALTY * t->parameters - (h->pattern >= 0 ? 2.0 * log(LEGS) : 0.0);
 }
 
 /* Finds the best start of a hypothesis. The effect's configured values, if any, are one of the
@@ -86,7 +86,7 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     double *none = room, *weak = none + values, *white = weak + values;
     bool given = d->given->effects[h->effect].on;
     *s->model = *base;
-    if (h->shape == SHAPE_EACH && from && !given) {
+    if (h->pattern == PATTERN_EACH && from && !given) {
         s->model->effects[h->effect] = from->model.effects[h->effect];
         s->raw = NULL;
         return true;
@@ -122,7 +122,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
         enum parallel how = v->base ? hypothesis_parallel(h, v) : PARALLEL_NOT;
         bool parallel = how == PARALLEL_SAME;
         double value = variable_get(v, parallel && !as_found ? d->given : &d->model);
-        if (how == PARALLEL_DRAWN) variable_draw(v);
+        if (how == PARALLEL_DRAWN) variable_add_prior(v);
         prior[i] = (struct fit_prior){v->prior_inverse_std, value - v->neutral};
         if (parallel) variable_set(v, base, value);
         min[i] = parallel ? 0.0 : v->min - value, max[i] = parallel ? 0.0 : v->max - value;
@@ -232,10 +232,10 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
         const struct variable *b = &d->variable[i];
         enum parallel how = b->base ? hypothesis_parallel(h, b) : PARALLEL_NOT;
         if (how == PARALLEL_SAME) continue;
-        bool apart = near && b->base && !(b->parts & hypothesis_parts(h));
+        bool apart = near && b->base && !(b->equations & hypothesis_equations(h));
         known[n] = apart ? d->column + (size_t)i * (size_t)d->fit.values : NULL;
         v[n] = *b;
-        if (how == PARALLEL_DRAWN) variable_draw(&v[n]);
+        if (how == PARALLEL_DRAWN) variable_add_prior(&v[n]);
         n++;
         base += b->base; /* base variables come first in d->variable */
     }

@@ -9,9 +9,9 @@
 
 static const double WORTH = 0.1; /* a trial is fitted further if its gain after the first steps
                                   * exceeds this share of the best trial's */
-static const double NEAR = 0.9;  /* a trial is polished, too, if its gain exceeds this share of the
-                                  * best one's, with the base moved linearly: polishing may change
-                                  * their order */
+static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain exceeds this share
+                                       * of the best one's, with the base moved linearly:
+                                       * polishing may change their order */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
@@ -27,7 +27,7 @@ struct batch {
 static const struct trial *alike(const struct batch *before, const struct hypothesis *h) {
     for (const struct batch *b = before; b; b = b->before)
         for (int i = 0; i < b->count; i++)
-            if (b->hypothesis[i]->effect == h->effect && b->hypothesis[i]->shape == SHAPE_ALL && b->trial[i].ok) return &b->trial[i];
+            if (b->hypothesis[i]->effect == h->effect && b->hypothesis[i]->pattern == PATTERN_ALL && b->trial[i].ok) return &b->trial[i];
     return NULL;
 }
 
@@ -99,7 +99,7 @@ static int single_out(const struct diagnosis *d, const struct trial *each) {
         const struct variable *v = &h->variable[i];
         double change = fabs(variable_get(v, &each->model) - (given ? variable_get(v, d->given) : v->neutral));
         double z = each->std[i] > 0.0 ? change / each->std[i] : change > 0.0 ? HUGE_VAL : 0.0;
-        if (v->leg >= 0 && !effect_table[v->effect]->keys[v->key].shape && z > surest) surest = z, leg = v->leg;
+        if (v->leg >= 0 && !effect_table[v->effect]->keys[v->key].shapes_law && z > surest) surest = z, leg = v->leg;
     }
     return leg;
 }
@@ -114,11 +114,11 @@ static bool is_in(const struct batch *batch, const struct hypothesis *h) {
 static void list_single(const struct diagnosis *d, const struct batch *before, struct batch *batch) {
     for (int i = 0; i < before->count; i++) {
         const struct trial *each = &before->trial[i];
-        if (!each->ok || each->hypothesis->shape != SHAPE_EACH || !(each->gain > before->worth)) continue;
+        if (!each->ok || each->hypothesis->pattern != PATTERN_EACH || !(each->gain > before->worth)) continue;
         int leg = single_out(d, each);
         for (int j = 0; j < d->hypotheses && leg >= 0; j++) {
             const struct hypothesis *h = &d->hypothesis[j];
-            if (h->effect == each->hypothesis->effect && h->shape == leg && !is_in(before, h)) batch->hypothesis[batch->count++] = h;
+            if (h->effect == each->hypothesis->effect && h->pattern == leg && !is_in(before, h)) batch->hypothesis[batch->count++] = h;
         }
     }
 }
@@ -141,7 +141,7 @@ static int by_evidence(const void *a, const void *b) {
 }
 
 /* First listed trial of an effect, which has its best choice of legs; NULL: none is listed. */
-static const struct trial *best_shape(const struct trial *finalist, int finalists, int effect) {
+static const struct trial *best_pattern(const struct trial *finalist, int finalists, int effect) {
     for (int i = 0; i < finalists; i++)
         if (finalist[i].hypothesis->effect == effect) return &finalist[i];
     return NULL;
@@ -157,13 +157,13 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
     double rise = trial_rise(&trial[0]);
     for (int i = 0; i < count; i++) {
-        const struct trial *best = best_shape(finalist, finalists, trial[i].hypothesis->effect);
-        bool rises = trial[i].hypothesis->shape != SHAPE_EACH && trial_rise(&trial[i]) > NEAR * rise;
+        const struct trial *best = best_pattern(finalist, finalists, trial[i].hypothesis->effect);
+        bool rises = trial[i].hypothesis->pattern != PATTERN_EACH && trial_rise(&trial[i]) > NEAR_SHARE * rise;
         /* all legs alike is a special case of a value for each leg; it may be the whole effect,
          * whatever the first steps showed */
-        bool limit = best && best->hypothesis->shape == SHAPE_EACH && trial[i].hypothesis->shape == SHAPE_ALL;
+        bool limit = best && best->hypothesis->pattern == PATTERN_EACH && trial[i].hypothesis->pattern == PATTERN_ALL;
         bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
-        bool near = best ? limit || trial[i].gain > NEAR * best->gain : first;
+        bool near = best ? limit || trial[i].gain > NEAR_SHARE * best->gain : first;
         bool anew = trial[i].gain > worth && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
         bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);
         effects += chosen && !best;
@@ -188,15 +188,15 @@ int trials_run(const struct diagnosis *d, struct trial *trial) {
     int leg[LEGS];
     first->d = second->d = third->d = alone;
     for (int i = 0; i < d->hypotheses; i++)
-        if (d->hypothesis[i].shape == SHAPE_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
+        if (d->hypothesis[i].pattern == PATTERN_ALL) first->hypothesis[first->count++] = &d->hypothesis[i];
     first->trial = trial;
     try_all(threads, first);
     rank_legs(d, leg);
     for (int i = 0; i < d->hypotheses; i++) {
         const struct hypothesis *h = &d->hypothesis[i];
-        bool tried = h->shape == leg[0] || (h->shape == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
-                     (h->shape == SHAPE_EACH &&
-                      (promising(first, h->effect, TRIED_EACH) || hypothesis_parts(h) == PART_FORCE || each_in_base(d, h->effect)));
+        bool tried = h->pattern == leg[0] || (h->pattern == leg[1] && promising(first, h->effect, TRIED_ONE_LEG)) ||
+                     (h->pattern == PATTERN_EACH && (promising(first, h->effect, TRIED_EACH) ||
+                                                     hypothesis_equations(h) == EQUATIONS_FORCE || each_in_base(d, h->effect)));
         if (tried) second->hypothesis[second->count++] = h;
     }
     second->trial = trial + first->count;

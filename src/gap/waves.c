@@ -10,17 +10,17 @@
 typedef double channel_rows[GAP_CHANNELS][SPECTRUM_SIZE];
 
 enum {
-    POINTS = 128
+    WAVE_POINTS = 128
 }; /* instants per cycle or segment: four for each period of the highest
                         * harmonic */
 
 double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]) {
     double difference[SPECTRUM_SIZE], square = 0.0;
     for (int i = 0; i < SPECTRUM_SIZE; i++) difference[i] = a[i] - b[i];
-    for (int i = 0; i < POINTS; i++) {
+    for (int i = 0; i < WAVE_POINTS; i++) {
         double value[3];
-        spectrum_value(difference, SPECTRUM_HARMONICS, t->omega, t->from_s + i * t->span_s / POINTS, value);
-        square += value[0] * value[0] / POINTS;
+        spectrum_value(difference, SPECTRUM_HARMONICS, t->omega, t->from_s + i * t->span_s / WAVE_POINTS, value);
+        square += value[0] * value[0] / WAVE_POINTS;
     }
     return sqrt(square);
 }
@@ -29,10 +29,10 @@ double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], 
 static double variation(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
     const double zero[SPECTRUM_SIZE] = {0};
     double sum = 0.0;
-    for (int i = 0; i < POINTS; i++) {
+    for (int i = 0; i < WAVE_POINTS; i++) {
         double value[3];
-        spectrum_value(row, SPECTRUM_HARMONICS, t->omega, t->from_s + i * t->span_s / POINTS, value);
-        sum += value[0] / POINTS;
+        spectrum_value(row, SPECTRUM_HARMONICS, t->omega, t->from_s + i * t->span_s / WAVE_POINTS, value);
+        sum += value[0] / WAVE_POINTS;
     }
     return pow(waves_distance(t, row, zero), 2.0) - sum * sum;
 }
@@ -81,14 +81,14 @@ static double *side_row(struct wave *w, enum side side) { return side == BEFORE 
 
 static struct wave_test *add_test(struct waves *w, const struct recording_test *test, const struct spectrum *measured) {
     struct wave_test *t = &w->test[w->tests++];
-    bool steady = !(test->piece_s > 0.0);
+    bool steady = !(test->segment_s > 0.0);
     *t = (struct wave_test){.run = test->run,
                             .test = test->test,
                             .dof = test->dof,
                             .at_s = test->start_s,
-                            .piece_s = test->piece_s,
+                            .segment_s = test->segment_s,
                             .from_s = steady ? 0.0 : test->start_s,
-                            .span_s = steady ? 1.0 / test->frequency_hz : test->piece_s};
+                            .span_s = steady ? 1.0 / test->frequency_hz : test->segment_s};
     put_measured(t, measured);
     return t;
 }
@@ -131,12 +131,12 @@ void waves_closed_loop(struct waves *w, const struct recording *measured, const 
 static bool put_residual(struct wave_test *t, const struct residual_test *residual, const struct params *model, enum side side) {
     static const enum gap_channel channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
     residual_row row;
-    if (!residual_evaluate(residual, model, PART_ALL, ALL_LEGS, row)) return false;
+    if (!residual_evaluate(residual, model, EQUATIONS_ALL, ALL_LEGS, row)) return false;
     for (int leg = 0; leg < LEGS; leg++)
         for (int kind = 0; kind < RESIDUALS; kind++)
             for (int i = 0; i < residual->phases; i++) {
                 double value = 0.0, *series = side_row(&t->wave[channel[kind]][leg], side);
-                for (int a = 0; a < residual->size; a++) value += residual->shape[i][a] * row[leg][kind][a];
+                for (int a = 0; a < residual->size; a++) value += residual->basis[i][a] * row[leg][kind][a];
                 for (int b = 0; b < 1 + 2 * residual->harmonics; b++) series[b] -= residual->series[i][b] * value;
             }
     return true;

@@ -16,8 +16,8 @@ struct wave_test {
     int run, test;
     enum dof dof;
     double omega;
-    double at_s, piece_s;       /* start and length of a segment of any motion; piece_s 0: a steady
-                                 * sinusoid */
+    double at_s, segment_s;     /* start and length of a segment of any motion; segment_s 0: a
+                                 * steady sinusoid */
     double from_s, span_s;     /* start and length of the time in which the coefficients hold: one
                                 * cycle, or the segment */
     struct wave wave[GAP_CHANNELS][LEGS];

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "basis_sizes.h"
 #include "dense.h"
 #include "numeric.h"
-#include "shape_sizes.h"
 
 static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basis function's
                                       * coefficient */
@@ -55,23 +55,23 @@ void equations_add(struct equations *sum, const struct equations *e) {
     sum->rate_mps = fmax(sum->rate_mps, e->rate_mps);
 }
 
-double equations_shape_variance(const struct equations *e, int i, const double size[UNKNOWN_SHAPES]) {
-    return square(fmax(e->dry_n[i / UNKNOWN_SHAPES] * size[i % UNKNOWN_SHAPES], LEAST_N));
+double equations_basis_variance(const struct equations *e, int i, const double size[BASIS_SIZE]) {
+    return square(fmax(e->dry_n[i / BASIS_SIZE] * size[i % BASIS_SIZE], LEAST_N));
 }
 
 /* Inverse variance of a prior; 1 for an unknown that does not exist, whose equations are zero. */
 static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std) : 1.0; }
 
 static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS]) {
-    double size[UNKNOWN_SHAPES];
+    double size[BASIS_SIZE];
     memcpy(factor, e->product, sizeof e->product);
     for (int c = 0; c < MATRIX_ENTRIES; c++)
         for (int d = 0; d <= c; d++) factor[c][d] += matrix[c][d];
     for (int c = MATRIX_ENTRIES; c < UNKNOWN_SPRING; c++) factor[c][c] *= 1.0 + OF_NO_WEIGHT;
     for (int i = 0; i < DOFS; i++) factor[UNKNOWN_SPRING + i][UNKNOWN_SPRING + i] += inverse_variance(e->spring[i]);
     for (int i = 0; i < SYSTEMATICS; i++) factor[UNKNOWN_SYSTEMATIC + i][UNKNOWN_SYSTEMATIC + i] += inverse_variance(e->systematic[i]);
-    if (!shape_sizes_find(e, factor, size)) return false;
-    for (int c = UNKNOWN_SHAPE; c < UNKNOWNS; c++) factor[c][c] += 1.0 / equations_shape_variance(e, c - UNKNOWN_SHAPE, size);
+    if (!basis_sizes_find(e, factor, size)) return false;
+    for (int c = UNKNOWN_BASIS; c < UNKNOWNS; c++) factor[c][c] += 1.0 / equations_basis_variance(e, c - UNKNOWN_BASIS, size);
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
 }
 
@@ -97,14 +97,14 @@ static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRI
     double solved[UNKNOWNS];
     memset(estimate->common, 0, sizeof estimate->common);
     for (int s = 0; s < SYSTEMATICS; s++)
-        for (int c = 0; c < UNKNOWN_SHAPE && e->systematic[s] > 0.0; c++)
+        for (int c = 0; c < UNKNOWN_BASIS && e->systematic[s] > 0.0; c++)
             estimate->common[s][c] = -estimate->noise[UNKNOWN_SYSTEMATIC + s][c] / e->systematic[s];
     for (int m = 0; m < MATRIX_ENTRIES; m++)
-        for (int c = 0; c < UNKNOWN_SHAPE; c++)
+        for (int c = 0; c < UNKNOWN_BASIS; c++)
             for (int i = m; i < MATRIX_ENTRIES; i++) estimate->common[COMMON_MATRIX + m][c] -= matrix[i][m] * estimate->noise[i][c];
     for (int j = 0; j < COMMON_ATTENUATION; j++)
-        for (int a = 0; a < UNKNOWN_SHAPE; a++)
-            for (int b = 0; b < UNKNOWN_SHAPE; b++) estimate->noise[a][b] -= estimate->common[j][a] * estimate->common[j][b];
+        for (int a = 0; a < UNKNOWN_BASIS; a++)
+            for (int b = 0; b < UNKNOWN_BASIS; b++) estimate->noise[a][b] -= estimate->common[j][a] * estimate->common[j][b];
     memcpy(solved, e->attenuation, sizeof solved);
     dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
     memcpy(estimate->common[COMMON_ATTENUATION], solved, sizeof estimate->common[0]);
@@ -115,7 +115,7 @@ bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MA
     memcpy(root, matrix, sizeof root);
     bool ok = factor && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) && factor_with_prior(e, matrix, factor) &&
               values(e, factor, estimate->value);
-    for (int c = 0; c < UNKNOWN_SHAPE && ok; c++) {
+    for (int c = 0; c < UNKNOWN_BASIS && ok; c++) {
         memset(solved, 0, sizeof solved);
         solved[c] = 1.0;
         dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);

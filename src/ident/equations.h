@@ -20,10 +20,10 @@
 #include "payload.h"
 #include "systematic.h"
 
-/* Basis functions ("shapes") of each leg's dry friction beside the constants: six for low speed,
+/* Basis functions of each leg's dry friction beside the constants: six for low speed,
  * one for the pressures, and 15 for presliding, the deformation of a seal before it slides: five
  * lengths, each alone and times two functions of speed (friction_course.h). */
-enum { UNKNOWN_SHAPES = 22 };
+enum { BASIS_SIZE = 22 };
 /* Indices of the first unknown of each kind, after the matrix entries. Each leg has two dry
  * frictions: extending, then retracting. */
 enum {
@@ -31,8 +31,8 @@ enum {
     UNKNOWN_DRY = UNKNOWN_VISCOUS + LEGS,
     UNKNOWN_SPRING = UNKNOWN_DRY + 2 * LEGS,
     UNKNOWN_SYSTEMATIC = UNKNOWN_SPRING + DOFS,
-    UNKNOWN_SHAPE = UNKNOWN_SYSTEMATIC + SYSTEMATICS,
-    UNKNOWNS = UNKNOWN_SHAPE + UNKNOWN_SHAPES * LEGS
+    UNKNOWN_BASIS = UNKNOWN_SYSTEMATIC + SYSTEMATICS,
+    UNKNOWNS = UNKNOWN_BASIS + BASIS_SIZE * LEGS
 };
 /* Errors that all logs of a machine share: the systematic errors, the departure of the matrix from
  * its prior (payload_prior()), attenuation. */
@@ -52,7 +52,7 @@ struct equations {
      * functions are random by their prior, and do not count. */
     int free;
     /* Least number of cycles of a test, from whose differences the noise of its rows is known;
-     * infinite if all noise is that of pieces, which is known well. */
+     * infinite if all noise is that of segments, which is known well. */
     double cycles;
     double dry_n[LEGS];                 /* size of each leg's dry friction, N: the unit of its basis
                                          * functions' prior */
@@ -65,15 +65,15 @@ struct equations {
 
 /* Solution of the equations. A prior keeps finite what the data leave undetermined. That of the
  * matrix is given; the width of the basis functions' prior comes from all data together
- * (shape_sizes.h).
+ * (basis_sizes.h).
  *
  * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, the errors of the machine
  * change the values by the columns of -C L, each for one standard deviation, and noise alone has
  * the covariance C less the sum of the squares of these changes. */
 struct estimate {
     double value[UNKNOWNS];
-    double noise[UNKNOWN_SHAPE][UNKNOWN_SHAPE];  /* covariance by noise, without basis functions */
-    double common[COMMON][UNKNOWN_SHAPE];        /* change of `value` by each shared error of one
+    double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */
+    double common[COMMON][UNKNOWN_BASIS];        /* change of `value` by each shared error of one
                                                   * standard deviation */
 };
 
@@ -90,9 +90,9 @@ void equations_name(int unknown, char name[EQUATIONS_NAME]);
  * rows than unknowns. */
 double equations_scatter(const struct equations *e);
 
-/* Prior variance, N^2, of the unknown UNKNOWN_SHAPE + i. size: relative size of each kind of basis
+/* Prior variance, N^2, of the unknown UNKNOWN_BASIS + i. size: relative size of each kind of basis
  * function, in units of dry friction. */
-double equations_shape_variance(const struct equations *e, int i, const double size[UNKNOWN_SHAPES]);
+double equations_basis_variance(const struct equations *e, int i, const double size[BASIS_SIZE]);
 
 /* Adds the equations of another log of the same machine and configuration. */
 void equations_add(struct equations *sum, const struct equations *e);

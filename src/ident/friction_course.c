@@ -9,7 +9,7 @@
 
 enum { STRIBECKS = 6, SEALS = 5, SLOW = 2 };
 enum { STRIBECK = 0, LOAD = STRIBECK + STRIBECKS, SLOW_SEAL = LOAD + 1, SEAL = SLOW_SEAL + SLOW * SEALS };
-_Static_assert(SEAL + SEALS == (int)UNKNOWN_SHAPES, "every shape is an unknown");
+_Static_assert(SEAL + SEALS == (int)BASIS_SIZE, "every basis function is an unknown");
 
 /* Speeds of the Stribeck functions. They are spaced so that a least squares fit of these functions,
  * a constant and v reproduces exp(-(v / s)^2) for any s between two of them to 2e-3, over a
@@ -22,7 +22,7 @@ static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* speeds of the functions
                                                        * is multiplied */
 static const double RESOLVED = 0.125; /* time that the series cannot resolve, in periods of its
                                        * highest harmonic */
-static const double NO_DOUBT = 1e-9, LEAST = 1e-300;
+static const double NO_DOUBT = 1e-9, TINY = 1e-300;
 
 /* leg: position, rate and acceleration of each leg at each phase. variance: of each leg's rate. */
 struct motion {
@@ -55,11 +55,11 @@ static void find_motion(struct motion *m, const struct residual_test *t) {
     find_kept(t, noise, kept);
     double rates = 0.0, accelerations = 0.0;
     for (int k = 0; k < LEGS; k++) {
-        bool piece = s->cycles == 0; /* Wiener's shares are for independent coefficients; a piece's
-                                      * are not independent */
+        bool segment = s->cycles == 0; /* Wiener's shares are for independent coefficients; a
+                                        * segment's are not independent */
         memcpy(row, s->mean[CHANNEL_LENGTH][k], sizeof row);
-        m->variance[k] = piece ? square(s->speed_gain * s->noise[CHANNEL_LENGTH][k]) : 0.0;
-        for (int a = 1; a < 1 + 2 * s->harmonics && !piece; a++) {
+        m->variance[k] = segment ? square(s->speed_gain * s->noise[CHANNEL_LENGTH][k]) : 0.0;
+        for (int a = 1; a < 1 + 2 * s->harmonics && !segment; a++) {
             row[a] *= kept[k][a];
             m->variance[k] += 0.5 * square((a + 1) / 2 * s->omega) * kept[k][a] * noise[k][a];
         }
@@ -83,7 +83,7 @@ static void find_direction(struct friction_course *c, const struct residual_test
         c->rate_mps[i][leg] = m->leg[i][leg][1];
         c->direction[i][leg] = copysign(1.0 - other, rate);
         c->doubt[i][leg] = other * (2.0 - other);
-        place[i] = copysign(0.5 * log((2.0 - other) / fmax(other, LEAST)), rate);
+        place[i] = copysign(0.5 * log((2.0 - other) / fmax(other, TINY)), rate);
     }
     for (int i = 0; i < t->phases; i++) {
         c->lasting[i][leg] = at;
@@ -93,7 +93,7 @@ static void find_direction(struct friction_course *c, const struct residual_test
 }
 
 /* Integrates Dahl's law, dz = (direction - z) |dx| / give, over each step of the motion. A cycle
- * starts from the state that repeats, a piece from that of a leg that slides. */
+ * starts from the state that repeats, a segment from that of a leg that slides. */
 static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
     int n = t->phases;
     bool cycle = t->spectrum.cycles > 0;
@@ -112,7 +112,7 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
  * to the pressures; and presliding, the transition from one direction to the other while the seal
  * deforms. Presliding is fitted alone and times functions of speed, because bristles that hold
  * harder when slow, or are damped (LuGre), make the two a product. */
-static void find_shapes(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
+static void find_basis(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];
     double z[SEALS][PHASES], p1[3], p2[3];
@@ -122,12 +122,12 @@ static void find_shapes(struct friction_course *c, const struct residual_test *t
         double direction = c->direction[i][leg], rate = c->rate_mps[i][leg];
         spectrum_at(row1, s->harmonics, s->omega, basis, p1);
         spectrum_at(row2, s->harmonics, s->omega, basis, p2);
-        for (int j = 0; j < STRIBECKS; j++) c->shape[STRIBECK + j][i][leg] = direction * exp(-square(rate / LOW_MPS[j]));
-        c->shape[LOAD][i][leg] = load_pa > 0.0 ? direction * ((p1[0] + p2[0]) / load_pa - 1.0) : 0.0;
+        for (int j = 0; j < STRIBECKS; j++) c->basis[STRIBECK + j][i][leg] = direction * exp(-square(rate / LOW_MPS[j]));
+        c->basis[LOAD][i][leg] = load_pa > 0.0 ? direction * ((p1[0] + p2[0]) / load_pa - 1.0) : 0.0;
         for (int j = 0; j < SEALS; j++) {
-            c->shape[SEAL + j][i][leg] = z[j][i] - direction;
+            c->basis[SEAL + j][i][leg] = z[j][i] - direction;
             for (int n = 0; n < SLOW; n++)
-                c->shape[SLOW_SEAL + n * SEALS + j][i][leg] = (z[j][i] - direction) * exp(-square(rate / SLOW_MPS[n]));
+                c->basis[SLOW_SEAL + n * SEALS + j][i][leg] = (z[j][i] - direction) * exp(-square(rate / SLOW_MPS[n]));
         }
     }
 }
@@ -145,7 +145,7 @@ void friction_course_find(struct friction_course *c, const struct residual_test 
     find_motion(&m, t);
     for (int k = 0; k < LEGS; k++) {
         find_direction(c, t, &m, k);
-        find_shapes(c, t, load_pa, &m, k);
+        find_basis(c, t, load_pa, &m, k);
     }
 }
 

@@ -1,5 +1,5 @@
 /* Knowledge of dry friction before any force is evaluated: each leg's direction of motion, how
- * certain it is, and the basis functions ("shapes") of dry friction beside a constant for each
+ * certain it is, and the basis functions of dry friction beside a constant for each
  * direction. All per newton of dry friction.
  *
  * The speed is that of the mean cycle, each harmonic shrunk by its share of noise (Wiener): the
@@ -8,7 +8,7 @@
  * friction F reverses: the reversal takes 2 F / m from a leg's acceleration a at once. Near such a
  * kink the mean passes zero later than the speed itself, by nothing if F is small against m a, by
  * the whole resolution if the leg stops, and never earlier. So friction is taken to follow the sign
- * of the speed half a resolution later. The series of a piece is no mean cycle: there friction
+ * of the speed half a resolution later. The series of a segment is no mean cycle: there friction
  * follows the sign of the speed to within one resolution.
  *
  * A reversal is blurred by three independent things: the speed's noise; that lag, uniform from zero
@@ -39,9 +39,9 @@ struct friction_course {
      * exp(-|difference of these|). */
     double lasting[PHASES][LEGS];
     /* Change of `lasting` over a whole cycle; as a cycle repeats, its errors also correlate across
-     * its end. Infinite for a piece. */
+     * its end. Infinite for a segment. */
     double round[LEGS];
-    double shape[UNKNOWN_SHAPES][PHASES][LEGS];
+    double basis[BASIS_SIZE][PHASES][LEGS];
 };
 
 /* Mean P1 + P2 over all tests and legs, Pa; 0 if pressures are not measured. */

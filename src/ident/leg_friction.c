@@ -10,7 +10,7 @@
 
 extern const struct effect external_stiffness;
 
-/* Share of a piece's phases that is left out at either end, where neighbouring pieces
+/* Share of a segment's phases that is left out at either end, where neighbouring segments
  * contribute. */
 static const double EDGE = 0.12;
 
@@ -82,7 +82,7 @@ static bool find_test(struct work *w, const struct residual_test *t, struct leg_
     for (int i = edge; i < t->phases - edge; i++, f->points++)
         for (int k = 0; k < LEGS; k++) {
             f->rate_mps[k][f->points] = rate_mps[i][k];
-            for (int a = 0; a < t->size; a++) f->force_n[k][f->points] += t->shape[i][a] * row[k][a];
+            for (int a = 0; a < t->size; a++) f->force_n[k][f->points] += t->basis[i][a] * row[k][a];
         }
     return true;
 }

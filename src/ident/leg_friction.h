@@ -2,7 +2,7 @@
  * matrix that method C found (configured values for entries that are not determined). Viscous
  * friction shows as a slope over the leg's rate, dry friction as a step at zero. A steady test
  * yields a mean cycle in the harmonics that method C evaluates, so the step has their overshoot;
- * any other motion yields the middle of each piece. Ordinary threads; heap. */
+ * any other motion yields the middle of each segment. Ordinary threads; heap. */
 #ifndef HEXID_LEG_FRICTION_H
 #define HEXID_LEG_FRICTION_H
 

@@ -12,7 +12,7 @@
 
 static const double FAST_MPS = 1.0; /* speed at which viscous friction is evaluated: at such a speed
                                      * dry friction no longer changes */
-static const double REST_SHARE = 1e-3;   /* a valve is near its centre up to this share of its full
+static const double CENTRE_SHARE = 1e-3; /* a valve is near its centre up to this share of its full
                                           * opening */
 static const double RESTS_PER_S = 1e-3;
 
@@ -46,7 +46,7 @@ static void edges(const struct cylinder_leg *c, const struct mains *mains, const
     double ps = mains->supply_pa, pt = mains->tank_pa;
     const double fed[PORTS] = {sqrt(fmax(ps - r->p1_pa, 0.0)), sqrt(fmax(r->p2_pa - pt, 0.0))};
     const double drained[PORTS] = {sqrt(fmax(r->p1_pa - pt, 0.0)), sqrt(fmax(ps - r->p2_pa, 0.0))};
-    double extends = 0.5 * (1.0 + fmin(fmax(r->opening / REST_SHARE, -1.0), 1.0));
+    double extends = 0.5 * (1.0 + fmin(fmax(r->opening / CENTRE_SHARE, -1.0), 1.0));
     for (int i = 0; i < PORTS; i++) {
         double drop = extends * fed[i] + (1.0 - extends) * drained[i], gain = c->valve_gain[i];
         open[i] = (i ? -1.0 : 1.0) * gain * drop;

@@ -22,8 +22,8 @@ static int find_follow(struct loop_survey *s, const struct multisine_mean *mean,
     }
     ik_jacobian(&k, neutral, j);
     lin_inverse(DOFS, j[0], inverse[0]);
-    for (int i = 0; i < m->lines && !status; i++) {
-        for (int n = 0; n < m->samples; n++) series[n] = mean->sample[n].ref[m->line[i].dof];
+    for (int i = 0; i < m->tones && !status; i++) {
+        for (int n = 0; n < m->samples; n++) series[n] = mean->sample[n].ref[m->tone[i].dof];
         double complex ref = multisine_amplitude(mean, i, series);
         for (int leg = 0; leg < LEGS; leg++) {
             for (int n = 0; n < m->samples; n++) series[n] = mean->sample[n].length_m[leg];
@@ -82,12 +82,12 @@ double loop_survey_loop_hz(const struct loop_survey *s) {
 
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz) {
     int before = -1;
-    for (int i = 0; i < s->multisine.lines; i++) {
-        const struct multisine_line *l = &s->multisine.line[i];
+    for (int i = 0; i < s->multisine.tones; i++) {
+        const struct multisine_tone *l = &s->multisine.tone[i];
         if (l->dof != driven) continue;
         if (l->hz >= hz && before < 0) return s->follow[i][dof];
         if (l->hz >= hz) {
-            double from_hz = s->multisine.line[before].hz, share = log(hz / from_hz) / log(l->hz / from_hz);
+            double from_hz = s->multisine.tone[before].hz, share = log(hz / from_hz) / log(l->hz / from_hz);
             return (1.0 - share) * s->follow[before][dof] + share * s->follow[i][dof];
         }
         before = i;

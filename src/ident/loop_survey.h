@@ -14,7 +14,7 @@ struct loop_survey {
     struct oil_mode mode[DOFS];               /* modes of the oil columns, by ascending frequency */
     struct loop_mode loop[DOFS];              /* closed loop in each mode; NaN: none oscillates */
     /* Amplitude of every axis at each tone, relative to the reference of the tone's own axis. */
-    double complex follow[MULTISINE_LINES][DOFS];
+    double complex follow[MULTISINE_TONES][DOFS];
     double noise_m[LEGS], noise_pa[2][LEGS];  /* rms noise of a sample, from pass to pass */
     double mean_pa[2][LEGS];
 };

@@ -20,8 +20,7 @@ enum {
     DRY = UNKNOWN_DRY,
     SPRING = UNKNOWN_SPRING,
     SYSTEMATIC = UNKNOWN_SYSTEMATIC,
-    SHAPE = UNKNOWN_SHAPE,
-    SHAPES = UNKNOWN_SHAPES
+    BASIS = UNKNOWN_BASIS
 };
 enum { COLUMNS = UNKNOWNS + 1, ROWS = LEGS * RESIDUAL_SIZE, PASSES = 3 };
 
@@ -32,8 +31,8 @@ static const double STEP = 0.1;        /* step of difference quotients, in stand
 static const double MODEL_ERROR = 1e-4; /* error of any model, as a share of the rms of the force's
                                          * variation */
 
-/* Coefficient rows of one test or piece, all legs. A column belongs to an unknown; the last one is
- * the right-hand side. */
+/* Coefficient rows of one test or segment, all legs. A column belongs to an unknown; the last
+ * one is the right-hand side. */
 struct rows {
     int count;
     double column[COLUMNS][ROWS];
@@ -133,7 +132,7 @@ static bool values_at(const struct work *w, const struct suspect *s, struct inve
         value[VISCOUS + k][k] = in.leg[k][1];
         value[DRY + 2 * k][k] = 0.5 * (1.0 + direction);
         value[DRY + 2 * k + 1][k] = -0.5 * (1.0 - direction);
-        for (int i = 0; i < SHAPES; i++) value[SHAPE + SHAPES * k + i][k] = course->shape[i][phase][k];
+        for (int i = 0; i < BASIS_SIZE; i++) value[BASIS + BASIS_SIZE * k + i][k] = course->basis[i][phase][k];
     }
     return true;
 }

@@ -15,10 +15,10 @@
  * inertia, as method A does. Effects in the configuration are left out. The ripple that held
  * commands leave in synchronous samples is subtracted (residual_staircase).
  *
- * Dry friction that depends on speed (Stribeck, six shapes), on the pressures, or on a seal that
- * deforms before it slides (presliding: Dahl's law with 20, 40, .. 320 um, and its dependence on
- * speed) is fitted too (friction_course.h), with a prior of mean zero whose width comes from the
- * data (shape_sizes.h).
+ * Dry friction that depends on speed (Stribeck, six basis functions), on the pressures, or on a
+ * seal that deforms before it slides (presliding: Dahl's law with 20, 40, .. 320 um, and its
+ * dependence on speed) is fitted too (friction_course.h), with a prior of mean zero whose width
+ * comes from the data (basis_sizes.h).
  *
  * Both sides are rows of coefficients (residual.h): harmonics of a steady test, local cosines of
  * any other motion. They are linear in the unknowns; generalised least squares with the sensors'
@@ -97,7 +97,7 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
 /* Fills m->at_pose for this pose. Returns -2 if a leg's stroke does not reach it. */
 int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error);
 
-/* Value and standard deviation of an unknown below UNKNOWN_SHAPE, given by its index in the
+/* Value and standard deviation of an unknown below UNKNOWN_BASIS, given by its index in the
  * equations; NaN: not determined. */
 double method_c_value(const struct method_c *m, int unknown, double *std);
 

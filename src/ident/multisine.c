@@ -32,17 +32,17 @@ double multisine_rate_limit_mps(const struct params *p) {
 /* Gives all tones the same speed of the legs, and scales their sum to SHARE of the highest rate. */
 static void scale(struct multisine *m, const struct params *params, double j[LEGS][DOFS]) {
     double most = 0.0, rate_mps = SHARE * multisine_rate_limit_mps(params);
-    for (int i = 0; i < m->lines; i++) {
+    for (int i = 0; i < m->tones; i++) {
         double fastest = 0.0;
-        for (int k = 0; k < LEGS; k++) fastest = fmax(fastest, fabs(j[k][m->line[i].dof]));
-        m->line[i].amplitude = 1.0 / (2.0 * PI * m->line[i].hz * fastest);
+        for (int k = 0; k < LEGS; k++) fastest = fmax(fastest, fabs(j[k][m->tone[i].dof]));
+        m->tone[i].amplitude = 1.0 / (2.0 * PI * m->tone[i].hz * fastest);
     }
     for (int k = 0; k < LEGS; k++) {
         double square = 0.0;
-        for (int i = 0; i < m->lines; i++) square += 0.5 * pow(j[k][m->line[i].dof] * m->line[i].amplitude * 2.0 * PI * m->line[i].hz, 2.0);
+        for (int i = 0; i < m->tones; i++) square += 0.5 * pow(j[k][m->tone[i].dof] * m->tone[i].amplitude * 2.0 * PI * m->tone[i].hz, 2.0);
         most = fmax(most, square);
     }
-    for (int i = 0; i < m->lines; i++) m->line[i].amplitude *= rate_mps / sqrt(most);
+    for (int i = 0; i < m->tones; i++) m->tone[i].amplitude *= rate_mps / sqrt(most);
 }
 
 /* Peak rate of the fastest leg. The motion is so small that the Jacobian is that of neutral. */
@@ -50,8 +50,8 @@ static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
     double most = 0.0;
     for (int n = 0; n < m->samples; n++) {
         double rate[LEGS] = {0};
-        for (int i = 0; i < m->lines; i++) {
-            const struct multisine_line *l = &m->line[i];
+        for (int i = 0; i < m->tones; i++) {
+            const struct multisine_tone *l = &m->tone[i];
             double w = 2.0 * PI * l->hz, pose_rate = l->amplitude * w * cos(w * n * m->step_s + l->phase);
             for (int k = 0; k < LEGS; k++) rate[k] += j[k][l->dof] * pose_rate;
         }
@@ -72,14 +72,14 @@ int multisine_init(struct multisine *m, const struct params *params, struct erro
     if (status) return status;
     m->period_s = m->samples * dt_s;
     int low = (int)lround(LOW_HZ * m->period_s), high = (int)(fmin(HIGH_HZ, OF_RATE / dt_s) * m->period_s), last = low - 1;
-    for (int i = 0; i < MULTISINE_LINES && last < high; i++) {
-        int harmonic = (int)lround(low * pow((double)high / low, (double)i / (MULTISINE_LINES - 1)));
+    for (int i = 0; i < MULTISINE_TONES && last < high; i++) {
+        int harmonic = (int)lround(low * pow((double)high / low, (double)i / (MULTISINE_TONES - 1)));
         last = harmonic > last ? harmonic : last + 1;
-        m->line[m->lines++] = (struct multisine_line){.dof = turn[i % DOFS], .hz = last / m->period_s};
+        m->tone[m->tones++] = (struct multisine_tone){.dof = turn[i % DOFS], .hz = last / m->period_s};
     }
-    if (m->lines < MULTISINE_LINES)
-        return error_set(error, STATUS_USAGE, "--survey: loop.period_s %g is too slow: lines up to %.3g Hz only", dt_s, OF_RATE / dt_s);
-    for (int i = 0; i < m->lines; i++) m->line[i].phase = -PI * i * i / m->lines;
+    if (m->tones < MULTISINE_TONES)
+        return error_set(error, STATUS_USAGE, "--survey: loop.period_s %g is too slow: tones up to %.3g Hz only", dt_s, OF_RATE / dt_s);
+    for (int i = 0; i < m->tones; i++) m->tone[i].phase = -PI * i * i / m->tones;
     ik_jacobian(&k, neutral, j);
     scale(m, params, j);
     m->peak_mps = find_peak(m, j);
@@ -92,8 +92,8 @@ int multisine_trajectory(const struct multisine *m, struct trajectory *t, struct
     if (!t->knot) return error_set(error, STATUS_IO, "out of memory");
     for (int n = 0; n < t->knots; n++) {
         t->knot[n].time_s = n * m->step_s;
-        for (int i = 0; i < m->lines; i++) {
-            const struct multisine_line *l = &m->line[i];
+        for (int i = 0; i < m->tones; i++) {
+            const struct multisine_tone *l = &m->tone[i];
             t->knot[n].pose[l->dof] += l->amplitude * sin(2.0 * PI * l->hz * (n % m->samples) * m->step_s + l->phase);
         }
     }
@@ -145,8 +145,8 @@ static void take_mean(const struct place *p, double square[VALUES], struct recor
 
 static void tabulate(struct multisine_mean *mean) {
     const struct multisine *m = mean->multisine;
-    for (int i = 0; i < m->lines; i++) {
-        long harmonic = lround(m->line[i].hz * m->period_s);
+    for (int i = 0; i < m->tones; i++) {
+        long harmonic = lround(m->tone[i].hz * m->period_s);
         for (int n = 0; n < m->samples; n++) {
             double phase = 2.0 * PI * (double)(harmonic * n % m->samples) / m->samples;
             mean->wave[(size_t)i * (size_t)m->samples + (size_t)n] = CMPLX(2.0 / m->samples * cos(phase), -2.0 / m->samples * sin(phase));
@@ -161,7 +161,7 @@ int multisine_average(struct multisine_mean *mean, const struct multisine *m, co
     double square[VALUES] = {0};
     int taken = 0, free_values = 0;
     *mean = (struct multisine_mean){
-        .multisine = m, .sample = calloc(samples, sizeof *mean->sample), .wave = malloc((size_t)m->lines * samples * sizeof *mean->wave)};
+        .multisine = m, .sample = calloc(samples, sizeof *mean->sample), .wave = malloc((size_t)m->tones * samples * sizeof *mean->wave)};
     int status = place && mean->sample && mean->wave ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int i = 0; i < test->count && !status; i++) {
         long n = lround((test->sample[i].test_time_s - begin_s) / m->step_s);
@@ -194,9 +194,9 @@ void multisine_free(struct multisine_mean *mean) {
     *mean = (struct multisine_mean){0};
 }
 
-double complex multisine_amplitude(const struct multisine_mean *mean, int line, const double *value) {
+double complex multisine_amplitude(const struct multisine_mean *mean, int tone, const double *value) {
     const struct multisine *m = mean->multisine;
-    const double complex *wave = mean->wave + (size_t)line * (size_t)m->samples;
+    const double complex *wave = mean->wave + (size_t)tone * (size_t)m->samples;
     double re = 0.0, im = 0.0;
     for (int n = 0; n < m->samples; n++) re += creal(wave[n]) * value[n], im += cimag(wave[n]) * value[n];
     return CMPLX(re, im);

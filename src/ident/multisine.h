@@ -1,5 +1,5 @@
-/* The survey's motion, a small periodic multisine on all axes at once, with far more tones ("lines"
- * in the code) than axes; and its measured response, tone by tone. Ordinary threads; heap.
+/* The survey's motion, a small periodic multisine on all axes at once, with far more tones than
+ * axes; and its measured response, tone by tone. Ordinary threads; heap.
  *
  * Tones are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (at most a
  * sixteenth of the loop's rate), given to the axes in turn. All move the legs at the same speed;
@@ -14,9 +14,9 @@
 #include "recording.h"
 #include "trajectory.h"
 
-enum { MULTISINE_LINES = 36, MULTISINE_PASSES = 4 };
+enum { MULTISINE_TONES = 36, MULTISINE_PASSES = 4 };
 
-struct multisine_line {
+struct multisine_tone {
     enum dof dof;
     double hz, amplitude, phase; /* the tone is amplitude sin(2 pi hz t + phase), m or rad */
 };
@@ -24,8 +24,8 @@ struct multisine_line {
 struct multisine {
     double step_s, period_s;
     int samples;                 /* samples in a period */
-    int lines;
-    struct multisine_line line[MULTISINE_LINES];
+    int tones;
+    struct multisine_tone tone[MULTISINE_TONES];
     double peak_mps;             /* peak rate of the fastest leg */
 };
 
@@ -46,7 +46,7 @@ struct multisine_mean {
     const struct multisine *multisine;
     struct recording_sample *sample; /* [samples]: mean samples; test_time_s counts from the start
                                       * of a pass */
-    double complex *wave;                     /* [lines][samples]: factors of each tone's amplitude,
+    double complex *wave;                     /* [tones][samples]: factors of each tone's amplitude,
                                                * 2 / samples exp(-i w t) */
     int passes;                               /* number of passes that were averaged */
     /* rms deviation of single samples from the mean at the same instant of the pass */
@@ -60,6 +60,6 @@ int multisine_average(struct multisine_mean *mean, const struct multisine *m, co
 void multisine_free(struct multisine_mean *mean);
 
 /* Complex amplitude of a tone in a series that has a value for each sample of the pass. */
-double complex multisine_amplitude(const struct multisine_mean *mean, int line, const double *value);
+double complex multisine_amplitude(const struct multisine_mean *mean, int tone, const double *value);
 
 #endif

@@ -18,7 +18,7 @@ enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16 };
 static const double DELAY_STEP_S = 0.5e-3;
 static const double FLOW_ERROR = 0.02;     /* error of the square-root law, as a share of the
                                             * piston's flow */
-static const double UNDETERMINED = 0.05, MISFIT_MOST = 2.0;
+static const double STIFFNESS_STD_MOST = 0.05, MISFIT_MOST = 2.0;
 static const double GOLDEN = 0.61803398874989485;
 
 /* Data of one leg: amplitudes of its tones, and series over a pass. */
@@ -26,7 +26,7 @@ struct leg_data {
     const struct multisine_mean *mean;
     const struct params *params;
     int leg;
-    double complex length[MULTISINE_LINES], pressure[2][MULTISINE_LINES];
+    double complex length[MULTISINE_TONES], pressure[2][MULTISINE_TONES];
     double *flow;           /* [samples]: flow into the chamber; also scratch for other series */
     double *opening;        /* [samples]: delayed command */
 };
@@ -59,9 +59,9 @@ static double amplitude_std(const struct multisine_mean *mean, double noise, dou
 
 /* Standard deviation of a tone's equation, Pa/s: noise of both sensors, and error of the
  * square-root law. */
-static double row_std(const struct leg_data *d, int chamber, int line, double push, double complex rate) {
+static double row_std(const struct leg_data *d, int chamber, int tone, double push, double complex rate) {
     const struct sensor_params *s = &d->params->sensors;
-    double w = 2.0 * PI * d->mean->multisine->line[line].hz, step_m = s->enabled ? s->position_resolution_m : 0.0;
+    double w = 2.0 * PI * d->mean->multisine->tone[tone].hz, step_m = s->enabled ? s->position_resolution_m : 0.0;
     double pressure = w * amplitude_std(d->mean, d->mean->noise_pa[chamber][d->leg], 0.0);
     double piston = w * push * amplitude_std(d->mean, d->mean->noise_m[d->leg], step_m);
     return hypot(hypot(pressure, piston), FLOW_ERROR * push * cabs(rate));
@@ -69,13 +69,13 @@ static double row_std(const struct leg_data *d, int chamber, int line, double pu
 
 /* Fills a chamber's equation at a tone, as complex numbers: coefficients of the unknowns, then the
  * right-hand side. */
-static void fill_row(const struct leg_data *d, int chamber, int line, double complex flow, double complex row[UNKNOWNS + 1]) {
-    double complex jw = CMPLX(0.0, 2.0 * PI * d->mean->multisine->line[line].hz), rate = jw * d->length[line];
+static void fill_row(const struct leg_data *d, int chamber, int tone, double complex flow, double complex row[UNKNOWNS + 1]) {
+    double complex jw = CMPLX(0.0, 2.0 * PI * d->mean->multisine->tone[tone].hz), rate = jw * d->length[tone];
     row[PUSH] = chamber ? rate : -rate;
     row[GAIN] = flow;
-    row[OWN] = -d->pressure[chamber][line];
-    row[OTHER] = d->pressure[!chamber][line];
-    row[UNKNOWNS] = jw * d->pressure[chamber][line];
+    row[OWN] = -d->pressure[chamber][tone];
+    row[OTHER] = d->pressure[!chamber][tone];
+    row[UNKNOWNS] = jw * d->pressure[chamber][tone];
 }
 
 struct fit {
@@ -116,19 +116,19 @@ static bool solve(int rows, double a[][UNKNOWNS + 1], struct fit *fit) {
 
 static bool fit_chamber(struct leg_data *d, int chamber, struct fit *fit) {
     const struct multisine *m = d->mean->multisine;
-    double rows[2 * MULTISINE_LINES][UNKNOWNS + 1];
-    double complex row[UNKNOWNS + 1], flow[MULTISINE_LINES];
+    double rows[2 * MULTISINE_TONES][UNKNOWNS + 1];
+    double complex row[UNKNOWNS + 1], flow[MULTISINE_TONES];
     for (int i = 0; i < m->samples; i++)
         d->flow[i] = flow_of(&d->params->hydraulics, chamber, d->opening[i], pressure_of(&d->mean->sample[i], chamber, d->leg));
-    for (int i = 0; i < m->lines; i++) flow[i] = multisine_amplitude(d->mean, i, d->flow);
+    for (int i = 0; i < m->tones; i++) flow[i] = multisine_amplitude(d->mean, i, d->flow);
     *fit = (struct fit){0};
     for (int pass = 0; pass < PASSES; pass++) {
-        for (int i = 0; i < m->lines; i++) {
+        for (int i = 0; i < m->tones; i++) {
             fill_row(d, chamber, i, flow[i], row);
             double std = row_std(d, chamber, i, fit->value[PUSH], row[PUSH]);
             for (int c = 0; c <= UNKNOWNS; c++) rows[2 * i][c] = creal(row[c]) / std, rows[2 * i + 1][c] = cimag(row[c]) / std;
         }
-        if (!solve(2 * m->lines, rows, fit)) return false;
+        if (!solve(2 * m->tones, rows, fit)) return false;
     }
     return true;
 }
@@ -175,17 +175,17 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
     struct cylinder_areas area = cylinder_areas(&d->params->actuator);
     double a1 = area.a1_m2[d->leg], a2 = area.a2_m2[d->leg];
     const struct multisine_mean *mean = d->mean;
-    int lines = mean->multisine->lines;
+    int tones = mean->multisine->tones;
     struct fit fit[2];
     memset(fit, 0, sizeof fit);
     for (int i = 0; i < mean->multisine->samples; i++) d->flow[i] = mean->sample[i].length_m[d->leg];
-    for (int i = 0; i < lines; i++) d->length[i] = multisine_amplitude(mean, i, d->flow);
+    for (int i = 0; i < tones; i++) d->length[i] = multisine_amplitude(mean, i, d->flow);
     for (int c = 0; c < 2; c++) {
         for (int i = 0; i < mean->multisine->samples; i++) d->flow[i] = pressure_of(&mean->sample[i], c, d->leg);
-        for (int i = 0; i < lines; i++) d->pressure[c][i] = multisine_amplitude(mean, i, d->flow);
+        for (int i = 0; i < tones; i++) d->pressure[c][i] = multisine_amplitude(mean, i, d->flow);
     }
     leg->delay_s = find_delay(d, fit);
-    leg->misfit = sqrt((fit[0].square + fit[1].square) / (2.0 * (2 * lines - UNKNOWNS)));
+    leg->misfit = sqrt((fit[0].square + fit[1].square) / (2.0 * (2 * tones - UNKNOWNS)));
     for (int c = 0; c < 2; c++) {
         struct oil_chamber *o = &leg->chamber[c];
         *o = (struct oil_chamber){.push = fit[c].value[PUSH],
@@ -197,7 +197,8 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
     }
     leg->stiffness = a1 * leg->chamber[0].push + a2 * leg->chamber[1].push;
     leg->stiffness_std = hypot(a1 * leg->chamber[0].push_std, a2 * leg->chamber[1].push_std);
-    bool known = leg->stiffness_std < UNDETERMINED * leg->stiffness && leg->delay_s < DELAYS * DELAY_STEP_S && leg->misfit < MISFIT_MOST;
+    bool known = leg->stiffness_std < STIFFNESS_STD_MOST * leg->stiffness && leg->delay_s < DELAYS * DELAY_STEP_S &&
+                 leg->misfit < MISFIT_MOST;
     if (!known) leg->stiffness = leg->stiffness_std = NAN;
 }
 

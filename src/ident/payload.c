@@ -12,7 +12,7 @@ const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x
                                                    "inertia_xx_kg_m2", "inertia_yy_kg_m2", "inertia_zz_kg_m2", "inertia_xy_kg_m2",
                                                    "inertia_xz_kg_m2", "inertia_yz_kg_m2"};
 
-enum { BODY = 4, STEPS = 200 };
+enum { BODY = 4, STEPS_MOST = 200 };
 static const double UNDETERMINED_MASS = 0.1; /* nothing is determined if the mass's standard
                                               * deviation reaches this share of the mass: no centre
                                               * is known then */
@@ -168,7 +168,7 @@ static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weig
 static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], linear nearest) {
     double size = sqrt(fmax(fabs(best[4]) + fabs(best[5]) + fabs(best[6]), 1e-6) / 6.0), mass = sqrt(fmax(best[PAYLOAD_MASS], 1e-6));
     double l[PAYLOAD_VALUES] = {size, 0.0, size, 0.0, 0.0, size, 0.0, 0.0, 0.0, mass}, damping = 1e-3;
-    for (int i = 0; i < STEPS && step_nearer(l, best, weight, &damping); i++) {
+    for (int i = 0; i < STEPS_MOST && step_nearer(l, best, weight, &damping); i++) {
     }
     from_factor(l, nearest);
 }

@@ -322,7 +322,7 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
     fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);
     if (key->effect < 0) fprintf(out, "%s\n", key->meaning);
     /* an effect's law is printed above, beside the effect's name */
-    else fprintf(out, "%s %s\n", key->shape ? "usually" : "adds nothing at", key->value);
+    else fprintf(out, "%s %s\n", key->shapes_law ? "usually" : "adds nothing at", key->value);
 }
 
 char *config_text(const struct params *params) {

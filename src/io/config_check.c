@@ -264,7 +264,7 @@ static void check_effects(struct checker *c, const struct params *p) {
         const struct effect_key *keys = effect_table[e]->keys, *shape = NULL, *strength = NULL;
         if (!p->effects[e].on || effect_acts(effect_table[e], &p->effects[e])) continue;
         for (int k = 0; k < EFFECT_KEYS && keys[k].name; k++) {
-            if (!keys[k].shape) strength = strength ? strength : &keys[k];
+            if (!keys[k].shapes_law) strength = strength ? strength : &keys[k];
             else if (!effect_neutral(&keys[k], p->effects[e].value[k])) shape = &keys[k];
         }
         require(c, !shape || !strength, "effects.%s.%s alone does nothing: state effects.%s.%s, too", effect_table[e]->name,

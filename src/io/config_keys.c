@@ -289,7 +289,7 @@ static void effect_key_make(int effect, int k, struct config_key *key) {
                                .max = e->max,
                                .unit = e->unit,
                                .meaning = effect_table[effect]->law,
-                               .shape = e->shape,
+                               .shapes_law = e->shapes_law,
                                .effect = effect};
     snprintf(key->path, sizeof key->path, "effects.%.40s.%.28s", effect_table[effect]->name, e->name);
     char neutral[NUMBER_SIZE];

@@ -45,7 +45,7 @@ struct config_key {
     const char *const *names;    /* words of a CONFIG_CHOICE; ended by NULL */
     int effect;          /* index of the effect in effect_table; -1: the key belongs to no effect */
     int count;                   /* number of values or points, at most LEGS */
-    bool shape;              /* the key shapes an effect's law: no value of it adds nothing */
+    bool shapes_law;         /* the key shapes an effect's law: no value of it adds nothing */
 };
 
 /* Gets a key by its index in the order of the file, effects last. Returns false past the end. */

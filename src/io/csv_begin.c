@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "params.h"
-#include "pieces.h"
+#include "segments.h"
 
 static int read_test(struct recording_test *test, const struct csv_head *head, struct csv_map *map, const struct params *params,
                      struct error *error) {
@@ -23,11 +23,11 @@ static int read_test(struct recording_test *test, const struct csv_head *head, s
 
 /* Returns the t_s of the start of the ramp-in. duration_s: stated evaluated part; NaN if not
  * stated. */
-static double zero_of(const struct recording_test *test, const struct pieces *p, double duration_s, double ramp_s) {
-    const struct piece *end = p->piece + p->count, *rest = NULL, *steady = p->piece;
-    while (steady < end && steady->kind != PIECE_STEADY) steady++;
-    for (const struct piece *i = p->piece; i < steady && i < end - 1; i++)
-        if (i->kind == PIECE_REST && (steady < end || !rest)) rest = i;
+static double zero_of(const struct recording_test *test, const struct segments *p, double duration_s, double ramp_s) {
+    const struct segment *end = p->segment + p->count, *rest = NULL, *steady = p->segment;
+    while (steady < end && steady->kind != SEGMENT_STEADY) steady++;
+    for (const struct segment *i = p->segment; i < steady && i < end - 1; i++)
+        if (i->kind == SEGMENT_REST && (steady < end || !rest)) rest = i;
     double first_s = test->sample[0].test_time_s, rest_s = rest ? test->sample[rest->end - 1].test_time_s : first_s;
     if (steady == end) return rest_s;
     double steady_s = test->sample[steady->first].test_time_s;
@@ -38,11 +38,11 @@ static double zero_of(const struct recording_test *test, const struct pieces *p,
 
 int csv_begin_find(const struct csv_head *head, struct csv_map *map, const struct params *params, double *zero_s, struct error *error) {
     struct recording_test test = {.dof = head->dof, .first = -1};
-    struct pieces pieces = {0};
+    struct segments segments = {0};
     int status = read_test(&test, head, map, params, error);
-    if (!status) status = pieces_find(&pieces, &test, params_legs(params), error);
-    if (!status) *zero_s = zero_of(&test, &pieces, head->value[CSV_DURATION], params->tests.ramp_s);
-    pieces_free(&pieces);
+    if (!status) status = segments_find(&segments, &test, params_legs(params), error);
+    if (!status) *zero_s = zero_of(&test, &segments, head->value[CSV_DURATION], params->tests.ramp_s);
+    segments_free(&segments);
     free(test.sample);
     return status;
 }

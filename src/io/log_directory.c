@@ -15,7 +15,7 @@
 /* Pattern of a run's name; 0 stands for a digit. A number may precede it; a letter (from earlier
  * versions), the part and ".lcm" may follow it. */
 enum { NUMBER_DIGITS = 9, NUMBER_MAX = 999999999, TRIES = 100 };
-static const char run_shape[] = "0000-00-00T00-00-00Z", part_shape[] = ".0000", ending[] = ".lcm", first_part[] = ".0001.lcm";
+static const char run_mask[] = "0000-00-00T00-00-00Z", part_mask[] = ".0000", ending[] = ".lcm", first_part[] = ".0001.lcm";
 
 struct entry {
     char *name;
@@ -24,9 +24,9 @@ struct entry {
     int64_t bytes;
 };
 
-static bool shaped(const char *name, const char *shape) {
-    for (; *shape; shape++, name++)
-        if (*shape == '0' ? *name < '0' || *name > '9' : *name != *shape) return false;
+static bool fits(const char *name, const char *mask) {
+    for (; *mask; mask++, name++)
+        if (*mask == '0' ? *name < '0' || *name > '9' : *name != *mask) return false;
     return true;
 }
 
@@ -42,10 +42,10 @@ static size_t number_length(const char *name, long *number) {
 static size_t run_length(const char *name) {
     long unused;
     size_t length = number_length(name, &unused);
-    if (!shaped(name + length, run_shape)) return 0;
-    length += sizeof run_shape - 1;
+    if (!fits(name + length, run_mask)) return 0;
+    length += sizeof run_mask - 1;
     if (name[length] >= 'b' && name[length] <= 'z') length++;
-    size_t part = shaped(name + length, part_shape) ? sizeof part_shape - 1 : 0;
+    size_t part = fits(name + length, part_mask) ? sizeof part_mask - 1 : 0;
     return strcmp(name + length + part, ending) == 0 ? length : 0;
 }
 

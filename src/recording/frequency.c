@@ -14,7 +14,7 @@ static const double SEARCH_S = 10.0;     /* longest part that is searched for a 
 /* The legs follow the reference if their frequencies differ by less than this share; it is not 0,
  * because the legs may still be settling. */
 static const double FOLLOWED = 1e-3;
-enum { ITERATIONS = 8, CYCLES_LEAST = 2, SEARCH_CYCLES = 8 };
+enum { ITERATIONS = 8, REPEATS_LEAST = 2, SEARCH_CYCLES = 8 };
 
 /* A group of channels: `count` numbers side by side in a sample, `offset` bytes from its start. */
 struct signals {
@@ -68,10 +68,10 @@ static double search(const struct recording_test *t, struct signals of, double s
     double most = 0.0, best = 0.0, hz = (double)NAN;
     struct signals one = {of.offset, 1};
     for (int k = 0; k < of.count; k++) {
-        struct wave w = wave_at(t, of, k, CYCLES_LEAST / span_s, -HUGE_VAL, until_s);
+        struct wave w = wave_at(t, of, k, REPEATS_LEAST / span_s, -HUGE_VAL, until_s);
         if (w.variance > most) most = w.variance, one.offset = of.offset + (size_t)k * sizeof(double);
     }
-    for (double f = CYCLES_LEAST / span_s; f < RECORDING_FASTEST_HZ; f += 0.25 / span_s) {
+    for (double f = REPEATS_LEAST / span_s; f < RECORDING_FASTEST_HZ; f += 0.25 / span_s) {
         double share = share_at(t, one, f, until_s);
         if (share > best) best = share, hz = f;
     }
@@ -106,7 +106,7 @@ static double fit(const struct recording_test *t, struct signals of, double near
     /* the window grows with the accuracy of the frequency, so that no cycle is counted wrongly */
     for (;; window_s = fmin(2.0 * window_s, span_s)) {
         hz = refine(t, of, hz, start_s, window_s);
-        if (!(hz * window_s > CYCLES_LEAST)) return (double)NAN;
+        if (!(hz * window_s > REPEATS_LEAST)) return (double)NAN;
         if (window_s >= span_s) break;
     }
     /* While a machine settles, its phase changes too, but less and less: the second half of the

@@ -10,7 +10,7 @@
 enum {
     LONG = 400000,     /* samples of a test, at which every other block is dropped: thirteen minutes
                         * at 2 ms */
-    BLOCK = LONG / 16  /* samples in a block: 50 s at 2 ms, which holds whole pieces of any motion
+    BLOCK = LONG / 16  /* samples in a block: 50 s at 2 ms, which holds whole segments of any motion
                         * (motion.h) */
 };
 

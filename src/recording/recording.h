@@ -34,16 +34,16 @@ struct recording_test {
     double frequency_hz; /* frequency of the motion: as stated, or the measured one that
                           * recording_check() puts here */
     double stated_hz, amplitude;
-    double piece_s, start_s; /* length and start of a piece of any motion; piece_s 0: a steady
-                              * sinusoid */
-    int piece;           /* number of the piece in its record, from 0 */
+    double segment_s, start_s; /* length and start of a segment of any motion; segment_s 0: a steady
+                                * sinusoid */
+    int segment;         /* number of the segment in its record, from 0 */
     int count, capacity;
     int64_t offered;     /* samples offered so far; those of a long test that fall into dropped
                           * blocks are not kept */
     int thinned; /* times that every other block was dropped; the gaps look like lost samples */
     struct recording_sample *sample;
-    bool borrowed;       /* the samples belong to another piece, which frees them */
-    enum refusal refused;/* why a piece is not evaluated: REFUSED_NOISE */
+    bool borrowed;       /* the samples belong to another segment, which frees them */
+    enum refusal refused;/* why a segment is not evaluated: REFUSED_NOISE */
     int first, end;      /* the evaluated part: samples first <= i < end */
 };
 

@@ -15,8 +15,8 @@ enum refusal {
     REFUSED_STALE, REFUSED_LATE, REFUSED_DROPPED, REFUSED_INVALID, REFUSED_OVERRUN, REFUSED_IO,
     REFUSED_FOREIGN, REFUSED_OPEN, REFUSED_UNWRITTEN, REFUSED_TWIN,
     REFUSED_NO_NUMBER, REFUSED_NO_POSE, REFUSED_UNPLACED, REFUSED_OUTSIDE,
-    REFUSED_SURPLUS, /* samples and pieces */
-    /* pieces of any motion, or cycles of a sinusoid */
+    REFUSED_SURPLUS, /* samples and segments */
+    /* segments of any motion, or cycles of a sinusoid */
     REFUSED_GAP, REFUSED_TURN, REFUSED_REST, REFUSED_NOISE,
     /* tests */
     REFUSED_EMPTY, REFUSED_INCOMPLETE, REFUSED_UNDETERMINED,

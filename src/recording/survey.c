@@ -82,12 +82,12 @@ static void take_channel(const struct recording_test *t, enum survey_kind kind, 
     if (noise.step > 0.0) c->step = c->step > 0.0 ? fmin(c->step, noise.step) : noise.step;
 }
 
-/* Finds saturated channels in the longest steady piece, or else the longest moving one: at rest,
+/* Finds saturated channels in the longest steady segment, or else the longest moving one: at rest,
  * every reading stays at one value. */
 static void find_clipped(struct survey *s, const struct params *params) {
-    const struct piece *p = pieces_longest(&s->pieces, PIECE_STEADY);
+    const struct segment *p = segments_longest(&s->segments, SEGMENT_STEADY);
     struct recording_test part = s->test;
-    if (!p) p = pieces_longest(&s->pieces, PIECE_MOVING);
+    if (!p) p = segments_longest(&s->segments, SEGMENT_MOVING);
     if (!p) return;
     part.first = p->first, part.end = p->end;
     for (int kind = 0; kind < SURVEY_KINDS; kind++) {
@@ -130,7 +130,7 @@ static double swing(const struct survey *s, const struct kinematics *k, int leg,
 static void find_amplitude(struct survey *s, const struct params *params) {
     struct kinematics k;
     struct error unsaid;
-    const struct piece *p = pieces_longest(&s->pieces, PIECE_STEADY);
+    const struct segment *p = segments_longest(&s->segments, SEGMENT_STEADY);
     int legs = s->test.dof == DOF_NONE ? s->mechanism->legs : 1;
     s->measured_hz = p ? p->frequency_hz : (double)NAN;
     s->amplitude = (double)NAN;
@@ -138,11 +138,11 @@ static void find_amplitude(struct survey *s, const struct params *params) {
     for (int leg = 0; leg < legs; leg++) s->amplitude = fmax(s->amplitude, swing(s, &k, leg, p ? p->first : 0, p ? p->end : s->test.count));
 }
 
-/* Finds whether the evaluated part begins before the motion is steady. A steady piece tolerates
+/* Finds whether the evaluated part begins before the motion is steady. A steady segment tolerates
  * cycles that differ by 5 %, so its first may be the end of the ramp: one more period is added. */
 static void find_ramp(struct survey *s) {
-    const struct piece *p = s->pieces.piece, *end = p + s->pieces.count;
-    while (p < end && !(p->kind == PIECE_STEADY && p->end > s->evaluated)) p++;
+    const struct segment *p = s->segments.segment, *end = p + s->segments.count;
+    while (p < end && !(p->kind == SEGMENT_STEADY && p->end > s->evaluated)) p++;
     if (s->evaluated < 0 || p == end || p->first <= s->evaluated) return;
     s->steady_s = s->test.sample[p->first].test_time_s;
     s->ramp_least_s = s->steady_s + 1.0 / p->frequency_hz;
@@ -155,7 +155,7 @@ int survey_end(struct survey *s, const struct params *params, struct error *erro
     for (int kind = 0; kind < SURVEY_KINDS && t->count; kind++)
         for (int i = 0; i < s->channel[kind].of; i++) take_channel(t, (enum survey_kind)kind, i, &s->channel[kind]);
     for (int i = 0; i < t->count; i++) s->not_a_number += lacks_number(s, &t->sample[i]);
-    int status = pieces_find(&s->pieces, t, s->channel[SURVEY_LENGTH].of, error);
+    int status = segments_find(&s->segments, t, s->channel[SURVEY_LENGTH].of, error);
     if (status) return status;
     find_clipped(s, params);
     find_amplitude(s, params);
@@ -164,7 +164,7 @@ int survey_end(struct survey *s, const struct params *params, struct error *erro
 }
 
 void survey_free(struct survey *s) {
-    pieces_free(&s->pieces);
+    segments_free(&s->segments);
     free(s->test.sample);
     s->test = (struct recording_test){.first = -1};
 }

@@ -1,11 +1,11 @@
-/* Inventory of a recording before it is evaluated: its sampling, its pieces in time, and each kind
- * of channel. It judges no effect and refuses nothing. Ordinary threads; heap. */
+/* Inventory of a recording before it is evaluated: its sampling, its segments in time, and each
+ * kind of channel. It judges no effect and refuses nothing. Ordinary threads; heap. */
 #ifndef HEXID_SURVEY_H
 #define HEXID_SURVEY_H
 
 #include "mechanism.h"
-#include "pieces.h"
 #include "sampling.h"
+#include "segments.h"
 
 enum survey_kind { SURVEY_LENGTH, SURVEY_REFERENCE, SURVEY_P1, SURVEY_P2, SURVEY_FORCE, SURVEY_COMMAND, SURVEY_KINDS };
 /* "length", "reference", "p1", "p2", "force", "command" */
@@ -34,8 +34,8 @@ struct survey {
     const struct mechanism *mechanism;
     double stated_hz, stated_amplitude; /* as the configuration states them; NaN if no axis is
                                          * tested */
-    double measured_hz;         /* frequency of the longest steady piece; NaN without one */
-    /* Half the swing in the longest steady piece, or in all samples without one: m or rad on the
+    double measured_hz;         /* frequency of the longest steady segment; NaN without one */
+    /* Half the swing in the longest steady segment, or in all samples without one: m or rad on the
      * tested axis; without a tested axis, m of the leg that moves most. */
     double amplitude;
     int evaluated;              /* first sample of the evaluated part; -1 without one */
@@ -48,7 +48,7 @@ struct survey {
     int unplaced; /* number of samples that were dropped because their time is missing or does not
                    * increase */
     struct sampling sampling;
-    struct pieces pieces;
+    struct segments segments;
     struct survey_channel channel[SURVEY_KINDS];
 };
 

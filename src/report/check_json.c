@@ -33,11 +33,11 @@ static json_t *channels(const struct survey *s) {
     return object;
 }
 
-static json_t *pieces(const struct survey *s) {
+static json_t *segments(const struct survey *s) {
     json_t *array = json_array();
-    for (const struct piece *p = s->pieces.piece; p < s->pieces.piece + s->pieces.count; p++) {
+    for (const struct segment *p = s->segments.segment; p < s->segments.segment + s->segments.count; p++) {
         double from_s = s->test.sample[p->first].test_time_s, until_s = s->test.sample[p->end - 1].test_time_s;
-        json_array_append_new(array, json_pack("{ss si si so so so}", "kind", piece_names[p->kind], "first", p->first, "end", p->end,
+        json_array_append_new(array, json_pack("{ss si si so so so}", "kind", segment_names[p->kind], "first", p->first, "end", p->end,
                                                "from_s", report_number(from_s), "until_s", report_number(until_s), "frequency_hz",
                                                report_number(p->frequency_hz)));
     }
@@ -53,7 +53,7 @@ static json_t *test(const struct survey *s) {
                      s->test.dof >= DOF_PHI ? "rad" : "m", "rows", s->test.count, "seconds", report_number(survey_seconds(s)), "rate_hz",
                      report_number(1.0 / a->step_s), "jitter_s", report_number(a->jitter_s), "lost", (json_int_t)a->lost, "longest_gap_s",
                      report_number(a->gap_s), "flagged", s->flagged, "not_a_number", s->not_a_number, "unplaced", s->unplaced, "pieces",
-                     pieces(s), "ramp_least_s", report_number(s->ramp_least_s), "channels", channels(s));
+                     segments(s), "ramp_least_s", report_number(s->ramp_least_s), "channels", channels(s));
 }
 
 static json_t *answer(const struct error *e) {

@@ -65,9 +65,9 @@ static void write_data(FILE *script, const struct survey *s, enum survey_kind ki
 }
 
 static void write_grounds(FILE *script, const struct survey *s) {
-    static const char *const ground[PIECE_KINDS] = {[PIECE_REST] = "#ededed", [PIECE_STEADY] = "#dcebf5"};
+    static const char *const ground[SEGMENT_KINDS] = {[SEGMENT_REST] = "#ededed", [SEGMENT_STEADY] = "#dcebf5"};
     int drawn = 0;
-    for (const struct piece *p = s->pieces.piece; p < s->pieces.piece + s->pieces.count && drawn < GROUNDS_MOST; p++) {
+    for (const struct segment *p = s->segments.segment; p < s->segments.segment + s->segments.count && drawn < GROUNDS_MOST; p++) {
         if (!ground[p->kind]) continue;
         fprintf(script, "set object rectangle from first %.7g, graph 0 to first %.7g, graph 1 fc rgb '%s' fs solid noborder behind\n",
                 s->test.sample[p->first].test_time_s, s->test.sample[p->end - 1].test_time_s, ground[p->kind]);
@@ -75,15 +75,15 @@ static void write_grounds(FILE *script, const struct survey *s) {
     }
 }
 
-/* Writes labels of the pieces above the first panel, below the key. */
+/* Writes labels of the segments above the first panel, below the key. */
 static void write_labels(FILE *script, const struct survey *s, double at) {
     int drawn = 0;
-    for (const struct piece *p = s->pieces.piece; p < s->pieces.piece + s->pieces.count && drawn < GROUNDS_MOST; p++) {
+    for (const struct segment *p = s->segments.segment; p < s->segments.segment + s->segments.count && drawn < GROUNDS_MOST; p++) {
         double from_s = s->test.sample[p->first].test_time_s, until_s = s->test.sample[p->end - 1].test_time_s;
-        if (p->kind == PIECE_MOVING || !(until_s - from_s > 0.08 * width_s(s))) continue;
+        if (p->kind == SEGMENT_MOVING || !(until_s - from_s > 0.08 * width_s(s))) continue;
         fprintf(script, "set label at first %.7g, screen %.4f center front tc rgb '#444444' '", 0.5 * (from_s + until_s), at);
-        if (p->kind == PIECE_STEADY) fprintf(script, "steady, %.5g Hz'\n", p->frequency_hz);
-        else fprintf(script, "%s'\n", piece_names[p->kind]);
+        if (p->kind == SEGMENT_STEADY) fprintf(script, "steady, %.5g Hz'\n", p->frequency_hz);
+        else fprintf(script, "%s'\n", segment_names[p->kind]);
         drawn++;
     }
 }

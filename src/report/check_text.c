@@ -5,7 +5,7 @@
 #include "printable.h"
 #include "words.h"
 
-enum { NAME_COLUMNS = 16, PIECES_SHOWN = 12, LINE = 2400 };
+enum { NAME_COLUMNS = 16, SEGMENTS_SHOWN = 12, LINE = 2400 };
 
 const struct check_unit check_units[SURVEY_KINDS] = {
     [SURVEY_LENGTH] = {1e3, "mm"}, [SURVEY_REFERENCE] = {1e3, "mm, mrad"}, [SURVEY_P1] = {1e-6, "MPa"}, [SURVEY_P2] = {1e-6, "MPa"},
@@ -62,21 +62,22 @@ static void print_sampling(FILE *out, const struct check_report *r) {
     }
 }
 
-static double piece_seconds(const struct survey *s, const struct piece *p) {
+static double segment_seconds(const struct survey *s, const struct segment *p) {
     return s->test.sample[p->end - 1].test_time_s - s->test.sample[p->first].test_time_s + s->sampling.step_s;
 }
 
-static void print_pieces(FILE *out, const struct survey *s) {
+static void print_segments(FILE *out, const struct survey *s) {
     char text[LINE] = "", name[SURVEY_NAME], label[SURVEY_NAME + 4];
     size_t used = 0;
-    for (int i = 0; i < s->pieces.count && i < PIECES_SHOWN; i++) {
-        const struct piece *p = &s->pieces.piece[i];
-        used += (size_t)snprintf(text + used, LINE - used, "%s%s %.3g s", used ? ", " : "", piece_names[p->kind], piece_seconds(s, p));
-        if (p->kind == PIECE_STEADY) used += (size_t)snprintf(text + used, LINE - used, " at %.6g Hz", p->frequency_hz);
+    for (int i = 0; i < s->segments.count && i < SEGMENTS_SHOWN; i++) {
+        const struct segment *p = &s->segments.segment[i];
+        used += (size_t)snprintf(text + used, LINE - used, "%s%s %.3g s", used ? ", " : "", segment_names[p->kind], segment_seconds(s, p));
+        if (p->kind == SEGMENT_STEADY) used += (size_t)snprintf(text + used, LINE - used, " at %.6g Hz", p->frequency_hz);
     }
-    if (s->pieces.count > PIECES_SHOWN)
-        snprintf(text + used, LINE - used, ", and %d more, %.4g s in all", s->pieces.count - PIECES_SHOWN,
-                 survey_seconds(s) - (s->test.sample[s->pieces.piece[PIECES_SHOWN].first].test_time_s - s->test.sample[0].test_time_s));
+    if (s->segments.count > SEGMENTS_SHOWN)
+        snprintf(text + used, LINE - used, ", and %d more, %.4g s in all", s->segments.count - SEGMENTS_SHOWN,
+                 survey_seconds(s) -
+                     (s->test.sample[s->segments.segment[SEGMENTS_SHOWN].first].test_time_s - s->test.sample[0].test_time_s));
     text_printable(s->name, name, sizeof name);
     snprintf(label, sizeof label, "  %s:", name);
     words_print(out, label, text);
@@ -153,7 +154,7 @@ void check_text_print(FILE *out, const struct check_report *r) {
     print_tests(out, r);
     print_sampling(out, r);
     fputs("\n", out);
-    for (int i = 0; i < r->surveys; i++) print_pieces(out, &r->survey[i]);
+    for (int i = 0; i < r->surveys; i++) print_segments(out, &r->survey[i]);
     print_channels(out, r);
     fputs("\n", out);
     for (int i = 0; i < r->surveys; i++) print_faults(out, &r->survey[i]);

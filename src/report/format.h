@@ -13,7 +13,7 @@ enum { FORMAT_OWN = 512 };
 struct format {
     const char *rest, *end;  /* the part that is not yet taken; `end` lies behind its last byte */
     va_list args;
-    /* The piece taken last: literal text, or an argument as its conversion formats it. */
+    /* The segment taken last: literal text, or an argument as its conversion formats it. */
     const char *text;
     size_t length;
     bool argument, unknown;  /* unknown: a number that is not finite; its text is a "-" in the
@@ -22,7 +22,7 @@ struct format {
                               * %s */
 };
 
-/* Takes the next piece. Returns false at the end. */
+/* Takes the next segment. Returns false at the end. */
 bool format_next(struct format *f);
 
 #endif

@@ -41,10 +41,10 @@ static void effects_words(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         bool doubted = r->ambiguous && i == r->in_doubt;
         fprintf(out, "%s%s", joint(r, i), doubted && r->effects > 1 ? "either " : "");
-        section_effect_words(out, r->effect[i].effect, r->effect[i].shape, params_legs(&r->model));
+        section_effect_words(out, r->effect[i].effect, r->effect[i].pattern, params_legs(&r->model));
         for (int j = 0; doubted && j < r->ambiguous; j++) {
             fputs(", or ", out);
-            section_effect_words(out, r->ambiguous_with[j], SHAPE_ALL, params_legs(&r->model));
+            section_effect_words(out, r->ambiguous_with[j], PATTERN_ALL, params_legs(&r->model));
         }
     }
 }
@@ -132,7 +132,7 @@ static void sure_card(FILE *out, const struct gap_result *r) {
             r->white_after);
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
-        section_effect_words(out, next->effect, next->shape, params_legs(&r->model));
+        section_effect_words(out, next->effect, next->pattern, params_legs(&r->model));
         html_print(out, " (<code>%s</code>): %.1f&nbsp;%%, z&nbsp;=&nbsp;%.0f", effect_table[next->effect]->name,
                    100.0 * fmax(next->share_explained, 0.0), next->z);
         if (r->effects) fprintf(out, "; that falls short by <b>z&nbsp;=&nbsp;%.0f</b>", gap_short(r, next));
@@ -210,12 +210,12 @@ static void first_screen(FILE *out, const struct gap_report *report) {
     const struct gap_result *r = report->result;
     for (int i = 0; i < report->measured->runs; i++) html_print(out, "%s%s", i ? " and " : "", report->measured_file[i]);
     html_print(out, "</code> against <code>%s</code></span><span>", report->config_file);
-    int tests = 0, pieces = 0;
+    int tests = 0, segments = 0;
     for (int i = 0; i < report->measured->tests; i++)
-        if (report->measured->test[i].piece_s > 0.0) pieces++;
+        if (report->measured->test[i].segment_s > 0.0) segments++;
         else tests++;
     if (tests) fprintf(out, "%d test%s, ", tests, tests == 1 ? "" : "s");
-    if (pieces) fprintf(out, "%d piece%s of any motion, ", pieces, pieces == 1 ? "" : "s");
+    if (segments) fprintf(out, "%d piece%s of any motion, ", segments, segments == 1 ? "" : "s");
     fprintf(out, "%s</span></header>\n", r->simulated ? "simulated in closed loop" : "equations under the measured motion");
     headline(out, r);
     notices(out, r);

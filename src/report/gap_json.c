@@ -29,7 +29,7 @@ static json_t *effect(const struct gap_effect *e) {
 }
 
 static json_t *place(const struct gap_place *p) {
-    json_t *at_s = p->piece_s > 0.0 ? json_real(p->at_s) : json_null();
+    json_t *at_s = p->segment_s > 0.0 ? json_real(p->at_s) : json_null();
     return json_pack("{ss? so sf ss si si ss so}", "test", p->dof == DOF_NONE ? NULL : dof_names[p->dof], "at_s", at_s, "frequency_hz",
                      p->frequency_hz, "channel", gap_channel_names[p->channel], "leg", p->leg + 1, "harmonic", p->harmonic, "feature",
                      p->feature, "share", report_number(p->share));
@@ -93,7 +93,7 @@ static json_t *matrices(const struct gap_result *r) {
                      matrix(r->after_mt, r->matrices), "repaired", matrix(r->repaired_mt, r->repaired));
 }
 
-static json_t *line(const struct gap_line *l) {
+static json_t *tone(const struct gap_tone *l) {
     if (!(l->hz > 0.0)) return json_null();
     return json_pack("{sf sf ss ss ss}", "hz", l->hz, "rms", l->rms, "unit", gap_channel_units[l->channel], "channel",
                      gap_channel_names[l->channel], "test", dof_names[l->dof]);
@@ -114,7 +114,7 @@ char *gap_json(const struct gap_result *r, const char *model) {
                              gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted, "ambiguous_with",
                              rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
                              "unexplained_fraction", report_number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
-                             base(r), "Mt", matrices(r), "line", line(&r->line), "controller_difference",
+                             base(r), "Mt", matrices(r), "line", tone(&r->tone), "controller_difference",
                              report_number(r->controller_difference), "seconds", report_number(r->seconds), "replay",
                              r->simulated ? "closed-loop" : "motion", "model", path);
     return report_text(root);

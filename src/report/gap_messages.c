@@ -26,7 +26,7 @@ static void add_parameter(struct lists *l, const struct gap_effect *e, int key, 
     snprintf(l->name[i], NAME_SIZE, "%s.%s", effect->name, effect->keys[key].name);
     l->names[i] = l->name[i];
     l->units[i] = text(effect->keys[key].unit);
-    l->legs[i] = (int8_t)(e->shape == SHAPE_ALL ? 0 : leg + 1);
+    l->legs[i] = (int8_t)(e->pattern == PATTERN_ALL ? 0 : leg + 1);
     l->value[i] = e->values.value[key][leg];
     l->std[i] = gap_deviation(e, key, leg);
 }
@@ -35,7 +35,7 @@ static void list_all(struct lists *l, const struct gap_result *r) {
     l->parameters = 0;
     for (int i = 0; i < r->effects; i++) {
         const struct gap_effect *e = &r->effect[i];
-        int first = e->shape >= 0 ? e->shape : 0, end = e->shape == SHAPE_EACH ? LEGS : first + 1;
+        int first = e->pattern >= 0 ? e->pattern : 0, end = e->pattern == PATTERN_EACH ? LEGS : first + 1;
         l->effects[i] = text(effect_table[e->effect]->name);
         l->share[i] = e->share_explained;
         l->z[i] = e->z;

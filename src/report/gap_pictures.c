@@ -32,7 +32,7 @@ static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *
  * mostly noise. */
 static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];
-    spectrum_value(row, t->piece_s > 0.0 ? SPECTRUM_HARMONICS : RESIDUAL_HARMONICS, t->omega, t_s, value);
+    spectrum_value(row, t->segment_s > 0.0 ? SPECTRUM_HARMONICS : RESIDUAL_HARMONICS, t->omega, t_s, value);
     return value[1];
 }
 
@@ -83,7 +83,7 @@ void picture_wave(FILE *script, const void *picture) {
     plot_panels(script, 0.13, 1e3 * p->test->from_s, 1e3 * (p->test->from_s + p->test->span_s));
     plot_panel(script, 0.91, 0.48, NULL, value);
     plot(script, p, "1:2", "1:3", "1:4");
-    plot_panel(script, 0.43, 0.16, p->test->piece_s > 0.0 ? "time [ms]" : "time in the cycle [ms]", difference);
+    plot_panel(script, 0.43, 0.16, p->test->segment_s > 0.0 ? "time [ms]" : "time in the cycle [ms]", difference);
     fprintf(script,
             "unset key\n"
             "set ytics %g\n"

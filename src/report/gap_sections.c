@@ -57,11 +57,11 @@ static void singular(FILE *out, const char *plain) {
     }
 }
 
-void section_effect_words(FILE *out, int effect, int shape, int legs) {
+void section_effect_words(FILE *out, int effect, int pattern, int legs) {
     if (legs == 1) singular(out, effect_table[effect]->plain);
     else html_print(out, "%s", effect_table[effect]->plain);
-    if (shape >= 0) fprintf(out, " (leg %d only)", shape + 1);
-    if (shape == SHAPE_EACH) fputs(" (each leg its own)", out);
+    if (pattern >= 0) fprintf(out, " (leg %d only)", pattern + 1);
+    if (pattern == PATTERN_EACH) fputs(" (each leg its own)", out);
 }
 
 bool section_named(const struct gap_result *r, int effect) {
@@ -107,9 +107,9 @@ static struct spot *spots(const struct waves *w, int *count) {
     return spot;
 }
 
-/* Names a test: "x"; with several runs "x at 4 Hz"; a piece of a motion "at 3.21 s". */
-static const char *test_words(const struct recording *r, int test, enum dof dof, double at_s, double piece_s, char words[TEST_WORDS]) {
-    if (piece_s > 0.0) {
+/* Names a test: "x"; with several runs "x at 4 Hz"; a segment of a motion "at 3.21 s". */
+static const char *test_words(const struct recording *r, int test, enum dof dof, double at_s, double segment_s, char words[TEST_WORDS]) {
+    if (segment_s > 0.0) {
         snprintf(words, TEST_WORDS, "at %.4g s", at_s);
         return words;
     }
@@ -172,7 +172,7 @@ void section_waveforms(struct page *p, const struct gap_report *report) {
         char words[TEST_WORDS], place[PLACE_WORDS];
         page_figure(p, picture_wave, &(struct picture){s->test, s->leg, s->channel, has_after(report)},
                     "Test %s%s: before, the model is off by %.1f %% of the channel's variation",
-                    test_words(report->measured, s->test->test, s->test->dof, s->test->at_s, s->test->piece_s, words),
+                    test_words(report->measured, s->test->test, s->test->dof, s->test->at_s, s->test->segment_s, words),
                     place_words(report->waves->legs, s->channel, s->leg, place), 100.0 * s->size);
     }
     fputs("</div></section>\n", p->out);
@@ -202,7 +202,7 @@ void section_loops(struct page *p, const struct gap_report *report) {
     page_figure(p, picture_force_loop, &loop,
                 "Test %s%s: measured force, A1 P1 - A2 P2 where there are pressures, and the force that the "
                 "model needs for the measured motion",
-                test_words(report->measured, motion->test, motion->dof, motion->at_s, motion->piece_s, words), leg);
+                test_words(report->measured, motion->test, motion->dof, motion->at_s, motion->segment_s, words), leg);
     page_figure(p, picture_rest_loop, &loop, "What the model leaves over: the measured force less the one that the model needs");
     if (simulated)
         page_figure(p, picture_valve_loop, &(struct picture){simulated, place->leg, GAP_VALVE, has_after(report)},
@@ -254,7 +254,7 @@ static void map_rows(FILE *out, const struct gap_report *report, bool after, dou
     char words[TEST_WORDS];
     fprintf(out, "<tr><th class=\"side\" colspan=\"%d\">%s</th></tr>\n", 1 + GAP_CHANNELS * w->legs, after ? "after" : "before");
     for (const struct wave_test *t = w->test; t < w->test + w->tests; t++) {
-        fprintf(out, "<tr><th>%s</th>", test_words(report->measured, t->test, t->dof, t->at_s, t->piece_s, words));
+        fprintf(out, "<tr><th>%s</th>", test_words(report->measured, t->test, t->dof, t->at_s, t->segment_s, words));
         for (int i = 0; i < GAP_CHANNELS * w->legs; i++) {
             int ch = i / w->legs, leg = i % w->legs;
             if (w->evaluated[ch]) map_cell(out, spot_size(w, t, ch, leg, after), full);
@@ -268,10 +268,10 @@ static void place_row(FILE *out, const struct gap_report *report, const struct g
     int legs = report->waves->legs;
     char words[TEST_WORDS];
     fputs("<tr>", out);
-    html_cells(out, "%s|%s", test_words(report->measured, w->test, w->dof, w->at_s, w->piece_s, words),
+    html_cells(out, "%s|%s", test_words(report->measured, w->test, w->dof, w->at_s, w->segment_s, words),
                section_channel_words(legs, w->channel));
     if (legs > 1) html_cells(out, "%d", w->leg + 1);
-    if (w->piece_s > 0.0) html_cells(out, "near %.2g Hz", w->frequency_hz);
+    if (w->segment_s > 0.0) html_cells(out, "near %.2g Hz", w->frequency_hz);
     else html_cells(out, "harmonic %d%s", w->harmonic, w->harmonic ? "" : " (constant)");
     html_cells(out, "%s|>%.1f %%", section_feature_words(w->feature), 100.0 * w->share);
     fputs("</tr>\n", out);

@@ -17,7 +17,7 @@ static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int l
     html_quantity(out, e->values.value[key][leg], gap_deviation(e, key, leg), unit);
     if (e->given.on) {
         fputs(" <span class=\"small\">given ", out);
-        if (e->shape != SHAPE_ALL || gap_given_alike(e, key)) html_quantity(out, e->given.value[key][leg], 0.0, "-");
+        if (e->pattern != PATTERN_ALL || gap_given_alike(e, key)) html_quantity(out, e->given.value[key][leg], 0.0, "-");
         else fputs("leg by leg", out);
         fputs("</span>", out);
     }
@@ -39,8 +39,8 @@ void table_parameters(FILE *out, const struct gap_effect *e) {
     fputs("<table class=\"parameters\">", out);
     for (int k = 0; k < e->keys; k++) {
         html_print(out, "<tr><td><code>%s</code></td>", key[k].name);
-        if (e->shape == SHAPE_EACH) spread_cell(out, e->values.value[k], key[k].unit);
-        else parameter_cell(out, e, k, e->shape >= 0 ? e->shape : 0, key[k].unit);
+        if (e->pattern == PATTERN_EACH) spread_cell(out, e->values.value[k], key[k].unit);
+        else parameter_cell(out, e, k, e->pattern >= 0 ? e->pattern : 0, key[k].unit);
         fputs("</tr>\n", out);
     }
     fputs("</table>\n", out);
@@ -57,12 +57,12 @@ static void leg_rows(FILE *out, const struct gap_effect *e) {
 
 void table_legs(FILE *out, const struct gap_result *r) {
     bool any = false;
-    for (int i = 0; i < r->effects; i++) any = any || r->effect[i].shape == SHAPE_EACH;
+    for (int i = 0; i < r->effects; i++) any = any || r->effect[i].pattern == PATTERN_EACH;
     if (!any) return;
     fputs("<section id=\"legs\"><h2>Parameters leg by leg</h2>\n", out);
     html_table(out, NULL, "key|unit|>leg 1|>leg 2|>leg 3|>leg 4|>leg 5|>leg 6");
     for (int i = 0; i < r->effects; i++)
-        if (r->effect[i].shape == SHAPE_EACH) leg_rows(out, &r->effect[i]);
+        if (r->effect[i].pattern == PATTERN_EACH) leg_rows(out, &r->effect[i]);
     html_table_end(out);
     fputs("</section>\n", out);
 }
@@ -106,7 +106,7 @@ static void hypothesis_row(FILE *out, const struct gap_result *r, int place) {
     const char *end = fate(r, place);
     double share = fmin(fmax(c->share_explained, 0.0), 1.0);
     fprintf(out, "<tr%s><td class=\"n\">%d</td><td>", strcmp(end, "named") ? "" : " class=\"found\"", place + 1);
-    section_effect_words(out, c->effect, c->shape, params_legs(&r->model));
+    section_effect_words(out, c->effect, c->pattern, params_legs(&r->model));
     html_print(out, "<br><code>%s</code></td><td class=\"bar\"><i style=\"width:%.1f%%\"></i></td>", effect_table[c->effect]->name,
                100.0 * share);
     html_cells(out, ">%.1f %%|>%.1f|%s", 100.0 * share, c->z, end);

@@ -12,14 +12,14 @@ enum { RUNNERS_UP = 3, PLACES_SHOWN = 5, LEGS_A_LINE = 2 };
 
 static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
     const struct effect_key *k = &effect_table[e->effect]->keys[key];
-    int first = e->shape >= 0 ? e->shape : 0, end = e->shape == SHAPE_EACH ? LEGS : first + 1;
+    int first = e->pattern >= 0 ? e->pattern : 0, end = e->pattern == PATTERN_EACH ? LEGS : first + 1;
     fprintf(out, "    %-24s", k->name);
     for (int leg = first; leg < end; leg++) {
         if (leg > first && leg % LEGS_A_LINE == 0) fprintf(out, "\n%28s", "");
         fprintf(out, " %.4g", e->values.value[key][leg]);
         if (e->bound[key][leg]) fputs(" (at bound)", out);
         else fprintf(out, " +- %.2g", gap_deviation(e, key, leg));
-        if (e->given.on && (e->shape != SHAPE_ALL || gap_given_alike(e, key))) fprintf(out, " (given %.4g)", e->given.value[key][leg]);
+        if (e->given.on && (e->pattern != PATTERN_ALL || gap_given_alike(e, key))) fprintf(out, " (given %.4g)", e->given.value[key][leg]);
         else if (e->given.on) fputs(" (given leg by leg)", out);
     }
     fprintf(out, " %s\n", k->unit);
@@ -28,7 +28,7 @@ static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
 static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
     const struct effect *effect = effect_table[e->effect];
     fprintf(out, "  %s", effect->name);
-    if (e->shape >= 0) fprintf(out, " of leg %d", e->shape + 1);
+    if (e->pattern >= 0) fprintf(out, " of leg %d", e->pattern + 1);
     if (alone) fprintf(out, " explains %.1f %% of it", 100.0 * e->share_explained);
     fprintf(out, " (z %.0f)\n", e->z);
     for (int key = 0; key < e->keys; key++) print_parameter(out, e, key);

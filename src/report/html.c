@@ -16,7 +16,7 @@ static void escape(FILE *out, const char *text, size_t length) {
         }
 }
 
-static void write_piece(FILE *out, const struct format *f) {
+static void write_segment(FILE *out, const struct format *f) {
     if (f->unknown) fputs("–", out);
     else if (f->argument) escape(out, f->text, f->length);
     else fwrite(f->text, 1, f->length, out);
@@ -25,7 +25,7 @@ static void write_piece(FILE *out, const struct format *f) {
 void html_print(FILE *out, const char *format, ...) {
     struct format f = {.rest = format, .end = format + strlen(format)};
     va_start(f.args, format);
-    while (format_next(&f)) write_piece(out, &f);
+    while (format_next(&f)) write_segment(out, &f);
     va_end(f.args);
 }
 
@@ -36,7 +36,7 @@ static void write_cell(FILE *out, struct format *f, bool heading) {
     f->rest += number || own;
     fprintf(out, "<t%c%s>", heading || own ? 'h' : 'd', number ? " class=\"n\"" : "");
     while (format_next(f)) {
-        if (known) write_piece(out, f);
+        if (known) write_segment(out, f);
         known = known && !f->unknown;
     }
     fprintf(out, "</t%c>", heading || own ? 'h' : 'd');

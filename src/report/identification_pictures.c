@@ -7,7 +7,7 @@
 #include "plot.h"
 #include "units.h"
 
-enum { TEST_POINTS = 180, PERIODS = 3, PIECES = 6, FRICTION_TESTS = 12, FRICTION_STEP = 2 };
+enum { TEST_POINTS = 180, PERIODS = 3, SEGMENTS = 6, FRICTION_TESTS = 12, FRICTION_STEP = 2 };
 
 /* --- entries */
 
@@ -71,11 +71,11 @@ struct picture_test picture_of_test(const struct identification_log *log, int te
     const struct recording *r = log->recording;
     const struct recording_test *t = &r->test[test];
     double from_s = t->sample[t->first].test_time_s, span_s = t->sample[t->end - 1].test_time_s - from_s;
-    int pieces = 1;
-    if (!(t->piece_s > 0.0)) return (struct picture_test){log, test, from_s, fmin(PERIODS / t->frequency_hz, span_s)};
-    while (test + pieces < r->tests && r->test[test + pieces].sample == t->sample) pieces++;
-    int middle = pieces > PIECES ? (pieces - PIECES) / 2 : 0;
-    return (struct picture_test){log, test, r->test[test + middle].start_s, PIECES * t->piece_s};
+    int segments = 1;
+    if (!(t->segment_s > 0.0)) return (struct picture_test){log, test, from_s, fmin(PERIODS / t->frequency_hz, span_s)};
+    while (test + segments < r->tests && r->test[test + segments].sample == t->sample) segments++;
+    int middle = segments > SEGMENTS ? (segments - SEGMENTS) / 2 : 0;
+    return (struct picture_test){log, test, r->test[test + middle].start_s, SEGMENTS * t->segment_s};
 }
 
 enum { POSE_COLUMN = 2, REF_COLUMN = POSE_COLUMN + DOFS, FORCE_COLUMN = REF_COLUMN + DOFS };

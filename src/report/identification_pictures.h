@@ -11,16 +11,16 @@
  * per cent of sqrt(Mii Mjj), with its 95 % interval, for methods A and C and all logs. */
 void picture_entries(FILE *script, const void *report);
 
-/* Time to be plotted: the first periods of a test's evaluated part, or some pieces from the middle
- * of any motion. */
+/* Time to be plotted: the first periods of a test's evaluated part, or some segments from the
+ * middle of any motion. */
 struct picture_test {
     const struct identification_log *log;
     int test;              /* index of the test in log->recording */
     double from_s, seconds;
 };
 
-/* Chooses the time to be plotted of a test with an evaluated part. A motion in pieces is given by
- * its first piece. */
+/* Chooses the time to be plotted of a test with an evaluated part. A motion in segments is given by
+ * its first segment. */
 struct picture_test picture_of_test(const struct identification_log *log, int test);
 
 /* Plots a struct picture_test: measured and commanded pose, of the tested axis or of all, and below

@@ -33,7 +33,7 @@ struct identification_log {
     const struct identification *id;
     const struct verdicts *verdicts;
     struct loop_statistics loop;
-    /* complete tests, as method C used them: any other motion is cut into pieces */
+    /* complete tests, as method C used them: any other motion is cut into segments */
     const struct recording *recording;
     struct identification_motion motion;
     const int64_t *refused;       /* [REFUSALS]: number of samples in the evaluated parts that were

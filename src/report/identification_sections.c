@@ -86,7 +86,7 @@ static void test_figure(struct page *p, const struct identification_log *l, int 
     page_figure(p, picture_test, &picture,
                 "%s %s: %.3g s %s. Above the pose by the measured lengths, dashed its reference; below the leg forces%s.",
                 t->dof == DOF_NONE ? "Motion" : "Test", tests_name(&l->params->tests, t->dof), picture.seconds,
-                t->piece_s > 0.0 ? "from its middle" : "from the evaluated part's beginning",
+                t->segment_s > 0.0 ? "from its middle" : "from the evaluated part's beginning",
                 l->recording->measured.pressures ? " A1 P1 - A2 P2" : "");
 }
 

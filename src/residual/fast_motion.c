@@ -8,12 +8,12 @@
 static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a line's window, as a share of the
                                              * series' shortest period */
     SAMPLES = 3.0,                          /* least half-width of a line's window, in samples */
-    APART = 0.25,                           /* distance of neighbouring lines, as a share of that
+    LINES_APART = 0.25,                     /* distance of neighbouring lines, as a share of that
                                              * half-width */
-    SPREAD = 0.06; /* no line is fitted unless the variance of the samples' times, in squares of the
-                    * half-width, exceeds this. It is 0.13 with samples on both sides, and 0.04 at a
-                    * record's end. A line there would be off by microns, and 5 um are 26 kPa in a
-                    * shut chamber. */
+    SPREAD_LEAST = 0.06; /* no line is fitted unless the variance of the samples' times, in
+                          * squares of the half-width, exceeds this. It is 0.13 with samples on
+                          * both sides, and 0.04 at a record's end. A line there would be off by
+                          * microns, and 5 um are 26 kPa in a shut chamber. */
 
 /* Lengths of a sample less those of the Fourier series at its time. */
 static void rest_of(const struct recording_sample *sample, const struct spectrum *series, double rest[LEGS]) {
@@ -37,7 +37,7 @@ static bool fit_line(const struct recording_sample *sample, int samples, const d
         for (int k = 0; k < LEGS; k++) y0[k] += weight * rest[i][k], y1[k] += weight * x * rest[i][k];
     }
     double determinant = w0 * w2 - w1 * w1;
-    if (!(determinant > SPREAD * w0 * w0)) return false;
+    if (!(determinant > SPREAD_LEAST * w0 * w0)) return false;
     for (int k = 0; k < LEGS; k++) {
         line->length_m[k] = (w2 * y0[k] - w1 * y1[k]) / determinant;
         line->rate_mps[k] = (w0 * y1[k] - w1 * y0[k]) / determinant / reach_s;
@@ -88,7 +88,7 @@ bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, c
     int first = test->first, end;
     while (first < test->end && test->sample[first].test_time_s < from_s) first++;
     for (end = first; end < test->end && test->sample[end].test_time_s <= until_s;) end++;
-    *f = (struct fast_motion){.first_s = from_s, .step_s = APART * reach_s};
+    *f = (struct fast_motion){.first_s = from_s, .step_s = LINES_APART * reach_s};
     f->lines = (int)((until_s - from_s) / f->step_s) + 2;
     double (*rest)[LEGS] = malloc((size_t)(end - first + 1) * sizeof *rest);
     f->line = calloc((size_t)f->lines, sizeof *f->line);

@@ -1,6 +1,7 @@
-/* The part of a measured motion that is too fast for the Fourier series of its piece, such as a rod
- * that turns sharply or starts. Straight lines under Hann windows are fitted to the lengths less
- * the series, all along the piece, and cubics join the lines. Pure but for the heap. */
+/* The part of a measured motion that is too fast for the Fourier series of its segment, such as
+ * a rod that turns sharply or starts. Straight lines under Hann windows are fitted to the
+ * lengths less the series, all along the segment, and cubics join the lines. Pure but for the
+ * heap. */
 #ifndef HEXID_FAST_MOTION_H
 #define HEXID_FAST_MOTION_H
 

@@ -7,7 +7,7 @@
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
-static const double SURE = 3.0;       /* a leg may be held if its speed is less than this many of
+static const double SPEED_STDS = 3.0; /* a leg may be held if its speed is less than this many of
                                        * its standard deviations */
 static const double OVERSHOOT = 1.18; /* height of a jump of friction in the evaluated harmonics, as
                                        * a multiple of its true height (Gibbs) */
@@ -117,7 +117,7 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
 /* A leg slower than this may be held: a reversal is then nearer than the harmonics can resolve, or
  * the motion is lost in the noise of the speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
-    return fmax(fmax(fabs(acceleration) * d->resolution_s, SURE * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
+    return fmax(fmax(fabs(acceleration) * d->resolution_s, SPEED_STDS * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
 
 /* Share of sliding friction in a leg's dry friction: 0 below the slow speed, 1 from twice that

@@ -19,25 +19,26 @@ static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a
                                            * cycles' mean amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
                                            * errors of clock or typing, not another test */
-/* Least highest frequency of a piece, which gives pieces of 3 s. Only pieces that must cover a long
- * record are longer. */
+/* Least highest frequency of a segment, which gives segments of 3 s. Only segments that must
+ * cover a long record are longer. */
 static const double BAND_LEAST_HZ = 2.75;
-static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a piece, as a share of the
-                                               * sampling rate: a piece then has more than twice as
-                                               * many samples as coefficients (spectrum_cut) */
-static const double BAND_OF_MOTION = 8.0; /* highest frequency of a piece, as a multiple of the
+static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a segment, as a share of the
+                                               * sampling rate: a segment then has more than
+                                               * twice as many samples as coefficients
+                                               * (spectrum_cut) */
+static const double BAND_OF_MOTION = 8.0; /* highest frequency of a segment, as a multiple of the
                                            * motion's mean frequency: harmonics of a sinusoid are
                                            * below it */
 static const double STANDS_OUT = 10.0;    /* a bin is motion if its power exceeds this times the
                                            * noise floor; of noise alone, the strongest of 500 bins
-                                           * in twelve segments reaches 3 */
-static const double REST = 1e-3;          /* a piece is at rest if its mean square speed is less
-                                           * than this share of the mean of all pieces */
-static const double STEPS = 3.0;          /* least motion of a piece, in resolution steps per period
-                                           * of its highest frequency: rounding errors of slower
-                                           * motion are not random */
+                                           * in twelve windows reaches 3 */
+static const double REST = 1e-3;          /* a segment is at rest if its mean square speed is less
+                                           * than this share of the mean of all segments */
+static const double STEPS_LEAST = 3.0;    /* least motion of a segment, in resolution steps per
+                                           * period of its highest frequency: rounding errors of
+                                           * slower motion are not random */
 static const double THIN_HZ = 200.0;
-static const double MISSING = 0.1;        /* share of a piece's samples that may be missing */
+static const double MISSING = 0.1;        /* share of a segment's samples that may be missing */
 static const double GAP_STEPS = 2.5;      /* two good samples enclose a gap if they are more than
                                            * this many steps apart: jitter is less */
 static const double BESIDE = 3.0, /* least time over which a speed beside a gap is fitted, in
@@ -48,10 +49,10 @@ static const double TURN = 4.0;           /* the motion turns in a gap if its sp
                                            * changes in that time */
 static const double TURN_LEAST = 0.5;     /* least change of speed that is a turn, as a share of the
                                            * rms speed */
-static const double GAPS = 2.0;           /* a segment of the periodogram is excluded if it lasts
+static const double GAPS = 2.0;           /* a window of the periodogram is excluded if it lasts
                                            * more than this times its samples: half of it is gaps,
                                            * and no motion goes on across them */
-enum { PER_CYCLE = 16, PIECES = 48, PIECES_NEEDED = 6, SEGMENT = 1024, SEGMENTS = 12, BINS_LEAST = 16 };
+enum { PER_CYCLE = 16, SEGMENTS = 48, SEGMENTS_NEEDED = 6, SEGMENT = 1024, WINDOWS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
     int i = t->first;
@@ -151,13 +152,13 @@ static void add_power(int n, const double *rest, double *power) {
     }
 }
 
-/* Adds the power of Hann-windowed segments of n points, spread evenly over the record. False: none
+/* Adds the power under Hann windows of n points, spread evenly over the record. False: none
  * is added, since each is half gaps. */
-static bool add_segments(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
+static bool add_windows(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
     double rest[SEGMENT];
     bool added = false;
-    for (int segment = 0; segment < SEGMENTS; segment++) {
-        int from = (int)((double)(all - n) * segment / (SEGMENTS - 1)), first = t->first + from * many;
+    for (int window = 0; window < WINDOWS; window++) {
+        int from = (int)((double)(all - n) * window / (WINDOWS - 1)), first = t->first + from * many;
         double mean = 0.0, lasts_s = t->sample[first + n * many - 1].test_time_s - t->sample[first].test_time_s;
         if (n < all && lasts_s > GAPS * n * many * step_s) continue;
         for (int i = 0; i < n; i++) mean += x[from + i] / n;
@@ -169,7 +170,7 @@ static bool add_segments(const struct recording_test *t, const double *x, int al
 }
 
 /* Mean periodogram of a leg's length at a reduced sampling rate. If the record comes in bursts,
- * segments are halved until they fit between its gaps. Returns the number of bins, or -3 without
+ * windows are halved until they fit between its gaps. Returns the number of bins, or -3 without
  * memory. */
 static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
     int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
@@ -183,14 +184,14 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
             x[i] += held / many;
         }
     }
-    while (n > 1 && !add_segments(t, x, all, n, many, step_s, power)) n /= 2;
+    while (n > 1 && !add_windows(t, x, all, n, many, step_s, power)) n /= 2;
     free(x);
     *bin_hz = 1.0 / (n * many * step_s);
     return n / 2;
 }
 
 /* Finds the frequency band to evaluate: harmonics of the speed's mean frequency. A long record gets
- * a lower band, so that the pieces cover all of it, but not below the harmonics of the length's
+ * a lower band, so that the segments cover all of it, but not below the harmonics of the length's
  * mean frequency. -2: too short, or no motion; -3: no memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
@@ -207,35 +208,35 @@ static int find_band(const struct recording_test *t, int legs, double step_s, do
         square += excess, rate += excess * w * w, curve += excess * w * w * w * w;
     }
     if (!(square > 0.0)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
-    double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * PIECES / span_s;
+    double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * SEGMENTS / span_s;
     double most = fmin(fmin(BAND_OF_RATE / step_s, RECORDING_FASTEST_HZ), fmax(motion_hz, all_hz));
     *band_hz = fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
     return STATUS_OK;
 }
 
-struct piece {
+struct cut_segment {
     /* speed: mean square of the legs' speeds, m^2/s^2 */
     double start_s, speed;
-    int first, end; /* samples of the piece and of its margins: first <= i < end */
-    enum refusal refused; /* why the piece is not evaluated */
+    int first, end; /* samples of the segment and of its margins: first <= i < end */
+    enum refusal refused; /* why the segment is not evaluated */
 };
 
-/* A record cut into consecutive pieces. */
+/* A record cut into consecutive segments. */
 struct cut {
     const struct recording_test *test;
     int legs;
-    /* before_s, behind_s: samples that a piece needs before and behind it */
-    double step_s, piece_s, before_s, behind_s;
-    /* turns: pieces with a gap in which a leg may turn */
+    /* before_s, behind_s: samples that a segment needs before and behind it */
+    double step_s, segment_s, before_s, behind_s;
+    /* turns: segments with a gap in which a leg may turn */
     int all, kept, turns;
-    struct piece *piece;                        /* all pieces; keep_pieces() moves the kept ones to
-                                                 * the front */
+    struct cut_segment *segment;                /* all segments; keep_segments() moves the kept
+                                                 * ones to the front */
 };
 
-static struct piece take_piece(const struct cut *c, int i) {
+static struct cut_segment take_segment(const struct cut *c, int i) {
     const struct recording_test *t = c->test;
-    struct piece p = {.start_s = t->sample[t->first].test_time_s + c->before_s + i * c->piece_s};
-    double from_s = p.start_s - c->before_s, until_s = p.start_s + c->piece_s + c->behind_s, sum = 0.0;
+    struct cut_segment p = {.start_s = t->sample[t->first].test_time_s + c->before_s + i * c->segment_s};
+    double from_s = p.start_s - c->before_s, until_s = p.start_s + c->segment_s + c->behind_s, sum = 0.0;
     int n = (int)((until_s - from_s) / c->step_s), good = 0, steps = 0, coarse = (int)fmax(0.02 / c->step_s, 1.0), last = -1;
     p.first = p.end = recording_at(t, from_s) > t->first ? recording_at(t, from_s) : t->first;
     for (; p.end < t->end && t->sample[p.end].test_time_s <= until_s; p.end++) {
@@ -249,7 +250,7 @@ static struct piece take_piece(const struct cut *c, int i) {
         last = p.end;
     }
     p.speed = steps ? sum / steps : 0.0;
-    bool complete = good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(c->piece_s, c->step_s);
+    bool complete = good > (1.0 - MISSING) * n && spectrum_gap(t, from_s, until_s) < residual_gap_s(c->segment_s, c->step_s);
     p.refused = complete ? REFUSED_NOT : REFUSED_GAP;
     return p;
 }
@@ -267,13 +268,13 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* True if a leg may turn within one of the piece's gaps, more sharply than a motion of the mean
+/* True if a leg may turn within one of the segment's gaps, more sharply than a motion of the mean
  * frequency does. The series bridges a gap only if the motion goes on as before. */
-static bool hides_turn(const struct cut *c, const struct piece *p, double omega, double speed) {
+static bool hides_turn(const struct cut *c, const struct cut_segment *p, double omega, double speed) {
     const struct recording_test *t = c->test;
     double last_s = p->start_s - c->before_s;
     bool hides = false;
-    for (int i = recording_at(t, last_s); i < t->end && t->sample[i].test_time_s <= p->start_s + c->piece_s + c->behind_s; i++) {
+    for (int i = recording_at(t, last_s); i < t->end && t->sample[i].test_time_s <= p->start_s + c->segment_s + c->behind_s; i++) {
         double at_s = t->sample[i].test_time_s, gap_s = at_s - last_s, beside_s = fmax(fmax(gap_s, BESIDE_S), BESIDE * c->step_s);
         double turn = fmax(TURN * omega * (gap_s + beside_s), TURN_LEAST);
         if (t->sample[i].refused) continue;
@@ -287,69 +288,69 @@ static bool hides_turn(const struct cut *c, const struct piece *p, double omega,
     return hides;
 }
 
-/* Chooses at most `most` complete pieces, spread evenly over the record. Returns how many. */
-static int choose_pieces(struct cut *c, int most) {
+/* Chooses at most `most` complete segments, spread evenly over the record. Returns how many. */
+static int choose_segments(struct cut *c, int most) {
     int complete = 0, chosen = 0;
-    for (int i = 0; i < c->all; i++) complete += !c->piece[i].refused;
+    for (int i = 0; i < c->all; i++) complete += !c->segment[i].refused;
     for (int i = 0, n = 0; i < c->all; i++) {
-        if (c->piece[i].refused) continue;
+        if (c->segment[i].refused) continue;
         bool chooses = chosen < most && (complete <= most || n == (int)((double)complete * chosen / most));
-        if (!chooses) c->piece[i].refused = REFUSED_SURPLUS;
+        if (!chooses) c->segment[i].refused = REFUSED_SURPLUS;
         chosen += chooses, n++;
     }
     return chosen;
 }
 
-/* Keeps the chosen pieces that move and in which no gap hides a turn. */
-static void keep_pieces(struct cut *c, int most, double resolution_m) {
+/* Keeps the chosen segments that move and in which no gap hides a turn. */
+static void keep_segments(struct cut *c, int most, double resolution_m) {
     double mean = 0.0, moves = 0.0;
-    int chosen = choose_pieces(c, most);
-    for (int i = 0; i < c->all; i++) mean += c->piece[i].refused ? 0.0 : c->piece[i].speed / chosen;
+    int chosen = choose_segments(c, most);
+    for (int i = 0; i < c->all; i++) mean += c->segment[i].refused ? 0.0 : c->segment[i].speed / chosen;
     for (int k = 0; k < c->legs; k++) moves += variance(c->test, k) / c->legs;
-    double least = fmax(REST * mean, pow(STEPS * resolution_m * RESIDUAL_BAND / c->piece_s, 2.0)), omega = sqrt(mean / moves);
+    double least = fmax(REST * mean, pow(STEPS_LEAST * resolution_m * RESIDUAL_BAND / c->segment_s, 2.0)), omega = sqrt(mean / moves);
     for (int i = 0; i < c->all; i++) {
-        struct piece p = c->piece[i];
+        struct cut_segment p = c->segment[i];
         bool turn = hides_turn(c, &p, omega, sqrt(fmax(p.speed, mean)));
         c->turns += turn;
         if (!p.refused) p.refused = turn ? REFUSED_TURN : p.speed > least ? REFUSED_NOT : REFUSED_REST;
-        if (!p.refused) c->piece[c->kept++] = p;
+        if (!p.refused) c->segment[c->kept++] = p;
     }
 }
 
-/* Replaces a test of the recording by those of its pieces that are kept. */
-static void put_pieces(struct recording *r, int test, const struct cut *c) {
+/* Replaces a test of the recording by those of its segments that are kept. */
+static void put_segments(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
     memmove(r->test + test + c->kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
     r->tests += c->kept - 1;
     for (int i = 0; i < c->kept; i++) {
         struct recording_test *t = &r->test[test + i];
         *t = whole;
-        t->piece_s = c->piece_s, t->start_s = c->piece[i].start_s, t->piece = i;
-        t->first = c->piece[i].first, t->end = c->piece[i].end;
+        t->segment_s = c->segment_s, t->start_s = c->segment[i].start_s, t->segment = i;
+        t->first = c->segment[i].first, t->end = c->segment[i].end;
         t->borrowed = i > 0;
         t->frequency_hz = t->stated_hz = NAN;
     }
 }
 
-static int cut_pieces(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
+static int cut_segments(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
     int most = (RECORDING_TESTS - test) / (r->tests - test); /* the tests not yet cut share the room
                                                               * that is left */
-    if (most < PIECES_NEEDED)
+    if (most < SEGMENTS_NEEDED)
         return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
                          RECORDING_TESTS);
-    for (int i = 0; i < c->all; i++) c->piece[i] = take_piece(c, i);
-    keep_pieces(c, most < PIECES ? most : PIECES, r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0);
-    if (2 * c->turns > c->all || (c->kept < PIECES_NEEDED && c->kept + c->turns >= PIECES_NEEDED))
+    for (int i = 0; i < c->all; i++) c->segment[i] = take_segment(c, i);
+    keep_segments(c, most < SEGMENTS ? most : SEGMENTS, r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0);
+    if (2 * c->turns > c->all || (c->kept < SEGMENTS_NEEDED && c->kept + c->turns >= SEGMENTS_NEEDED))
         return error_set(error, STATUS_USAGE,
                          "samples are missing where the motion turns sharply, in %d of %d pieces of %.3g s, and what they would show is "
                          "not known: keep every row, the reversals', too",
-                         c->turns, c->all, c->piece_s);
-    if (c->kept < PIECES_NEEDED)
+                         c->turns, c->all, c->segment_s);
+    if (c->kept < SEGMENTS_NEEDED)
         return error_set(error, STATUS_USAGE,
                          "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
                          "gaps in which something moves, and there are %d",
-                         span_s, PIECES_NEEDED, c->piece_s, c->kept);
-    put_pieces(r, test, c);
+                         span_s, SEGMENTS_NEEDED, c->segment_s, c->kept);
+    put_segments(r, test, c);
     return STATUS_OK;
 }
 
@@ -359,10 +360,10 @@ int motion_cut(struct recording *r, int test, struct error *error) {
     double hz, span_s = t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
     int status = find_band(t, c.legs, c.step_s, span_s, &hz, error);
     if (status) return status;
-    c.piece_s = RESIDUAL_BAND / hz, c.behind_s = residual_margin_s(c.piece_s), c.before_s = c.behind_s + RESIDUAL_SETTLE_S + c.step_s;
-    c.all = (int)fmax((span_s - c.before_s - c.behind_s) / c.piece_s, 0.0);
-    c.piece = malloc((size_t)(c.all + 1) * sizeof *c.piece);
-    status = c.piece ? cut_pieces(r, test, span_s, &c, error) : error_set(error, STATUS_IO, "out of memory");
-    free(c.piece);
+    c.segment_s = RESIDUAL_BAND / hz, c.behind_s = residual_margin_s(c.segment_s), c.before_s = c.behind_s + RESIDUAL_SETTLE_S + c.step_s;
+    c.all = (int)fmax((span_s - c.before_s - c.behind_s) / c.segment_s, 0.0);
+    c.segment = malloc((size_t)(c.all + 1) * sizeof *c.segment);
+    status = c.segment ? cut_segments(r, test, span_s, &c, error) : error_set(error, STATUS_IO, "out of memory");
+    free(c.segment);
     return status;
 }

@@ -6,8 +6,8 @@
 #include "dense.h"
 #include "mechanism.h"
 
-static const double SURE = 3.0;    /* a contact force has an unsure sign if it is less than this
-                                    * many of its standard deviations */
+static const double FORCE_STDS = 3.0; /* a contact force has an unsure sign if it is less than this
+                                       * many of its standard deviations */
 static const double SEEN = 1.2;    /* the path is used if the rod's rms place in its backlash
                                     * exceeds this times the path's noise: see seen() */
 static const double RIPPLE = 0.06; /* a contact force has an unsure sign if it is less than this
@@ -42,7 +42,7 @@ static bool look(struct inverse_dynamics *d, const struct inverse_dynamics_input
 }
 
 static void tell_flanks(const struct play_motion *m, int leg, double std_n, struct instant at[PHASES]) {
-    double least_n = SURE * std_n;
+    double least_n = FORCE_STDS * std_n;
     for (int i = 0; i < m->phases; i++) least_n = fmax(least_n, RIPPLE * fabs(at[i].contact_n[leg]));
     for (int i = 0; i < m->phases; i++) {
         double contact_n = at[i].contact_n[leg];

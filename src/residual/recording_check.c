@@ -30,7 +30,7 @@ static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05;
 static const double ABSURD = 1e12;       /* magnitude in any unit that no sensor reads */
 static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
                                              * are the same: two crystals differ by less */
-static const double NOISE_MOST = 0.5;       /* nothing can be said of a test or piece if its rms
+static const double NOISE_MOST = 0.5;       /* nothing can be said of a test or segment if its rms
                                              * noise exceeds this share of its rms variation */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
@@ -165,14 +165,14 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
             for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
         }
     }
-    /* The reference is taken about its mean, as the lengths are, because a piece of a motion may
+    /* The reference is taken about its mean, as the lengths are, because a segment of a motion may
      * lie far from neutral. */
     for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
 }
 
 /* Refuses a reference that all legs move against; a leg with a wrong sign would be one of six. The
- * pieces of a record are judged together, because in single pieces a weak loop may move the legs
- * against it. */
+ * segments of a record are judged together, because in single segments a weak loop may move the
+ * legs against it. */
 static int check_reference(const struct recording *r, int first, int end, const struct kinematics *k, struct error *error) {
     const struct recording_test *t = &r->test[first];
     struct leg_moments m = {0};
@@ -204,7 +204,7 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
         if (status) return status;
     }
     for (int i = first_of_run(r); i < r->tests; i++) {
-        if (r->measured.reference || !(r->test[i].piece_s > 0.0)) add_test(r, &r->test[i], k, &m);
+        if (r->measured.reference || !(r->test[i].segment_s > 0.0)) add_test(r, &r->test[i], k, &m);
     }
     for (int a = 0; a < LEGS; a++) {
         double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
@@ -296,9 +296,9 @@ static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
-    bool pieces = t->piece_s > 0.0; /* pieces are averaged over the whole record, else the
-                                     * first test alone is */
-    int from = t->first, until = pieces && last->sample == t->sample ? last->end : t->end;
+    bool segments = t->segment_s > 0.0; /* segments are averaged over the whole record, else the
+                                         * first test alone is */
+    int from = t->first, until = segments && last->sample == t->sample ? last->end : t->end;
     double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
     int n = 0;
@@ -348,7 +348,7 @@ struct drive {
     double most_kg;       /* mass that the rms force could move with the rms acceleration */
 };
 
-/* Adds the sums of a test over its phases: of a cycle the fundamental, of a piece all its band.
+/* Adds the sums of a test over its phases: of a cycle the fundamental, of a segment all its band.
  * exchanged: as if p1 and p2 were exchanged. */
 static void add_drive(const struct recording *r, const struct residual_test *t, bool exchanged, double sum[5]) {
     struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
@@ -500,8 +500,8 @@ static double noise_share(const struct residual_test *t, const struct params *pa
     return middle(kinds, share);
 }
 
-/* Marks pieces that are mostly noise, about which nothing can be said, and refuses a log if most of
- * its tests or pieces are such. */
+/* Marks segments that are mostly noise, about which nothing can be said, and refuses a log if
+ * most of its tests or segments are such. */
 static int check_noise(struct recording *r, const struct residual_data *data, struct error *error) {
     double share[RECORDING_TESTS];
     int n = 0;
@@ -511,7 +511,7 @@ static int check_noise(struct recording *r, const struct residual_data *data, st
         struct recording_test *t = &r->test[data->test[i].of];
         if (data->test[i].of < first_of_run(r)) continue;
         share[n] = noise_share(&data->test[i], r->params, w);
-        t->refused = t->piece_s > 0.0 && !(sqrt(share[n]) <= NOISE_MOST) ? REFUSED_NOISE : REFUSED_NOT;
+        t->refused = t->segment_s > 0.0 && !(sqrt(share[n]) <= NOISE_MOST) ? REFUSED_NOISE : REFUSED_NOT;
         n++;
     }
     free(w);

@@ -99,7 +99,7 @@ static void command_at(const struct run *r, int sample, double valve[LEGS]) {
 }
 
 /* Number of samples after which the spools have forgotten their start, and the command path its
- * earlier commands; for a piece at most its lead. A cycle is first run without noise and without
+ * earlier commands; for a segment at most its lead. A cycle is first run without noise and without
  * the longer run-in of a rate limit; if it reaches such a limit, it is run again with both. */
 static int run_in(const struct run *r) {
     const struct residual_test *t = r->t;
@@ -202,10 +202,10 @@ static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
 static void add_sample(const struct run *r, int place, double share, struct pressure_rows *p) {
     for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
         const struct cylinder_state *s = &r->state.cylinder[k];
-        bool line = r->cylinder.leg[k].line_volume_m3 > 0.0;
+        bool hose = r->cylinder.leg[k].hose_volume_m3 > 0.0;
         double chamber[PORTS] = {s->p1_pa, s->p2_pa};
         for (int i = 0; i < PORTS; i++) {
-            double port = line ? r->state.line[k][i].pressure_pa : chamber[i];
+            double port = hose ? r->state.hose[k][i].pressure_pa : chamber[i];
             for (int a = 0; a < r->t->size; a++) {
                 double weight = share * r->t->projection[a * r->t->fitted + place];
                 p->port[i][k][a] += weight * port;
@@ -301,7 +301,7 @@ static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct 
             const double *basis = t->cycle + i * SPECTRUM_SIZE;
             struct inverse_dynamics_input *in = &table[i];
             double drop[PORTS] = {0};
-            for (int port = 0; port < PORTS && p; port++) drop[port] = at(t->shape[i], t->size, p->drop[port][k]);
+            for (int port = 0; port < PORTS && p; port++) drop[port] = at(t->basis[i], t->size, p->drop[port][k]);
             spectrum_at(rows->length[k], harmonics, t->spectrum.omega, basis, in->leg[k]);
             if (play) spectrum_at(rows->ahead[k], harmonics, t->spectrum.omega, basis, in->ahead[k]);
             for (int a = 0; a < 3; a++) in->leg[k][a] -= in->ahead[k][a];
@@ -389,20 +389,20 @@ double residual_variation(const struct residual_test *t, enum channel channel, i
     return fmax(square_sum - sum * sum / t->phases, 0.0) / t->phases;
 }
 
-static bool has_lines(const struct cylinder_model *m) {
-    bool lines = false;
-    for (int k = 0; k < LEGS; k++) lines = lines || m->leg[k].line_volume_m3 > 0.0;
-    return lines;
+static bool has_hoses(const struct cylinder_model *m) {
+    bool hoses = false;
+    for (int k = 0; k < LEGS; k++) hoses = hoses || m->leg[k].hose_volume_m3 > 0.0;
+    return hoses;
 }
 
-enum residual_part residual_legs_apart(const struct params *model) {
+enum residual_equations residual_legs_apart(const struct params *model) {
     struct machine m;
-    bool play = false, lines = false;
+    bool play = false, hoses = false;
     machine_init(&m, model);
-    for (int k = 0; k < LEGS; k++) play = play || machine_has_play(&m, k), lines = lines || m.line.length_m[k] > 0.0;
+    for (int k = 0; k < LEGS; k++) play = play || machine_has_play(&m, k), hoses = hoses || m.hose.length_m[k] > 0.0;
     bool shared = m.supply.resistance_pa_s_per_m3 > 0.0 || m.supply.tank_resistance_pa_s_per_m3 > 0.0;
-    if (shared || (play && lines)) return 0;
-    return play ? PART_PRESSURE : PART_ALL | PART_FORCE_SENSOR;
+    if (shared || (play && hoses)) return 0;
+    return play ? EQUATIONS_PRESSURE : EQUATIONS_ALL | EQUATIONS_FORCE_SENSOR;
 }
 
 /* Clears the rows of legs that the mechanism lacks, and of pressures that are not evaluated. */
@@ -412,7 +412,8 @@ static void clear_others(const struct residual_test *t, residual_row row) {
             if (k >= t->legs || (q != RESIDUAL_FORCE && !t->chambers)) memset(row[k][q], 0, sizeof row[k][q]);
 }
 
-bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row) {
+bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_equations equations, int leg,
+                       residual_row row) {
     struct cylinder_model cylinder;
     struct series rows;
     struct pressure_rows p;
@@ -423,11 +424,11 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     series_undo(&cylinder.machine, t, &rows);
     /* With hoses to the gauges the force needs the pressure drops from gauge to chamber, of all
      * legs. */
-    if (has_lines(&cylinder)) parts = PART_ALL, leg = ALL_LEGS;
-    if (!t->chambers) parts &= PART_FORCE;
-    bool lines = has_lines(&cylinder) && parts & PART_PRESSURE;
+    if (has_hoses(&cylinder)) equations = EQUATIONS_ALL, leg = ALL_LEGS;
+    if (!t->chambers) equations &= EQUATIONS_FORCE;
+    bool hoses = has_hoses(&cylinder) && equations & EQUATIONS_PRESSURE;
     clear_others(t, row);
-    if (parts & PART_PRESSURE) {
+    if (equations & EQUATIONS_PRESSURE) {
         simulate_pressures(t, model, &cylinder.machine, leg, &rows, &p);
         for (int k = 0; k < t->legs; k++) {
             if (leg != ALL_LEGS && leg != k) continue;
@@ -439,14 +440,14 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
             read_back(&cylinder.machine.sensors.p2[k], t, row[k][RESIDUAL_P2]);
         }
     }
-    if (!(parts & PART_FORCE)) return true;
-    if (!required(t, model, &rows, lines ? &p : NULL, force)) return false;
+    if (!(equations & EQUATIONS_FORCE)) return true;
+    if (!required(t, model, &rows, hoses ? &p : NULL, force)) return false;
     for (int k = 0; k < t->legs; k++) {
         double push_n[SPECTRUM_SIZE], *net = row[k][RESIDUAL_FORCE];
         series_push(&cylinder, t, &rows, k, push_n);
         series_row(t, push_n, net);
         for (int a = 0; a < t->size; a++) {
-            if (lines) net[a] -= cylinder.leg[k].a1_m2 * p.drop[PORT_A][k][a] - cylinder.leg[k].a2_m2 * p.drop[PORT_B][k][a];
+            if (hoses) net[a] -= cylinder.leg[k].a1_m2 * p.drop[PORT_A][k][a] - cylinder.leg[k].a2_m2 * p.drop[PORT_B][k][a];
             net[a] -= force[k][a];
         }
         if (t->pressures) read_force_back(&cylinder, t, k, net);

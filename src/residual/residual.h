@@ -8,8 +8,8 @@
  *
  * Signals are Fourier series, so that velocity and acceleration need no difference quotients. A
  * test that repeats its motion gives the series of its mean cycle; any other motion is cut into
- * pieces (motion.h), each with a series of its own over the piece and its margins. The chambers
- * also see the motion that is too fast for a piece's series. The effects of the model's sensors
+ * segments (motion.h), each with a series of its own over the segment and its margins. The chambers
+ * also see the motion that is too fast for a segment's series. The effects of the model's sensors
  * (scale, offset, lag, delay) are undone in the series, before any law is applied. Commands are
  * held for the controller's cycle; those that a slower recording lacks are interpolated. Without
  * pressures the force is the reading of its sensor or drive; without pressures or commands the
@@ -18,7 +18,7 @@
  *
  * A residual is a row of coefficients. It is in the units of the readings, as the whitener's noise
  * is, so that a sensor's scale cannot shrink it. The row of a cycle holds its harmonics. The row of
- * a piece holds local cosines, whose overlapping windows are orthogonal (Coifman, Meyer 1991), so
+ * a segment holds local cosines, whose overlapping windows are orthogonal (Coifman, Meyer 1991), so
  * that white noise stays white; measured and simulated values both reach it through the series. For
  * the right model all coefficients are zero within the noise. Pure but for the heap. */
 #ifndef HEXID_RESIDUAL_H
@@ -31,17 +31,17 @@
 enum residual_kind { RESIDUAL_FORCE, RESIDUAL_P1, RESIDUAL_P2, RESIDUALS };
 enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 
-/* Highest frequency of a piece's coefficient row times the length of the piece, no unit. */
+/* Highest frequency of a segment's coefficient row times the length of the segment, no unit. */
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
 #define RESIDUAL_SETTLE_S 0.1 /* run-up of simulated chambers, which forget their start, the
                                * measured pressures, in 30 ms */
-double residual_margin_s(double piece_s); /* record that a piece needs on either side */
-double residual_gap_s(double piece_s, double step_s); /* longest time that a piece may be without a
-                                                       * good sample */
+double residual_margin_s(double segment_s); /* record that a segment needs on either side */
+double residual_gap_s(double segment_s, double step_s); /* longest time that a segment may be
+                                                         * without a good sample */
 
-/* Parts of the residuals that can be computed separately; PART_FORCE_SENSOR marks a force that is
- * measured, not computed from pressures. */
-enum residual_part { PART_FORCE = 1, PART_PRESSURE = 2, PART_ALL = 3, PART_FORCE_SENSOR = 4 };
+/* Parts of the residuals that can be computed separately; EQUATIONS_FORCE_SENSOR marks a force
+ * that is measured, not computed from pressures. */
+enum residual_equations { EQUATIONS_FORCE = 1, EQUATIONS_PRESSURE = 2, EQUATIONS_ALL = 3, EQUATIONS_FORCE_SENSOR = 4 };
 
 typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* [leg][residual][coefficient]:
                                                               * residuals of a test */
@@ -78,7 +78,7 @@ struct residual_test {
                                   * of the series */
     double *cycle;               /* [PHASES][SPECTRUM_SIZE]: Fourier basis over a period of the
                                   * series, from the first phase on */
-    double (*shape)[RESIDUAL_SIZE];   /* [phases]: value at a phase of the function that belongs to
+    double (*basis)[RESIDUAL_SIZE];   /* [phases]: value at a phase of the function that belongs to
                                        * each element of a row */
     double (*project)[RESIDUAL_SIZE]; /* [phases]: what a value of 1 at a phase adds to each element
                                        * of a row */
@@ -87,11 +87,11 @@ struct residual_test {
     double *node;                /* [2 substeps samples + 1][1 + 2 harmonics]: Fourier basis at the
                                   * nodes, which are the ends and middles of the simulation steps;
                                   * NULL without residual_tabulate() */
-    struct fast_motion fast;     /* for pieces: measured motion that the series lacks. It is too
+    struct fast_motion fast;     /* for segments: measured motion that the series lacks. It is too
                                   * fast for the rows, but the chambers need it: the valve's flow
                                   * law bends where the spool crosses zero, and so turns it into
                                   * slower pressure changes */
-    int lead;                    /* for pieces: number of commands before the first simulated
+    int lead;                    /* for segments: number of commands before the first simulated
                                   * sample */
     double *valve;               /* [lead + samples][leg]: commands */
     double *dither;              /* [samples][leg]: noise of the sent commands, which their mean
@@ -104,12 +104,12 @@ static inline int residual_motion_size(const struct residual_test *t) { return 1
 
 struct residual_data {
     int tests;
-    enum residual_part parts;    /* parts that can be evaluated; coefficients of other parts are
-                                  * zero */
+    enum residual_equations equations; /* equations that can be evaluated; coefficients of others
+                                        * are zero */
     struct residual_test *test;
 };
 
-/* Makes the tables of each test from the cycles or pieces of `which`. 0, -2 (fewer than two whole
+/* Makes the tables of each test from the cycles or segments of `which`. 0, -2 (fewer than two whole
  * cycles, or too many samples missing) or -3 (no memory). Call residual_free in any case. */
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error);
 void residual_free(struct residual_data *d);
@@ -124,16 +124,17 @@ void residual_node(const struct residual_test *t, int node, double *basis);
 
 enum { ALL_LEGS = -1 };
 
-/* Computes the coefficient rows of a test under a model; those outside `parts` stay as they are.
- * leg: ALL_LEGS, or the only leg whose pressures are computed, which is allowed if
- * residual_legs_apart() includes PART_PRESSURE. False: the model's machine cannot move like this,
- * or cannot exist. */
-bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_part parts, int leg, residual_row row);
+/* Computes the coefficient rows of a test under a model; those outside `equations` stay as they
+ * are. leg: ALL_LEGS, or the only leg whose pressures are computed, which is allowed if
+ * residual_legs_apart() includes EQUATIONS_PRESSURE. False: the model's machine cannot move like
+ * this, or cannot exist. */
+bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_equations equations, int leg,
+                       residual_row row);
 
 /* Parts in which the legs are independent, so that a leg's own constants change no other leg's
- * residuals: no part if the legs share hoses to the power unit, or if there are backlash and hoses
+ * residuals: none if the legs share hoses to the power unit, or if there are backlash and hoses
  * to the gauges; not the force if there is backlash, which moves the pose; otherwise all. */
-enum residual_part residual_legs_apart(const struct params *model);
+enum residual_equations residual_legs_apart(const struct params *model);
 
 /* Coefficient row of the rate of a leg's length, m/s. */
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]);

@@ -17,7 +17,7 @@
 
 static const double SETTLE_CYCLES = 1.5; /* run-up of the simulation of a cycle: pressures behind a
                                           * long supply hose then have forgotten their start */
-static const double LEAD_S = 2.0;        /* longest run-up of a piece's spools: a spool that
+static const double LEAD_S = 2.0;        /* longest run-up of a segment's spools: a spool that
                                           * crosses its range in that time forgets its start */
 static const double SUBSTEP_S = 0.5e-3;   /* step of the Runge-Kutta method: its error is 1e-4 of a
                                            * 100 Hz spool's lag */
@@ -27,9 +27,9 @@ static const double SLOWER = 1.25;        /* a recording is slower than the comm
 static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period is
                                            * a whole number of command periods */
 
-static const double OVERLAP = 0.15, /* share of a piece's length by which its window overlaps each
+static const double OVERLAP = 0.15, /* share of a segment's length by which its window overlaps each
                                      * neighbour */
-    STRETCH = 1.2; /* period of a piece's series over the time to which the series is fitted */
+    STRETCH = 1.2; /* period of a segment's series over the time to which the series is fitted */
 enum { COUPLING_POINTS = 2048 };
 
 /* Makes t->projection for a cycle: the least squares fit of samples to coefficients, which is exact
@@ -59,12 +59,12 @@ static void tabulate(struct residual_test *t, double first_phase) {
 static int allocate(struct residual_test *t, struct error *error) {
     t->coupling = calloc(RESIDUAL_SIZE, sizeof *t->coupling);
     t->cycle = malloc((size_t)PHASES * SPECTRUM_SIZE * sizeof(double));
-    t->shape = calloc(PHASES, sizeof *t->shape);
+    t->basis = calloc(PHASES, sizeof *t->basis);
     t->project = calloc(PHASES, sizeof *t->project);
     t->series = calloc(PHASES, sizeof *t->series);
     t->valve = malloc((size_t)(LEGS * (t->lead + t->samples)) * sizeof(double));
     t->projection = malloc((size_t)(RESIDUAL_SIZE * t->fitted) * sizeof(double));
-    bool all = t->coupling && t->cycle && t->shape && t->project && t->series && t->valve && t->projection;
+    bool all = t->coupling && t->cycle && t->basis && t->project && t->series && t->valve && t->projection;
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
@@ -146,8 +146,8 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
             for (int k = 0; k < LEGS; k++)
                 t->row[ch][k][a] = s->mean[ch][k][a], t->std[ch][k][a] = hypot(s->std[ch][k][a], s->in_step[ch][k][a]);
         for (int i = 0; i < PHASES; i++) {
-            t->shape[i][a] = t->cycle[i * SPECTRUM_SIZE + a];
-            t->project[i][a] = t->series[i][a] = t->shape[i][a] / PHASES / t->weight[a];
+            t->basis[i][a] = t->cycle[i * SPECTRUM_SIZE + a];
+            t->project[i][a] = t->series[i][a] = t->basis[i][a] / PHASES / t->weight[a];
         }
     }
     for (int i = 0; i < t->samples; i++)
@@ -166,10 +166,10 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
 /* Rises smoothly from 0 to 1 while x goes from -1 to 1; rise(x)^2 + rise(-x)^2 = 1. */
 static double rise(double x) { return x <= -1.0 ? 0.0 : x >= 1.0 ? 1.0 : sin(0.25 * PI * (1.0 + sin(0.5 * PI * x))); }
 
-/* Values at t_s of the windowed cosines, one per coefficient, of the piece that begins at
+/* Values at t_s of the windowed cosines, one per coefficient, of the segment that begins at
  * start_s. */
-static void local_cosines(double t_s, double start_s, double piece_s, double value[RESIDUAL_SIZE]) {
-    double x = (t_s - start_s) / piece_s, window = rise(x / OVERLAP) * rise((1.0 - x) / OVERLAP);
+static void local_cosines(double t_s, double start_s, double segment_s, double value[RESIDUAL_SIZE]) {
+    double x = (t_s - start_s) / segment_s, window = rise(x / OVERLAP) * rise((1.0 - x) / OVERLAP);
     for (int a = 0; a < RESIDUAL_SIZE; a++) value[a] = window * cos(PI * (a + 0.5) * x);
 }
 
@@ -181,9 +181,9 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
-/* Length of the record before a piece's first sample, at most LEAD_S and without a gap. */
+/* Length of the record before a segment's first sample, at most LEAD_S and without a gap. */
 static double lead_s(const struct recording_test *test, double first_s) {
-    double gap_s = residual_gap_s(test->piece_s, recording_step_s(test)), from_s = first_s;
+    double gap_s = residual_gap_s(test->segment_s, recording_step_s(test)), from_s = first_s;
     int i = test->first;
     while (i + 1 < test->end && test->sample[i + 1].test_time_s <= first_s) i++;
     for (; i >= 0 && from_s > first_s - LEAD_S && from_s - test->sample[i].test_time_s <= gap_s; i--)
@@ -211,7 +211,7 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
     }
 }
 
-/* Makes t->projection for a piece. Simulated samples are projected like the measured ones, by the
+/* Makes t->projection for a segment. Simulated samples are projected like the measured ones, by the
  * fit of the series, and the run-up is left out of both. share: simulated divided by measured
  * sampling period. */
 static void project_samples(struct residual_test *t, int settling, double share, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
@@ -231,7 +231,7 @@ static void project_samples(struct residual_test *t, int settling, double share,
     }
 }
 
-/* Makes a piece's coefficient rows of the measured values, and their standard deviations. */
+/* Makes a segment's coefficient rows of the measured values, and their standard deviations. */
 static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     for (int a = 0; a < t->size; a++) {
         double variance = 0.0, curve = 0.0;
@@ -250,8 +250,8 @@ static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPE
     }
 }
 
-/* Makes t->series, the least squares fit of values at a piece's phases to Fourier coefficients, and
- * t->project, this fit followed by the projection onto the row. */
+/* Makes t->series, the least squares fit of values at a segment's phases to Fourier
+ * coefficients, and t->project, this fit followed by the projection onto the row. */
 static bool fit_series(struct residual_test *t) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0};
     for (int i = 0; i < t->phases; i++) {
@@ -268,11 +268,11 @@ static bool fit_series(struct residual_test *t) {
     return true;
 }
 
-/* Prepares a piece of any motion, whose row holds local cosines. The chambers' simulation starts
- * before the piece. */
-static int prepare_piece(struct residual_test *t, const struct recording_test *test, struct error *error) {
+/* Prepares a segment of any motion, whose row holds local cosines. The chambers' simulation starts
+ * before the segment. */
+static int prepare_segment(struct residual_test *t, const struct recording_test *test, struct error *error) {
     double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
-    double piece_s = test->piece_s, begin_s = test->start_s - OVERLAP * piece_s, span_s = (1.0 + 2.0 * OVERLAP) * piece_s;
+    double segment_s = test->segment_s, begin_s = test->start_s - OVERLAP * segment_s, span_s = (1.0 + 2.0 * OVERLAP) * segment_s;
     int settling = t->chambers ? (int)ceil(RESIDUAL_SETTLE_S / t->step_s) : 0;
     t->first_s = sampled_s(test, begin_s - settling * t->step_s);
     t->fitted = (int)(span_s / t->step_s) + 1;
@@ -281,26 +281,26 @@ static int prepare_piece(struct residual_test *t, const struct recording_test *t
     t->harmonics = SPECTRUM_HARMONICS;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
     /* A row's highest frequency is at most that of the series, whose period is longer by the
-     * run-up: a short piece gets fewer coefficients. */
-    t->size = (int)fmin(2.0 * piece_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
+     * run-up: a short segment gets fewer coefficients. */
+    t->size = (int)fmin(2.0 * segment_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
     t->phases = (int)(PHASES * span_s / period_s);
     int status = allocate(t, error);
     if (status) return status;
     if (!spectrum_cut(&t->spectrum, test, t->first_s, begin_s + span_s, omega, inverse))
         return error_set(error, STATUS_USAGE, "at %.4g s: too many samples of a piece of %.3g s are lost, flagged or no number",
-                         test->start_s, piece_s);
+                         test->start_s, segment_s);
     tabulate(t, omega * begin_s);
     hold_commands(t, test);
     if (t->chambers && !fast_motion_fit(&t->fast, test, &t->spectrum, t->first_s, begin_s + span_s))
         return error_set(error, STATUS_IO, "out of memory");
-    for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / piece_s, t->weight[a] = 0.5;
-    for (int i = 0; i < t->phases; i++) local_cosines(begin_s + i * period_s / PHASES, test->start_s, piece_s, t->shape[i]);
+    for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / segment_s, t->weight[a] = 0.5;
+    for (int i = 0; i < t->phases; i++) local_cosines(begin_s + i * period_s / PHASES, test->start_s, segment_s, t->basis[i]);
     for (int i = 0; i < COUPLING_POINTS; i++) {
         double t_s = begin_s + (i + 0.5) * span_s / COUPLING_POINTS;
-        local_cosines(t_s, test->start_s, piece_s, value);
+        local_cosines(t_s, test->start_s, segment_s, value);
         spectrum_basis(omega * t_s, SPECTRUM_HARMONICS, basis);
         for (int a = 0; a < t->size; a++)
-            for (int b = 0; b < SPECTRUM_SIZE; b++) t->coupling[a][b] += 2.0 / piece_s * span_s / COUPLING_POINTS * value[a] * basis[b];
+            for (int b = 0; b < SPECTRUM_SIZE; b++) t->coupling[a][b] += 2.0 / segment_s * span_s / COUPLING_POINTS * value[a] * basis[b];
     }
     project_samples(t, settling, t->step_s / recording_step_s(test), inverse);
     take_rows(t, inverse);
@@ -326,7 +326,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
     /* Simpson's rule in residual_staircase() needs an even number. */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
-    int status = test->piece_s > 0.0 ? prepare_piece(t, test, error) : prepare_cycle(t, test, recording->params, which, error);
+    int status = test->segment_s > 0.0 ? prepare_segment(t, test, error) : prepare_cycle(t, test, recording->params, which, error);
     if (status) return status;
     for (int k = 0; k < t->legs; k++) t->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics);
     whiten_force_std(t, recording->params, t->force_std_n);
@@ -334,16 +334,17 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     return STATUS_OK;
 }
 
-/* `which` selects pieces of even or odd number, as it does cycles; refused pieces are excluded. */
+/* `which` selects segments of even or odd number, as it does cycles; refused segments are
+ * excluded. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
-    return !(test->piece_s > 0.0) || (!test->refused && which & (test->piece % 2 ? CYCLES_ODD : CYCLES_EVEN));
+    return !(test->segment_s > 0.0) || (!test->refused && which & (test->segment % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }
 
-double residual_margin_s(double piece_s) { return OVERLAP * piece_s; }
+double residual_margin_s(double segment_s) { return OVERLAP * segment_s; }
 
-double residual_gap_s(double piece_s, double step_s) {
-    /* shorter by one step, since a piece begins at a sampling instant */
-    return fmax(STRETCH * ((1.0 + 2.0 * OVERLAP) * piece_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
+double residual_gap_s(double segment_s, double step_s) {
+    /* shorter by one step, since a segment begins at a sampling instant */
+    return fmax(STRETCH * ((1.0 + 2.0 * OVERLAP) * segment_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
 }
 
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error) {
@@ -353,7 +354,9 @@ int residual_prepare(struct residual_data *d, const struct recording *recording,
         if (!wanted(&recording->test[i], which)) continue;
         int status = prepare(&d->test[d->tests++], recording, i, which, error);
         if (status) return status;
-        d->parts = d->test[0].chambers ? PART_ALL : d->test[0].pressures ? PART_FORCE : PART_FORCE | PART_FORCE_SENSOR;
+        d->equations = d->test[0].chambers    ? EQUATIONS_ALL
+                       : d->test[0].pressures ? EQUATIONS_FORCE
+                                              : EQUATIONS_FORCE | EQUATIONS_FORCE_SENSOR;
     }
     return STATUS_OK;
 }
@@ -379,7 +382,7 @@ void residual_free(struct residual_data *d) {
     for (int i = 0; i < d->tests; i++) {
         free(d->test[i].coupling);
         free(d->test[i].cycle);
-        free(d->test[i].shape);
+        free(d->test[i].basis);
         free(d->test[i].project);
         free(d->test[i].series);
         free(d->test[i].node);

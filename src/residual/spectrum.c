@@ -12,11 +12,11 @@ enum {
     SPEED_POINTS = 64,
     SLOWEST = 2,         /* periodogram bins, over the cycles, that count as slow */
 };
-static const double RIDGE = 1e-9; /* per sample, added to the normal equations' diagonal: above
-                                   * rounding, below any signal */
+static const double RIDGE_PER_SAMPLE = 1e-9; /* per sample, added to the normal equations'
+                                              * diagonal: above rounding, below any signal */
 static const double SAME_PHASE = 0.05; /* difference of sampling phases that counts as none, in
                                         * sampling periods */
-static const double MOST = 0.9; /* share of a cycle's samples that must be good */
+static const double GOOD_SHARE = 0.9; /* share of a cycle's samples that must be good */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
     double s1 = sin(phase), c1 = cos(phase), s = 0.0, c = 1.0;
@@ -94,7 +94,7 @@ static enum refusal fit_cycle(const struct spectrum *s, const struct recording_t
                               double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
     int size = 1 + 2 * s->harmonics, good = add_samples(s, t, first, end, product, row, &longest_s);
-    bool enough = good > MOST * 2.0 * PI / s->omega / step_s && longest_s < fmax(PI / s->omega / s->harmonics, 2.5 * step_s);
+    bool enough = good > GOOD_SHARE * 2.0 * PI / s->omega / step_s && longest_s < fmax(PI / s->omega / s->harmonics, 2.5 * step_s);
     if (!enough) return REFUSED_GAP;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return REFUSED_UNDETERMINED;
     for (int ch = 0; ch < CHANNELS; ch++)
@@ -254,7 +254,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
 
 bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const struct recording_test *t, enum cycles which) {
     memset(s, 0, sizeof *s);
-    if (t->first < 0 || t->end - t->first < 8 || t->piece_s > 0.0 || !(t->frequency_hz > 0.0)) return false;
+    if (t->first < 0 || t->end - t->first < 8 || t->segment_s > 0.0 || !(t->frequency_hz > 0.0)) return false;
     double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t);
     double period_s = 1.0 / t->frequency_hz;
     s->omega = 2.0 * PI * t->frequency_hz;
@@ -278,7 +278,7 @@ bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const 
     return enough;
 }
 
-/* rms error of the speed in the middle half of the piece, per rms noise of a sample. */
+/* rms error of the speed in the middle half of the segment, per rms noise of a sample. */
 static double speed_gain(const struct spectrum *s, const struct recording_test *t, int first, int end,
                          double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], rate[SPECTRUM_SIZE] = {0}, sum = 0.0;
@@ -314,7 +314,7 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double fro
     double step_s = (until_s - from_s) / (end - first);
     if (good <= 2 * size || spectrum_gap(t, from_s, until_s) > fmax(PI / omega / s->harmonics, 2.5 * step_s)) return false;
     /* The ridge keeps the series finite beyond the first and last sample, where it is not used. */
-    for (int a = 0; a < size; a++) product[a][a] += RIDGE * good;
+    for (int a = 0; a < size; a++) product[a][a] += RIDGE_PER_SAMPLE * good;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return false;
     for (int a = 0; a < size; a++) {
         memset(inverse[a], 0, sizeof inverse[a]);

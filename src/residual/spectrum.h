@@ -13,7 +13,7 @@
 enum channel { CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2, CHANNEL_VALVE, CHANNEL_FORCE, CHANNELS };
 enum { SPECTRUM_HARMONICS = 16, SPECTRUM_SIZE = 1 + 2 * SPECTRUM_HARMONICS, CYCLES_MAX = 400 };
 
-/* Cycles or pieces of a test by their number, from 0; hexid gap holds the odd ones out of its
+/* Cycles or segments of a test by their number, from 0; hexid gap holds the odd ones out of its
  * fits. */
 enum cycles { CYCLES_EVEN = 1, CYCLES_ODD = 2, CYCLES_ALL = 3 };
 
@@ -21,9 +21,9 @@ struct spectrum {
     double omega;                /* fundamental, rad/s */
     int harmonics;               /* number of harmonics: fewer than SPECTRUM_HARMONICS if the
                                   * sampling is slow */
-    int cycles;                  /* number of averaged cycles; 0 for a piece */
-    double speed_gain;           /* for a piece: standard deviation of a leg's speed divided by that
-                                  * of a sample's length, 1/s */
+    int cycles;                  /* number of averaged cycles; 0 for a segment */
+    double speed_gain;           /* for a segment: standard deviation of a leg's speed divided by
+                                  * that of a sample's length, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the
@@ -31,10 +31,10 @@ struct spectrum {
     int offsets;                 /* number of different places that the samples have in the cycles:
                                   * 1 if a cycle is a whole number of samples */
     double scatter[CHANNELS][LEGS]; /* standard deviation of samples at one phase, from one cycle to
-                                     * the next; 0 for a piece, or if no two cycles share their
+                                     * the next; 0 for a segment, or if no two cycles share their
                                      * phases */
     /* Standard deviation of each coefficient by rounding errors that repeat in every cycle and are
-     * not in std (rounding.h); 0 for a piece. residual_prepare() fills it. */
+     * not in std (rounding.h); 0 for a segment. residual_prepare() fills it. */
     double in_step[CHANNELS][LEGS][SPECTRUM_SIZE];
 };
 
@@ -66,8 +66,8 @@ void spectrum_basis(double phase, int harmonics, double *basis);
 void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]);
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
-/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, m/s. A piece is taken
- * with all its harmonics. */
+/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, m/s. A segment is
+ * taken with all its harmonics. */
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics);
 
 #endif

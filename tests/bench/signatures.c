@@ -119,7 +119,7 @@ static void leave_beside(const struct hypothesis *all, int count, int of, const 
     struct span base = base_span(&all[of]);
     for (int j = 0; j < count; j++) {
         left[j] = INFINITY;
-        if (all[j].shape == SHAPE_EACH || all[j].effect == all[of].effect) continue;
+        if (all[j].pattern == PATTERN_EACH || all[j].effect == all[of].effect) continue;
         struct span both = base;
         add_rival(&all[j], place, &both);
         memcpy(rest, vector, values * sizeof *rest);
@@ -167,11 +167,11 @@ int main(int argc, char **argv) {
     if (file) fprintf(file, "# hexid %s\neffect,strength,left\n", version);
     printf("hexid %s\n", version);
     int names = argc > 2 ? argc - 2 : 0, rows = 0;
-    int count = hypotheses_list(&params, &d.model, d.found, d.even.parts, hypothesis);
+    int count = hypotheses_list(&params, &d.model, d.found, d.even.equations, hypothesis);
     double *vector = room((size_t)d.fit.values), left[HYPOTHESES_MAX];
     printf("%-28s %8s  %s\n", "effect, typical", "z", "z that is left beside the nearest others");
     for (int i = 0; i < count; i++) {
-        if (hypothesis[i].shape != SHAPE_ALL || !asked(name_of(i), names, argv + 2)) continue;
+        if (hypothesis[i].pattern != PATTERN_ALL || !asked(name_of(i), names, argv + 2)) continue;
         double z = z_at(&hypothesis[i], 1.0, vector);
         if (!signature(hypothesis[i].effect, 1.0, vector)) fail("a typical effect that no machine has");
         leave_beside(hypothesis, count, i, vector, left);

@@ -1,4 +1,4 @@
-#include "pieces.h"
+#include "segments.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 #include "sampling.h"
 #include "units.h"
 
-const char *const piece_names[PIECE_KINDS] = {"rest", "steady", "moving"};
+const char *const segment_names[SEGMENT_KINDS] = {"rest", "steady", "moving"};
 
 /* Grid points per second. The search works on an even grid, whose points are means of neighbouring
  * samples; at this rate the fastest motion has ten points in a cycle. */
@@ -23,7 +23,7 @@ static const double NOISE_BAND = 5.0;    /* largest deviation of a leg at rest, 
 static const double REST_SHARE = 3e-3;   /* largest wander of a leg at rest, as a share of its whole
                                           * range; a position loop wanders by less */
 
-/* Least number of cycles of a steady piece. */
+/* Least number of cycles of a steady segment. */
 static const double CYCLES_LEAST = 4.0;
 /* In steady motion, successive cycles differ by at most this share of the motion's rms, beyond the
  * noise. */
@@ -53,7 +53,7 @@ static const double COMPARED = 0.25;
 static const double UNSURE = 2.0;
 /* Gain in the length of a run that justifies a longer period; a multiple of the true period gains
  * less. */
-static const double LONGER = 1.1;
+static const double LONGER_BY = 1.1;
 enum { WINDOW_POINTS = 64 };             /* points compared per cycle; those between are skipped */
 enum { PARTS = 32 };                     /* fractions of a period that are tried: 1/32 to 1/2 */
 enum { DEPTH = 64 };                     /* levels of the search for runs beside longer runs */
@@ -67,8 +67,8 @@ struct grid {
     /* Points with a sample of their own; the others are interpolated. The array's second half is
      * scratch memory. */
     unsigned char *measured;
-    unsigned char *kind;       /* enum piece_kind of each point */
-    double *frequency;         /* frequency at each point of a steady piece, Hz */
+    unsigned char *kind;       /* enum segment_kind of each point */
+    double *frequency;         /* frequency at each point of a steady segment, Hz */
     double *low, *high;        /* scratch memory of extremes() */
     struct sums *sums;
 };
@@ -159,7 +159,7 @@ static void extremes(struct grid *g, const double *x, int window) {
 /* Marks as rest every window in which all legs stay within their bands. */
 static void find_rests(struct grid *g) {
     int window = (int)ceil(REST_S / g->step_s) + 1;
-    memset(g->kind, PIECE_MOVING, (size_t)g->count);
+    memset(g->kind, SEGMENT_MOVING, (size_t)g->count);
     if (window < 3) window = 3;
     /* for each window's first point: does some leg leave its band in the window? */
     unsigned char *leaves = g->measured + g->count + 1;
@@ -178,7 +178,7 @@ static void find_rests(struct grid *g) {
         /* The leg jumped from one place of rest to another between two samples. */
         bool jumps = stays && i == until && i > 0;
         if (stays) until = i + window;
-        if (i < until && !jumps) g->kind[i] = PIECE_REST;
+        if (i < until && !jumps) g->kind[i] = SEGMENT_REST;
         seen -= g->measured[i];
     }
 }
@@ -341,7 +341,7 @@ static bool steady_run(const struct grid *g, const struct stretch *s, struct run
     *best = (struct run){0};
     for (double period = shortest; period * CYCLES_LEAST <= s->end - s->first; period *= LAG_RATIO) {
         struct run r = longest_run(g, s, period, SEARCHED);
-        if (run_points(&r) > LONGER * run_points(best)) *best = r;
+        if (run_points(&r) > LONGER_BY * run_points(best)) *best = r;
     }
     if (!run_points(best)) return false;
     double period = shortest_period(g, s, best, refine(g, s, best->first, best->end, best->period), shortest);
@@ -357,19 +357,19 @@ static void find_steady(struct grid *g, int first, int end, int depth) {
     struct stretch s = stretch_of(g, first, end);
     struct run r;
     if (!depth || end - first < CYCLES_LEAST * POINTS_LEAST || !steady_run(g, &s, &r)) return;
-    for (int i = r.first; i < r.end; i++) g->kind[i] = PIECE_STEADY, g->frequency[i] = 1.0 / (r.period * g->step_s);
+    for (int i = r.first; i < r.end; i++) g->kind[i] = SEGMENT_STEADY, g->frequency[i] = 1.0 / (r.period * g->step_s);
     find_steady(g, first, r.first, depth - 1);
     find_steady(g, r.end, end, depth - 1);
 }
 
-/* First point behind `first` that belongs to another piece. */
+/* First point behind `first` that belongs to another segment. */
 static int end_of(const struct grid *g, int first) {
     int end = first + 1;
     while (end < g->count && g->kind[end] == g->kind[first] && g->frequency[end] == g->frequency[first]) end++;
     return end;
 }
 
-/* Joins moving pieces of less than half a cycle to a steady piece beside them. */
+/* Joins moving segments of less than half a cycle to a steady segment beside them. */
 static void join_slivers(struct grid *g) {
     for (int first = 0, end; first < g->count; first = end) {
         end = end_of(g, first);
@@ -377,22 +377,22 @@ static void join_slivers(struct grid *g) {
         for (int i = first; i < end; i++) measured += g->measured[i];
         double before = first ? g->frequency[first - 1] : 0.0, behind = end < g->count ? g->frequency[end] : 0.0;
         double joined = before > 0.0 ? before : behind;
-        if (g->kind[first] != PIECE_MOVING || !(joined * measured * g->step_s < 0.5)) continue;
-        for (int i = first; i < end && joined > 0.0; i++) g->kind[i] = PIECE_STEADY, g->frequency[i] = joined;
+        if (g->kind[first] != SEGMENT_MOVING || !(joined * measured * g->step_s < 0.5)) continue;
+        for (int i = first; i < end && joined > 0.0; i++) g->kind[i] = SEGMENT_STEADY, g->frequency[i] = joined;
     }
 }
 
-/* Frequency of a steady piece, as fitted to all legs; the repetition rate if the fit is far from
+/* Frequency of a steady segment, as fitted to all legs; the repetition rate if the fit is far from
  * it. */
-static double exact_hz(const struct recording_test *t, int legs, const struct piece *p) {
+static double exact_hz(const struct recording_test *t, int legs, const struct segment *p) {
     struct recording_test part = *t;
     part.first = p->first, part.end = p->end;
     double hz = frequency_fit(&part, legs, false, p->frequency_hz);
     return fabs(hz / p->frequency_hz - 1.0) < SEARCHED_RATIO - 1.0 ? hz : p->frequency_hz;
 }
 
-/* Rms of the motion in a piece, over all legs. */
-static double motion_of(const struct recording_test *t, int legs, const struct piece *p) {
+/* Rms of the motion in a segment, over all legs. */
+static double motion_of(const struct recording_test *t, int legs, const struct segment *p) {
     double all = 0.0;
     for (int k = 0; k < legs; k++) {
         double sum = 0.0, square = 0.0, n = 0.0, zero = (double)NAN;
@@ -409,73 +409,73 @@ static double motion_of(const struct recording_test *t, int legs, const struct p
 
 /* True if two neighbours continue the same steady motion, so that a few unlike cycles between runs
  * do not split it. */
-static bool goes_on(const struct recording_test *t, int legs, const struct piece *a, const struct piece *b) {
-    if (a->kind != PIECE_STEADY || b->kind != PIECE_STEADY || !(fabs(b->frequency_hz / a->frequency_hz - 1.0) < SWEEP)) return false;
+static bool goes_on(const struct recording_test *t, int legs, const struct segment *a, const struct segment *b) {
+    if (a->kind != SEGMENT_STEADY || b->kind != SEGMENT_STEADY || !(fabs(b->frequency_hz / a->frequency_hz - 1.0) < SWEEP)) return false;
     return fabs(motion_of(t, legs, b) / motion_of(t, legs, a) - 1.0) < SWELL;
 }
 
-static void finish_pieces(struct pieces *p, const struct recording_test *t, int legs) {
+static void finish_segments(struct segments *p, const struct recording_test *t, int legs) {
     int kept = 0;
     for (int i = 0; i < p->count; i++) {
-        struct piece *q = &p->piece[i], *before = kept ? &p->piece[kept - 1] : NULL;
-        if (q->kind == PIECE_STEADY) q->frequency_hz = exact_hz(t, legs, q);
-        if (!before || !goes_on(t, legs, before, q)) p->piece[kept++] = *q;
+        struct segment *q = &p->segment[i], *before = kept ? &p->segment[kept - 1] : NULL;
+        if (q->kind == SEGMENT_STEADY) q->frequency_hz = exact_hz(t, legs, q);
+        if (!before || !goes_on(t, legs, before, q)) p->segment[kept++] = *q;
         else before->end = q->end, before->frequency_hz = exact_hz(t, legs, before);
     }
     p->count = kept;
 }
 
-static int list_pieces(struct pieces *p, const struct grid *g, const struct recording_test *t, struct error *error) {
+static int list_segments(struct segments *p, const struct grid *g, const struct recording_test *t, struct error *error) {
     int capacity = 0, before = -1;
     for (int i = 0; i < t->count; i++) {
         int point = g->count ? point_of(g, t->sample[i].test_time_s) : 0;
-        enum piece_kind kind = g->count ? (enum piece_kind)g->kind[point] : PIECE_MOVING;
-        double hz = kind == PIECE_STEADY ? g->frequency[point] : (double)NAN;
-        bool same = before >= 0 && p->piece[before].kind == kind && (kind != PIECE_STEADY || p->piece[before].frequency_hz == hz);
+        enum segment_kind kind = g->count ? (enum segment_kind)g->kind[point] : SEGMENT_MOVING;
+        double hz = kind == SEGMENT_STEADY ? g->frequency[point] : (double)NAN;
+        bool same = before >= 0 && p->segment[before].kind == kind && (kind != SEGMENT_STEADY || p->segment[before].frequency_hz == hz);
         if (same) {
-            p->piece[before].end = i + 1;
+            p->segment[before].end = i + 1;
             continue;
         }
         if (p->count == capacity) {
             capacity = capacity ? 2 * capacity : 16;
-            struct piece *more = realloc(p->piece, (size_t)capacity * sizeof *more);
+            struct segment *more = realloc(p->segment, (size_t)capacity * sizeof *more);
             if (!more) return error_set(error, STATUS_IO, "out of memory for the pieces of a test");
-            p->piece = more;
+            p->segment = more;
         }
-        p->piece[before = p->count++] = (struct piece){i, i + 1, kind, hz};
+        p->segment[before = p->count++] = (struct segment){i, i + 1, kind, hz};
     }
     return STATUS_OK;
 }
 
-int pieces_find(struct pieces *p, const struct recording_test *t, int legs, struct error *error) {
+int segments_find(struct segments *p, const struct recording_test *t, int legs, struct error *error) {
     struct grid g = {0};
     int good = 0, status = STATUS_OK;
-    *p = (struct pieces){0};
+    *p = (struct segments){0};
     for (int i = 0; i < t->count; i++) good += !t->sample[i].refused;
     if (good >= SAMPLES_LEAST) status = grid_make(&g, t, legs, error);
     if (!status && g.count) {
         find_rests(&g);
         for (int first = 0, end; first < g.count; first = end) {
             end = end_of(&g, first);
-            if (g.kind[first] == PIECE_MOVING) find_steady(&g, first, end, DEPTH);
+            if (g.kind[first] == SEGMENT_MOVING) find_steady(&g, first, end, DEPTH);
         }
         join_slivers(&g);
     }
-    if (!status) status = list_pieces(p, &g, t, error);
+    if (!status) status = list_segments(p, &g, t, error);
     grid_free(&g);
-    if (!status) finish_pieces(p, t, legs);
-    if (status) pieces_free(p);
+    if (!status) finish_segments(p, t, legs);
+    if (status) segments_free(p);
     return status;
 }
 
-void pieces_free(struct pieces *p) {
-    free(p->piece);
-    *p = (struct pieces){0};
+void segments_free(struct segments *p) {
+    free(p->segment);
+    *p = (struct segments){0};
 }
 
-const struct piece *pieces_longest(const struct pieces *p, enum piece_kind kind) {
-    const struct piece *longest = NULL;
-    for (const struct piece *q = p->piece; q < p->piece + p->count; q++)
+const struct segment *segments_longest(const struct segments *p, enum segment_kind kind) {
+    const struct segment *longest = NULL;
+    for (const struct segment *q = p->segment; q < p->segment + p->count; q++)
         if (q->kind == kind && (!longest || q->end - q->first > longest->end - longest->first)) longest = q;
     return longest;
 }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "noise.h"
-#include "pieces.h"
+#include "segments.h"
 
 static const double TURN = 2.0 * 3.14159265358979323846;
 static struct error error;
@@ -52,14 +52,14 @@ static struct recording_test measure(motion *m, const struct sensor *s) {
 static const char letters[] = "RSM";
 
 /* Formats "R0-2.0 M-3.0 S4.0-8.0": kind, frequency of a steady one, end. */
-static const char *show(const struct recording_test *t, const struct pieces *p) {
+static const char *show(const struct recording_test *t, const struct segments *p) {
     static char text[1000];
     size_t used = 0;
     text[0] = '\0';
     for (int i = 0; i < p->count && used < sizeof text - 40; i++) {
-        const struct piece *q = &p->piece[i];
+        const struct segment *q = &p->segment[i];
         used += (size_t)sprintf(text + used, "%c", letters[q->kind]);
-        if (q->kind == PIECE_STEADY) used += (size_t)sprintf(text + used, "%.3f", q->frequency_hz);
+        if (q->kind == SEGMENT_STEADY) used += (size_t)sprintf(text + used, "%.3f", q->frequency_hz);
         used += (size_t)sprintf(text + used, "-%.2f ", t->sample[q->end - 1].test_time_s);
     }
     return text;
@@ -74,17 +74,17 @@ struct expected {
 
 static void expect(const char *name, motion *m, const struct sensor *s, const struct expected *e, int count) {
     struct recording_test t = measure(m, s);
-    struct pieces p;
-    assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
-    bool same = p.count == count && p.piece[0].first == 0 && p.piece[p.count - 1].end == t.count;
+    struct segments p;
+    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    bool same = p.count == count && p.segment[0].first == 0 && p.segment[p.count - 1].end == t.count;
     for (int i = 0; i < count && same; i++) {
-        const struct piece *q = &p.piece[i];
+        const struct segment *q = &p.segment[i];
         same = letters[q->kind] == e[i].kind && (!i || q->first == q[-1].end);
-        same = same && (q->kind == PIECE_STEADY ? fabs(q->frequency_hz / e[i].hz - 1.0) < 2e-3 : isnan(q->frequency_hz));
+        same = same && (q->kind == SEGMENT_STEADY ? fabs(q->frequency_hz / e[i].hz - 1.0) < 2e-3 : isnan(q->frequency_hz));
         same = same && (e[i].within_s == 0.0 || fabs(t.sample[q->end - 1].test_time_s - e[i].end_s) < e[i].within_s);
     }
     if (!same) fail_msg("%s at %g Hz, noise %g, step %g, lost %g: %s", name, s->rate_hz, s->noise_m, s->step_m, s->lost, show(&t, &p));
-    pieces_free(&p);
+    segments_free(&p);
     free(t.sample);
 }
 #define EXPECT(m, s, ...) expect(#m, m, s, (const struct expected[]){__VA_ARGS__}, \
@@ -210,15 +210,15 @@ static void steps_are_rests_and_moves(void **unused) {
 static void a_hole_is_no_rest(void **unused) {
     (void)unused;
     struct recording_test t = measure(from_the_start, &good);
-    struct pieces p;
+    struct segments p;
     int kept = 0;
     for (int i = 0; i < t.count; i++)
         if (fabs(t.sample[i].test_time_s - 9.0) > 0.25 && fabs(t.sample[i].test_time_s - 14.0) > 1.0) t.sample[kept++] = t.sample[i];
     t.count = kept;
-    assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
-    if (p.count != 1 || p.piece[0].kind != PIECE_STEADY || !(fabs(p.piece[0].frequency_hz / 2.5 - 1.0) < 1e-4))
+    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    if (p.count != 1 || p.segment[0].kind != SEGMENT_STEADY || !(fabs(p.segment[0].frequency_hz / 2.5 - 1.0) < 1e-4))
         fail_msg("%s", show(&t, &p));
-    pieces_free(&p);
+    segments_free(&p);
     free(t.sample);
 }
 
@@ -241,28 +241,28 @@ static void a_machine_that_stands_still_rests(void **unused) {
 }
 
 /* Defects that no recording should have, and those of a hostile one. */
-static void too_little_is_one_piece(void **unused) {
+static void too_little_is_one_segment(void **unused) {
     (void)unused;
     struct recording_test t = measure(from_the_start, &good);
-    struct pieces p;
+    struct segments p;
     for (int count = 0; count < 12; count++) {
         t.count = count;
-        assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
+        assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
         assert_true(p.count == (count > 0));
-        pieces_free(&p);
+        segments_free(&p);
     }
     t.count = 9000;
     for (int i = 0; i < 9000; i++) t.sample[i].refused = REFUSED_NO_NUMBER, t.sample[i].length_m[0] = (double)NAN;
-    assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
-    assert_true(p.count == 1 && p.piece[0].kind == PIECE_MOVING);
-    pieces_free(&p);
+    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    assert_true(p.count == 1 && p.segment[0].kind == SEGMENT_MOVING);
+    segments_free(&p);
     for (int i = 0; i < 9000; i++) {
         struct recording_sample *s = &t.sample[i];
         s->refused = REFUSED_NOT, s->length_m[0] = i % 2 ? 1e300 : -1e300, s->test_time_s = i < 9 ? i : 1e15 * i;
     }
-    assert_int_equal(pieces_find(&p, &t, TEST_LEGS, &error), 0);
-    assert_true(p.count >= 1 && p.piece[p.count - 1].end == 9000);
-    pieces_free(&p);
+    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    assert_true(p.count >= 1 && p.segment[p.count - 1].end == 9000);
+    segments_free(&p);
     free(t.sample);
 }
 
@@ -307,7 +307,7 @@ int main(void) {
         cmocka_unit_test(a_hole_is_no_rest),
         cmocka_unit_test(a_jump_between_two_samples_parts_two_rests),
         cmocka_unit_test(a_machine_that_stands_still_rests),
-        cmocka_unit_test(too_little_is_one_piece),
+        cmocka_unit_test(too_little_is_one_segment),
         cmocka_unit_test(noise_that_cannot_be_measured_is_nan_but_steps_are),
         cmocka_unit_test(noise_and_steps_of_a_sensor_are_seen),
     };

@@ -1,4 +1,4 @@
-#include "line.h"
+#include "tone.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,16 +8,16 @@
 #include "units.h"
 
 enum {
-    LINE_BINS = 3,       /* least distance of a tone from a harmonic of the motion, in bins */
-    LINE_SAMPLES = 4096, /* most samples of a test that are searched: eight seconds suffice, and the
+    TONE_BINS = 3,       /* least distance of a tone from a harmonic of the motion, in bins */
+    TONE_SAMPLES = 4096, /* most samples of a test that are searched: eight seconds suffice, and the
                           * time that it takes grows with the square */
 };
-static const double LINE_STEP_S = 2e-3;     /* least time between the searched samples: tones are
+static const double TONE_STEP_S = 2e-3;     /* least time between the searched samples: tones are
                                              * found up to 250 Hz */
-static const double LINE_POWER = 12.0;      /* least power of a tone, as a multiple of white noise's
+static const double TONE_POWER = 12.0;      /* least power of a tone, as a multiple of white noise's
                                              * in a bin, in the mean of six legs; noise gives 1 +-
                                              * 0.4 */
-static const double LINE_POWER_ONE = 30.0;  /* least power of a tone, as a multiple of white noise's
+static const double TONE_POWER_ONE = 30.0;  /* least power of a tone, as a multiple of white noise's
                                              * in a bin, with a single leg; the strongest of 20,000
                                              * bins of noise has 10 */
 
@@ -81,10 +81,10 @@ static double window(int n, double *value) {
     return sum;
 }
 
-struct line line_in(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
-    int all = t->end - t->first, many = (int)fmax(LINE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, LINE_SAMPLES);
+struct tone tone_in(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
+    int all = t->end - t->first, many = (int)fmax(TONE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, TONE_SAMPLES);
     int bins = n / 2;
-    struct line line = {0};
+    struct tone tone = {0};
     double *rest = memory_get((size_t)all, sizeof *rest), *power = memory_get((size_t)bins + 1, sizeof *power), step_s;
     double *absolute = memory_get((size_t)bins + 1, sizeof *absolute);
     double weights = 0.0;
@@ -96,55 +96,55 @@ struct line line_in(const struct spectrum *s, const struct recording_test *t, en
         weights = window(n, rest);
         for (int i = 0; i < n; i++) square += rest[i] * rest[i];
         legs += square > 0.0;
-        for (int first = LINE_BINS; first < bins && square > 0.0; first += AT_ONCE) {
+        for (int first = TONE_BINS; first < bins && square > 0.0; first += AT_ONCE) {
             double p[AT_ONCE];
             power_at(n, rest, first, p);
             for (int b = first; b < bins && b < first + AT_ONCE; b++) power[b] += p[b - first] / square, absolute[b] += p[b - first];
         }
     }
     step_s = (t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s) / (all - 1) * many;
-    for (int b = LINE_BINS; b < bins && legs; b++)
-        if (power[b] / legs > line.power && off_harmonics(s, b / (n * step_s), LINE_BINS / (n * step_s)))
-            line = (struct line){b / (n * step_s), sqrt(2.0 * absolute[b] / legs) / weights, power[b] / legs};
+    for (int b = TONE_BINS; b < bins && legs; b++)
+        if (power[b] / legs > tone.power && off_harmonics(s, b / (n * step_s), TONE_BINS / (n * step_s)))
+            tone = (struct tone){b / (n * step_s), sqrt(2.0 * absolute[b] / legs) / weights, power[b] / legs};
     free(rest);
     free(power);
     free(absolute);
-    return line;
+    return tone;
 }
 
-enum { LINE_CHANNELS = 3 };
+enum { TONE_CHANNELS = 3 };
 static const struct {
     enum channel channel;
     enum gap_channel name;
-} line_channel[LINE_CHANNELS] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
+} tone_channel[TONE_CHANNELS] = {{CHANNEL_P1, GAP_P1}, {CHANNEL_P2, GAP_P2}, {CHANNEL_LENGTH, GAP_LENGTH}};
 
-struct lines {
+struct tones {
     const struct recording *recording;
-    struct line (*of)[LINE_CHANNELS]; /* [tests]: strongest tone of each channel */
+    struct tone (*of)[TONE_CHANNELS]; /* [tests]: strongest tone of each channel */
 };
 
 static void find_in_test(void *context, int i) {
-    const struct lines *lines = context;
-    const struct recording_test *test = &lines->recording->test[i];
+    const struct tones *tones = context;
+    const struct recording_test *test = &tones->recording->test[i];
     struct spectrum s;
     spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     if (spectrum_measure(&s, room, test, CYCLES_ALL))
-        for (int j = 0; j < LINE_CHANNELS; j++) lines->of[i][j] = line_in(&s, test, line_channel[j].channel);
+        for (int j = 0; j < TONE_CHANNELS; j++) tones->of[i][j] = tone_in(&s, test, tone_channel[j].channel);
     free(room);
 }
 
-struct gap_line line_find(const struct recording *recording, int threads, double share) {
-    struct gap_line found = {0};
-    struct lines lines = {recording, memory_get((size_t)recording->tests, sizeof *lines.of)};
-    double most = share * (params_legs(recording->params) > 1 ? LINE_POWER : LINE_POWER_ONE);
-    parallel_run(threads, recording->tests, find_in_test, &lines);
+struct gap_tone tone_find(const struct recording *recording, int threads, double share) {
+    struct gap_tone found = {0};
+    struct tones tones = {recording, memory_get((size_t)recording->tests, sizeof *tones.of)};
+    double most = share * (params_legs(recording->params) > 1 ? TONE_POWER : TONE_POWER_ONE);
+    parallel_run(threads, recording->tests, find_in_test, &tones);
     for (int i = 0; i < recording->tests; i++)
-        for (int j = 0; j < LINE_CHANNELS; j++) {
-            struct line line = lines.of[i][j];
-            if (!(line.power > most)) continue;
-            most = line.power;
-            found = (struct gap_line){line.hz, line.rms, line_channel[j].name, recording->test[i].dof, recording->test[i].test};
+        for (int j = 0; j < TONE_CHANNELS; j++) {
+            struct tone tone = tones.of[i][j];
+            if (!(tone.power > most)) continue;
+            most = tone.power;
+            found = (struct gap_tone){tone.hz, tone.rms, tone_channel[j].name, recording->test[i].dof, recording->test[i].test};
         }
-    free(lines.of);
+    free(tones.of);
     return found;
 }
