@@ -60,6 +60,10 @@ struct systematic_found {
 enum { CAUSE_LEGS = FAMILIES, CAUSE_ATTENUATION, CAUSE_NOISE, CAUSES };
 extern const char *const method_c_causes[CAUSES];
 
+/* True if the data tell more about a systematic error than its prior does: they halve its
+ * deviation. */
+bool method_c_found(const struct systematic_found *error);
+
 struct method_c {
     /* Symmetric. Entries that are not determined are NaN, and damping stands in `viscous`. The
      * condition number is that of the normal matrix, entries in units of sqrt(M_ii M_jj), with

@@ -86,6 +86,8 @@ const char *const method_c_causes[CAUSES] = {
     [CAUSE_NOISE] = "noise",
 };
 
+bool method_c_found(const struct systematic_found *error) { return error->prior > 0.0 && error->std < 0.5 * error->prior; }
+
 static int cause_of(int common) {
     if (common < SYSTEMATICS) return (int)systematic_family(common);
     return common < COMMON_ATTENUATION ? CAUSE_LEGS : CAUSE_ATTENUATION;

@@ -16,6 +16,33 @@ static void title(FILE *out, const char *number, const char *words) { html_print
 
 /* --- matrices */
 
+/* The systematic errors that the data found, and the share of each cause in the variance of the
+ * diagonal. */
+static void systematic(FILE *out, const struct method_c *c) {
+    fputs("<h3>Sensors and drawing</h3>\n<p>Errors that the data tell more about than the configured tolerance does. "
+          "± is half of the 95 % interval.</p>\n",
+          out);
+    html_table(out, NULL, "error|>found|>±|>tolerance, standard deviation|key");
+    for (int i = 0; i < SYSTEMATICS; i++) {
+        const struct systematic_found *e = &c->systematic[i];
+        const struct systematic_words *words = &systematic_families[systematic_family(i)];
+        char name[SYSTEMATIC_NAME];
+        if (!method_c_found(e)) continue;
+        systematic_name(i, name);
+        html_row(out, "%s|>%+.3g %s|>%.2g %s|>%.2g %s|model.tolerance.%s", name, words->scale * e->value, words->unit,
+                 1.96 * words->scale * e->std, words->unit, words->scale * e->prior, words->unit, words->key);
+    }
+    html_table_end(out);
+    fputs("<p>Where the width of the intervals comes from: shares of the variance.</p>\n", out);
+    html_table(out, NULL, "cause|>mx|>my|>mz|>Ixx|>Iyy|>Izz");
+    for (int k = 0; k < CAUSES; k++) {
+        const double (*share)[DOFS] = c->share[k];
+        html_row(out, "%s|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%", method_c_causes[k], 100.0 * share[0][0],
+                 100.0 * share[1][1], 100.0 * share[2][2], 100.0 * share[3][3], 100.0 * share[4][4], 100.0 * share[5][5]);
+    }
+    html_table_end(out);
+}
+
 static void section_matrices(FILE *out, const struct identification_log *l, const char *number) {
     const struct method_c *c = &l->id->method_c;
     bool unknown = false;
@@ -23,7 +50,7 @@ static void section_matrices(FILE *out, const struct identification_log *l, cons
     html_print(out,
                "<p>Mt at the neutral pose, about the payload's mass centre; rows and columns x y z φ θ ψ; masses in kg, couplings in kg m, "
                "inertias in kg m². Below each entry its interval%s.</p>\n",
-               l->id->method_a.evaluated ? ": of A, modified A and B the sensors' noise alone; of C also where the joints are" : "");
+               l->id->method_a.evaluated ? ": of A, modified A and B the sensors' noise alone; of C also the errors of sensors and drawing" : "");
     table_matrices(out, l->id);
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) unknown = unknown || (c->matrix.evaluated && !isfinite(c->matrix.mt[i][j]));
@@ -36,6 +63,7 @@ static void section_matrices(FILE *out, const struct identification_log *l, cons
     if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", out);
     if (!c->matrix.evaluated && l->id->no_method_c.status)
         html_print(out, "<p class=\"notice\">Method C: not evaluated: %s</p>\n", l->id->no_method_c.text);
+    if (c->matrix.evaluated) systematic(out, c);
     fputs("</section>\n", out);
 }
 

@@ -67,6 +67,26 @@ static void print_payload(FILE *out, const struct payload *p) {
     if (p->whole && !p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
 }
 
+/* Prints the systematic errors that the data found, and what widens the diagonal's intervals most. */
+static void print_systematic(FILE *out, const struct method_c *c) {
+    for (int i = 0; i < SYSTEMATICS; i++) {
+        const struct systematic_found *e = &c->systematic[i];
+        const struct systematic_words *words = &systematic_families[systematic_family(i)];
+        char name[SYSTEMATIC_NAME];
+        if (!method_c_found(e)) continue;
+        systematic_name(i, name);
+        fprintf(out, "found     %s: %+.3g %s, std %.2g\n", name, words->scale * e->value, words->unit, words->scale * e->std);
+    }
+    fprintf(out, "variance  most of it comes from");
+    for (int i = 0; i < DOFS; i++) {
+        int most = 0;
+        if (isnan(c->matrix.mt[i][i])) continue;
+        for (int k = 1; k < CAUSES; k++) most = c->share[k][i][i] > c->share[most][i][i] ? k : most;
+        fprintf(out, "%s %s: %s, %.0f %%", i ? ";" : "", ident_entries[i].name, method_c_causes[most], 100.0 * c->share[most][i][i]);
+    }
+    fprintf(out, "\n");
+}
+
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
     int decimals = identification_decimals(m);
     double least = 0.5 * pow(10.0, -decimals); /* smaller values are printed as 0, without a sign */
@@ -172,6 +192,7 @@ static void print_method_c(FILE *out, const struct identification *id) {
         row(out, "on phi, theta, psi", 3, c->spring + 3, c->spring_std + 3, 1, "N m/rad");
     }
     if (c->payload.evaluated) print_payload(out, &c->payload);
+    print_systematic(out, c);
     fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
     print_matrix(out, c->matrix.mt);
     fprintf(out, "nominal Mt, from the configuration\n");
