@@ -60,8 +60,7 @@ struct systematic_found {
 enum { CAUSE_LEGS = FAMILIES, CAUSE_ATTENUATION, CAUSE_NOISE, CAUSES };
 extern const char *const method_c_causes[CAUSES];
 
-/* True if the data tell more about a systematic error than its prior does: they halve its
- * deviation. */
+/* True if the data show a systematic error: zero is outside of its 95 % interval. */
 bool method_c_found(const struct systematic_found *error);
 
 struct method_c {

@@ -86,7 +86,7 @@ const char *const method_c_causes[CAUSES] = {
     [CAUSE_NOISE] = "noise",
 };
 
-bool method_c_found(const struct systematic_found *error) { return error->prior > 0.0 && error->std < 0.5 * error->prior; }
+bool method_c_found(const struct systematic_found *error) { return error->prior > 0.0 && fabs(error->value) > 1.96 * error->std; }
 
 static int cause_of(int common) {
     if (common < SYSTEMATICS) return (int)systematic_family(common);
