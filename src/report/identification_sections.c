@@ -50,7 +50,8 @@ static void section_matrices(FILE *out, const struct identification_log *l, cons
     html_print(out,
                "<p>Mt at the neutral pose, about the payload's mass centre; rows and columns x y z φ θ ψ; masses in kg, couplings in kg m, "
                "inertias in kg m². Below each entry its interval%s.</p>\n",
-               l->id->method_a.evaluated ? ": of A, modified A and B the sensors' noise alone; of C also the errors of sensors and drawing" : "");
+               l->id->method_a.evaluated ? ": of A, modified A and B the sensors' noise alone; of C also the errors of sensors and drawing"
+                                         : "");
     table_matrices(out, l->id);
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) unknown = unknown || (c->matrix.evaluated && !isfinite(c->matrix.mt[i][j]));

@@ -67,7 +67,8 @@ static void print_payload(FILE *out, const struct payload *p) {
     if (p->whole && !p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
 }
 
-/* Prints the systematic errors that the data found, and what widens the diagonal's intervals most. */
+/* Prints the systematic errors that the data found, and what widens the diagonal's intervals
+ * most. */
 static void print_systematic(FILE *out, const struct method_c *c) {
     for (int i = 0; i < SYSTEMATICS; i++) {
         const struct systematic_found *e = &c->systematic[i];
