@@ -298,7 +298,7 @@ static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unu
     struct rig r;
     rig_init(&r, 100.0);
     r.noise_m = 15e-6, r.noise_pa = 2e4;
-    r.configured.model.tolerance.rigidity = 100.0, r.configured.model.tolerance.joints_m = 1e-4;
+    r.configured.model.tolerance.rigidity = 100.0, r.configured.model.tolerance.joints_m = 3e-4;
     sum.equations = (struct equations){0};
     for (int i = 0; i < LOGS; i++) {
         find(&r, 0, DOFS, &log);

@@ -153,10 +153,16 @@ static int identify(struct imagined *m, struct recording *recording, struct meth
     return status;
 }
 
-/* Finds the variance that the joints' tolerance adds to each entry. It is the same in every draw
- * and takes most of the time, so it is found only once, with the first draw. */
-static int find_joints(struct imagined *m, const struct method_result *exact, struct recording *recording, struct method_c *c,
-                       double variance[DOFS][DOFS], struct error *error) {
+/* Leaves the machine no systematic errors. */
+static void make_exact(struct tolerance_params *t) {
+    t->joints_m = t->length_zero_m = t->skew_s = t->pressure_lag_s = t->pipe_m = 0.0;
+    t->pressure_gain = t->length_gain = 0.0;
+}
+
+/* Finds the variance that systematic errors (systematic.h) add to each entry. It is the same in
+ * every draw and takes most of the time, so it is found only once, with the first draw. */
+static int find_systematic(struct imagined *m, const struct method_result *exact, struct recording *recording, struct method_c *c,
+                           double variance[DOFS][DOFS], struct error *error) {
     int status = identify(m, recording, c, error);
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) variance[i][j] = fmax(pow(c->matrix.mt_std[i][j], 2.0) - pow(exact->mt_std[i][j], 2.0), 0.0);
@@ -169,19 +175,19 @@ int excitation_predict(const struct loop_survey *survey, const struct params *pa
     struct recording *recording = malloc(sizeof *recording);
     struct method_c *c = malloc(2 * sizeof *c);
     struct method_result *found = calloc((size_t)draws, sizeof *found);
-    double joints[DOFS][DOFS] = {{0}};
+    double systematic[DOFS][DOFS] = {{0}};
     *result = (struct excitation){0};
     int status = m && recording && c && found ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int draw = 0; draw < draws && !status; draw++) {
         status = init(m, survey, params, tests, (uint64_t)draw + 1, error);
-        m->params.model.tolerance.joints_m = 0.0;
+        make_exact(&m->params.model.tolerance);
         if (!status) status = identify(m, recording, c, error);
-        if (!status && !draw && params->model.tolerance.joints_m > 0.0) {
+        if (!status && !draw) {
             status = init(m, survey, params, tests, (uint64_t)draw + 1, error);
-            if (!status) status = find_joints(m, &c->matrix, recording, c + 1, joints, error);
+            if (!status) status = find_systematic(m, &c->matrix, recording, c + 1, systematic, error);
         }
         for (int i = 0; i < DOFS && !status; i++)
-            for (int j = 0; j < DOFS; j++) c->matrix.mt_std[i][j] = sqrt(pow(c->matrix.mt_std[i][j], 2.0) + joints[i][j]);
+            for (int j = 0; j < DOFS; j++) c->matrix.mt_std[i][j] = sqrt(pow(c->matrix.mt_std[i][j], 2.0) + systematic[i][j]);
         if (!status) found[draw] = c->matrix;
     }
     if (!status) *result = excitation_of(draws, found);

@@ -126,7 +126,7 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     }
 }
 
-static check *const checks[] = {check_fit, check_systematic, check_body, check_one_body, check_definite, check_friction};
+static check *const checks[] = {check_systematic, check_fit, check_body, check_one_body, check_definite, check_friction};
 enum { CHECKS = sizeof checks / sizeof *checks };
 
 struct verdict method_c_verdict(const struct method_c_findings *f) {

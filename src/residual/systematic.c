@@ -50,7 +50,7 @@ void systematic_priors(const struct params *params, bool pressures, double std[S
 
 bool systematic_moves(int error) {
     enum systematic_family family = systematic_family(error);
-    return family != FAMILY_PRESSURE_GAINS && family != FAMILY_LAGS && family != FAMILY_PIPES;
+    return family != FAMILY_PRESSURE_GAINS && family != FAMILY_SKEW && family != FAMILY_LAGS && family != FAMILY_PIPES;
 }
 
 void systematic_name(int error, char name[SYSTEMATIC_NAME]) {
@@ -98,7 +98,11 @@ static void add_to_sensors(const double error[SYSTEMATICS], struct machine *m) {
         m->sensors.force[k].lag_s += lag_s;
         m->sensors.length[k].scale *= 1.0 + gain;
         m->sensors.length[k].offset += error[SYSTEMATIC_LENGTH_ZERO + k] - gain * m->bodies.neutral_length_m[k];
-        m->sensors.length[k].delay_s += error[SYSTEMATIC_SKEW];
+        /* Only the difference of the delays matters, and dry friction goes by the lengths as they
+         * are read; therefore the pressures are moved. */
+        m->sensors.p1[k].delay_s -= error[SYSTEMATIC_SKEW];
+        m->sensors.p2[k].delay_s -= error[SYSTEMATIC_SKEW];
+        m->sensors.force[k].delay_s -= error[SYSTEMATIC_SKEW];
     }
 }
 
