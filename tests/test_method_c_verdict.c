@@ -124,13 +124,13 @@ static void a_matrix_that_is_not_of_one_body_fails(void **unused) {
 
 static void friction_that_drives_fails_from_its_share_of_the_level_on(void **unused) {
     (void)unused;
-    /* 4 checks share 0.005, twelve frictions share one of them: one-sided normal quantile 3.71. */
+    /* 6 checks share 0.005, twelve frictions share one of them: one-sided normal quantile 3.81. */
     for (int leg = 0; leg < LEGS; leg++) {
         struct result *r = result_of(body);
         char words[40];
-        r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.6 * VISCOUS_STD;
+        r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.7 * VISCOUS_STD;
         assert_int_equal(judge(r).status, VERDICT_PASS);
-        r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.8 * VISCOUS_STD;
+        r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.9 * VISCOUS_STD;
         snprintf(words, sizeof words, "viscous friction of leg %d is negative", leg + 1);
         expect(r, words);
         r = result_of(body);
@@ -141,6 +141,35 @@ static void friction_that_drives_fails_from_its_share_of_the_level_on(void **unu
         snprintf(words, sizeof words, "dry friction of leg %d is negative", leg + 1);
         expect(r, words);
     }
+}
+
+/* The squares of Student's t with 19 degrees of freedom have the mean 1.118 and the variance
+ * 3.00. At a sixth of 0.005 the normal quantile is 3.14. */
+static void rows_that_scatter_by_more_than_their_noise_fail(void **unused) {
+    (void)unused;
+    for (int beyond = 0; beyond < 2; beyond++) {
+        struct result *r = result_of(body);
+        r->equations.free = 600, r->equations.cycles = 20.0;
+        r->equations.rest = 600 * 1.118 + (beyond ? 3.3 : 3.0) * sqrt(600 * 3.0);
+        if (beyond) expect(r, "the forces do not fit the model");
+        else assert_int_equal(judge(r).status, VERDICT_PASS);
+    }
+    struct result *r = result_of(body);
+    r->equations.free = 600, r->equations.cycles = HUGE_VAL, r->equations.rest = 600 + 3.3 * sqrt(1200.0);
+    expect(r, "the forces do not fit the model");
+}
+
+/* Errors whose estimates scatter by 0.0045, with a prior of 0.005 and a deviation of 0.0022. */
+static void a_systematic_error_beyond_its_tolerance_fails_by_its_name(void **unused) {
+    (void)unused;
+    struct result *r = result_of(body);
+    r->found.systematic[SYSTEMATIC_P1_GAIN + 2] = (struct systematic_found){0.018, 0.0022, 0.005};
+    assert_int_equal(judge(r).status, VERDICT_PASS);
+    r->found.systematic[SYSTEMATIC_P1_GAIN + 2].value = -0.023;
+    expect(r, "gain of P1, leg 3: -2.3 %");
+    /* The data tell next to nothing about it. */
+    r->found.systematic[SYSTEMATIC_P1_GAIN + 2] = (struct systematic_found){-0.02, 0.0049, 0.005};
+    assert_int_equal(judge(r).status, VERDICT_PASS);
 }
 
 /* The direction in which the matrix is negative is the worst of all. */
@@ -168,6 +197,8 @@ int main(void) {
         cmocka_unit_test(a_body_beyond_its_covariance_fails_and_one_within_passes),
         cmocka_unit_test(a_matrix_that_is_not_of_one_body_fails),
         cmocka_unit_test(friction_that_drives_fails_from_its_share_of_the_level_on),
+        cmocka_unit_test(rows_that_scatter_by_more_than_their_noise_fail),
+        cmocka_unit_test(a_systematic_error_beyond_its_tolerance_fails_by_its_name),
         cmocka_unit_test(a_matrix_that_is_not_definite_fails),
         cmocka_unit_test(without_a_result_it_is_not_evaluated),
     };

@@ -11,6 +11,7 @@
 
 static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basis function's
                                       * coefficient */
+static const double HELD = 1e6;        /* weight that holds a scale, as a multiple of its prior's */
 static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior that has no influence, as a share of
                                            * the data's */
 
@@ -62,6 +63,35 @@ double equations_basis_variance(const struct equations *e, int i, const double s
 /* Inverse variance of a prior; 1 for an unknown that does not exist, whose equations are zero. */
 static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std) : 1.0; }
 
+/* Finds the direction of the gains of pressures (scale 0) or lengths (1), as a multiple of the
+ * errors' priors, along which attenuation pulls. Least squares would take all gains too large
+ * there, because that makes the noise smaller; and no motion tells a gain that all sensors have in
+ * common from a mass and a friction. Therefore it is not estimated, and its prior is an error
+ * that all logs share. */
+static bool scale_of(const struct equations *e, int scale, double direction[UNKNOWN_BASIS]) {
+    int first = scale ? SYSTEMATIC_LENGTH_GAIN : SYSTEMATIC_P1_GAIN, end = scale ? SYSTEMATIC_LENGTH_ZERO : SYSTEMATIC_LENGTH_GAIN;
+    double sum = 0.0;
+    memset(direction, 0, UNKNOWN_BASIS * sizeof *direction);
+    for (int s = first; s < end; s++) sum += square(e->attenuation[UNKNOWN_SYSTEMATIC + s] * e->systematic[s]);
+    for (int s = first; s < end && sum > 0.0; s++)
+        direction[UNKNOWN_SYSTEMATIC + s] = e->attenuation[UNKNOWN_SYSTEMATIC + s] * square(e->systematic[s]) / sqrt(sum);
+    return sum > 0.0;
+}
+
+/* Holds the scales at zero. */
+static void hold_scales(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS]) {
+    double direction[UNKNOWN_BASIS];
+    for (int scale = 0; scale < GAIN_SCALES; scale++) {
+        if (!scale_of(e, scale, direction)) continue;
+        for (int a = 0; a < SYSTEMATIC_LENGTH_ZERO; a++)
+            for (int b = 0; b <= a; b++) {
+                double prior = e->systematic[a] * e->systematic[b];
+                int c = UNKNOWN_SYSTEMATIC + a, d = UNKNOWN_SYSTEMATIC + b;
+                if (prior > 0.0) factor[c][d] += HELD * direction[c] * direction[d] / square(prior);
+            }
+    }
+}
+
 static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS]) {
     double size[BASIS_SIZE];
     memcpy(factor, e->product, sizeof e->product);
@@ -70,6 +100,7 @@ static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_EN
     for (int c = MATRIX_ENTRIES; c < UNKNOWN_SPRING; c++) factor[c][c] *= 1.0 + OF_NO_WEIGHT;
     for (int i = 0; i < DOFS; i++) factor[UNKNOWN_SPRING + i][UNKNOWN_SPRING + i] += inverse_variance(e->spring[i]);
     for (int i = 0; i < SYSTEMATICS; i++) factor[UNKNOWN_SYSTEMATIC + i][UNKNOWN_SYSTEMATIC + i] += inverse_variance(e->systematic[i]);
+    hold_scales(e, factor);
     if (!basis_sizes_find(e, factor, size)) return false;
     for (int c = UNKNOWN_BASIS; c < UNKNOWNS; c++) factor[c][c] += 1.0 / equations_basis_variance(e, c - UNKNOWN_BASIS, size);
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
@@ -102,10 +133,21 @@ static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRI
     for (int m = 0; m < MATRIX_ENTRIES; m++)
         for (int c = 0; c < UNKNOWN_BASIS; c++)
             for (int i = m; i < MATRIX_ENTRIES; i++) estimate->common[COMMON_MATRIX + m][c] -= matrix[i][m] * estimate->noise[i][c];
-    for (int j = 0; j < COMMON_ATTENUATION; j++)
+    for (int j = 0; j < COMMON_SCALE; j++)
         for (int a = 0; a < UNKNOWN_BASIS; a++)
             for (int b = 0; b < UNKNOWN_BASIS; b++) estimate->noise[a][b] -= estimate->common[j][a] * estimate->common[j][b];
+    for (int scale = 0; scale < GAIN_SCALES; scale++) {
+        double direction[UNKNOWN_BASIS];
+        memset(solved, 0, sizeof solved);
+        if (!scale_of(e, scale, direction)) continue;
+        for (int c = 0; c < UNKNOWNS; c++)
+            for (int d = UNKNOWN_SYSTEMATIC; d < UNKNOWN_SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO; d++)
+                solved[c] += (c >= d ? e->product[c][d] : e->product[d][c]) * direction[d];
+        dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
+        for (int c = 0; c < UNKNOWN_BASIS; c++) estimate->common[COMMON_SCALE + scale][c] = solved[c] - direction[c];
+    }
     memcpy(solved, e->attenuation, sizeof solved);
+    for (int s = 0; s < SYSTEMATICS; s++) solved[UNKNOWN_SYSTEMATIC + s] = 0.0;
     dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
     memcpy(estimate->common[COMMON_ATTENUATION], solved, sizeof estimate->common[0]);
 }

@@ -35,15 +35,23 @@ enum {
     UNKNOWNS = UNKNOWN_BASIS + BASIS_SIZE * LEGS
 };
 /* Errors that all logs of a machine share: the systematic errors, the departure of the matrix from
- * its prior (payload_prior()), attenuation. */
-enum { COMMON_MATRIX = SYSTEMATICS, COMMON_ATTENUATION = COMMON_MATRIX + MATRIX_ENTRIES, COMMON };
+ * its prior (payload_prior()), the scales of pressures and of lengths, attenuation. */
+enum { GAIN_SCALES = 2 };
+enum {
+    COMMON_MATRIX = SYSTEMATICS,
+    COMMON_SCALE = COMMON_MATRIX + MATRIX_ENTRIES,
+    COMMON_ATTENUATION = COMMON_SCALE + GAIN_SCALES,
+    COMMON
+};
 
 struct equations {
     /* X' W X, lower triangle. W is the rows' inverse covariance, divided by scatter^2 if they
      * scatter by more than their noise. */
     double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y, y the right-hand side */
-    double attenuation[UNKNOWNS];       /* change of `with` by attenuation */
+    /* Mean product of the noise in each column with that in the right-hand side: the change of
+     * `with` by attenuation. */
+    double attenuation[UNKNOWNS];
     double systematic[SYSTEMATICS];     /* prior standard deviation of each systematic error; 0:
                                          * there is no such error */
     /* Sum of squared residuals, weighted by their noise alone. */

@@ -62,6 +62,7 @@ struct work {
                                                         * commands, N */
     struct friction_course *course;                    /* [tests] */
     double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
+    double weight[ROWS][ROWS];                         /* inverse covariance of a test's rows */
     double leg_mass[LEGS][LEGS], prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
     double along[DOFS][LEGS];                          /* leg forces of unit wrenches at neutral */
     double x[UNKNOWNS];
@@ -268,24 +269,49 @@ static bool accumulate(struct work *w) {
     return true;
 }
 
-/* Adds the attenuation. The noise n of a leg's acceleration is in the entries' columns, as T_c n,
- * and with the configured mass in the right-hand side, as -L n; the mean of their product is a
- * bias. Call this after accumulate(), which leaves the covariance factored. */
-static void add_attenuation(struct work *w, const struct residual_test *t) {
+/* Inverts the covariance that accumulate() leaves factored. */
+static void invert(struct work *w) {
     const struct rows *r = &w->rows;
+    for (int i = 0; i < r->count; i++) {
+        double *row = w->weight[i];
+        memset(row, 0, sizeof w->weight[i]);
+        row[i] = 1.0;
+        dense_solve(r->count, r->count, r->covariance, row);
+    }
+}
+
+/* Adds the attenuation by the noise of one leg's acceleration in one coefficient. weighted: the
+ * noise of the right-hand side, -L n, weighted by the inverse covariance, for n = -1. */
+static void attenuate_lengths(struct work *w, int leg, double variance, const double weighted[LEGS]) {
+    double *to = w->sum->attenuation;
+    for (int c = 0; c < ENTRIES; c++) {
+        int i, j;
+        equations_entry(c, &i, &j);
+        for (int k = 0; k < LEGS; k++) {
+            double t_km = w->along[i][k] * w->along[j][leg] + (i != j ? w->along[j][k] * w->along[i][leg] : 0.0);
+            to[c] -= variance * t_km * weighted[k];
+        }
+    }
+    for (int k = 0; k < LEGS; k++) to[SYSTEMATIC + SYSTEMATIC_LENGTH_GAIN + leg] += variance * w->leg_mass[k][leg] * weighted[k];
+}
+
+/* Adds the attenuation of a test: the mean of the noise in the columns times the noise in the
+ * right-hand side. The noise n of a leg's acceleration is in the entries' columns, as T_c n, and
+ * with the configured mass in the right-hand side, as -L n; it is in the column of a length's
+ * gain, as -L n. The noise of a pressure is in its gain's column as in the right-hand side. Call
+ * this after accumulate(). */
+static void add_attenuation(struct work *w, const struct residual_test *t) {
+    invert(w);
     for (int a = 0; a < t->size; a++)
-        for (int m = 0; m < LEGS; m++) {
-            double variance = square(t->curve[a]) * square(t->std[CHANNEL_LENGTH][m][a]), solved[ROWS] = {0};
-            for (int k = 0; k < LEGS; k++) solved[k * t->size + a] = w->leg_mass[k][m];
-            dense_solve(r->count, r->count, r->covariance, solved);
-            for (int c = 0; c < ENTRIES; c++) {
-                int i, j;
-                equations_entry(c, &i, &j);
-                for (int k = 0; k < LEGS; k++) {
-                    double t_km = w->along[i][k] * w->along[j][m] + (i != j ? w->along[j][k] * w->along[i][m] : 0.0);
-                    w->sum->attenuation[c] -= variance * t_km * solved[k * t->size + a];
-                }
-            }
+        for (int k = 0; k < LEGS; k++) {
+            double weighted[LEGS] = {0}, own = w->weight[k * t->size + a][k * t->size + a];
+            double a1 = t->pressures ? w->cylinder.leg[k].a1_m2 * t->std[CHANNEL_P1][k][a] : t->std[CHANNEL_FORCE][k][a];
+            double a2 = t->pressures ? w->cylinder.leg[k].a2_m2 * t->std[CHANNEL_P2][k][a] : 0.0;
+            for (int i = 0; i < LEGS; i++)
+                for (int l = 0; l < LEGS; l++) weighted[i] += w->weight[i * t->size + a][l * t->size + a] * w->leg_mass[l][k];
+            attenuate_lengths(w, k, square(t->curve[a]) * square(t->std[CHANNEL_LENGTH][k][a]), weighted);
+            w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P1_GAIN + k] += own * square(a1);
+            w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P2_GAIN + k] += own * square(a2);
         }
 }
 
@@ -336,7 +362,7 @@ static int pass(struct work *w, int number, struct error *error) {
         if (!fill_systematic(w, i)) return error_set(error, STATUS_USAGE, no_such_machine);
         fill_covariance(w, i);
         if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
-        if (number == PASSES - 1) add_attenuation(w, t);
+        add_attenuation(w, t);
     }
     bool solved = equations_values(w->sum, w->prior, w->x);
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");

@@ -5,7 +5,7 @@
 #include "lin.h"
 #include "numeric.h"
 
-static const double KNOWN = 1e-3; /* share of a prior's variance that the data must remove before
+static const double KNOWN = 0.25; /* share of a prior's variance that the data must remove before
                                    * its error is judged */
 static const double FIT_Z = 3.1;  /* quantile of the normal distribution at one check's level, for
                                    * words */
@@ -30,11 +30,20 @@ static void check_body(const struct method_c_findings *f, double level, struct v
                     sqrt(p->impossible));
 }
 
+/* True if the data determine all entries. */
+static bool all_known(const struct method_c *m) {
+    bool known = true;
+    for (int i = 0; i < DOFS * DOFS; i++) known = known && !isnan(m->matrix.mt[i / DOFS][i % DOFS]);
+    return known;
+}
+
+/* The payload is fitted to entries that are free; where the motion leaves some of them open, the
+ * others hold what noise made of these. */
 static void check_one_body(const struct method_c_findings *f, double level, struct verdict *v) {
     enum { FREE = MATRIX_ENTRIES - PAYLOAD_VALUES };
     const struct payload *p = &f->result->payload;
     double chi_square = FREE * square(p->misfit);
-    if (!p->evaluated || agreement_chi_square_above(chi_square, FREE) >= level) return;
+    if (!p->evaluated || !all_known(f->result) || agreement_chi_square_above(chi_square, FREE) >= level) return;
     verdict_add(
         v, VERDICT_FAIL,
         "the matrix is not that of one rigid body on these legs: chi-square %.0f of %d degrees of freedom; a sensor is wrong, or the "

@@ -19,9 +19,10 @@ static void title(FILE *out, const char *number, const char *words) { html_print
 /* The systematic errors that the data found, and the share of each cause in the variance of the
  * diagonal. */
 static void systematic(FILE *out, const struct method_c *c) {
-    fputs("<h3>Sensors and drawing</h3>\n<p>Systematic errors that the data show: zero is outside of their 95 % interval, whose half is ±. "
-          "A few of the 75 that may be there are shown by chance.</p>\n",
-          out);
+    fputs(
+        "<h3>Sensors and drawing</h3>\n<p>Systematic errors that the data show, because zero is outside of their interval. A few of the 75 "
+        "that may be there are shown by chance.</p>\n",
+        out);
     html_table(out, NULL, "error|>found|>±|>tolerance, standard deviation|key");
     for (int i = 0; i < SYSTEMATICS; i++) {
         const struct systematic_found *e = &c->systematic[i];

@@ -89,7 +89,7 @@ claim "the same run twice: the same log, to the last byte" same
 moved() { [ ! -e "$work/moved.lcm" ] || { echo "a log was begun"; return 1; }; }
 refused() { refuses 2 "$1" quick --log "$work/moved.lcm" "${@:2}" && moved; }
 # All axes at once, each with its own frequency, which x and theta in step cannot replace. 180 s are more than two parts (ANALYSIS_PART_S).
-# The joints' share of a deviation does not shrink with time.
+# Only the noise's share of a deviation shrinks with time.
 "$python" - "$work/rich.csv" <<'EOF'
 import math, sys
 own = ("x_m", 0.004, 3), ("y_m", 0.004, 3.5), ("z_m", 0.003, 2.5), ("phi_rad", 0.004, 4), ("theta_rad", 0.004, 4.5), ("psi_rad", 0.004, 5)
@@ -106,7 +106,8 @@ long() {
         rm "$work/long.lcm" && "$python" -c 'import json, sys
 long, short = (json.load(open(f)) for f in sys.argv[1:])
 assert long["parts"]["count"] == 3 and long["parts"]["agreement"]["agree"] and "parts" not in short
-assert long["method_c"]["std"][0][0] < 0.7 * short["method_c"]["std"][0][0], (long["method_c"]["std"][0], short["method_c"]["std"][0])' "$work/long.json" "$work/short.json"
+noise = [r["method_c"]["variance_shares"]["noise"][0][0] ** 0.5 * r["method_c"]["std"][0][0] for r in (long, short)]
+assert noise[0] < 0.5 * noise[1], noise' "$work/long.json" "$work/short.json"
 }
 claim "a motion of minutes is evaluated part by part, live as from the log, and is surer" long
 claim "without --trajectory there is none in the log's configuration" grep -q 'trajectory: "" ' <("$hexid" run --print-config)
