@@ -121,6 +121,20 @@ bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][M
     return ok;
 }
 
+/* Adds the effect of a held scale to those of the gains that make it up: the estimate owes to the
+ * gains' columns what it was not allowed to find. */
+static void add_scale(const struct equations *e, int scale, double factor[UNKNOWNS][UNKNOWNS], struct estimate *estimate) {
+    double direction[UNKNOWN_BASIS], solved[UNKNOWNS] = {0};
+    if (!scale_of(e, scale, direction)) return;
+    for (int c = 0; c < UNKNOWNS; c++)
+        for (int d = UNKNOWN_SYSTEMATIC; d < UNKNOWN_SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO; d++)
+            solved[c] += (c >= d ? e->product[c][d] : e->product[d][c]) * direction[d];
+    dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
+    for (int s = 0; s < SYSTEMATIC_LENGTH_ZERO; s++)
+        for (int c = 0; c < UNKNOWN_BASIS && e->systematic[s] > 0.0; c++)
+            estimate->common[s][c] += (solved[c] - direction[c]) * direction[UNKNOWN_SYSTEMATIC + s] / e->systematic[s];
+}
+
 /* Splits the covariance C, which stands in estimate->noise, into noise and shared errors. matrix:
  * the Cholesky factor of the inverse covariance of the matrix's prior. */
 static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS],
@@ -133,21 +147,12 @@ static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRI
     for (int m = 0; m < MATRIX_ENTRIES; m++)
         for (int c = 0; c < UNKNOWN_BASIS; c++)
             for (int i = m; i < MATRIX_ENTRIES; i++) estimate->common[COMMON_MATRIX + m][c] -= matrix[i][m] * estimate->noise[i][c];
-    for (int j = 0; j < COMMON_SCALE; j++)
+    for (int j = 0; j < COMMON_ATTENUATION; j++)
         for (int a = 0; a < UNKNOWN_BASIS; a++)
             for (int b = 0; b < UNKNOWN_BASIS; b++) estimate->noise[a][b] -= estimate->common[j][a] * estimate->common[j][b];
-    for (int scale = 0; scale < GAIN_SCALES; scale++) {
-        double direction[UNKNOWN_BASIS];
-        memset(solved, 0, sizeof solved);
-        if (!scale_of(e, scale, direction)) continue;
-        for (int c = 0; c < UNKNOWNS; c++)
-            for (int d = UNKNOWN_SYSTEMATIC; d < UNKNOWN_SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO; d++)
-                solved[c] += (c >= d ? e->product[c][d] : e->product[d][c]) * direction[d];
-        dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
-        for (int c = 0; c < UNKNOWN_BASIS; c++) estimate->common[COMMON_SCALE + scale][c] = solved[c] - direction[c];
-    }
+    for (int scale = 0; scale < GAIN_SCALES; scale++) add_scale(e, scale, factor, estimate);
     memcpy(solved, e->attenuation, sizeof solved);
-    for (int s = 0; s < SYSTEMATICS; s++) solved[UNKNOWN_SYSTEMATIC + s] = 0.0;
+    for (int s = 0; s < SYSTEMATIC_LENGTH_ZERO; s++) solved[UNKNOWN_SYSTEMATIC + s] = 0.0;
     dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
     memcpy(estimate->common[COMMON_ATTENUATION], solved, sizeof estimate->common[0]);
 }

@@ -77,7 +77,8 @@ struct equations {
  *
  * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, the errors of the machine
  * change the values by the columns of -C L, each for one standard deviation, and noise alone has
- * the covariance C less the sum of the squares of these changes. */
+ * the covariance C less the sum of the squares of these changes. To the changes by the gains those
+ * of their held scales are added. */
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */

@@ -165,7 +165,12 @@ static int find_systematic(struct imagined *m, const struct method_result *exact
                            double variance[DOFS][DOFS], struct error *error) {
     int status = identify(m, recording, c, error);
     for (int i = 0; i < DOFS; i++)
-        for (int j = 0; j < DOFS; j++) variance[i][j] = fmax(pow(c->matrix.mt_std[i][j], 2.0) - pow(exact->mt_std[i][j], 2.0), 0.0);
+        for (int j = 0; j < DOFS; j++) {
+            double more = pow(c->matrix.mt_std[i][j], 2.0) - pow(exact->mt_std[i][j], 2.0);
+            variance[i][j] = isnan(more) ? (double)INFINITY : fmax(more, 0.0); /* not determined
+                                                                                * beside the
+                                                                                * errors */
+        }
     return status;
 }
 

@@ -28,6 +28,9 @@ static const double FIRST_SHARE = 0.5; /* first guess of dry friction, as a shar
                                         * force's variation */
 static const double STEP = 0.1;        /* step of difference quotients, in standard deviations of
                                         * the errors' priors */
+static const double RIGID = 0.1;       /* rigidity from which on a matrix's entries are free */
+static const double DOUBT = 0.3;       /* error of the attenuation, as a share of it: that of a
+                                        * noise's variance over twenty cycles */
 static const double MODEL_ERROR = 1e-4; /* error of any model, as a share of the rms of the force's
                                          * variation */
 
@@ -282,8 +285,10 @@ static void invert(struct work *w) {
 
 /* Adds the attenuation by the noise of one leg's acceleration in one coefficient. weighted: the
  * noise of the right-hand side, -L n, weighted by the inverse covariance, for n = -1. */
-static void attenuate_lengths(struct work *w, int leg, double variance, const double weighted[LEGS]) {
-    double *to = w->sum->attenuation;
+static void attenuate_lengths(struct work *w, bool pipes, int leg, double variance, const double weighted[LEGS]) {
+    double *to = w->sum->attenuation, oil = pipes ? variance * systematic_pipe_mass(&w->cylinder, leg) * weighted[leg] : 0.0;
+    to[SYSTEMATIC + SYSTEMATIC_PIPE] -= oil;
+    to[SYSTEMATIC + SYSTEMATIC_PIPE_REST + leg] -= oil;
     for (int c = 0; c < ENTRIES; c++) {
         int i, j;
         equations_entry(c, &i, &j);
@@ -293,6 +298,17 @@ static void attenuate_lengths(struct work *w, int leg, double variance, const do
         }
     }
     for (int k = 0; k < LEGS; k++) to[SYSTEMATIC + SYSTEMATIC_LENGTH_GAIN + leg] += variance * w->leg_mass[k][leg] * weighted[k];
+}
+
+/* Adds the attenuation by the noise of one leg's pressures, which a pipe makes larger the faster it
+ * is. */
+static void attenuate_pipes(struct work *w, const struct residual_test *t, int a, int leg, double p1, double p2) {
+    double *to = &w->sum->attenuation[SYSTEMATIC], length_m = w->found.series.length[leg][0];
+    double each = square(t->rate[a]) * (p1 * systematic_pipe_gain(&w->cylinder, leg, PORT_A, length_m) +
+                                        p2 * systematic_pipe_gain(&w->cylinder, leg, PORT_B, length_m));
+    if (!t->pressures || !(w->sum->systematic[SYSTEMATIC_PIPE] > 0.0)) return;
+    to[SYSTEMATIC_PIPE] -= each;
+    to[SYSTEMATIC_PIPE_REST + leg] -= each;
 }
 
 /* Adds the attenuation of a test: the mean of the noise in the columns times the noise in the
@@ -309,10 +325,22 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
             double a2 = t->pressures ? w->cylinder.leg[k].a2_m2 * t->std[CHANNEL_P2][k][a] : 0.0;
             for (int i = 0; i < LEGS; i++)
                 for (int l = 0; l < LEGS; l++) weighted[i] += w->weight[i * t->size + a][l * t->size + a] * w->leg_mass[l][k];
-            attenuate_lengths(w, k, square(t->curve[a]) * square(t->std[CHANNEL_LENGTH][k][a]), weighted);
+            attenuate_lengths(w, t->pressures && w->sum->systematic[SYSTEMATIC_PIPE] > 0.0, k,
+                              square(t->curve[a]) * square(t->std[CHANNEL_LENGTH][k][a]), weighted);
             w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P1_GAIN + k] += own * square(a1);
             w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P2_GAIN + k] += own * square(a2);
+            attenuate_pipes(w, t, a, k, own * square(a1), own * square(a2));
         }
+}
+
+/* Takes the attenuation of entries and pipes off the right-hand sides. It is known as well as the
+ * variance of the noise; the rest is an error that all logs share. The scales of the gains are
+ * held. */
+static void take_attenuation_off(struct equations *e) {
+    for (int c = 0; c < UNKNOWNS; c++) {
+        if (c >= SYSTEMATIC && c < SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO) continue;
+        e->with[c] -= e->attenuation[c], e->attenuation[c] *= DOUBT;
+    }
 }
 
 static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
@@ -364,6 +392,7 @@ static int pass(struct work *w, int number, struct error *error) {
         if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
         add_attenuation(w, t);
     }
+    take_attenuation_off(w->sum);
     bool solved = equations_values(w->sum, w->prior, w->x);
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
@@ -382,7 +411,9 @@ static void weigh_scatter(struct equations *e) {
  * prior together, this is the square of y weighted by a covariance in which that of the basis
  * functions is included. */
 static void find_rest(struct work *w) {
-    w->sum->rest = w->square, w->sum->free = w->count - UNKNOWN_SPRING;
+    /* Of the matrix, a prior that the payload is rigid leaves the ten parameters of a body. */
+    int entries = w->params->model.tolerance.rigidity < RIGID ? PAYLOAD_VALUES : MATRIX_ENTRIES;
+    w->sum->rest = w->square, w->sum->free = w->count - entries - (UNKNOWN_SPRING - MATRIX_ENTRIES);
     for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;
     for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
 }

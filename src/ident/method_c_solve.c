@@ -90,9 +90,7 @@ bool method_c_found(const struct systematic_found *error) { return error->prior 
 
 static int cause_of(int common) {
     if (common < SYSTEMATICS) return (int)systematic_family(common);
-    if (common < COMMON_SCALE) return CAUSE_LEGS;
-    if (common == COMMON_ATTENUATION) return CAUSE_ATTENUATION;
-    return common == COMMON_SCALE ? FAMILY_PRESSURE_GAINS : FAMILY_LENGTH_GAINS;
+    return common < COMMON_ATTENUATION ? CAUSE_LEGS : CAUSE_ATTENUATION;
 }
 
 static void report_systematic(const struct estimate *e, const struct equations *of, struct method_c *m) {

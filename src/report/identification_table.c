@@ -78,14 +78,15 @@ static void print_systematic(FILE *out, const struct method_c *c) {
         systematic_name(i, name);
         fprintf(out, "found     %s: %+.3g %s, std %.2g\n", name, words->scale * e->value, words->unit, words->scale * e->std);
     }
-    fprintf(out, "variance  most of it comes from");
+    const char *before = "variance  most of it comes from ";
     for (int i = 0; i < DOFS; i++) {
         int most = 0;
         if (isnan(c->matrix.mt[i][i])) continue;
         for (int k = 1; k < CAUSES; k++) most = c->share[k][i][i] > c->share[most][i][i] ? k : most;
-        fprintf(out, "%s %s: %s, %.0f %%", i ? ";" : "", ident_entries[i].name, method_c_causes[most], 100.0 * c->share[most][i][i]);
+        fprintf(out, "%s%s: %s, %.0f %%", before, ident_entries[i].name, method_c_causes[most], 100.0 * c->share[most][i][i]);
+        before = "; ";
     }
-    fprintf(out, "\n");
+    fprintf(out, "%s", before[0] == ';' ? "\n" : "");
 }
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {

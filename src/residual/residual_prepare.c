@@ -84,16 +84,17 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
     }
 }
 
-/* Finds the rounding errors in step with the motion, of the sensors and of the force A1 P1 - A2 P2.
- * row: harmonics of each cycle. */
-static void find_in_step(struct spectrum *s, spectrum_cycle *row, const struct recording_test *test, const struct params *params) {
+/* Finds the rounding errors in step with the motion, of the lengths, and where pressures are
+ * measured of these and of the force A1 P1 - A2 P2. row: harmonics of each cycle. */
+static void find_in_step(struct spectrum *s, bool pressures, spectrum_cycle *row, const struct recording_test *test,
+                         const struct params *params) {
     const struct sensor_params *sensors = &params->sensors;
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
     double step_pa = 2.0 * sensors->pressure_full_scale_pa / exp2(round(sensors->adc_bits));
     const double step[] = {[CHANNEL_LENGTH] = sensors->position_resolution_m, [CHANNEL_P1] = step_pa, [CHANNEL_P2] = step_pa};
     for (int k = 0; k < params_legs(params) && sensors->enabled; k++) {
         double variance[CHANNELS][SPECTRUM_SIZE] = {{0}}, middle[CYCLES_MAX];
-        for (int ch = CHANNEL_LENGTH; ch <= CHANNEL_P2; ch++) {
+        for (int ch = CHANNEL_LENGTH; ch <= (pressures ? CHANNEL_P2 : CHANNEL_LENGTH); ch++) {
             for (int i = 0; i < s->cycles; i++) middle[i] = row[i][ch][k][0];
             const struct rounding r = {.step = step[ch],
                                        .scatter = s->scatter[ch][k],
@@ -118,7 +119,7 @@ static int prepare_cycle(struct residual_test *t, const struct recording_test *t
     spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
     if (!room) return error_set(error, STATUS_IO, "out of memory");
     bool enough = spectrum_measure(&t->spectrum, room, test, which);
-    if (enough) find_in_step(&t->spectrum, room, test, params);
+    if (enough) find_in_step(&t->spectrum, t->pressures, room, test, params);
     free(room);
     if (!enough)
         return error_set(error, STATUS_USAGE,

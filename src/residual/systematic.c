@@ -12,6 +12,8 @@ enum { COORDINATES = JOINT_COORDINATES / LEGS };
 /* Standard deviation of a leg's own lag or pipe about the common one, as a share of that one's. */
 static const double REST = 0.5;
 
+static const double NO_ERROR = 1e-12; /* smaller tolerances count as none */
+
 extern const struct effect geometry_error;
 
 const struct systematic_words systematic_families[FAMILIES] = {
@@ -44,7 +46,7 @@ void systematic_priors(const struct params *params, bool pressures, double std[S
         bool rest = (family == FAMILY_LAGS && i != SYSTEMATIC_LAG) || (family == FAMILY_PIPES && i != SYSTEMATIC_PIPE);
         bool exact = family != FAMILY_JOINTS && !params->sensors.enabled;
         bool none = !pressures && i >= SYSTEMATIC_P2_GAIN && i < SYSTEMATIC_LENGTH_GAIN;
-        std[i] = exact || none ? 0.0 : of_family[family] * (rest ? REST : 1.0);
+        std[i] = exact || none || of_family[family] < NO_ERROR ? 0.0 : of_family[family] * (rest ? REST : 1.0);
     }
 }
 
@@ -122,19 +124,38 @@ static void through_pipe(const struct residual_test *t, double inertance, double
     }
 }
 
+/* Finds the capacitances, m^3/Pa, of a leg's chambers at this length. */
+static void chambers(const struct cylinder_leg *c, double length_m, double capacitance[PORTS]) {
+    double in_m = length_m - c->length_min_m, out_m = c->length_max_m - length_m;
+    capacitance[PORT_A] = (c->dead_volume_m3[PORT_A] + c->a1_m2 * in_m) / c->bulk_modulus_pa;
+    capacitance[PORT_B] = (c->dead_volume_m3[PORT_B] + c->a2_m2 * out_m) / c->bulk_modulus_pa;
+}
+
+double systematic_pipe_gain(const struct cylinder_model *m, int leg, int port, double length_m) {
+    double inertance, resistance, capacitance[PORTS];
+    cylinder_pipe(1.0, m->machine.params->hydraulics.pipe_bore_m, &inertance, &resistance);
+    chambers(&m->leg[leg], length_m, capacitance);
+    return inertance * capacitance[port];
+}
+
+double systematic_pipe_mass(const struct cylinder_model *m, int leg) {
+    double inertance, resistance, a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
+    cylinder_pipe(1.0, m->machine.params->hydraulics.pipe_bore_m, &inertance, &resistance);
+    return inertance * (a1 * a1 + a2 * a2);
+}
+
 static void undo_pipes(const struct cylinder_model *m, int leg, double length_m, const struct residual_test *t, struct series *rows) {
     const struct cylinder_leg *c = &m->leg[leg];
-    double flow[PORTS][SPECTRUM_SIZE] = {{0}}, inertance, resistance, middle_m = rows->length[leg][0] - c->length_min_m;
-    double volume[PORTS] = {c->dead_volume_m3[PORT_A] + c->a1_m2 * middle_m,
-                            c->dead_volume_m3[PORT_B] + c->a2_m2 * (c->length_max_m - c->length_min_m - middle_m)};
+    double flow[PORTS][SPECTRUM_SIZE] = {{0}}, inertance, resistance, capacitance[PORTS];
     cylinder_pipe(length_m, m->machine.params->hydraulics.pipe_bore_m, &inertance, &resistance);
+    chambers(c, rows->length[leg][0], capacitance);
     for (int h = 1; h <= t->spectrum.harmonics; h++) {
         double w = h * t->spectrum.omega, s = -w * rows->length[leg][2 * h], cosine = w * rows->length[leg][2 * h - 1];
         flow[PORT_A][2 * h - 1] = c->a1_m2 * s, flow[PORT_A][2 * h] = c->a1_m2 * cosine;
         flow[PORT_B][2 * h - 1] = -c->a2_m2 * s, flow[PORT_B][2 * h] = -c->a2_m2 * cosine;
     }
-    through_pipe(t, inertance, resistance, volume[PORT_A] / c->bulk_modulus_pa, flow[PORT_A], rows->p1[leg]);
-    through_pipe(t, inertance, resistance, volume[PORT_B] / c->bulk_modulus_pa, flow[PORT_B], rows->p2[leg]);
+    through_pipe(t, inertance, resistance, capacitance[PORT_A], flow[PORT_A], rows->p1[leg]);
+    through_pipe(t, inertance, resistance, capacitance[PORT_B], flow[PORT_B], rows->p2[leg]);
 }
 
 void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows) {

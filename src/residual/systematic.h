@@ -79,4 +79,12 @@ void systematic_joints(const double error[SYSTEMATICS], struct params *machine);
  * chambers. m: the machine that the series belong to, without such errors. */
 void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows);
 
+/* Mass along a leg that the oil in one metre of its pipes stands for, kg/m. */
+double systematic_pipe_mass(const struct cylinder_model *m, int leg);
+
+/* Relative change of a chamber's pressure for one metre of pipe, divided by the square of the
+ * frequency, s^2/m: the pressure behind the pipe is the larger, the faster it varies. length_m:
+ * of the leg. */
+double systematic_pipe_gain(const struct cylinder_model *m, int leg, int port, double length_m);
+
 #endif

@@ -47,7 +47,7 @@ claim "a survey beyond the stroke: refused before it moves, with leg, value, lim
     refused "--survey leg length limit limits.length_max_m limits.leg_rate_mps" --survey --set limits.length_max_m=1.833 --set tests.amplitude_m=0.0001 --set tests.amplitude_rad=0.0001
 
 surveyed() {
-    ends 0 quick --survey --std 1 --json "$work/s.json" --log "$work/s.lcm" >"$work/out" && says '^survey +36 lines' 'verdict +pass' &&
+    ends 0 quick --survey --std 1 --json "$work/s.json" --log "$work/s.lcm" >"$work/out" && says '^survey +36 tones' 'verdict +pass' &&
         says '^  predicting the tests as configured$' '^  looking for six sines$' '^  looking for a multisine$' &&
         holds "$work/s.json" 'abs(r["survey"]["modes"][0]["oil_hz"] / 21.24 - 1) < 0.05 and abs(r["survey"]["modes"][0]["loop_hz"] / 10.43 - 1) < 0.05' &&
         holds "$work/s.json" 'all(t["below"] and t["above_floor"] for t in r["survey"]["tests"].values())'
