@@ -153,12 +153,6 @@ static int identify(struct imagined *m, struct recording *recording, struct meth
     return status;
 }
 
-/* Leaves the machine no systematic errors. */
-static void make_exact(struct tolerance_params *t) {
-    t->joints_m = t->length_zero_m = t->skew_s = t->pressure_lag_s = t->pipe_m = 0.0;
-    t->pressure_gain = t->length_gain = 0.0;
-}
-
 /* Finds the variance that systematic errors (systematic.h) add to each entry. It is the same in
  * every draw and takes most of the time, so it is found only once, with the first draw. */
 static int find_systematic(struct imagined *m, const struct method_result *exact, struct recording *recording, struct method_c *c,
@@ -185,7 +179,7 @@ int excitation_predict(const struct loop_survey *survey, const struct params *pa
     int status = m && recording && c && found ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int draw = 0; draw < draws && !status; draw++) {
         status = init(m, survey, params, tests, (uint64_t)draw + 1, error);
-        make_exact(&m->params.model.tolerance);
+        systematic_exclude(&m->params.model.tolerance);
         if (!status) status = identify(m, recording, c, error);
         if (!status && !draw) {
             status = init(m, survey, params, tests, (uint64_t)draw + 1, error);

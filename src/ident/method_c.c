@@ -376,6 +376,8 @@ static int prepare_tests(struct work *w, struct error *error) {
     return ok ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: the configured chambers cannot follow the commands");
 }
 
+/* Makes the equations of a pass. The first one finds the size of friction and a matrix, with
+ * sensors and drawing as configured; each later one is linearised about the errors found before. */
 static int pass(struct work *w, int number, struct error *error) {
     const struct tolerance_params *tolerance = &w->params->model.tolerance;
     *w->sum = (struct equations){0};
@@ -387,10 +389,10 @@ static int pass(struct work *w, int number, struct error *error) {
         const struct residual_test *t = &w->data.test[i];
         suspect_init(w, w->x + SYSTEMATIC, i, &w->found);
         if (!fill_columns(w, i)) return error_set(error, STATUS_USAGE, no_pose);
-        if (!fill_systematic(w, i)) return error_set(error, STATUS_USAGE, no_such_machine);
+        if (number > 0 && !fill_systematic(w, i)) return error_set(error, STATUS_USAGE, no_such_machine);
         fill_covariance(w, i);
         if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
-        add_attenuation(w, t);
+        if (number > 0) add_attenuation(w, t);
     }
     take_attenuation_off(w->sum);
     bool solved = equations_values(w->sum, w->prior, w->x);

@@ -50,6 +50,10 @@ void systematic_priors(const struct params *params, bool pressures, double std[S
     }
 }
 
+void systematic_exclude(struct tolerance_params *t) {
+    t->pressure_gain = t->length_gain = t->length_zero_m = t->skew_s = t->pressure_lag_s = t->pipe_m = t->joints_m = 0.0;
+}
+
 bool systematic_moves(int error) {
     enum systematic_family family = systematic_family(error);
     return family != FAMILY_PRESSURE_GAINS && family != FAMILY_SKEW && family != FAMILY_LAGS && family != FAMILY_PIPES;

@@ -45,6 +45,10 @@ enum {
  * error does not exist. pressures: the forces are measured by pressures. */
 void systematic_priors(const struct params *params, bool pressures, double std[SYSTEMATICS]);
 
+/* Makes all tolerances of systematic errors zero. */
+struct tolerance_params;
+void systematic_exclude(struct tolerance_params *tolerance);
+
 /* True if this error changes the measured motion or the joints, and not just the leg forces. */
 bool systematic_moves(int error);
 
