@@ -4,7 +4,7 @@
 
 int parts_init(struct parts *p, struct error *error) {
     *p = (struct parts){.joined = 1};
-    p->part = calloc(PARTS, sizeof *p->part);
+    p->part = calloc(PARTS + 1, sizeof *p->part);
     return p->part ? estimator_start(&p->estimator, error) : error_set(error, STATUS_IO, "out of memory");
 }
 
@@ -16,10 +16,8 @@ void parts_free(struct parts *p) {
 
 static void join_neighbours(struct parts *p) {
     for (int i = 0; i < PARTS / 2; i++) {
-        struct equations sum = {0};
-        equations_add(&sum, &p->part[2 * i]);
-        equations_add(&sum, &p->part[2 * i + 1]);
-        p->part[i] = sum;
+        if (i) p->part[i] = p->part[2 * i];
+        equations_add(&p->part[i], &p->part[2 * i + 1]);
     }
     p->count = PARTS / 2, p->joined *= 2, p->in_last = p->joined;
 }
@@ -40,11 +38,11 @@ void parts_add(struct parts *p, const struct equations *e, const struct error *e
 }
 
 void parts_take(struct parts *p, bool wait) {
-    struct equations e;
+    struct equations *taken = &p->part[PARTS];
     struct error error;
     if (!wait && !estimator_ready(&p->estimator)) return;
-    if (!estimator_take(&p->estimator, wait, &e, &error)) return;
-    if (!p->dropped) parts_add(p, &e, &error);
+    if (!estimator_take(&p->estimator, wait, taken, &error)) return;
+    if (!p->dropped) parts_add(p, taken, &error);
     p->dropped = false;
 }
 

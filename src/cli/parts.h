@@ -12,7 +12,7 @@ enum { PARTS = AGREEMENT_LOGS };
 
 struct parts {
     struct estimator estimator;
-    struct equations *part;  /* equations of each part, an array of PARTS */
+    struct equations *part;  /* equations of each part, an array of PARTS, and room for one more */
     int count, joined;   /* each part[] but the last is the sum of `joined` parts, a power of two */
     int in_last;             /* number of parts that the last part[] sums up */
     int all, left_out;       /* number of parts closed, and of parts without equations (at rest, or

@@ -27,9 +27,12 @@
  * course: the variance of that is in the covariance, and no friction law is assumed there. It
  * depends on the size of friction, hence several passes.
  *
- * A standard deviation has three parts: the sensors' noise, enlarged if the rows scatter by more;
- * joints that are off by model.tolerance.joints_m (uniform, each coordinate); and attenuation, the
- * bias of the entries towards zero by the accelerations' noise (equations.h). Three limits decide
+ * The systematic errors of sensors and drawing (systematic.h) are unknowns, too, and the payload
+ * counts as one rigid body within model.tolerance.rigidity (payload_prior()). Noise that is in the
+ * columns as well as in the right-hand side biases the estimate (attenuation); its mean is taken
+ * off. A standard deviation holds the sensors' noise, enlarged if the rows scatter by more; the
+ * systematic errors and the legs' masses, as far as the data do not determine them; and what is not
+ * known of the attenuation. Three limits decide
  * what is not determined, and then NaN: an entry whose deviation exceeds a fifth of sqrt(M_ii
  * M_jj); friction whose deviation (for viscous friction times the legs' rms speed) exceeds a tenth
  * of the rms of the varying force in the leg where it is largest; a spring whose deviation exceeds
