@@ -591,7 +591,7 @@ static void springs_that_may_be_there_are_told_from_inertia_by_a_second_frequenc
         assert_close(both.result.matrix.mt[i][i], r.nominal[i][i], 3.0 * both.result.matrix.mt_std[i][i]);
         assert_close(both.result.matrix.mt[i][i], r.nominal[i][i], 0.02 * r.nominal[i][i]);
         assert_close(both.result.spring[i], spring[i], 3.0 * both.result.spring_std[i]);
-        assert_close(both.result.spring[i], spring[i], 0.1 * spring[i]);
+        assert_below(both.result.spring_std[i], 0.1 * spring[i]);
     }
     /* if not considered, they are taken for inertia: 13 kg in x */
     r.configured.model.tolerance.springs_n_per_m = r.configured.model.tolerance.springs_nm_per_rad = 0.0;

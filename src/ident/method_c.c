@@ -61,6 +61,8 @@ struct work {
     double square;          /* sum of squares of the right-hand side, weighted by the inverse
                              * covariance */
     int count;              /* number of coefficient rows */
+    double noise_share;     /* variance of the noise that the last pass's residuals show, as a
+                             * share of the stated one; at most 1 */
     double (*staircase)[LEGS][RESIDUAL_SIZE];          /* [tests]: ripple of the force by held
                                                         * commands, N */
     struct friction_course *course;                    /* [tests] */
@@ -333,12 +335,13 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
         }
 }
 
-/* Takes the attenuation of entries and pipes off the right-hand sides. It is known as well as the
- * variance of the noise; the rest is an error that all logs share. The scales of the gains are
- * held. */
-static void take_attenuation_off(struct equations *e) {
+/* Takes the attenuation of entries and pipes off the right-hand sides, for noise of this share of
+ * the variance that the sensors are said to have. It is known as well as the variance of the
+ * noise; the rest is an error that all logs share. The scales of the gains are held. */
+static void take_attenuation_off(struct equations *e, double share) {
     for (int c = 0; c < UNKNOWNS; c++) {
         if (c >= SYSTEMATIC && c < SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO) continue;
+        e->attenuation[c] *= share;
         e->with[c] -= e->attenuation[c], e->attenuation[c] *= DOUBT;
     }
 }
@@ -376,6 +379,17 @@ static int prepare_tests(struct work *w, struct error *error) {
     return ok ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: the configured chambers cannot follow the commands");
 }
 
+/* Finds the weighted sum of squared residuals, y' W y - x' X' W y. As x minimises residuals and
+ * prior together, this is the square of y weighted by a covariance in which that of the basis
+ * functions is included. */
+static void find_rest(struct work *w) {
+    /* Of the matrix, a prior that the payload is rigid leaves the ten parameters of a body. */
+    int entries = w->params->model.tolerance.rigidity < RIGID ? PAYLOAD_VALUES : MATRIX_ENTRIES;
+    w->sum->rest = w->square, w->sum->free = w->count - entries - (UNKNOWN_SPRING - MATRIX_ENTRIES);
+    for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;
+    for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
+}
+
 /* Makes the equations of a pass. The first one finds the size of friction and a matrix, with
  * sensors and drawing as configured; each later one is linearised about the errors found before. */
 static int pass(struct work *w, int number, struct error *error) {
@@ -394,8 +408,9 @@ static int pass(struct work *w, int number, struct error *error) {
         if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
         if (number > 0) add_attenuation(w, t);
     }
-    take_attenuation_off(w->sum);
+    take_attenuation_off(w->sum, w->noise_share);
     bool solved = equations_values(w->sum, w->prior, w->x);
+    if (solved) find_rest(w), w->noise_share = fmin(square(equations_scatter(w->sum)), 1.0);
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }
 
@@ -407,17 +422,6 @@ static void weigh_scatter(struct equations *e) {
         for (int d = 0; d <= c; d++) e->product[c][d] *= weight;
         e->attenuation[c] *= weight;
     }
-}
-
-/* Finds the weighted sum of squared residuals, y' W y - x' X' W y. As x minimises residuals and
- * prior together, this is the square of y weighted by a covariance in which that of the basis
- * functions is included. */
-static void find_rest(struct work *w) {
-    /* Of the matrix, a prior that the payload is rigid leaves the ten parameters of a body. */
-    int entries = w->params->model.tolerance.rigidity < RIGID ? PAYLOAD_VALUES : MATRIX_ENTRIES;
-    w->sum->rest = w->square, w->sum->free = w->count - entries - (UNKNOWN_SPRING - MATRIX_ENTRIES);
-    for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;
-    for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
 }
 
 static void find_scales(struct work *w) {
@@ -446,7 +450,7 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
     if (!status) {
         *params = *recording->params;
         matrix_bare_machine(params);
-        w->params = params, w->sum = e;
+        w->params = params, w->sum = e, w->noise_share = 1.0;
         cylinder_model_init(&w->cylinder, params);
         status = kinematics_init(&k, params, error);
     }
@@ -459,7 +463,7 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
         if (!status && !find_along(w, k.neutral_length_m)) status = error_set(error, STATUS_USAGE, no_pose);
         if (!status) status = prepare_tests(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
-        if (!status) find_rest(w), find_scales(w), weigh_scatter(e);
+        if (!status) find_scales(w), weigh_scatter(e);
         residual_free(&w->data);
     }
     if (w) free(w->staircase), free(w->course), free(w->doubt);
