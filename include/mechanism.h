@@ -33,7 +33,7 @@ struct mechanism_mass {
 struct mechanism {
     char name[MECHANISM_NAME]; /* name in the configuration, in CSV files and in JSON */
 
-    /* What it has. */
+    /* Properties. */
     int legs;                  /* number of its legs, at most LEGS; with one leg its texts name no
                                 * leg, and its CSV columns no number */
     int axes;                  /* number of the axes of its reference, the first of dof_names; an
@@ -52,7 +52,7 @@ struct mechanism {
     const char *csv_column;    /* CSV column that its recordings always have, and no other
                                 * mechanism's; NULL: there is none */
 
-    /* What it refuses: the reason and the remedy. NULL: it does not refuse. */
+    /* Refusals: the reason and the remedy; NULL: it does not refuse. */
     struct {
         const char *run;       /* being driven by hexid; also means that the controller of its
                                 * recordings is unknown */

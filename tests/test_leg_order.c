@@ -80,7 +80,7 @@ static void expect_name(const struct error *error, int number, enum target targe
             snprintf(name, sizeof name, "%slegs %d and %d exchanged", what[target], a + 1, place[a] + 1);
             if (!strstr(error->text, name)) fail_msg("\"%s\" does not say \"%s\"", error->text, name);
         }
-    /* Where the machine is symmetric, lengths of another order look as forces of the inverse one,
+    /* On a symmetric machine lengths of another order look as forces of the inverse one,
      * and one order of both as another. */
     bool named = strstr(error->text, what[target]) || (target != OF_BOTH && strstr(error->text, "pressures: "));
     if (!named) fail_msg("\"%s\" does not say \"%s\"", error->text, what[target]);

@@ -97,7 +97,7 @@ static void a_signal_ends_the_wait(void **unused) {
     close_pipes();
 }
 
-/* Where nothing can be looked at, only trying shows what is ready. */
+/* Without descriptors for a look, only trying shows what is ready. */
 static void with_a_limit_of_nothing_all_are_tried(void **unused) {
     (void)unused;
     struct pollfd p[COUNT];

@@ -115,7 +115,7 @@ static void a_pipe_weighs_and_amplifies(void **unused) {
         }
         double inertance, resistance;
         cylinder_pipe(1.0, w->params.hydraulics.pipe_bore_m, &inertance, &resistance);
-        /* What is left in step with the acceleration is its weight, less the laminar resistance. */
+        /* The rest is the oil's weight, in step with the acceleration, and its resistance. */
         double complex friction = resistance * s * (c->a1_m2 * c->a1_m2 + c->a2_m2 * c->a2_m2) * phasor(w->length[k], 1);
         for (int port = 0; port < PORTS; port++) {
             double area = port ? -c->a2_m2 : c->a1_m2;

@@ -63,11 +63,11 @@ double equations_basis_variance(const struct equations *e, int i, const double s
 /* Inverse variance of a prior; 1 for an unknown that does not exist, whose equations are zero. */
 static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std) : 1.0; }
 
-/* Finds the direction of the gains of pressures (scale 0) or lengths (1), as a multiple of the
- * errors' priors, along which attenuation pulls. Least squares would take all gains too large
- * there, because that makes the noise smaller; and no motion tells a gain that all sensors have in
- * common from a mass and a friction. Therefore it is not estimated, and its prior is an error
- * that all logs share. */
+/* Finds the direction of the gains of pressures (scale 0) or lengths (1), for one standard
+ * deviation of their priors, along which attenuation pulls: mostly the gain that all have in
+ * common. Least squares would take the gains too large there, because that makes the noise
+ * smaller; and no motion tells a gain that all sensors have in common from a mass and a friction.
+ * Therefore this direction is held at zero, and its prior is an error that all logs share. */
 static bool scale_of(const struct equations *e, int scale, double direction[UNKNOWN_BASIS]) {
     int first = scale ? SYSTEMATIC_LENGTH_GAIN : SYSTEMATIC_P1_GAIN, end = scale ? SYSTEMATIC_LENGTH_ZERO : SYSTEMATIC_LENGTH_GAIN;
     double sum = 0.0;

@@ -383,7 +383,7 @@ static int prepare_tests(struct work *w, struct error *error) {
  * prior together, this is the square of y weighted by a covariance in which that of the basis
  * functions is included. */
 static void find_rest(struct work *w) {
-    /* Of the matrix, a prior that the payload is rigid leaves the ten parameters of a body. */
+    /* A prior that the payload is rigid leaves the matrix the ten parameters of a body. */
     int entries = w->params->model.tolerance.rigidity < RIGID ? PAYLOAD_VALUES : MATRIX_ENTRIES;
     w->sum->rest = w->square, w->sum->free = w->count - entries - (UNKNOWN_SPRING - MATRIX_ENTRIES);
     for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;

@@ -61,7 +61,7 @@ struct systematic_found {
 /* Causes of an interval's width: the families of systematic errors, the legs' masses with the
  * payload's rigidity, attenuation, and noise. */
 enum { CAUSE_LEGS = FAMILIES, CAUSE_ATTENUATION, CAUSE_NOISE, CAUSES };
-extern const char *const method_c_causes[CAUSES];
+const char *method_c_cause(int cause); /* its name */
 
 /* True if the data show a systematic error: zero is outside of its 95 % interval. */
 bool method_c_found(const struct systematic_found *error);

@@ -73,18 +73,10 @@ static void report_springs(const struct estimate *e, const struct equations *of,
     }
 }
 
-const char *const method_c_causes[CAUSES] = {
-    [FAMILY_PRESSURE_GAINS] = "gains of the pressures",
-    [FAMILY_LENGTH_GAINS] = "gains of the lengths",
-    [FAMILY_LENGTH_ZEROS] = "zeros of the lengths",
-    [FAMILY_SKEW] = "skew of the lengths",
-    [FAMILY_LAGS] = "lags of the pressures",
-    [FAMILY_PIPES] = "pipes",
-    [FAMILY_JOINTS] = "joints",
-    [CAUSE_LEGS] = "masses of the legs",
-    [CAUSE_ATTENUATION] = "attenuation",
-    [CAUSE_NOISE] = "noise",
-};
+const char *method_c_cause(int cause) {
+    static const char *const other[] = {"masses of the legs", "attenuation", "noise"};
+    return cause < FAMILIES ? systematic_families[cause].name : other[cause - FAMILIES];
+}
 
 bool method_c_found(const struct systematic_found *error) { return error->prior > 0.0 && fabs(error->value) > 1.96 * error->std; }
 

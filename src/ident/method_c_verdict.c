@@ -130,8 +130,10 @@ static void check_systematic(const struct method_c_findings *f, double level, st
         if (!(variance > KNOWN * square(e->prior)) || 2.0 * above(z) * SYSTEMATICS >= level) continue;
         char name[SYSTEMATIC_NAME];
         systematic_name(i, name);
-        verdict_add(v, VERDICT_FAIL, "%s: %+.3g %s +- %.2g (95 %%), where model.tolerance.%s expects %.2g %s (standard deviation)", name,
-                    words->scale * e->value, words->unit, words->scale * 1.96 * e->std, words->key, words->scale * e->prior, words->unit);
+        verdict_add(
+            v, VERDICT_FAIL,
+            "%s: %+.3g %s +- %.2g (95 %%), where model.tolerance.%s expects %.2g %s (standard deviation): correct sensor or configuration",
+            name, words->scale * e->value, words->unit, words->scale * 1.96 * e->std, words->key, words->scale * e->prior, words->unit);
     }
 }
 

@@ -90,7 +90,7 @@ static json_t *systematic(const struct method_c *c) {
 /* Share of each cause in the variance of each entry. */
 static json_t *shares(const struct method_c *c) {
     json_t *object = json_object();
-    for (int i = 0; i < CAUSES; i++) object = report_set(object, method_c_causes[i], report_matrix(c->share[i][0]));
+    for (int i = 0; i < CAUSES; i++) object = report_set(object, method_c_cause(i), report_matrix(c->share[i][0]));
     return object;
 }
 

@@ -19,10 +19,7 @@ static void title(FILE *out, const char *number, const char *words) { html_print
 /* The systematic errors that the data found, and the share of each cause in the variance of the
  * diagonal. */
 static void systematic(FILE *out, const struct method_c *c) {
-    fputs(
-        "<h3>Sensors and drawing</h3>\n<p>Systematic errors that the data show, because zero is outside of their interval. A few of the 75 "
-        "that may be there are shown by chance.</p>\n",
-        out);
+    fputs("<h3>Sensors and drawing</h3>\n<p>Systematic errors that the data show, because zero is outside of their interval.</p>\n", out);
     html_table(out, NULL, "error|>found|>±|>tolerance, standard deviation|key");
     for (int i = 0; i < SYSTEMATICS; i++) {
         const struct systematic_found *e = &c->systematic[i];
@@ -38,7 +35,7 @@ static void systematic(FILE *out, const struct method_c *c) {
     html_table(out, NULL, "cause|>mx|>my|>mz|>Ixx|>Iyy|>Izz");
     for (int k = 0; k < CAUSES; k++) {
         const double (*share)[DOFS] = c->share[k];
-        html_row(out, "%s|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%", method_c_causes[k], 100.0 * share[0][0],
+        html_row(out, "%s|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%|>%.0f %%", method_c_cause(k), 100.0 * share[0][0],
                  100.0 * share[1][1], 100.0 * share[2][2], 100.0 * share[3][3], 100.0 * share[4][4], 100.0 * share[5][5]);
     }
     html_table_end(out);

@@ -83,7 +83,7 @@ static void print_systematic(FILE *out, const struct method_c *c) {
         int most = 0;
         if (isnan(c->matrix.mt[i][i])) continue;
         for (int k = 1; k < CAUSES; k++) most = c->share[k][i][i] > c->share[most][i][i] ? k : most;
-        fprintf(out, "%s%s: %s, %.0f %%", before, ident_entries[i].name, method_c_causes[most], 100.0 * c->share[most][i][i]);
+        fprintf(out, "%s%s: %s, %.0f %%", before, ident_entries[i].name, method_c_cause(most), 100.0 * c->share[most][i][i]);
         before = "; ";
     }
     fprintf(out, "%s", before[0] == ';' ? "\n" : "");
