@@ -44,7 +44,7 @@ static struct run_facts facts_of(const struct run *r) {
 static struct verdicts judge_all(const struct run *r) {
     const struct run_facts facts = facts_of(r);
     struct verdicts v = {.run = verdict_of_data(&r->params, &r->id, &facts),
-                         .method_a = verdict_of_matrix(&r->params, &r->id, &facts, &r->id.method_a, "method A"),
+                         .method_a = verdict_of_matrix(&r->params, &r->id, &r->id.method_a, "method A"),
                          .method_c = {.status = VERDICT_PASS}};
     verdict_of_run(&v, &r->params, &r->id, &facts);
     return v;

@@ -211,9 +211,9 @@ struct verdicts analysis_verdicts(struct analysis *a) {
     const char *fault = analysis_fault(a);
     ident_solve(&a->ident);
     struct verdicts v = {.run = verdict_of_data(a->params, id, &facts),
-                         .method_a = verdict_of_matrix(a->params, id, &facts, &id->method_a, "method A"),
-                         .modified_a = verdict_of_matrix(a->params, id, &facts, &id->modified_a, "modified method A"),
-                         .method_b = verdict_of_matrix(a->params, id, &facts, &id->method_b, "method B"),
+                         .method_a = verdict_of_matrix(a->params, id, &id->method_a, "method A"),
+                         .modified_a = verdict_of_matrix(a->params, id, &id->modified_a, "modified method A"),
+                         .method_b = verdict_of_matrix(a->params, id, &id->method_b, "method B"),
                          .method_c = judge_method_c(a)};
     if (!tests_single(&a->params->tests)) motion_judge(&a->motion, a->params, &v.run);
     for (int dof = 0; dof < DOFS; dof++)

@@ -9,16 +9,16 @@
 #include "params.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
-static const char of_data[] = "the run: complete tests, overruns, excluded samples, readings that live, steady mean forces";
+static const char of_data[] =
+    "the run: complete tests, the cycle's length, overruns, excluded samples, readings that live, steady mean forces";
 static const char of_matrix[] =
-    "amplitudes reached, unwanted motion, the cycle's length, symmetry and positive definiteness; not the error against the nominal "
-    "matrix";
+    "amplitudes reached, unwanted motion, symmetry and positive definiteness; not the error against the nominal matrix";
 static const char of_run_c[] =
-    "method C's result (method_c.verdict) and the run: overruns, excluded samples, readings that live, steady mean forces; not the error "
-    "against the nominal matrix";
+    "method C's result (method_c.verdict) and the run: the cycle's length, overruns, excluded samples, readings that live, steady mean "
+    "forces; not the error against the nominal matrix";
 static const char of_run_a[] =
-    "method A's result (amplitudes reached, unwanted motion, symmetry, positive definiteness) and the run: overruns, excluded samples, "
-    "readings that live, steady mean forces; not the error against the nominal matrix";
+    "method A's result (amplitudes reached, unwanted motion, symmetry, positive definiteness) and the run: the cycle's length, overruns, "
+    "excluded samples, readings that live, steady mean forces; not the error against the nominal matrix";
 static const char of_motion[] =
     "the run: overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference, and not the "
     "matrix, which method C refused";
@@ -127,6 +127,11 @@ struct verdict verdict_of_data(const struct params *params, const struct identif
     check_load(&v, limit, id);
     if (facts->sinusoids && id->tests < params->tests.count)
         verdict_add(&v, VERDICT_NOT_EVALUATED, "%d of %d tests done", id->tests, params->tests.count);
+    if (facts->sinusoids && !(params->loop.period_s <= limit->period_s))
+        verdict_add(&v, VERDICT_FAIL,
+                    "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms; if only the recording is so slow, give "
+                    "the configuration with the controller's own loop.period_s (-c)",
+                    params->loop.period_s * 1e3, limit->period_s * 1e3);
     double overruns_pct = facts->cycles > 0 ? 100.0 * (double)facts->overruns / (double)facts->cycles : 0.0;
     if (!(overruns_pct <= limit->overruns_pct))
         verdict_add(&v, VERDICT_FAIL, "%.2f %% of the cycles overran, limit %g %%: a core of its own (loop.cpu), or a longer loop.period_s",
@@ -134,16 +139,11 @@ struct verdict verdict_of_data(const struct params *params, const struct identif
     return v;
 }
 
-struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct run_facts *facts,
-                                 const struct method_result *m, const char *name) {
+struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct method_result *m,
+                                 const char *name) {
     struct verdict v = {.status = VERDICT_PASS, .scope = of_matrix};
     const struct check_params *limit = &params->checks;
     for (int i = 0; i < id->tests; i++) check_motion(&v, limit, &id->test[i]);
-    if (facts->sinusoids && !(params->loop.period_s <= limit->period_s))
-        verdict_add(&v, VERDICT_FAIL,
-                    "a cycle of %g ms puts the command's staircase into the matrix, limit %g ms; if only the recording is so slow, give "
-                    "the configuration with the controller's own loop.period_s (-c)",
-                    params->loop.period_s * 1e3, limit->period_s * 1e3);
     if (m->evaluated) check_matrix(&v, limit, m, name);
     else verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     return v;

@@ -38,14 +38,14 @@ struct run_facts {
     int64_t cycles, overruns; /* totals of the run */
 };
 
-/* Judges the run's data, which every method uses: complete tests, excluded samples, readings that
- * live and repeat, overruns. */
+/* Judges the run's data, which every method uses: complete tests, the cycle's length, excluded
+ * samples, readings that live and repeat, overruns. */
 struct verdict verdict_of_data(const struct params *params, const struct identification *id, const struct run_facts *facts);
 
-/* Judges one of the methods A, modified A and B: the tests' motion, the cycle, and the matrix m of
- * that method, which `name` names. */
-struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct run_facts *facts,
-                                 const struct method_result *m, const char *name);
+/* Judges one of the methods A, modified A and B: the tests' motion, and the matrix m of that
+ * method, which `name` names. */
+struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct method_result *m,
+                                 const char *name);
 
 /* Judges the run from its data's verdict and the methods' verdicts, all of which stand in `v`. A
  * motion that method C refused is not evaluated, unless its tests are complete but shorter than

@@ -9,9 +9,10 @@
 #include "dense.h"
 #include "force.h"
 #include "inverse_dynamics.h"
+#include "noise.h"
 #include "numeric.h"
-#include "rounding.h"
 #include "params.h"
+#include "rounding.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -84,19 +85,28 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
     }
 }
 
-/* Finds the rounding errors in step with the motion, of the lengths, and where pressures are
- * measured of these and of the force A1 P1 - A2 P2. row: harmonics of each cycle. */
+/* Resolution of a channel in a test, as its samples show it: a sensor's, or that of the bus or file
+ * that it came through; 0 if none is seen. */
+static double step_of(const struct recording_test *test, enum channel ch, int leg) {
+    const struct recording_sample *s = test->sample;
+    const double *const first[CHANNELS] = {
+        [CHANNEL_LENGTH] = s->length_m, [CHANNEL_P1] = s->p1_pa, [CHANNEL_P2] = s->p2_pa, [CHANNEL_FORCE] = s->force_n};
+    return noise_measure(test->count, first[ch] + leg, sizeof *s / sizeof(double)).step;
+}
+
+/* Finds the rounding errors in step with the motion: of the lengths, and of the pressures and the
+ * force A1 P1 - A2 P2, or of the force that is read itself. row: harmonics of each cycle. */
 static void find_in_step(struct spectrum *s, bool pressures, spectrum_cycle *row, const struct recording_test *test,
                          const struct params *params) {
-    const struct sensor_params *sensors = &params->sensors;
+    static const enum channel chambers[] = {CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2}, sensor[] = {CHANNEL_LENGTH, CHANNEL_FORCE};
+    const enum channel *read = pressures ? chambers : sensor;
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
-    double step_pa = 2.0 * sensors->pressure_full_scale_pa / exp2(round(sensors->adc_bits));
-    const double step[] = {[CHANNEL_LENGTH] = sensors->position_resolution_m, [CHANNEL_P1] = step_pa, [CHANNEL_P2] = step_pa};
-    for (int k = 0; k < params_legs(params) && sensors->enabled; k++) {
+    for (int k = 0; k < params_legs(params); k++) {
         double variance[CHANNELS][SPECTRUM_SIZE] = {{0}}, middle[CYCLES_MAX];
-        for (int ch = CHANNEL_LENGTH; ch <= (pressures ? CHANNEL_P2 : CHANNEL_LENGTH); ch++) {
+        for (const enum channel *c = read; c < read + (pressures ? 3 : 2); c++) {
+            enum channel ch = *c;
             for (int i = 0; i < s->cycles; i++) middle[i] = row[i][ch][k][0];
-            const struct rounding r = {.step = step[ch],
+            const struct rounding r = {.step = step_of(test, ch, k),
                                        .scatter = s->scatter[ch][k],
                                        .first_phase = s->omega * test->sample[test->first].test_time_s,
                                        .places = s->offsets * (int)ceil(2.0 * PI / s->omega / recording_step_s(test) - 1e-6),
@@ -104,7 +114,7 @@ static void find_in_step(struct spectrum *s, bool pressures, spectrum_cycle *row
                                        .middle = middle};
             rounding_in_step(&r, s->harmonics, s->mean[ch][k], variance[ch]);
         }
-        for (int a = 0; a < SPECTRUM_SIZE; a++)
+        for (int a = 0; a < SPECTRUM_SIZE && pressures; a++)
             variance[CHANNEL_FORCE][a] = square(areas.a1_m2[k]) * variance[CHANNEL_P1][a] +
                                          square(areas.a2_m2[k]) * variance[CHANNEL_P2][a];
         for (int ch = 0; ch < CHANNELS; ch++)
