@@ -215,7 +215,7 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
                       "(each leg its own)</h1>");
     assert_says(page, "53.0 ± 3.0 N");      /* leg 4 of force_extend_n: 1.5 and 5 % of its law */
     assert_says(page, "55.0 ± 8.4");        /* leg 6 of coulomb_nm */
-    assert_int_equal(count(page, "± is one standard deviation on this page"), 1);
+    assert_int_equal(count(page, "± is a 95 % interval"), 1);
     assert_says(page, "97 %");              /* share of the gap that is explained */
     assert_says(page, "<code>hydraulics.supply_pa</code>");
     assert_says(page, "<th>mx</th><td>kg</td><td class=\"n\">1.000</td><td class=\"n\">9.000</td><td class=\"n\">+800.00 %</td>");

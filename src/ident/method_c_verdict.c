@@ -22,8 +22,8 @@ static void check_body(const struct method_c_findings *f, double level, struct v
     const struct payload *p = &f->result->payload;
     if (!p->evaluated || agreement_chi_square_above(p->impossible, PAYLOAD_VALUES) >= level) return;
     if (!(p->value[PAYLOAD_MASS] > 0.0))
-        verdict_add(v, VERDICT_FAIL, "the payload's mass is %.2f +- %.2f kg (std): no body has that", p->value[PAYLOAD_MASS],
-                    p->std[PAYLOAD_MASS]);
+        verdict_add(v, VERDICT_FAIL, "the payload's mass is %.2f +- %.2f kg: no body has that", p->value[PAYLOAD_MASS],
+                    1.96 * p->std[PAYLOAD_MASS]);
     else
         verdict_add(v, VERDICT_FAIL,
                     "no body has the payload's mass, centre and inertia: the nearest that can exist is %.1f standard deviations away",
@@ -130,10 +130,10 @@ static void check_systematic(const struct method_c_findings *f, double level, st
         if (!(variance > KNOWN * square(e->prior)) || 2.0 * above(z) * SYSTEMATICS >= level) continue;
         char name[SYSTEMATIC_NAME];
         systematic_name(i, name);
-        verdict_add(
-            v, VERDICT_FAIL,
-            "%s: %+.3g %s +- %.2g (95 %%), where model.tolerance.%s expects %.2g %s (standard deviation): correct sensor or configuration",
-            name, words->scale * e->value, words->unit, words->scale * 1.96 * e->std, words->key, words->scale * e->prior, words->unit);
+        verdict_add(v, VERDICT_FAIL,
+                    "%s: %+.3g %s +- %.2g, where model.tolerance.%s expects %.2g %s (standard deviation): correct sensor or configuration",
+                    name, words->scale * e->value, words->unit, words->scale * 1.96 * e->std, words->key, words->scale * e->prior,
+                    words->unit);
     }
 }
 

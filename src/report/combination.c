@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "format.h"
 #include "identification_table.h"
 #include "printable.h"
 #include "words.h"
@@ -69,7 +70,7 @@ static void print_values(FILE *out, const struct combination *c) {
         fprintf(out, "%-22s %-7s", name, combination_unit(i));
         for (int l = 0; l < c->logs; l++) cell(out, method_c_value(&c->log[l].id->method_c, i, &std), digits, c->agreement.apart[l][i]);
         cell(out, method_c_value(&c->all, i, &std), digits, false);
-        cell(out, std, digits, false);
+        cell(out, REPORT_SURE * std, digits, false);
         fprintf(out, "\n");
     }
 }
@@ -83,7 +84,7 @@ static void print_payload(FILE *out, const struct combination *c) {
             const struct payload *p = l < c->logs ? &c->log[l].id->method_c.payload : &c->all.payload;
             cell(out, p->evaluated ? p->value[i] : (double)NAN, digits, false);
         }
-        cell(out, c->all.payload.evaluated ? c->all.payload.std[i] : (double)NAN, digits, false);
+        cell(out, c->all.payload.evaluated ? REPORT_SURE * c->all.payload.std[i] : (double)NAN, digits, false);
         fprintf(out, "\n");
     }
 }
@@ -100,7 +101,7 @@ void combination_table_print(FILE *out, const struct combination *c) {
     identification_determined_print(out, &c->all, c->log[0].id->nominal_mt);
     fprintf(out, "\n%-29s", "");
     for (int l = 0; l < c->logs; l++) fprintf(out, "%*s%-2d ", COLUMN - 3, "log ", l + 1);
-    fprintf(out, "%*s %*s\n", COLUMN - 1, "all", COLUMN - 1, "std");
+    fprintf(out, "%*s %*s\n", COLUMN - 1, "all", COLUMN - 1, "+- 95 %");
     print_values(out, c);
     print_payload(out, c);
     identification_at_pose_print(out, &c->all.at_pose);

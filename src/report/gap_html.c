@@ -225,7 +225,7 @@ static void first_screen(FILE *out, const struct gap_report *report) {
     shrink_card(out, report);
     fputs("</div>\n", out);
     next_steps(out, report);
-    fputs("<p class=\"small\">± is one standard deviation on this page; a 95 % interval is 1.96 of them to either side.</p>\n", out);
+    fputs("<p class=\"small\">± is a 95 % interval: 1.96 standard deviations to either side.</p>\n", out);
 }
 
 /* --- page */

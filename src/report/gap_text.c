@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "format.h"
 #include "gap_pictures.h"
 #include "gap_sections.h"
 #include "hypothesis.h"
@@ -18,7 +19,7 @@ static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
         if (leg > first && leg % LEGS_A_LINE == 0) fprintf(out, "\n%28s", "");
         fprintf(out, " %.4g", e->values.value[key][leg]);
         if (e->bound[key][leg]) fputs(" (at bound)", out);
-        else fprintf(out, " +- %.2g", gap_deviation(e, key, leg));
+        else fprintf(out, " +- %.2g", REPORT_SURE * gap_deviation(e, key, leg));
         if (e->given.on && (e->pattern != PATTERN_ALL || gap_given_alike(e, key))) fprintf(out, " (given %.4g)", e->given.value[key][leg]);
         else if (e->given.on) fputs(" (given leg by leg)", out);
     }
@@ -49,7 +50,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         else fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", name, percent, gap_short(r, &r->candidate[i]));
         shown++;
     }
-    if (r->effects) fprintf(out, "  +- is one standard deviation; a 95 %% interval is 1.96 of them to either side\n");
+    if (r->effects) fprintf(out, "  +- is a 95 %% interval\n");
     if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
     if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
 }

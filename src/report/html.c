@@ -135,7 +135,7 @@ void html_quantity(FILE *out, double value, double std, const char *unit) {
         return;
     }
     int power = power_of(value);
-    double scale = pow(10.0, -power), v = value * scale, s = std * scale;
+    double scale = pow(10.0, -power), v = value * scale, s = REPORT_SURE * std * scale;
     if (s > 0.0 && isfinite(s)) {
         int decimals = (int)fmin(fmax(1.0 - floor(log10(s)), 0.0), 9.0);
         html_print(out, "%s%.*f ± %.*f%s", power ? "(" : "", decimals, v, decimals, s, power ? ")" : "");

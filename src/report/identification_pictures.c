@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "format.h"
 #include "kinematics.h"
 #include "plot.h"
 #include "units.h"

@@ -9,7 +9,6 @@
 #include "verdict.h"
 
 enum { REPORT_LOGS = 6 };
-#define REPORT_SURE 1.96 /* half a 95 % interval, in standard deviations */
 
 /* A motion that is no single-axis test: a multisine or a trajectory. */
 struct identification_motion {

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "format.h"
 #include "html.h"
 #include "identification_pictures.h"
 #include "identification_tables.h"

@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "format.h"
 #include "identification_report.h"
 #include "words.h"
 
@@ -25,22 +26,22 @@ static void cell(FILE *out, const struct identification *id, const struct method
 }
 
 static void print_error_note(FILE *out) {
-    fprintf(out, "errors in %% of the nominal value, of a coupling (Mt15 ...) in %% of sqrt(Mii Mjj)\n");
+    fprintf(out, "errors in %% of the nominal value, of a coupling (Mt15 ...) in %% of sqrt(Mii Mjj); +-: 95 %% interval\n");
 }
 
 static void row(FILE *out, const char *what, int count, const double *value, const double *std, int stride, const char *unit) {
     fprintf(out, "%-24s", what);
-    double most = NAN; /* largest standard deviation of the determined values */
+    double most = NAN; /* that of the determined values */
     for (int k = 0; k < count; k++) {
         words_row(out, " %7.1f", value[k * stride]);
         most = fmax(most, std[k * stride]);
     }
     fprintf(out, " %s", unit);
-    if (!isnan(most)) fprintf(out, ", std at most %.1f", most);
+    if (!isnan(most)) fprintf(out, ", +- %.1f at most", REPORT_SURE * most);
     fprintf(out, "\n");
 }
 
-/* Prints `count` numbers of a payload, from `first` on, and their largest standard deviation. */
+/* Prints `count` numbers of a payload, from `first` on, and their largest interval. */
 static void group(FILE *out, const struct payload *p, int first, int count, double scale, int digits, const char *unit) {
     double most = NAN;
     for (int i = first; i < first + count; i++) {
@@ -48,7 +49,7 @@ static void group(FILE *out, const struct payload *p, int first, int count, doub
         most = fmax(most, p->std[i] * scale);
     }
     fprintf(out, " %s", unit);
-    if (!isnan(most)) fprintf(out, ", std at most %.2g", most);
+    if (!isnan(most)) fprintf(out, ", +- %.2g at most", REPORT_SURE * most);
     fprintf(out, "\n");
 }
 
@@ -76,7 +77,7 @@ static void print_systematic(FILE *out, const struct method_c *c) {
         char name[SYSTEMATIC_NAME];
         if (!method_c_found(e)) continue;
         systematic_name(i, name);
-        fprintf(out, "found     %s: %+.3g %s, std %.2g\n", name, words->scale * e->value, words->unit, words->scale * e->std);
+        fprintf(out, "found     %s: %+.3g +- %.2g %s\n", name, words->scale * e->value, REPORT_SURE * words->scale * e->std, words->unit);
     }
     const char *before = "variance  most of it comes from ";
     for (int i = 0; i < DOFS; i++) {
@@ -129,8 +130,8 @@ void identification_determined_print(FILE *out, const struct method_c *c, const 
         best_pct = fmin(best_pct, pct), worst_pct = fmax(worst_pct, pct);
         known++;
     }
-    fprintf(out, "data      determine %d of %d entries of Mt, std %.2g to %.2g %% of sqrt(Mii Mjj); condition number %.3g\n", known,
-            MATRIX_ENTRIES, best_pct, worst_pct, c->matrix.condition_number);
+    fprintf(out, "data      determine %d of %d entries of Mt, +- %.2g to %.2g %% of sqrt(Mii Mjj); condition number %.3g\n", known,
+            MATRIX_ENTRIES, REPORT_SURE * best_pct, REPORT_SURE * worst_pct, c->matrix.condition_number);
     if (known == MATRIX_ENTRIES) return;
     fprintf(out, "          not determined:");
     for (int i = 0; i < MATRIX_ENTRIES; i++) {
@@ -176,13 +177,13 @@ static void print_method_c(FILE *out, const struct identification *id) {
     }
     identification_determined_print(out, c, id->nominal_mt);
     print_parts(out, id);
-    fprintf(out, "%-4s %-6s %8s  %16s %7s\n", "", "unit", "nominal", "method C error %", "std C");
+    fprintf(out, "%-4s %-6s %8s  %16s %7s\n", "", "unit", "nominal", "method C error %", "+-");
     for (int i = 0; i < IDENT_ENTRIES - 2; i++) { /* the matrix is symmetric: Mt42 is Mt24, Mt51 is
                                                    * Mt15 */
         const struct ident_entry *e = &ident_entries[i];
         fprintf(out, "%-4s %-6s %8.*f", e->name, e->unit, decimals, id->nominal_mt[e->row][e->col]);
         if (isnan(c->matrix.mt[e->row][e->col])) fprintf(out, "  not determined by these tests");
-        else cell(out, id, &c->matrix, e), fprintf(out, " %7.*f", decimals, c->matrix.mt_std[e->row][e->col]);
+        else cell(out, id, &c->matrix, e), fprintf(out, " %7.*f", decimals, REPORT_SURE * c->matrix.mt_std[e->row][e->col]);
         fprintf(out, "\n");
     }
     print_error_note(out);
@@ -210,14 +211,14 @@ static void print_methods_a_b(FILE *out, const struct identification *id) {
         return;
     }
     fprintf(out, "%-4s %-6s %8s  %16s  %16s  %16s %7s\n", "", "unit", "nominal", "method A error %", "modif. A error %", "method B error %",
-            "std A");
+            "+- A");
     for (int i = 0; i < IDENT_ENTRIES; i++) {
         const struct ident_entry *e = &ident_entries[i];
         fprintf(out, "%-4s %-6s %8.*f", e->name, e->unit, decimals, id->nominal_mt[e->row][e->col]);
         cell(out, id, &id->method_a, e);
         cell(out, id, &id->modified_a, e);
         cell(out, id, &id->method_b, e);
-        fprintf(out, " %7.*f\n", decimals, id->method_a.mt_std[e->row][e->col]);
+        fprintf(out, " %7.*f\n", decimals, REPORT_SURE * id->method_a.mt_std[e->row][e->col]);
     }
     print_error_note(out);
     fprintf(out, "\ndiagonal of Bt: %.1f %.1f %.1f N s/m, %.2f %.2f %.2f N m s\n\n", id->method_a.bt[0][0], id->method_a.bt[1][1],

@@ -3,10 +3,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "format.h"
 #include "html.h"
 #include "identification_table.h"
-#include "words.h"
 #include "params.h"
+#include "words.h"
 
 enum { COLUMNS = 3 };
 

@@ -29,7 +29,7 @@ function entryRow(machine, entry, c, a) {
   const digits = Number.isFinite(std) && std > 0 ? Math.max(0, Math.min(4, 1 - Math.floor(Math.log10(std)))) : 3;
   const signed = (x) => (x > 0 ? "+" : "") + fixed(x, 2);
   return [`${entry.name}, ${entry.unit.replace("^2", "²")}`, figures(nominal, 5),
-    found == null ? "–" : `${fixed(found, digits)} ± ${fixed(std, digits)}`,
+    found == null ? "–" : `${fixed(found, digits)} ± ${fixed(SURE * std, digits)}`,
     Number.isFinite(ofC.value) ? signed(ofC.value) : "–", Number.isFinite(ofA.value) ? signed(ofA.value) : "–",
     whisker(ofC.value, SURE * (std ?? 0) * ofC.scale)];
 }
