@@ -395,7 +395,7 @@ static void table_has_a_row_an_entry_with_its_numbers(void **unused) {
             assert_close(number[1 + 2 * m], found, 0.000501);
             assert_close(number[2 + 2 * m], 100 * (found - nominal) / whole, 0.00501);
         }
-        assert_close(number[7], id->method_a.mt_std[e->row][e->col], 0.000501);
+        assert_close(number[7], 1.96 * id->method_a.mt_std[e->row][e->col], 0.000501);
     }
     double bt[DOFS];
     const char *line = strstr(text, "diagonal of Bt:");

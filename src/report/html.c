@@ -129,13 +129,13 @@ static int power_of(double value) {
     return 3 * (int)floor(log10(size) / 3.0);
 }
 
-void html_quantity(FILE *out, double value, double std, const char *unit) {
+void html_quantity(FILE *out, double value, double half, const char *unit) {
     if (!isfinite(value)) {
         fputs("not known", out);
         return;
     }
     int power = power_of(value);
-    double scale = pow(10.0, -power), v = value * scale, s = REPORT_SURE * std * scale;
+    double scale = pow(10.0, -power), v = value * scale, s = half * scale;
     if (s > 0.0 && isfinite(s)) {
         int decimals = (int)fmin(fmax(1.0 - floor(log10(s)), 0.0), 9.0);
         html_print(out, "%s%.*f ± %.*f%s", power ? "(" : "", decimals, v, decimals, s, power ? ")" : "");

@@ -33,8 +33,8 @@ void html_commands(FILE *out, const char *text);
 /* Writes an SVG as an <img> that needs no other file. */
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt);
 
-/* Writes a value and its 95 % interval, with two digits of this, or without a std four digits of
- * the value; with a power of ten if it is large or small. NaN: "not known". */
-void html_quantity(FILE *out, double value, double std, const char *unit);
+/* Writes a value ± half its interval, with two digits of this, or without an interval four digits
+ * of the value; with a power of ten if it is large or small. NaN: "not known". */
+void html_quantity(FILE *out, double value, double half, const char *unit);
 
 #endif
