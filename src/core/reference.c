@@ -12,12 +12,26 @@ static const double brake_least_s = 0.25;
 
 static int64_t ticks_of(double seconds, double dt_s) { return llround(seconds / dt_s); }
 
+/* Value and time derivatives of a scalar. */
+struct course {
+    double d[MOTION_ORDERS];
+};
+
+static struct course product(const struct course *a, const struct course *b) {
+    const double *x = a->d, *y = b->d;
+    return (struct course){{x[0] * y[0], x[1] * y[0] + x[0] * y[1], x[2] * y[0] + 2.0 * x[1] * y[1] + x[0] * y[2],
+                            x[3] * y[0] + 3.0 * (x[2] * y[1] + x[1] * y[2]) + x[0] * y[3]}};
+}
+
+static struct course less_than_one(const struct course *a) { return (struct course){{1.0 - a->d[0], -a->d[1], -a->d[2], -a->d[3]}}; }
+
 /* Returns 3q^2 - 2q^3, which rises from 0 to 1 over [0, length]. */
-static double smooth(int64_t ticks, int64_t length) {
-    if (ticks <= 0) return 0.0;
-    if (ticks >= length) return 1.0;
-    double q = (double)ticks / (double)length;
-    return q * q * (3.0 - 2.0 * q);
+static struct course smooth(double ticks, int64_t length, double dt_s) {
+    if (ticks <= 0.0) return (struct course){{0}};
+    if (ticks >= (double)length) return (struct course){{1.0}};
+    double q = ticks / (double)length, per_s = 1.0 / ((double)length * dt_s);
+    return (struct course){
+        {q * q * (3.0 - 2.0 * q), 6.0 * q * (1.0 - q) * per_s, (6.0 - 12.0 * q) * per_s * per_s, -12.0 * per_s * per_s * per_s}};
 }
 
 void reference_hold(struct reference *r, const double pose[DOFS]) {
@@ -76,64 +90,109 @@ void reference_stop(struct reference *r) {
     if (r->mode == REFERENCE_TEST && r->ticks < r->ramp_out_tick) r->ramp_out_tick = r->ticks;
 }
 
-static void brake(const struct reference *r, double q, double pose[DOFS]) {
+static void brake(const struct reference *r, double q, double motion[MOTION_ORDERS][DOFS]) {
     double b = r->brake_s, of_rate_s = b * (q - q * q * q + q * q * q * q / 2.0);
     double of_accel_s2 = b * b * q * q * (1.0 / 2.0 - 2.0 / 3.0 * q + q * q / 4.0);
-    for (int i = 0; i < DOFS; i++) pose[i] = r->from[i] + of_rate_s * r->rate_from[i] + of_accel_s2 * r->accel_from[i];
+    for (int i = 0; i < DOFS; i++) {
+        double v = r->rate_from[i], a = r->accel_from[i];
+        motion[MOTION_POSE][i] = r->from[i] + of_rate_s * v + of_accel_s2 * a;
+        motion[MOTION_RATE][i] = v * (1.0 + q * q * (2.0 * q - 3.0)) + a * b * q * (1.0 - q) * (1.0 - q);
+        motion[MOTION_ACCEL][i] = (1.0 - q) * (a * (1.0 - 3.0 * q) - 6.0 * v / b * q);
+        motion[MOTION_JERK][i] = (a * (6.0 * q - 4.0) + 6.0 * v / b * (2.0 * q - 1.0)) / b;
+    }
 }
 
-static void travel(const struct reference *r, double q, double pose[DOFS]) {
-    double share = q * q * q * (10.0 + q * (6.0 * q - 15.0));
-    for (int i = 0; i < DOFS; i++) pose[i] = r->turn[i] + share * (r->to[i] - r->turn[i]);
+static void travel(const struct reference *r, double q, double motion[MOTION_ORDERS][DOFS]) {
+    double share = q * q * q * (10.0 + q * (6.0 * q - 15.0)), per_s = 1.0 / r->travel_s;
+    double rate = 30.0 * q * q * (1.0 - q) * (1.0 - q) * per_s, acceleration = 60.0 * q * (1.0 - q) * (1.0 - 2.0 * q) * per_s * per_s;
+    double jerk = 60.0 * (1.0 - 6.0 * q * (1.0 - q)) * per_s * per_s * per_s;
+    for (int i = 0; i < DOFS; i++) {
+        double way = r->to[i] - r->turn[i];
+        motion[MOTION_POSE][i] = r->turn[i] + share * way;
+        motion[MOTION_RATE][i] = rate * way, motion[MOTION_ACCEL][i] = acceleration * way, motion[MOTION_JERK][i] = jerk * way;
+    }
 }
 
-static void move_step(struct reference *r, double dt_s, struct reference_sample *s) {
-    double t = (double)r->ticks * dt_s, left_s = r->brake_s + r->travel_s - t;
-    s->done = left_s <= 1e-9 * dt_s;
-    if (s->done) {
-        memcpy(s->pose, r->to, sizeof s->pose); /* the exact end, without the sum's rounding */
-        reference_hold(r, r->to);
-    } else if (t < r->brake_s) brake(r, t / r->brake_s, s->pose);
-    else travel(r, (t - r->brake_s) / r->travel_s, s->pose);
+static void rest(const double pose[DOFS], double motion[MOTION_ORDERS][DOFS]) {
+    memset(motion, 0, MOTION_ORDERS * sizeof *motion);
+    memcpy(motion[MOTION_POSE], pose, sizeof motion[MOTION_POSE]);
 }
 
-static double sinusoid(const struct test_params *t, enum dof dof, double time_s) {
-    return t->amplitude[dof] * sin(2.0 * PI * t->hz[dof] * time_s);
+/* True once a move has ended; its end is then taken exactly, without the rounding of the sums. */
+static bool arrived(const struct reference *r, double time_s, double dt_s) { return r->brake_s + r->travel_s - time_s <= 1e-9 * dt_s; }
+
+static void move_motion(const struct reference *r, double time_s, double dt_s, double motion[MOTION_ORDERS][DOFS]) {
+    if (arrived(r, time_s, dt_s)) rest(r->to, motion);
+    else if (time_s < r->brake_s) brake(r, time_s / r->brake_s, motion);
+    else travel(r, (time_s - r->brake_s) / r->travel_s, motion);
+}
+
+static void sinusoid(const struct test_params *t, enum dof dof, double time_s, double motion[MOTION_ORDERS][DOFS]) {
+    double radps = 2.0 * PI * t->hz[dof], sine = t->amplitude[dof] * sin(radps * time_s), cosine = t->amplitude[dof] * cos(radps * time_s);
+    motion[MOTION_POSE][dof] = sine, motion[MOTION_RATE][dof] = radps * cosine;
+    motion[MOTION_ACCEL][dof] = -radps * radps * sine, motion[MOTION_JERK][dof] = -radps * radps * radps * cosine;
 }
 
 /* Computes a test's motion without its envelope. SAFETY: a test that is neither a sinusoid, a
  * multisine nor a trajectory stays at neutral. */
-static void motion(const struct reference *r, const struct test_params *t, double time_s, double begin_s, double pose[DOFS]) {
-    if (r->trajectory) trajectory_at(r->trajectory, time_s - begin_s, pose);
-    for (int i = 0; i < t->count && r->dof == DOF_NONE && !r->trajectory && t->multisine; i++)
-        pose[t->order[i]] = sinusoid(t, t->order[i], time_s);
-    if (r->dof != DOF_NONE) pose[r->dof] = sinusoid(t, r->dof, time_s);
+static void bare_motion(const struct reference *r, const struct test_params *t, double time_s, double begin_s,
+                        double motion[MOTION_ORDERS][DOFS]) {
+    if (r->trajectory) trajectory_motion(r->trajectory, time_s - begin_s, motion);
+    for (int i = 0; i < t->count && r->dof == DOF_NONE && !r->trajectory && t->multisine; i++) sinusoid(t, t->order[i], time_s, motion);
+    if (r->dof != DOF_NONE) sinusoid(t, r->dof, time_s, motion);
+}
+
+static int64_t test_end(const struct reference *r, const struct test_params *t, double dt_s) {
+    return r->ramp_out_tick + ticks_of(t->ramp_out_s, dt_s);
+}
+
+static void test_motion(const struct reference *r, const struct test_params *t, double ticks, double dt_s,
+                        double motion[MOTION_ORDERS][DOFS]) {
+    int64_t ramp = ticks_of(t->ramp_s, dt_s), out = r->ramp_out_tick;
+    struct course in = smooth(ticks, ramp, dt_s), gone = smooth(ticks - (double)out, test_end(r, t, dt_s) - out, dt_s);
+    struct course left = less_than_one(&gone), envelope = product(&in, &left);
+    memset(motion, 0, MOTION_ORDERS * sizeof *motion);
+    bare_motion(r, t, ticks * dt_s, (double)ramp * dt_s, motion);
+    for (int i = 0; i < DOFS; i++) {
+        struct course axis = {{motion[MOTION_POSE][i], motion[MOTION_RATE][i], motion[MOTION_ACCEL][i], motion[MOTION_JERK][i]}};
+        axis = product(&axis, &envelope);
+        for (int k = 0; k < MOTION_ORDERS; k++) motion[k][i] = axis.d[k];
+    }
+}
+
+/* Computes the motion at a time in cycles from the start of the move or of the test's ramp-in. */
+static void motion_at(const struct reference *r, const struct test_params *t, double ticks, double dt_s,
+                      double motion[MOTION_ORDERS][DOFS]) {
+    switch (r->mode) {
+    case REFERENCE_HOLD: rest(r->to, motion); break;
+    case REFERENCE_MOVE: move_motion(r, ticks * dt_s, dt_s, motion); break;
+    case REFERENCE_TEST: test_motion(r, t, ticks, dt_s, motion); break;
+    }
 }
 
 static void test_step(struct reference *r, const struct test_params *t, double dt_s, struct reference_sample *s) {
-    int64_t ramp = ticks_of(t->ramp_s, dt_s), end = r->ramp_out_tick + ticks_of(t->ramp_out_s, dt_s);
-    double envelope = smooth(r->ticks, ramp) * (1.0 - smooth(r->ticks - r->ramp_out_tick, end - r->ramp_out_tick));
     s->test_time_s = (double)r->ticks * dt_s;
-    motion(r, t, s->test_time_s, (double)ramp * dt_s, s->pose);
-    for (int i = 0; i < DOFS; i++) s->pose[i] *= envelope;
-    s->phase = r->ticks >= r->ramp_out_tick ? PHASE_RAMP_OUT
-               : r->ticks < 0               ? PHASE_SETTLE
-               : r->ticks < ramp            ? PHASE_RAMP_IN
-                                            : PHASE_EVALUATE;
-    s->done = r->ticks >= end || (r->ticks < 0 && s->phase == PHASE_RAMP_OUT);
+    s->phase = r->ticks >= r->ramp_out_tick           ? PHASE_RAMP_OUT
+               : r->ticks < 0                         ? PHASE_SETTLE
+               : r->ticks < ticks_of(t->ramp_s, dt_s) ? PHASE_RAMP_IN
+                                                      : PHASE_EVALUATE;
+    s->done = r->ticks >= test_end(r, t, dt_s) || (r->ticks < 0 && s->phase == PHASE_RAMP_OUT);
     if (s->done) reference_hold(r, (double[DOFS]){0});
 }
 
 struct reference_sample reference_step(struct reference *r, const struct test_params *t, double dt_s) {
     struct reference_sample s = {.phase = PHASE_NONE};
-    switch (r->mode) {
-    case REFERENCE_HOLD:
-        memcpy(s.pose, r->to, sizeof s.pose);
-        s.done = true;
-        break;
-    case REFERENCE_MOVE: move_step(r, dt_s, &s); break;
-    case REFERENCE_TEST: test_step(r, t, dt_s, &s); break;
-    }
+    double motion[MOTION_ORDERS][DOFS];
+    motion_at(r, t, (double)r->ticks, dt_s, motion);
+    memcpy(s.pose, motion[MOTION_POSE], sizeof s.pose);
+    if (r->mode == REFERENCE_HOLD) s.done = true;
+    if (r->mode == REFERENCE_MOVE && (s.done = arrived(r, (double)r->ticks * dt_s, dt_s))) reference_hold(r, r->to);
+    if (r->mode == REFERENCE_TEST) test_step(r, t, dt_s, &s);
     r->ticks++;
     return s;
+}
+
+void reference_motion(const struct reference *r, const struct test_params *t, double dt_s, double ahead_s,
+                      double motion[MOTION_ORDERS][DOFS]) {
+    motion_at(r, t, (double)(r->ticks - 1) + ahead_s / dt_s, dt_s, motion);
 }

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static double step_s(const struct trajectory *t, int i) { return t->knot[i + 1].time_s - t->knot[i].time_s; }
 
@@ -92,15 +93,25 @@ static int find(const struct trajectory *t, double time_s) {
     return low;
 }
 
-void trajectory_at(const struct trajectory *t, double time_s, double pose[DOFS]) {
+void trajectory_motion(const struct trajectory *t, double time_s, double motion[MOTION_ORDERS][DOFS]) {
     double inside_s = fmin(fmax(time_s, 0.0), trajectory_s(t)), beyond_s = time_s - inside_s;
     double pass = fmin(floor(inside_s / pass_s(t)), t->passes - 1), local_s = inside_s - pass * pass_s(t);
     int i = find(t, local_s);
     const struct trajectory_knot *a = &t->knot[i], *b = a + 1;
     double h = step_s(t, i), q = (local_s - a->time_s) / h, p = 1.0 - q;
+    bool straight = beyond_s != 0.0;
     for (int axis = 0; axis < DOFS; axis++) {
         double rate = slope(t, i, axis) + h / 6.0 * ((1.0 - 3.0 * p * p) * a->bend[axis] + (3.0 * q * q - 1.0) * b->bend[axis]);
-        pose[axis] = p * a->pose[axis] + q * b->pose[axis] +
-                     h * h / 6.0 * ((p * p * p - p) * a->bend[axis] + (q * q * q - q) * b->bend[axis]) + beyond_s * rate;
+        motion[MOTION_POSE][axis] = p * a->pose[axis] + q * b->pose[axis] +
+                                    h * h / 6.0 * ((p * p * p - p) * a->bend[axis] + (q * q * q - q) * b->bend[axis]) + beyond_s * rate;
+        motion[MOTION_RATE][axis] = rate;
+        motion[MOTION_ACCEL][axis] = straight ? 0.0 : p * a->bend[axis] + q * b->bend[axis];
+        motion[MOTION_JERK][axis] = straight ? 0.0 : (b->bend[axis] - a->bend[axis]) / h;
     }
+}
+
+void trajectory_at(const struct trajectory *t, double time_s, double pose[DOFS]) {
+    double motion[MOTION_ORDERS][DOFS];
+    trajectory_motion(t, time_s, motion);
+    memcpy(pose, motion[MOTION_POSE], sizeof motion[MOTION_POSE]);
 }

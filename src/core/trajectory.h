@@ -8,6 +8,9 @@
 
 #include "types.h"
 
+/* Time derivatives of a pose, the index into a motion: m and rad, per s, s^2 and s^3. */
+enum motion_order { MOTION_POSE, MOTION_RATE, MOTION_ACCEL, MOTION_JERK, MOTION_ORDERS };
+
 struct trajectory_knot {
     double time_s;          /* time since the first knot */
     double pose[DOFS];      /* pose of the knot, m and rad */
@@ -28,8 +31,12 @@ bool trajectory_bend(struct trajectory *t);
 /* Returns the duration of all passes. */
 double trajectory_s(const struct trajectory *t);
 
-/* Computes the pose at a time since the beginning of the first pass; outside the passes it moves in
- * a straight line at the rate of the end. RT: a search of at most 32 steps, no heap. */
+/* Computes pose, rate, acceleration and jerk at a time since the beginning of the first pass;
+ * outside the passes it moves in a straight line at the rate of the end. The jerk is constant
+ * between knots. RT: a search of at most 32 steps, no heap. */
+void trajectory_motion(const struct trajectory *t, double time_s, double motion[MOTION_ORDERS][DOFS]);
+
+/* Computes the pose alone, as trajectory_motion() does. */
 void trajectory_at(const struct trajectory *t, double time_s, double pose[DOFS]);
 
 #endif
