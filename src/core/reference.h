@@ -87,10 +87,10 @@ void reference_stop(struct reference *r);
 
 struct reference_sample reference_step(struct reference *r, const struct test_params *t, double dt_s);
 
-/* Computes pose, rate, acceleration and jerk by their formulas, ahead_s >= 0 after the instant whose
- * pose reference_step() returned last, as they will be if nothing is asked for meanwhile: after the
- * end of a move or test it holds. For ahead_s = 0 the pose is that pose, to the last bit. The
- * acceleration is continuous in a move; it jumps at both ends of a test's ramp, and the jerk at
+/* Computes pose, rate, acceleration and jerk by their formulas, ahead_s >= 0 after the instant
+ * whose pose reference_step() returned last, as they will be if nothing is asked for meanwhile:
+ * after the end of a move or test it holds. For ahead_s = 0 the pose is that pose, to the last bit.
+ * The acceleration is continuous in a move; it jumps at both ends of a test's ramp, and the jerk at
  * each joint of two polynomials. */
 void reference_motion(const struct reference *r, const struct test_params *t, double dt_s, double ahead_s,
                       double motion[MOTION_ORDERS][DOFS]);

@@ -17,8 +17,7 @@ static const double EDGE = 0.12;
 struct work {
     struct params machine;              /* the configuration without friction and effects
                                          * (matrix_bare_machine), with the springs found */
-    double more[MATRIX_ENTRIES];        /* entries of the matrix as found, less the configured
-                                         * ones */
+    double more[DOFS][DOFS];            /* the matrix as found, less the configured one */
     struct inverse_dynamics dynamics;
 };
 
@@ -31,12 +30,11 @@ static int begin(struct work *w, const struct recording *recording, const struct
     int status = kinematics_init(&k, &w->machine, error);
     if (status) return status;
     nominal_matrix(&w->machine, &k, neutral, nominal);
-    for (int c = 0; c < MATRIX_ENTRIES; c++) {
-        int row, column;
-        equations_entry(c, &row, &column);
-        double value = found->matrix.mt[row][column];
-        w->more[c] = isfinite(value) ? value - nominal[row][column] : 0.0;
-    }
+    for (int i = 0; i < DOFS; i++)
+        for (int c = 0; c < DOFS; c++) {
+            double value = found->matrix.mt[i][c];
+            w->more[i][c] = isfinite(value) ? value - nominal[i][c] : 0.0;
+        }
     struct effect_values *springs = &w->machine.effects[effect_find(external_stiffness.name)];
     springs->on = found->springs;
     for (int i = 0; i < DOFS; i++) springs->value[i][0] = isfinite(found->spring[i]) ? found->spring[i] : 0.0;
@@ -48,18 +46,13 @@ static int begin(struct work *w, const struct recording *recording, const struct
 static bool needed(struct work *w, const struct residual_test *t, int phase, double force_n[LEGS], double rate_mps[LEGS]) {
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * SPECTRUM_SIZE;
-    struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
-    double j[LEGS][DOFS], acceleration[DOFS], unit_n[MATRIX_ENTRIES][LEGS];
-    for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, in.leg[k]);
-    if (!inverse_dynamics_step(&w->dynamics, &in, force_n)) return false;
-    if (!inverse_dynamics_move(&w->dynamics, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
-    if (!matrix_forces(&legs, j, acceleration, w->machine.payload.gravity_mps2, unit_n)) return false;
-    for (int k = 0; k < LEGS; k++) {
-        rate_mps[k] = in.leg[k][1];
-        for (int c = 0; c < MATRIX_ENTRIES; c++) force_n[k] += w->more[c] * unit_n[c][k];
-    }
-    return true;
+    double j[LEGS][DOFS], acceleration[DOFS], leg[LEGS][3];
+    for (int k = 0; k < LEGS; k++) spectrum_at(s->mean[CHANNEL_LENGTH][k], s->harmonics, s->omega, basis, leg[k]);
+    if (!inverse_dynamics_bodies(&w->dynamics, (const double (*)[3])leg, &legs, j, acceleration, force_n)) return false;
+    matrix_wrench(&legs, acceleration, w->machine.payload.gravity_mps2, (const double (*)[DOFS])w->more, force_n);
+    for (int k = 0; k < LEGS; k++) rate_mps[k] = leg[k][1];
+    return inverse_dynamics_along_legs(j, force_n);
 }
 
 /* Finds the friction at the phases of a test, from the residual of method C's equation without

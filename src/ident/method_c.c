@@ -57,6 +57,7 @@ struct work {
     struct suspect found, other; /* with the errors as found so far; with one of them changed */
     struct residual_data data;
     struct rows rows;
+    struct rigid_state state[PHASES]; /* of the platform, at the phases of the test under way */
     struct equations *sum;  /* equations of the pass under way */
     double square;          /* sum of squares of the right-hand side, weighted by the inverse
                              * covariance */
@@ -71,6 +72,7 @@ struct work {
     double leg_mass[LEGS][LEGS], prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
     double along[DOFS][LEGS];                          /* leg forces of unit wrenches at neutral */
     double x[UNKNOWNS];
+    double more[DOFS][DOFS];     /* the entries of x as a matrix */
 };
 
 extern const struct effect external_stiffness;
@@ -104,16 +106,22 @@ static void measured_force(const struct work *w, const struct suspect *s, int te
     }
 }
 
+/* Wrench of springs of this stiffness at the present pose. */
+static void springs_wrench(const struct inverse_dynamics *d, const double stiffness[DOFS], double wrench[DOFS]) {
+    double pose[DOFS];
+    struct effect_values springs = {0};
+    rigid_pose(&d->state, pose);
+    for (int i = 0; i < DOFS; i++) springs.value[i][0] = stiffness[i];
+    external_stiffness.wrench(&springs, pose, wrench);
+}
+
 /* Finds the leg forces for one unit of each spring. False: the Jacobian is singular. */
 static bool springs_at(const struct work *w, const struct inverse_dynamics *d, double j[LEGS][DOFS], double value[COLUMNS][LEGS]) {
-    double pose[DOFS];
-    rigid_pose(&d->state, pose);
     for (int i = 0; i < DOFS; i++) {
-        double wrench[DOFS] = {0};
-        struct effect_values unit = {0};
+        double wrench[DOFS] = {0}, unit[DOFS] = {0};
         if (!(w->sum->spring[i] > 0.0)) continue;
-        unit.value[i][0] = 1.0;
-        external_stiffness.wrench(&unit, pose, wrench);
+        unit[i] = 1.0;
+        springs_wrench(d, unit, wrench);
         if (!inverse_dynamics_along_legs(j, wrench)) return false;
         for (int k = 0; k < LEGS; k++) value[SPRING + i][k] = -wrench[k];
     }
@@ -125,17 +133,16 @@ static bool springs_at(const struct work *w, const struct inverse_dynamics *d, d
 static bool values_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase,
                       double value[COLUMNS][LEGS]) {
     const struct friction_course *course = &w->course[test];
-    struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
-    double j[LEGS][DOFS], acceleration[DOFS];
-    legs_at(s, &w->data.test[test], phase, in.leg);
-    if (!inverse_dynamics_step(d, &in, value[UNKNOWNS])) return false;
-    if (!inverse_dynamics_move(d, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
+    double j[LEGS][DOFS], acceleration[DOFS], leg[LEGS][3];
+    legs_at(s, &w->data.test[test], phase, leg);
+    if (!inverse_dynamics_bodies(d, (const double (*)[3])leg, &legs, j, acceleration, value[UNKNOWNS])) return false;
+    if (!inverse_dynamics_along_legs(j, value[UNKNOWNS])) return false;
     if (!matrix_forces(&legs, j, acceleration, w->params->payload.gravity_mps2, value)) return false;
     if (!springs_at(w, d, j, value)) return false;
     for (int k = 0; k < LEGS; k++) {
         double direction = course->direction[phase][k];
-        value[VISCOUS + k][k] = in.leg[k][1];
+        value[VISCOUS + k][k] = leg[k][1];
         value[DRY + 2 * k][k] = 0.5 * (1.0 + direction);
         value[DRY + 2 * k + 1][k] = -0.5 * (1.0 - direction);
         for (int i = 0; i < BASIS_SIZE; i++) value[BASIS + BASIS_SIZE * k + i][k] = course->basis[i][phase][k];
@@ -154,6 +161,7 @@ static bool fill_columns(struct work *w, int test) {
     for (int i = 0; i < t->phases; i++) {
         double value[COLUMNS][LEGS] = {{0}};
         if (!values_at(w, &w->found, &d, test, i, value)) return false;
+        w->state[i] = d.state;
         for (int c = 0; c < COLUMNS; c++)
             for (int k = 0; k < LEGS; k++)
                 for (int a = 0; a < t->size && value[c][k] != 0.0; a++) r->column[c][k * t->size + a] += t->project[i][a] * value[c][k];
@@ -168,30 +176,30 @@ static bool fill_columns(struct work *w, int test) {
  * cannot move as measured. */
 static bool needed_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase,
                       double force_n[LEGS]) {
-    struct inverse_dynamics_input in = {0};
     struct rigid_legs legs;
-    double j[LEGS][DOFS], acceleration[DOFS], pose[DOFS], matrix_n[LEGS], spring_n[DOFS] = {0};
-    struct effect_values springs = {0};
-    legs_at(s, &w->data.test[test], phase, in.leg);
-    if (!inverse_dynamics_step(d, &in, force_n)) return false;
-    if (!inverse_dynamics_move(d, (const double (*)[3])in.leg, &legs, j, acceleration)) return false;
-    if (!matrix_force(&legs, j, acceleration, w->params->payload.gravity_mps2, w->x, matrix_n)) return false;
-    rigid_pose(&d->state, pose);
-    for (int i = 0; i < DOFS; i++) springs.value[i][0] = w->x[SPRING + i];
-    external_stiffness.wrench(&springs, pose, spring_n);
-    if (!inverse_dynamics_along_legs(j, spring_n)) return false;
-    for (int k = 0; k < LEGS; k++) force_n[k] += matrix_n[k] - spring_n[k] + w->x[VISCOUS + k] * in.leg[k][1];
+    double j[LEGS][DOFS], acceleration[DOFS], leg[LEGS][3], spring[DOFS] = {0};
+    legs_at(s, &w->data.test[test], phase, leg);
+    if (!inverse_dynamics_bodies(d, (const double (*)[3])leg, &legs, j, acceleration, force_n)) return false;
+    matrix_wrench(&legs, acceleration, w->params->payload.gravity_mps2, w->more, force_n);
+    springs_wrench(d, w->x + SPRING, spring);
+    for (int i = 0; i < DOFS; i++) force_n[i] -= spring[i];
+    if (!inverse_dynamics_along_legs(j, force_n)) return false;
+    for (int k = 0; k < LEGS; k++) force_n[k] += w->x[VISCOUS + k] * leg[k][1];
     return true;
 }
 
-static bool needed_force(const struct work *w, const struct suspect *s, int test, double row[ROWS]) {
+/* Finds the coefficient rows of that force. state: the machine's states at each phase, near which
+ * the poses are searched; updated. */
+static bool needed_force(const struct work *w, const struct suspect *s, int test, struct rigid_state state[PHASES], double row[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
     memset(row, 0, ROWS * sizeof *row);
     inverse_dynamics_init(&d, &s->machine, 0.0, 0.0);
     for (int i = 0; i < t->phases; i++) {
         double force_n[LEGS];
+        d.state = state[i];
         if (!needed_at(w, s, &d, test, i, force_n)) return false;
+        state[i] = d.state;
         for (int k = 0; k < LEGS; k++)
             for (int a = 0; a < t->size; a++) row[k * t->size + a] += t->project[i][a] * force_n[k];
     }
@@ -205,7 +213,7 @@ static bool fill_systematic(struct work *w, int test) {
     struct rows *r = &w->rows;
     double measured_n[ROWS], needed_n[ROWS], other_n[ROWS], error[SYSTEMATICS];
     measured_force(w, &w->found, test, measured_n);
-    if (!needed_force(w, &w->found, test, needed_n)) return false;
+    if (!needed_force(w, &w->found, test, w->state, needed_n)) return false;
     for (int s = 0; s < SYSTEMATICS; s++) {
         double step = STEP * w->sum->systematic[s], *column = r->column[SYSTEMATIC + s];
         if (!(step > 0.0)) continue;
@@ -213,7 +221,7 @@ static bool fill_systematic(struct work *w, int test) {
         error[s] += step;
         suspect_init(w, error, test, &w->other);
         if (systematic_moves(s)) {
-            if (!needed_force(w, &w->other, test, other_n)) return false;
+            if (!needed_force(w, &w->other, test, w->state, other_n)) return false;
             for (int row = 0; row < r->count; row++) column[row] = (other_n[row] - needed_n[row]) / step;
         }
         measured_force(w, &w->other, test, other_n);
@@ -258,13 +266,17 @@ static void fill_covariance(struct work *w, int test) {
 static bool accumulate(struct work *w) {
     struct rows *r = &w->rows;
     double solved[ROWS];
+    int column[COLUMNS], columns = 0; /* those that are not zero */
     if (!dense_factor(r->count, r->count, r->covariance)) return false;
-    for (int c = 0; c < COLUMNS; c++) {
+    for (int c = 0; c < COLUMNS; c++)
+        if (c == UNKNOWNS || dense_dot(r->count, r->column[c], r->column[c]) != 0.0) column[columns++] = c;
+    for (int a = 0; a < columns; a++) {
+        int c = column[a];
         memcpy(solved, r->column[c], sizeof solved);
         dense_solve(r->count, r->count, r->covariance, solved);
-        for (int e = c; e < COLUMNS; e++) {
-            double sum = 0.0;
-            for (int i = 0; i < r->count; i++) sum += solved[i] * r->column[e][i];
+        for (int b = a; b < columns; b++) {
+            int e = column[b];
+            double sum = dense_dot(r->count, solved, r->column[e]);
             if (e < UNKNOWNS) w->sum->product[e][c] += sum;
             else if (c < UNKNOWNS) w->sum->with[c] += sum;
             else w->square += sum;
@@ -410,6 +422,11 @@ static int pass(struct work *w, int number, struct error *error) {
     }
     take_attenuation_off(w->sum, w->noise_share);
     bool solved = equations_values(w->sum, w->prior, w->x);
+    for (int c = 0; c < ENTRIES; c++) {
+        int i, j;
+        equations_entry(c, &i, &j);
+        w->more[i][j] = w->more[j][i] = w->x[c];
+    }
     if (solved) find_rest(w), w->noise_share = fmin(square(equations_scatter(w->sum)), 1.0);
     return solved ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: some leg does not move both ways");
 }

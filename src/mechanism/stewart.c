@@ -7,28 +7,23 @@
 #include "params.h"
 #include "vec.h"
 
-/* Adds the moments of joint friction to the load on the platform, as a wrench. */
+/* Adds the wrench that holds against the moments of joint friction. */
 static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS],
-                        double load[DOFS]) {
+                        double wrench[DOFS]) {
     struct joint_axes axes;
     joint_axes(&d->rigid, &d->state, legs, &axes);
     for (int k = 0; k < JOINT_AXES; k++) {
         double rate = dot6(axes.row[k], d->state.twist), turn = dot6(axes.row[k], acceleration) + axes.bias[k];
         struct friction f = machine_joint_friction(&d->cylinder.machine, k / JOINT_AXES_PER_LEG, fabs(rate));
         double moment = inverse_dynamics_direction(rate, turn, d->window_s) * f.dry + copysign(f.viscous, rate);
-        add6(-moment, axes.row[k], load);
+        add6(moment, axes.row[k], wrench);
     }
 }
 
 static bool forces(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs, double force_n[LEGS]) {
-    double j[LEGS][DOFS], acceleration[DOFS], mass[DOFS][DOFS], load[DOFS];
-    if (!inverse_dynamics_move(d, in->leg, legs, j, acceleration)) return false;
-    rigid_dynamics(&d->rigid, &d->state, legs, mass, load);
-    if (d->joints) push_joints(d, legs, acceleration, load);
-    for (int i = 0; i < DOFS; i++) {
-        force_n[i] = -load[i];
-        for (int c = 0; c < DOFS; c++) force_n[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
-    }
+    double j[LEGS][DOFS], acceleration[DOFS];
+    if (!inverse_dynamics_bodies(d, in->leg, legs, j, acceleration, force_n)) return false;
+    if (d->joints) push_joints(d, legs, acceleration, force_n);
     if (!inverse_dynamics_along_legs(j, force_n)) return false;
     for (int k = 0; k < LEGS; k++) force_n[k] += d->rigid.upper_mass[k] * in->ahead[k][2];
     return true;

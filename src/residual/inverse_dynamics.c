@@ -169,6 +169,18 @@ bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3]
     return true;
 }
 
+bool inverse_dynamics_bodies(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
+                             double acceleration[DOFS], double wrench[DOFS]) {
+    double mass[DOFS][DOFS], load[DOFS];
+    if (!inverse_dynamics_move(d, leg, legs, j, acceleration)) return false;
+    rigid_dynamics(&d->rigid, &d->state, legs, mass, load);
+    for (int i = 0; i < DOFS; i++) {
+        wrench[i] = -load[i];
+        for (int c = 0; c < DOFS; c++) wrench[i] += (i >= c ? mass[i][c] : mass[c][i]) * acceleration[c];
+    }
+    return true;
+}
+
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]) { return solve6(j, true, wrench); }
 
 bool inverse_dynamics_unit_wrenches(double j[LEGS][DOFS], double force_n[DOFS][LEGS]) {

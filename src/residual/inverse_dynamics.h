@@ -41,6 +41,11 @@ double inverse_dynamics_direction(double value, double rate, double window_s);
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
+/* Finds, beside these, the wrench on the platform that its bodies need: inertia and weight, less
+ * what effects and springs exert, without joint friction. */
+bool inverse_dynamics_bodies(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
+                             double acceleration[DOFS], double wrench[DOFS]);
+
 /* Turns a wrench F on the platform into forces along the legs, in place: J'^-1 F. False: J is
  * singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
