@@ -13,6 +13,7 @@
 #include "params/control.h"
 #include "params/daemon.h"
 #include "params/field.h"
+#include "params/found.h"
 #include "params/geometry.h"
 #include "params/hydraulics.h"
 #include "params/interlocks.h"
@@ -42,6 +43,7 @@ struct params {
     struct test_params tests;
     struct check_params checks;
     struct model_params model;
+    struct found_params found;
     struct loop_params loop;
     struct security_params security;
     struct machine_params machine;

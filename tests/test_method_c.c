@@ -654,6 +654,28 @@ static void a_wrong_gain_is_found(void **unused) {
     }
 }
 
+/* A gain that all pressures have in common scales masses and friction; no motion shows it, and a
+ * known weight does. */
+static void a_known_weight_finds_the_gain_that_all_pressures_have_in_common(void **unused) {
+    (void)unused;
+    struct rig r;
+    const double gain = 0.006;
+    rig_init(&r, 50.0);
+    r.configured.sensors.enabled = true, r.noise_m = 5e-6, r.noise_pa = 5e3;
+    for (int i = 0; i < SYSTEMATIC_LENGTH_GAIN; i++) r.error[i] = gain;
+    struct method_c alone = found(&r, DOFS);
+    for (int k = 0; k < LEGS; k++) r.configured.found.weight_p1[k] = 1.1 / LEGS, r.configured.found.weight_p2[k] = -0.1 / LEGS;
+    r.configured.found.weight_error = gain, r.configured.found.weight_std = 2e-4;
+    struct method_c weighed = found(&r, DOFS);
+    for (int i = 0; i < 3; i++) {
+        double truth = r.nominal[i][i];
+        assert_close(alone.matrix.mt[i][i] / truth - 1.0, gain, 2e-3);
+        assert_close(weighed.matrix.mt[i][i] / truth - 1.0, 0.0, 1.5e-3);
+        assert_below(weighed.matrix.mt_std[i][i], 0.8 * alone.matrix.mt_std[i][i]);
+    }
+    for (int i = 0; i < SYSTEMATIC_LENGTH_GAIN; i++) assert_close(weighed.systematic[i].value, gain, 3.0 * weighed.systematic[i].std);
+}
+
 /* Rounding errors that every cycle repeats do not show in its scatter, but the samples show their
  * step, whatever the configuration says of the sensors. */
 static void rounding_by_a_bus_is_no_misfit(void **unused) {
@@ -688,6 +710,7 @@ int main(void) {
                                        cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation),
                                        cmocka_unit_test(sensors_within_their_tolerances_are_in_the_stated_deviation),
                                        cmocka_unit_test(a_wrong_gain_is_found),
+                                       cmocka_unit_test(a_known_weight_finds_the_gain_that_all_pressures_have_in_common),
                                        cmocka_unit_test(rounding_by_a_bus_is_no_misfit)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -34,14 +34,19 @@ enum {
     UNKNOWN_BASIS = UNKNOWN_SYSTEMATIC + SYSTEMATICS,
     UNKNOWNS = UNKNOWN_BASIS + BASIS_SIZE * LEGS
 };
+/* Measurements of systematic errors apart from any motion (calibration.h): a known weight, and each
+ * leg on its stop. */
+enum { CALIBRATION_WEIGHT, CALIBRATION_STOP, CALIBRATIONS = CALIBRATION_STOP + LEGS };
 /* Errors that all logs of a machine share: the systematic errors, the departure of the matrix from
- * its prior (payload_prior()), the scales of pressures and of lengths, attenuation. */
+ * its prior (payload_prior()), the scales of pressures and of lengths, attenuation, and the errors
+ * of calibrations. */
 enum { GAIN_SCALES = 2 };
 enum {
     COMMON_MATRIX = SYSTEMATICS,
     COMMON_SCALE = COMMON_MATRIX + MATRIX_ENTRIES,
     COMMON_ATTENUATION = COMMON_SCALE + GAIN_SCALES,
-    COMMON
+    COMMON_CALIBRATION,
+    COMMON = COMMON_CALIBRATION + CALIBRATIONS
 };
 
 struct equations {
@@ -84,6 +89,8 @@ struct estimate {
     double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */
     double common[COMMON][UNKNOWN_BASIS];        /* change of `value` by each shared error of one
                                                   * standard deviation */
+    double surprise[CALIBRATIONS]; /* what each calibration read more than motion and priors told,
+                                    * in standard deviations of the difference; 0: there was none */
 };
 
 /* Row and column of the matrix, from 0, with row <= column, for an unknown that is a matrix

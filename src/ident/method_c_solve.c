@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "calibration.h"
 #include "kinematics.h"
 #include "lin.h"
 #include "nominal.h"
@@ -82,6 +83,8 @@ bool method_c_found(const struct systematic_found *error) { return error->prior 
 
 static int cause_of(int common) {
     if (common < SYSTEMATICS) return (int)systematic_family(common);
+    if (common >= COMMON_CALIBRATION + CALIBRATION_STOP) return FAMILY_LENGTH_ZEROS;
+    if (common == COMMON_CALIBRATION + CALIBRATION_WEIGHT) return FAMILY_PRESSURE_GAINS;
     return common < COMMON_ATTENUATION ? CAUSE_LEGS : CAUSE_ATTENUATION;
 }
 
@@ -115,7 +118,9 @@ static struct payload payload_of(const struct estimate *e, double nominal[DOFS][
 static bool solve(const struct equations *e, const struct params *configured, const struct kinematics *k, double rigidity,
                   struct estimate *estimate) {
     double prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
-    return payload_prior(configured, k, rigidity, prior) && equations_solve(e, prior, estimate);
+    bool solved = payload_prior(configured, k, rigidity, prior) && equations_solve(e, prior, estimate);
+    if (solved) calibration_apply(configured, k, estimate);
+    return solved;
 }
 
 int method_c_solve(const struct equations *e, const struct params *configured, struct estimate *estimate, struct method_c *result,

@@ -137,7 +137,25 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     }
 }
 
-static check *const checks[] = {check_systematic, check_fit, check_body, check_one_body, check_definite, check_friction};
+/* What a calibration read is what motion and priors let expect. */
+static void check_calibration(const struct method_c_findings *f, double level, struct verdict *v) {
+    for (int i = 0; i < CALIBRATIONS; i++) {
+        double z = f->estimate->surprise[i];
+        if (!(2.0 * above(fabs(z)) * CALIBRATIONS < level)) continue;
+        if (i == CALIBRATION_WEIGHT)
+            verdict_add(v, VERDICT_FAIL,
+                        "the known weight reads %.1f standard deviations too %s for model.tolerance.pressure_gain: check the weight, "
+                        "payload.gravity_mps2 and actuator's diameters, then the gains that all pressures have in common",
+                        fabs(z), z > 0.0 ? "much" : "little");
+        else
+            verdict_add(v, VERDICT_FAIL,
+                        "leg %d at rest reads %.1f standard deviations too %s for actuator.retracted_m and model.tolerance.length_zero_m: "
+                        "is it on its lower stop then? If it is, correct its zero",
+                        i - CALIBRATION_STOP + 1, fabs(z), z > 0.0 ? "much" : "little");
+    }
+}
+
+static check *const checks[] = {check_calibration, check_systematic, check_fit, check_body, check_one_body, check_definite, check_friction};
 enum { CHECKS = sizeof checks / sizeof *checks };
 
 struct verdict method_c_verdict(const struct method_c_findings *f) {

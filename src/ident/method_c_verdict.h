@@ -5,6 +5,8 @@
  *   fit        residuals of the rows, whose noise is estimated from the cycles: Student's t
  *   systematic no systematic error of sensors and drawing is further from zero than its prior
  *              allows: two-sided normal tests
+ *   calibration a known weight and legs on their stops read what motion and priors let expect:
+ *              two-sided normal tests
  *   body       the squared distance of the payload from the nearest body of positive density is at
  *              most that from the true one, a chi-square of ten degrees of freedom
  *   one body   the matrix without its legs is that of one rigid body: chi-square, 21 - 10
