@@ -117,6 +117,8 @@ static void count_refused(struct analysis *a, const struct cycle *c) {
 
 bool analysis_take(struct analysis *a, const struct cycle *c) {
     record(a, c);
+    rest_take(&a->rest, c);
+    weighing_take(&a->weighing, c);
     if (c->test >= 0 && c->dof != DOF_NONE) a->seen[c->dof] = true;
     if (a->cycles && c->seq > a->last.seq) a->lost = add_saturated(a->lost, cycles_between(a->last.seq, c->seq));
     a->last = *c;
@@ -136,10 +138,24 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
 
 bool analysis_end(struct analysis *a) { return ident_end(&a->ident); }
 
+static void solve_method_c(struct analysis *a) {
+    struct identification *r = &a->ident.result;
+    method_c_solve(&a->equations, &a->calibrated, &a->estimate, &r->method_c, &r->no_method_c);
+}
+
+void analysis_weigh(struct analysis *a, const struct weighing_found *found) {
+    a->ident.result.weighed = *found;
+    weighing_note(found, &a->calibrated);
+    solve_method_c(a);
+}
+
 void analysis_identify(struct analysis *a) {
     struct identification *r = &a->ident.result;
     struct error *e = &r->no_method_c;
     struct error rest = a->unrecorded;
+    r->rest = rest_find(&a->rest, a->params);
+    a->calibrated = *a->params;
+    rest_note_stops(&r->rest, &a->calibrated);
     drop_incomplete(a);
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
@@ -149,8 +165,7 @@ void analysis_identify(struct analysis *a) {
     if (rest.status && a->parts.all) recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
-    if (!parts_sum(&a->parts, a->params, &a->equations, &r->over_time, e))
-        method_c_solve(&a->equations, a->params, &a->estimate, &r->method_c, e);
+    if (!parts_sum(&a->parts, &a->calibrated, &a->equations, &r->over_time, e)) solve_method_c(a);
 }
 
 struct loop_statistics analysis_statistics(const struct analysis *a) {

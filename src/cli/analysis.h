@@ -11,6 +11,7 @@
 #include "method_c_verdict.h"
 #include "motion_result.h"
 #include "output.h"
+#include "params.h"
 #include "parts.h"
 #include "verdict.h"
 
@@ -18,6 +19,10 @@ struct analysis {
     const struct params *params;
     struct ident ident;
     struct motion_result motion;
+    struct rest rest;
+    struct weighing weighing;       /* zeroed: nothing is weighed */
+    struct params calibrated;       /* the configuration with what was found about the sensors, with
+                                     * which method C is solved */
     struct histogram wake, exec;
     struct cycle last;
     char fault[FAULT_LINE_SIZE];    /* text of the last cycle's fault from a log's event; "": none
@@ -63,6 +68,9 @@ void analysis_identify(struct analysis *a);
 /* Copies the recording of complete tests and of motions, without closed parts, for an estimate
  * during the run. Returns -3 without memory; `copy` must be freed even then. */
 int analysis_copy(const struct analysis *a, struct recording *copy, struct error *error);
+
+/* Takes a known weight's reading, and solves method C's equations again with it. */
+void analysis_weigh(struct analysis *a, const struct weighing_found *found);
 
 struct loop_statistics analysis_statistics(const struct analysis *a);
 

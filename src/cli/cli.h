@@ -33,6 +33,8 @@ struct options {
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, refusals, keys, survey, verbose, all, once, json_lines;
     double latency_s; /* duration of the measurement of wake-ups; negative: not given */
+    /* value of --weight, and its standard deviation; 0: not given */
+    double weight_kg, weight_std_kg;
     double std_pct; /* standard deviation wanted of a survey's proposals; 0: not given */
     bool rt_given, pose_given;
     double pose[DOFS]; /* value of --pose: x y z phi theta psi */

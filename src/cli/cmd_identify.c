@@ -3,6 +3,7 @@
 
 #include "cli.h"
 #include "combination.h"
+#include "config.h"
 #include "log_analysis.h"
 #include "log_set.h"
 #include "outputs.h"
@@ -20,13 +21,36 @@ static FILE *out_of(const struct options *o) { return o->json && !strcmp(o->json
 
 static int exit_status(const struct verdict *v) { return v->status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED; }
 
-static int one_log(const struct options *o, struct log_analysis *i, struct output *json, struct error *error) {
+/* Weighs a known weight by two logs, without and with it: i[0] is identified with what that says
+ * about the sensors. */
+static int weigh(const struct options *o, struct log_analysis *i, struct error *error) {
+    static const char *const machine[] = {"mechanism", "geometry", "actuator", NULL};
+    struct config_difference d;
+    struct weighing_found found;
+    int status = log_set_new(1, o->operand, error);
+    if (!status) status = identify(o, o->operand[1], &i[1], error);
+    if (!status && config_difference(&i[0].params, &i[1].params, machine, &d))
+        status = error_set(error, STATUS_USAGE, "%.100s: is of another machine than %.100s: %s is %.60s there", o->operand[0],
+                           o->operand[1], d.key, d.b);
+    if (!status)
+        status = weighing_find(&i[0].analysis.weighing, &i[1].analysis.weighing, &i[0].params, o->weight_kg, o->weight_std_kg, &found,
+                               error);
+    if (status) return status;
+    analysis_weigh(&i[0].analysis, &found);
+    i[0].verdicts = analysis_verdicts(&i[0].analysis);
+    return STATUS_OK;
+}
+
+/* One log, and with --weight a second one of the same machine that is only weighed. */
+static int one_log(const struct options *o, struct log_analysis *i, struct output *json, struct output *config, struct error *error) {
     struct method_c *found = &i->analysis.ident.result.method_c;
     int status = identify(o, o->operand[0], i, error);
+    if (!status && o->weight_kg > 0.0) status = weigh(o, i, error);
     if (!status && o->pose_given) status = method_c_at_pose(found, &i->params, o->pose, error);
     if (status) return status;
     analysis_print(&i->analysis, &i->verdicts, false, out_of(o));
     status = output_made(json, analysis_json(&i->analysis, &i->verdicts), error);
+    if (!status && o->output) status = output_made(config, config_text(&i->analysis.calibrated), error);
     return status ? status : exit_status(&i->verdicts.run);
 }
 
@@ -55,11 +79,11 @@ static int combine(struct combination *c, const struct log_analysis *i, struct e
         log[l] = (struct agreement_log){
             .equations = &i[l].analysis.equations, .estimate = &i[l].analysis.estimate, .result = &i[l].analysis.ident.result.method_c};
     }
-    if (!status) status = method_c_solve(sum, &i[0].params, all, &c->all, error);
+    if (!status) status = method_c_solve(sum, &i[0].analysis.calibrated, all, &c->all, error);
     if (!status)
         c->method_c = method_c_verdict(&(struct method_c_findings){
             .result = &c->all, .equations = sum, .estimate = all, .nominal = i[0].analysis.ident.result.nominal_mt});
-    if (!status) status = agreement_find(c->logs, log, &i[0].params, &c->agreement, error);
+    if (!status) status = agreement_find(c->logs, log, &i[0].analysis.calibrated, &c->agreement, error);
     free(sum), free(all);
     return status;
 }
@@ -83,14 +107,17 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
 
 int cmd_identify(int argc, char **argv) {
     struct options o;
-    struct output json;
+    struct output json, config;
     struct error error;
-    int status = options_parse(&o, argc, argv, "cSjPU", OPERANDS_MAX, &error);
+    int status = options_parse(&o, argc, argv, "cSjPUwo", OPERANDS_MAX, &error);
     if (!status && !o.operands) status = error_set(&error, STATUS_USAGE, "identify: name a log; see `hexid identify --help`");
-    if (!status) status = outputs_open(&o, NULL, OUTPUTS_NONE, &json, NULL, &error);
+    bool several = o.operands > 1 && !(o.weight_kg > 0.0);
+    if (!status && several && o.output)
+        status = error_set(&error, STATUS_USAGE, "identify: -o takes what one log found about its sensors, or two with --weight");
+    if (!status) status = outputs_open(&o, NULL, o.output ? OUTPUTS_PAGE : OUTPUTS_NONE, &json, &config, &error);
     struct log_analysis *i = status ? NULL : calloc((size_t)o.operands, sizeof *i);
     if (!status && !i) status = error_set(&error, STATUS_IO, "out of memory");
-    if (!status) status = o.operands > 1 ? several_logs(&o, i, &json, &error) : one_log(&o, i, &json, &error);
+    if (!status) status = several ? several_logs(&o, i, &json, &error) : one_log(&o, i, &json, &config, &error);
     free(i);
     return status < 0 ? cli_fail(&error) : status;
 }

@@ -79,12 +79,16 @@ static const struct subcommand subcommands[] = {
     {"check", "DIR|CSV|LOG [LOG ...] [--run N] [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...] [-o PAGE.html] [--json FILE]",
      "look at a recording: sampling, pieces in time, channels, and whether gap and identify would take it", check_options,
      "hexid check a.lcm -o a.html", cmd_check},
-    {"identify", "LOG [LOG ...] [--run N] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--json FILE]",
+    {"identify",
+     "LOG [LOG ...] [--run N] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--weight KG[,STD]] [-o FILE]\n"
+     "           [--json FILE]",
      "identify from a recorded log, or from several of one machine",
      "  LOG              of `hexid run` or `hexid import`; up to sixteen of one machine are combined, and compared\n"
      "  --run N          of a log that holds several runs of the daemon: take this one\n"
      "  -c FILE          configuration; without it the log's own\n" SET
      "  --pose LIST      the matrix in this pose, too, m and rad: from the payload found and the legs as configured\n"
+     "  --weight KG[,STD] two logs, without and with this weight on the platform: what it reads calibrates the first one's forces\n"
+     "  -o FILE          the configuration with what was found about the sensors, for -c of later runs and logs\n"
      "  --json FILE      result, schema hexid.identification/1; - for standard output\n",
      "hexid identify a.lcm --json a.json", cmd_identify},
     {"report", "LOG [LOG ...] -o PAGE.html [--run N] [-c FILE] [--set KEY=VALUE ...]",

@@ -31,6 +31,7 @@ static int read_events(struct log_analysis *l, const struct options *o, const ch
     int status = read_params(o, path, &event, &l->params, error);
     if (!status) status = analysis_init(&l->analysis, &l->params, error);
     if (status) return status;
+    if (o->weight_kg > 0.0) weighing_init(&l->analysis.weighing, &l->params);
     bool overruled = options_sets(o, "tests.frequency_hz");
     const struct test_params configured = l->params.tests;
     do {

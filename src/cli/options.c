@@ -53,6 +53,7 @@ static const struct option long_options[] = {
     {"verbose", no_argument, NULL, 'B'},
     {"all", no_argument, NULL, 'A'},
     {"pose", required_argument, NULL, 'P'},
+    {"weight", required_argument, NULL, 'w'},
     {"latency", required_argument, NULL, 'L'},
     {"http", required_argument, NULL, 'h'},
     {"machine", required_argument, NULL, 'N'},
@@ -178,6 +179,26 @@ static int set_latency(struct options *o, const char *text, struct error *error)
     return STATUS_OK;
 }
 
+/* Takes "KG" or "KG,STD". */
+static int set_weight(struct options *o, const char *text, struct error *error) {
+    /* known: standard deviation of a weight, relative, if none is given */
+    static const double most_kg = 1e5, known = 1e-3;
+    char *end;
+    o->weight_kg = strtod(text, &end);
+    bool good = end != text && o->weight_kg > 0.0 && o->weight_kg <= most_kg;
+    o->weight_std_kg = known * o->weight_kg;
+    if (good && *end == ',') {
+        const char *at = end + 1;
+        o->weight_std_kg = strtod(at, &end);
+        good = end != at && o->weight_std_kg >= 0.0 && o->weight_std_kg < o->weight_kg;
+    }
+    if (!good || *end)
+        return error_set(error, STATUS_USAGE,
+                         "--weight %.40s: the mass in kg, up to %g, and where it is known its standard deviation, as 100 or 100,0.05", text,
+                         most_kg);
+    return STATUS_OK;
+}
+
 static int set_pose(struct options *o, const char *text, struct error *error) {
     static const double most = 30.0; /* largest coordinate of a pose, m or rad */
     const char *at = text;
@@ -220,6 +241,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'J': o->json_lines = true; return STATUS_OK;
     case 'd': return set_std(o, value, error);
     case 'P': return set_pose(o, value, error);
+    case 'w': return set_weight(o, value, error);
     case 'L': return set_latency(o, value, error);
     case 'U': return set_run(o, value, error);
     case 'r': return set_rt(o, value, error);
@@ -281,6 +303,8 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         return error_set(error, STATUS_USAGE, "--survey and --trajectory: one of them; a survey has its own motion");
     if (o->run && o->operands + o->measured_count != 1)
         return error_set(error, STATUS_USAGE, "--run: it says which run of a log is taken, so name one log");
+    if (o->weight_kg > 0.0 && o->operands != 2)
+        return error_set(error, STATUS_USAGE, "--weight: name two logs, without the weight and with it");
     if (o->std_pct > 0.0 && !o->survey)
         return error_set(error, STATUS_USAGE, "--std: the deviation that a test is proposed for; needs --survey");
     return STATUS_OK;

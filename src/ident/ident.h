@@ -17,6 +17,8 @@
 #include "method_c.h"
 #include "methods.h"
 #include "nominal.h"
+#include "rest.h"
+#include "weighing.h"
 
 struct identification {
     int tests;                    /* number of results in `test` */
@@ -27,6 +29,8 @@ struct identification {
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
     struct error no_method_c;     /* why method C was not evaluated */
+    struct rest_found rest;       /* readings at rest before the supply came on */
+    struct weighing_found weighed;/* a known weight's reading, of two logs */
     /* Number of parts of a long motion, and of those without a result; 0 if the motion was
      * evaluated as a whole. */
     int parts, parts_left_out;

@@ -143,6 +143,23 @@ json_t *report_agreement(const struct agreement *a) {
                      report_number(a->chi_square), "degrees", a->degrees, "probability", report_number(a->probability));
 }
 
+/* Adds readings at rest and of a known weight; a log without them has none. */
+static json_t *with_calibration(json_t *root, const struct identification *id) {
+    const struct rest_found *r = &id->rest;
+    const struct weighing_found *w = &id->weighed;
+    if (r->samples >= REST_LEAST)
+        root = report_set(root, "rest",
+                          json_pack("{sI so so so so so}", "samples", (json_int_t)r->samples, "length_m", report_vector(r->length_m, LEGS),
+                                    "p1_zero_pa", report_vector(r->zero_pa[0], LEGS), "p1_zero_std_pa",
+                                    report_vector(r->zero_std_pa[0], LEGS), "p2_zero_pa", report_vector(r->zero_pa[1], LEGS),
+                                    "p2_zero_std_pa", report_vector(r->zero_std_pa[1], LEGS)));
+    if (!(w->stated_kg > 0.0)) return root;
+    return report_set(root, "weight",
+                      json_pack("{so so so si so so}", "stated_kg", report_number(w->stated_kg), "reading_kg", report_number(w->reading_kg),
+                                "std_kg", report_number(w->std_kg), "tests", w->tests, "p1_shares", report_vector(w->share[0], LEGS),
+                                "p2_shares", report_vector(w->share[1], LEGS)));
+}
+
 /* Adds the parts of a long motion; other motions have none. */
 static json_t *with_parts(json_t *root, const struct identification *id) {
     if (!id->parts) return root;
@@ -166,7 +183,7 @@ json_t *report_identification(const struct identification *id, const struct verd
         quantiles(loop->exec_us, loop->timed), "pace", loop->timed ? report_number(loop->pace) : json_null(), "stalls",
         loop->timed ? json_integer(loop->stalls) : json_null(), "longest_stall_s",
         loop->timed ? report_number(loop->longest_stall_s) : json_null(), "verdict", report_verdict(&verdicts->run));
-    return with_parts(root, id);
+    return with_calibration(with_parts(root, id), id);
 }
 
 char *report_text(json_t *root) {

@@ -90,6 +90,24 @@ static void print_systematic(FILE *out, const struct method_c *c) {
     fprintf(out, "%s", before[0] == ';' ? "\n" : "");
 }
 
+/* Prints the zeros that the pressures show at rest: the largest of them, and how well it is
+ * known. */
+static void print_rest(FILE *out, const struct rest_found *r) {
+    int most[2] = {0, 0};
+    if (r->samples < REST_LEAST) return;
+    for (int side = 0; side < 2; side++)
+        for (int k = 0; k < LEGS; k++)
+            if (fabs(r->zero_pa[side][k]) > fabs(r->zero_pa[most[0]][most[1]])) most[0] = side, most[1] = k;
+    fprintf(out, "at rest   before the supply came on, %lld samples: zeros of the pressures at most %+.1f kPa, std %.1f (P%d, leg %d)\n",
+            (long long)r->samples, 1e-3 * r->zero_pa[most[0]][most[1]], 1e-3 * r->zero_std_pa[most[0]][most[1]], most[0] + 1, most[1] + 1);
+}
+
+static void print_weighed(FILE *out, const struct weighing_found *w) {
+    if (!(w->stated_kg > 0.0)) return;
+    fprintf(out, "weight    %g kg read %.2f kg, std %.2f, mean of %d tests: %+.2f %%\n", w->stated_kg, w->reading_kg, w->std_kg, w->tests,
+            100.0 * (w->reading_kg / w->stated_kg - 1.0));
+}
+
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
     int decimals = identification_decimals(m);
     double least = 0.5 * pow(10.0, -decimals); /* smaller values are printed as 0, without a sign */
@@ -196,6 +214,8 @@ static void print_method_c(FILE *out, const struct identification *id) {
     }
     if (c->payload.evaluated) print_payload(out, &c->payload);
     print_systematic(out, c);
+    print_rest(out, &id->rest);
+    print_weighed(out, &id->weighed);
     fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");
     print_matrix(out, c->matrix.mt);
     fprintf(out, "nominal Mt, from the configuration\n");

@@ -1,0 +1,146 @@
+#include "weighing.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "numeric.h"
+#include "params.h"
+
+static const double STEP_M = 1e-5; /* step of difference quotients of the geometry: well above
+                                    * rounding, and far below what bends the kinematics */
+static const double LIKELY = 0.2;  /* greatest relative error that sensors may have */
+
+void weighing_init(struct weighing *w, const struct params *params) {
+    *w = (struct weighing){.on = true, .area = cylinder_areas(&params->actuator)};
+    kinematics_place(&w->kinematics, params);
+}
+
+/* Sums of this test, begun anew if it is not the one under way. NULL: there is no room. */
+static struct weighing_test *place(struct weighing *w, const struct cycle *c) {
+    int i = 0;
+    while (i < w->tests && (w->test[i].test != c->test || w->test[i].dof != c->dof)) i++;
+    if (i == WEIGHING_TESTS) return NULL;
+    if (i == w->tests) w->test[w->tests++] = (struct weighing_test){.test = c->test, .dof = c->dof};
+    return &w->test[i];
+}
+
+/* A leg's share of the lift for each unit of its force. */
+static bool lifts(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS], double lift[LEGS]) {
+    double j[LEGS][DOFS];
+    if (!fk_solve(k, length_m, pose).converged) return false;
+    ik_jacobian(k, pose, j);
+    for (int i = 0; i < LEGS; i++) lift[i] = -j[i][DOF_Z];
+    return true;
+}
+
+void weighing_take(struct weighing *w, const struct cycle *c) {
+    double lift[LEGS], sum = 0.0;
+    if (!w->on) return;
+    bool begins = c->test >= 0 && (c->phase == PHASE_SETTLE || c->phase == PHASE_RAMP_IN);
+    bool evaluated = c->test >= 0 && (c->phase == PHASE_EVALUATE || c->dof == DOF_NONE) && !c->in.flags;
+    struct weighing_test *t = begins || evaluated ? place(w, c) : NULL;
+    if (t && begins) *t = (struct weighing_test){.test = c->test, .dof = c->dof};
+    for (int k = 0; k < LEGS; k++) sum += c->in.p1_pa[k] + c->in.p2_pa[k] + c->in.length_m[k];
+    if (!t || begins || !isfinite(sum) || !lifts(&w->kinematics, c->in.length_m, w->pose, lift)) return;
+    t->samples++;
+    for (int k = 0; k < LEGS; k++) {
+        t->lift_n[0][k] += lift[k] * w->area.a1_m2[k] * c->in.p1_pa[k];
+        t->lift_n[1][k] += lift[k] * w->area.a2_m2[k] * c->in.p2_pa[k];
+        t->length_m[k] += c->in.length_m[k];
+    }
+}
+
+static const struct weighing_test *same_test(const struct weighing *w, const struct weighing_test *t) {
+    for (const struct weighing_test *u = w->test; u < w->test + w->tests; u++)
+        if (u->dof == t->dof && u->test == t->test && u->samples) return u;
+    return NULL;
+}
+
+/* Sums of the tests that are in both recordings. */
+struct difference {
+    int tests;
+    double kg, square_kg;             /* of the readings, and of their squares */
+    double lift_n[2][LEGS], length_m[LEGS];
+};
+
+static void subtract(const struct weighing *without, const struct weighing *with, double gravity_mps2, struct difference *d) {
+    *d = (struct difference){0};
+    for (const struct weighing_test *t = without->test; t < without->test + without->tests; t++) {
+        const struct weighing_test *u = t->samples ? same_test(with, t) : NULL;
+        double kg = 0.0;
+        if (!u) continue;
+        for (int k = 0; k < LEGS; k++) {
+            double side_n[2];
+            for (int s = 0; s < 2; s++) {
+                side_n[s] = u->lift_n[s][k] / (double)u->samples - t->lift_n[s][k] / (double)t->samples;
+                d->lift_n[s][k] += side_n[s];
+            }
+            d->length_m[k] += t->length_m[k] / (double)t->samples;
+            kg += (side_n[0] - side_n[1]) / gravity_mps2;
+        }
+        d->tests++, d->kg += kg, d->square_kg += square(kg);
+    }
+}
+
+/* Change of the reading, N for a metre of another length or coordinate of a joint. */
+static double turned(struct kinematics *k, const double length_m[LEGS], double *changed, const double force_n[LEGS],
+                     const double lift[LEGS]) {
+    double before = *changed, pose[DOFS] = {0}, other[LEGS], sum = 0.0;
+    *changed = before + STEP_M;
+    bool found = lifts(k, length_m, pose, other);
+    *changed = before;
+    for (int i = 0; i < LEGS && found; i++) sum += force_n[i] * (other[i] - lift[i]) / STEP_M;
+    return sum;
+}
+
+/* Variance of the reading, N^2, by what is not known of the lengths' zeros and the joints. */
+static double geometry_variance(const struct params *params, const double length_m[LEGS], double lift_n[2][LEGS]) {
+    const struct tolerance_params *t = &params->model.tolerance;
+    struct kinematics k;
+    double length[LEGS], pose[DOFS] = {0}, lift[LEGS], force_n[LEGS], variance = 0.0;
+    kinematics_place(&k, params);
+    memcpy(length, length_m, sizeof length);
+    if (!lifts(&k, length, pose, lift)) return 0.0;
+    for (int i = 0; i < LEGS; i++) force_n[i] = (lift_n[0][i] - lift_n[1][i]) / lift[i];
+    for (int i = 0; i < LEGS; i++) {
+        variance += square(t->length_zero_m * turned(&k, length, &length[i], force_n, lift));
+        for (int axis = 0; axis < 3; axis++) {
+            variance += square(t->joints_m) / 3.0 * square(turned(&k, length, &k.upper[i][axis], force_n, lift));
+            variance += square(t->joints_m) / 3.0 * square(turned(&k, length, &k.lower[i][axis], force_n, lift));
+        }
+    }
+    return variance;
+}
+
+int weighing_find(const struct weighing *without, const struct weighing *with, const struct params *params, double weight_kg, double std_kg,
+                  struct weighing_found *found, struct error *error) {
+    double gravity = params->payload.gravity_mps2, length_m[LEGS], lift_n[2][LEGS];
+    struct difference d;
+    subtract(without, with, gravity, &d);
+    if (d.tests < WEIGHING_LEAST || !(gravity > 0.0))
+        return error_set(error, STATUS_USAGE, "--weight: %d tests are complete in both logs, and it takes %d: record the same tests twice",
+                         d.tests, WEIGHING_LEAST);
+    double n = d.tests, scatter = fmax(d.square_kg - square(d.kg) / n, 0.0) / (n - 1.0);
+    *found = (struct weighing_found){.stated_kg = weight_kg, .reading_kg = d.kg / n, .tests = d.tests};
+    for (int k = 0; k < LEGS; k++) {
+        length_m[k] = d.length_m[k] / n;
+        for (int s = 0; s < 2; s++) lift_n[s][k] = d.lift_n[s][k] / n;
+        for (int s = 0; s < 2; s++) found->share[s][k] = (s ? -1.0 : 1.0) * lift_n[s][k] / (gravity * weight_kg);
+    }
+    if (!(fabs(found->reading_kg / weight_kg - 1.0) < LIKELY))
+        return error_set(error, STATUS_USAGE,
+                         "--weight %g: the legs carry %.4g kg more in the second log than in the first: name the log without the weight "
+                         "first, then the one with it, and its mass in kg",
+                         weight_kg, found->reading_kg);
+    /* Student's t of n - 1 degrees of freedom has the variance (n - 1) / (n - 3). */
+    double student = scatter / n * (n - 1.0) / (n - 3.0);
+    found->std_kg = sqrt(student + geometry_variance(params, length_m, lift_n) / square(gravity) + square(std_kg));
+    return STATUS_OK;
+}
+
+void weighing_note(const struct weighing_found *found, struct params *params) {
+    memcpy(params->found.weight_p1, found->share[0], sizeof found->share[0]);
+    memcpy(params->found.weight_p2, found->share[1], sizeof found->share[1]);
+    params->found.weight_error = found->reading_kg / found->stated_kg - 1.0;
+    params->found.weight_std = found->std_kg / found->stated_kg;
+}

@@ -1,0 +1,63 @@
+/* A known weight on the platform, weighed by the legs: the mean vertical force of the same tests
+ * without and with it. Inertia, viscous friction and dry friction are the same in both, and so are
+ * zeros of the pressures: they are not in the difference. What is, beside the weight, are the gains
+ * of the pressures:
+ *
+ *   m = -sum over legs of n_z (A1 dP1 - A2 dP2) / g,      n the leg's direction, z down
+ *
+ * where d is the difference of the means over a test. With the weight M the reading is off by
+ * m / M - 1 = sum of (h1 g1 + h2 g2), h1 = -n_z A1 dP1 / (g M), h2 = n_z A2 dP2 / (g M), for gains
+ * 1 + g1 and 1 + g2. Each test is a weighing of its own; their scatter gives the deviation, by
+ * Student's distribution. Zeros of lengths and errors of joints, which turn the directions, add to
+ * it. Ordinary threads; no heap. */
+#ifndef HEXID_WEIGHING_H
+#define HEXID_WEIGHING_H
+
+#include "force.h"
+#include "kinematics.h"
+#include "status.h"
+
+enum { WEIGHING_TESTS = 16, WEIGHING_LEAST = 4 }; /* most tests kept; least that give a deviation */
+
+/* Sums over the evaluated part of a test. */
+struct weighing_test {
+    int test;
+    enum dof dof;
+    int64_t samples;
+    double lift_n[2][LEGS]; /* sums of -n_z A P, of the rodless and of the rod side */
+    double length_m[LEGS];
+};
+
+struct weighing {
+    bool on; /* false: cycles are ignored */
+    struct kinematics kinematics;
+    struct cylinder_areas area;
+    double pose[DOFS]; /* last pose, from which the next forward kinematics starts */
+    int tests;
+    struct weighing_test test[WEIGHING_TESTS];
+};
+
+struct weighing_found {
+    double stated_kg;       /* 0: nothing was weighed */
+    double reading_kg, std_kg; /* mean reading, and its deviation without that of the pressures'
+                                * gains */
+    int tests;
+    double share[2][LEGS];  /* h1 and h2 */
+};
+
+/* The machine must have passed kinematics_init(). */
+void weighing_init(struct weighing *w, const struct params *params);
+
+/* Takes a cycle of a log. A zeroed struct ignores all. A test that is repeated replaces the earlier
+ * one. */
+void weighing_take(struct weighing *w, const struct cycle *c);
+
+/* Finds the reading of a weight. std_kg: standard deviation of the weight itself. Returns -2 if
+ * fewer than WEIGHING_LEAST tests are in both logs, or the logs do not differ by such a weight. */
+int weighing_find(const struct weighing *without, const struct weighing *with, const struct params *params, double weight_kg, double std_kg,
+                  struct weighing_found *found, struct error *error);
+
+/* Puts the reading into the section `found`. */
+void weighing_note(const struct weighing_found *found, struct params *params);
+
+#endif

@@ -1,0 +1,36 @@
+#!/bin/bash
+# What a known weight and legs on their stops tell about the sensors: sensors with errors are simulated, their errors found, and the matrix
+# identified with and without that.
+. tests/scenarios/lib
+
+run() { # NAME SEED [OPTION ...]
+    "$hexid" run --fast --seed "$2" --set sim.engine=closed_form --set lcm.url= --log "$work/$1.lcm" "${@:3}" >"$work/said" 2>&1 || [ $? = 1 ]
+}
+identify() { # RESULT OPTION ...
+    "$hexid" identify "${@:2}" --json "$work/$1.json" >"$work/said" 2>&1 || [ $? = 1 ]
+}
+judge() { python3 tests/scenarios/calibration.py "$@"; }
+gains() { echo "--set effects.pressure_sensor_scale.p1=$1 --set effects.pressure_sensor_scale.p2=$1"; }
+
+desktop="-c config/desktop.yaml"
+zeros="effects.position_sensor_offset.offset_m=[1.1e-3,-0.7e-3,0.4e-3,-1.5e-3,0.9e-3,0.2e-3]"
+run stops 1 $desktop && run zeros 2 $desktop --set "$zeros" && identify stops "$work/stops.lcm" && identify alone "$work/zeros.lcm"
+stated=$(judge lengths "$work/stops.json")
+claim "legs on their stops: the zeros of the lengths are found, and masses are known better" \
+    eval 'identify found "$work/zeros.lcm" --set "actuator.retracted_m=$stated" --set actuator.retracted_std_m=2e-4 &&
+          judge zeros "$work/alone.json" "$work/found.json" "$zeros"'
+
+run without 3 $(gains 1.004) && run with 4 $(gains 1.004) --set effects.payload_mass.mass_kg=100 && identify alone "$work/without.lcm"
+claim "a weight of 100 kg: the gain that all pressures have in common is found, and masses are known better" \
+    eval 'identify found "$work/without.lcm" "$work/with.lcm" --weight 100,0.01 -o "$work/machine.yaml" &&
+          judge weight "$work/alone.json" "$work/found.json" 0.004'
+claim "what it found is in the configuration of -o: the same log with it has the same matrix" \
+    eval 'identify again "$work/without.lcm" -c "$work/machine.yaml" && judge same "$work/found.json" "$work/again.json"'
+
+run without 5 $(gains 1.02) && run with 6 $(gains 1.02) --set effects.payload_mass.mass_kg=100
+claim "a gain that is 2 % off in all pressures fails the verdict, by the weight" \
+    eval 'identify found "$work/without.lcm" "$work/with.lcm" --weight 100 && judge fails "$work/found.json" "the known weight reads"'
+refused() { "$hexid" identify "$@" >"$work/said" 2>&1; [ $? = 2 ] && cat "$work/said"; }
+claim "logs in the wrong order are refused" eval 'refused "$work/with.lcm" "$work/without.lcm" --weight 100 | grep -q "without the weight"'
+claim "one log is refused" eval 'refused "$work/without.lcm" --weight 100 | grep -q "name two logs"'
+claim "a mass that is no number is refused" eval 'refused "$work/without.lcm" "$work/with.lcm" --weight 100kg | grep -q "the mass in kg"'

@@ -1,0 +1,171 @@
+/* A known weight is weighed by the legs. The truth is statics at neutral, written here with the
+ * drawing's angles: each leg carries H / L of its force upwards. */
+#include "support.h"
+
+#include "weighing.h"
+
+enum { TESTS = 6, CYCLES = 40 };
+static const double WEIGHT_KG = 80.0, G = 9.80665;
+
+/* The machine and what its sensors make of it. */
+struct scale {
+    struct params params;
+    double length_m, rise; /* length of each leg at neutral, and H / L */
+    double gain[2][LEGS], zero_pa[2][LEGS];
+    double joint_m;        /* leg 1 is read so much too long */
+    double extra_kg[TESTS];/* what a test with the weight carries beside it */
+};
+
+static void scale_init(struct scale *s) {
+    const struct geometry_params *g = &s->params.geometry;
+    memset(s, 0, sizeof *s);
+    config_default(&s->params);
+    s->params.model.tolerance.joints_m = s->params.model.tolerance.length_zero_m = 0.0;
+    double turned = PI / 3.0 - g->upper_half_angle_rad - g->lower_half_angle_rad, a = g->upper_radius_m, b = g->lower_radius_m;
+    s->length_m = sqrt(a * a + b * b - 2.0 * a * b * cos(turned) + g->height_m * g->height_m);
+    s->rise = g->height_m / s->length_m;
+}
+
+/* Makes a cycle in which the legs carry a mass: they share it unequally, and the pressures on the
+ * rod side are other ones in each test. */
+static struct cycle carrying(const struct scale *s, double mass_kg, int test, bool with, uint64_t *seed) {
+    const struct actuator_params *p = &s->params.actuator;
+    struct cycle c = {.test = test, .dof = (enum dof)test, .phase = PHASE_EVALUATE};
+    for (int k = 0; k < LEGS; k++) {
+        double a1 = PI / 4.0 * p->piston_diameter_m[k] * p->piston_diameter_m[k];
+        double a2 = a1 - PI / 4.0 * p->rod_diameter_m[k] * p->rod_diameter_m[k];
+        double share = (1.0 + 0.3 * (k - 2.5) / 2.5) / LEGS, friction_n = 40.0 * k;
+        double p2 = 4e6 + (with ? -2e4 * (k + 1) : 0.0) + 1e5 * test;
+        double p1 = (mass_kg * G * share / s->rise + friction_n + a2 * p2) / a1;
+        double noise_n = 50.0 * random_unit(seed); /* moves both chambers and no force */
+        p1 += noise_n / a1, p2 += noise_n / a2;
+        c.in.p1_pa[k] = (1.0 + s->gain[0][k]) * p1 + s->zero_pa[0][k];
+        c.in.p2_pa[k] = (1.0 + s->gain[1][k]) * p2 + s->zero_pa[1][k];
+        c.in.length_m[k] = s->length_m + (k ? 0.0 : s->joint_m);
+    }
+    return c;
+}
+
+static void record(const struct scale *s, struct weighing *w, double mass_kg, bool with, int tests) {
+    uint64_t seed = 3;
+    weighing_init(w, &s->params);
+    for (int test = 0; test < tests; test++)
+        for (int i = 0; i < CYCLES; i++) {
+            struct cycle c = carrying(s, mass_kg + (with ? WEIGHT_KG + s->extra_kg[test] : 0.0), test, with, &seed);
+            weighing_take(w, &c);
+        }
+}
+
+static struct weighing_found weighed(const struct scale *s) {
+    static struct weighing without, with;
+    struct weighing_found found;
+    struct error error;
+    record(s, &without, 290.0, false, TESTS), record(s, &with, 290.0, true, TESTS);
+    if (weighing_find(&without, &with, &s->params, WEIGHT_KG, 0.0, &found, &error)) fail_msg("%s", error.text);
+    return found;
+}
+
+/* Zeros and dry friction are in both logs. */
+static void a_weight_reads_its_mass_whatever_zeros_and_friction_are(void **unused) {
+    (void)unused;
+    struct scale s;
+    uint64_t seed = 9;
+    scale_init(&s);
+    for (int k = 0; k < LEGS; k++)
+        for (int side = 0; side < 2; side++) s.zero_pa[side][k] = 1e5 * random_unit(&seed);
+    struct weighing_found found = weighed(&s);
+    assert_int_equal(found.tests, TESTS);
+    assert_close(found.reading_kg, WEIGHT_KG, 1e-6);
+    assert_close(found.std_kg, 0.0, 1e-6);
+}
+
+/* Shares are taken from readings, so they are off by the gains themselves: 0.01 of 0.01. */
+static void its_error_is_that_of_the_gains_by_their_shares(void **unused) {
+    (void)unused;
+    struct scale s;
+    uint64_t seed = 11;
+    double expected = 0.0, sum = 0.0;
+    scale_init(&s);
+    for (int k = 0; k < LEGS; k++)
+        for (int side = 0; side < 2; side++) s.gain[side][k] = 0.01 * random_unit(&seed);
+    struct weighing_found found = weighed(&s);
+    for (int k = 0; k < LEGS; k++)
+        for (int side = 0; side < 2; side++) expected += found.share[side][k] * s.gain[side][k], sum += found.share[side][k];
+    assert_true(fabs(expected) > 1e-4);
+    assert_close(found.reading_kg / WEIGHT_KG - 1.0, expected, 2e-4);
+    assert_close(sum, found.reading_kg / WEIGHT_KG, 1e-9);
+    weighing_note(&found, &s.params);
+    assert_close(s.params.found.weight_error, expected, 2e-4);
+}
+
+/* Six readings with a sum of squares of 10 kg^2 about their mean: 10 / 5 / 6 kg^2, times 5 / 3 by
+ * Student's distribution. */
+static void the_tests_scatter_gives_the_deviation(void **unused) {
+    (void)unused;
+    struct scale s;
+    scale_init(&s);
+    s.extra_kg[0] = 2.0, s.extra_kg[1] = -2.0, s.extra_kg[2] = 1.0, s.extra_kg[3] = -1.0;
+    struct weighing_found found = weighed(&s);
+    assert_close(found.reading_kg, WEIGHT_KG, 1e-6);
+    assert_close(found.std_kg, sqrt(10.0 / 5.0 / 6.0 * 5.0 / 3.0), 1e-4);
+}
+
+/* A zero of leg 1 turns all directions; the deviation holds the square of what that does. */
+static void a_zero_of_a_length_is_in_the_deviation(void **unused) {
+    (void)unused;
+    struct scale s;
+    scale_init(&s);
+    s.joint_m = 1e-3;
+    double off = weighed(&s).reading_kg - WEIGHT_KG;
+    s.joint_m = 0.0, s.params.model.tolerance.length_zero_m = 1e-3;
+    double std = weighed(&s).std_kg;
+    print_message("a zero of 1 mm in one length: %.4f kg; in all: std %.4f kg\n", off, std);
+    assert_true(fabs(off) > 1e-3);
+    assert_true(std > fabs(off));
+    assert_below(std, 6.0 * fabs(off));
+}
+
+static void logs_in_the_wrong_order_and_few_tests_are_refused(void **unused) {
+    (void)unused;
+    static struct weighing without, with, short_one;
+    struct weighing_found found;
+    struct error error;
+    struct scale s;
+    scale_init(&s);
+    record(&s, &without, 290.0, false, TESTS), record(&s, &with, 290.0, true, TESTS);
+    record(&s, &short_one, 290.0, true, WEIGHING_LEAST - 1);
+    assert_int_equal(weighing_find(&with, &without, &s.params, WEIGHT_KG, 0.0, &found, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "without the weight"));
+    assert_int_equal(weighing_find(&without, &short_one, &s.params, WEIGHT_KG, 0.0, &found, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "3 tests"));
+    assert_int_equal(weighing_find(&without, &with, &s.params, 2.0 * WEIGHT_KG, 0.0, &found, &error), STATUS_USAGE);
+}
+
+/* Samples with a flag, and readings that are no numbers, do not count; a test begun anew does. */
+static void a_repeated_test_replaces_the_first(void **unused) {
+    (void)unused;
+    static struct weighing w;
+    struct scale s;
+    uint64_t seed = 1;
+    scale_init(&s);
+    record(&s, &w, 290.0, false, 1);
+    struct cycle c = carrying(&s, 290.0, 0, false, &seed), flagged = c, none = c;
+    flagged.in.flags = SAMPLE_STALE, none.in.p1_pa[3] = (double)NAN;
+    weighing_take(&w, &flagged), weighing_take(&w, &none);
+    assert_int_equal(w.test[0].samples, CYCLES);
+    struct cycle settling = c;
+    settling.phase = PHASE_SETTLE;
+    weighing_take(&w, &settling), weighing_take(&w, &c);
+    assert_int_equal(w.tests, 1);
+    assert_int_equal(w.test[0].samples, 1);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_weight_reads_its_mass_whatever_zeros_and_friction_are),
+                                       cmocka_unit_test(its_error_is_that_of_the_gains_by_their_shares),
+                                       cmocka_unit_test(the_tests_scatter_gives_the_deviation),
+                                       cmocka_unit_test(a_zero_of_a_length_is_in_the_deviation),
+                                       cmocka_unit_test(logs_in_the_wrong_order_and_few_tests_are_refused),
+                                       cmocka_unit_test(a_repeated_test_replaces_the_first)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
