@@ -323,6 +323,21 @@ static void print_gives_status_and_reasons(void **unused) {
     assert_string_equal(text, "verdict   fail\n          first 1\n          second\n          (a note)\n");
 }
 
+/* Friction of one group is off, then an entry of the matrix as well, less far. */
+static void a_machine_that_changes_on_the_way_is_noted_and_a_matrix_that_does_fails(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    struct agreement *a = &r->id.over_time;
+    r->id.method_c.matrix.evaluated = true;
+    *a = (struct agreement){.logs = 4, .evaluated = true, .agree = true};
+    assert_passes(r);
+    a->agree = false;
+    a->deviation[2][UNKNOWN_DRY] = -9.0, a->apart[2][UNKNOWN_DRY] = true;
+    assert_passes_with_a_note(r, "dry leg 1 extending of group 3 of 4 is -9.0 standard deviations");
+    a->deviation[1][0] = 6.0, a->apart[1][0] = true;
+    assert_one_reason(r, VERDICT_FAIL, "Mt11 of group 2 of 4 is +6.0 standard deviations");
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_good_run_passes_without_a_reason),
@@ -342,6 +357,7 @@ int main(void) {
         cmocka_unit_test(entries_that_method_c_leaves_open_in_tests_of_few_axes_are_not_evaluated),
         cmocka_unit_test(an_amplitude_without_a_reference_is_not_judged),
         cmocka_unit_test(reasons_beyond_the_last_place_still_count),
+        cmocka_unit_test(a_machine_that_changes_on_the_way_is_noted_and_a_matrix_that_does_fails),
         cmocka_unit_test(print_gives_status_and_reasons),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

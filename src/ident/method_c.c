@@ -69,6 +69,7 @@ struct work {
     struct friction_course *course;                    /* [tests] */
     double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
     double weight[ROWS][ROWS];                         /* inverse covariance of a test's rows */
+    double more_mass[SYSTEMATICS][LEGS][LEGS]; /* change of leg_mass by an error of 1 */
     double leg_mass[LEGS][LEGS], prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
     double along[DOFS][LEGS];                          /* leg forces of unit wrenches at neutral */
     double x[UNKNOWNS];
@@ -206,29 +207,36 @@ static bool needed_force(const struct work *w, const struct suspect *s, int test
     return true;
 }
 
+/* Finds the rows of the measured force if one error is off those found by so much. Leaves that
+ * machine in w->other. */
+static void measured_off(struct work *w, int test, int error, double by, double row[ROWS]) {
+    double off[SYSTEMATICS];
+    memcpy(off, w->found.error, sizeof off);
+    off[error] += by;
+    suspect_init(w, off, test, &w->other);
+    measured_force(w, &w->other, test, row);
+}
+
 /* Linearises the rows in the systematic errors, about those found so far: each error's column is
  * the change of the needed less the measured force, and the right-hand side is what it would be
  * without errors. Returns false if a machine with such an error cannot move as measured. */
 static bool fill_systematic(struct work *w, int test) {
     struct rows *r = &w->rows;
-    double measured_n[ROWS], needed_n[ROWS], other_n[ROWS], error[SYSTEMATICS];
-    measured_force(w, &w->found, test, measured_n);
+    double needed_n[ROWS], below_n[ROWS], above_n[ROWS];
     if (!needed_force(w, &w->found, test, w->state, needed_n)) return false;
     for (int s = 0; s < SYSTEMATICS; s++) {
         double step = STEP * w->sum->systematic[s], *column = r->column[SYSTEMATIC + s];
         if (!(step > 0.0)) continue;
-        memcpy(error, w->found.error, sizeof error);
-        error[s] += step;
-        suspect_init(w, error, test, &w->other);
+        /* A difference to one side would have a part of the second order, by which the noise that a
+         * skew moves would seem correlated with itself. */
+        measured_off(w, test, s, -step, below_n);
+        measured_off(w, test, s, step, above_n);
+        for (int row = 0; row < r->count; row++) column[row] = (below_n[row] - above_n[row]) / (2.0 * step);
         if (systematic_moves(s)) {
-            if (!needed_force(w, &w->other, test, w->state, other_n)) return false;
-            for (int row = 0; row < r->count; row++) column[row] = (other_n[row] - needed_n[row]) / step;
+            if (!needed_force(w, &w->other, test, w->state, above_n)) return false;
+            for (int row = 0; row < r->count; row++) column[row] += (above_n[row] - needed_n[row]) / step;
         }
-        measured_force(w, &w->other, test, other_n);
-        for (int row = 0; row < r->count; row++) {
-            column[row] -= (other_n[row] - measured_n[row]) / step;
-            r->column[UNKNOWNS][row] += column[row] * w->found.error[s];
-        }
+        for (int row = 0; row < r->count; row++) r->column[UNKNOWNS][row] += column[row] * w->found.error[s];
     }
     return true;
 }
@@ -311,7 +319,8 @@ static void attenuate_lengths(struct work *w, bool pipes, int leg, double varian
             to[c] -= variance * t_km * weighted[k];
         }
     }
-    for (int k = 0; k < LEGS; k++) to[SYSTEMATIC + SYSTEMATIC_LENGTH_GAIN + leg] += variance * w->leg_mass[k][leg] * weighted[k];
+    for (int s = SYSTEMATIC_LENGTH_GAIN; s < SYSTEMATICS; s++)
+        for (int k = 0; k < LEGS; k++) to[SYSTEMATIC + s] -= variance * w->more_mass[s][k][leg] * weighted[k];
 }
 
 /* Adds the attenuation by the noise of one leg's pressures, which a pipe makes larger the faster it
@@ -325,11 +334,22 @@ static void attenuate_pipes(struct work *w, const struct residual_test *t, int a
     to[SYSTEMATIC_PIPE_REST + leg] -= each;
 }
 
+/* Adds the attenuation by the noise of one leg's force, which is the larger, the more lag is
+ * undone: its column is -i w n where the right-hand side has (1 + i w T) n. A skew leaves noise as
+ * it is, and takes up the rest of what a small lag does; so this small pull alone would decide
+ * about both. */
+static void attenuate_lags(struct work *w, const struct residual_test *t, int a, int leg, double force) {
+    const double *found = w->found.error;
+    double pull = square(t->rate[a]) * (found[SYSTEMATIC_LAG] + found[SYSTEMATIC_LAG_REST + leg]) * force;
+    w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_LAG] -= pull;
+    w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_LAG_REST + leg] -= pull;
+}
+
 /* Adds the attenuation of a test: the mean of the noise in the columns times the noise in the
  * right-hand side. The noise n of a leg's acceleration is in the entries' columns, as T_c n, and
- * with the configured mass in the right-hand side, as -L n; it is in the column of a length's
- * gain, as -L n. The noise of a pressure is in its gain's column as in the right-hand side. Call
- * this after accumulate(). */
+ * with the configured mass in the right-hand side, as -L n; it is in the column of an error that
+ * changes the mass along the legs, as dL n: joints, and zeros and gains of lengths. The noise of a
+ * pressure is in its gain's column as in the right-hand side. Call this after accumulate(). */
 static void add_attenuation(struct work *w, const struct residual_test *t) {
     invert(w);
     for (int a = 0; a < t->size; a++)
@@ -343,6 +363,7 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
                               square(t->curve[a]) * square(t->std[CHANNEL_LENGTH][k][a]), weighted);
             w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P1_GAIN + k] += own * square(a1);
             w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P2_GAIN + k] += own * square(a2);
+            attenuate_lags(w, t, a, k, own * (square(a1) + square(a2)));
             attenuate_pipes(w, t, a, k, own * square(a1), own * square(a2));
         }
 }
@@ -371,6 +392,30 @@ static bool find_along(struct work *w, const double neutral_length_m[LEGS]) {
         ok = inverse_dynamics_along_legs(j, w->along[i]);
     }
     return ok;
+}
+
+/* Finds how the errors change the mass along the legs. */
+static bool find_more_mass(struct work *w, const double neutral_length_m[LEGS]) {
+    double std[SYSTEMATICS];
+    struct inverse_dynamics d;
+    struct rigid_legs legs;
+    systematic_priors(w->params, w->data.tests && w->data.test[0].pressures, std);
+    for (int s = SYSTEMATIC_LENGTH_GAIN; s < SYSTEMATICS; s++) {
+        double error[SYSTEMATICS] = {0}, leg[LEGS][3] = {{0}}, j[LEGS][DOFS], acceleration[DOFS], step = STEP * std[s];
+        if (!systematic_moves(s) || !(step > 0.0)) continue;
+        error[s] = step;
+        w->other.machine = *w->params;
+        systematic_joints(error, &w->other.machine);
+        for (int k = 0; k < LEGS; k++) leg[k][0] = neutral_length_m[k] - error[SYSTEMATIC_LENGTH_ZERO + k];
+        inverse_dynamics_init(&d, &w->other.machine, 0.0, 0.0);
+        if (!inverse_dynamics_move(&d, (const double (*)[3])leg, &legs, j, acceleration)) return false;
+        inverse_dynamics_inertia(&d, w->more_mass[s]);
+        for (int k = 0; k < LEGS; k++)
+            for (int l = 0; l < LEGS; l++) w->more_mass[s][k][l] = (w->more_mass[s][k][l] - w->leg_mass[k][l]) / step;
+    }
+    for (int k = 0; k < LEGS; k++)
+        for (int l = 0; l < LEGS; l++) w->more_mass[SYSTEMATIC_LENGTH_GAIN + k][l][k] -= w->leg_mass[l][k];
+    return true;
 }
 
 /* Prepares the ripple of each test's force by held commands, which is small and therefore taken
@@ -477,7 +522,8 @@ int method_c_equations(const struct recording *recording, struct equations *e, s
     if (!status) {
         params_mechanism(params)->leg_mass(params, w->leg_mass);
         status = residual_prepare(&w->data, recording, CYCLES_ALL, error);
-        if (!status && !find_along(w, k.neutral_length_m)) status = error_set(error, STATUS_USAGE, no_pose);
+        if (!status && (!find_along(w, k.neutral_length_m) || !find_more_mass(w, k.neutral_length_m)))
+            status = error_set(error, STATUS_USAGE, no_pose);
         if (!status) status = prepare_tests(w, error);
         for (int i = 0; i < PASSES && !status; i++) status = pass(w, i, error);
         if (!status) find_scales(w), weigh_scatter(e);

@@ -165,12 +165,31 @@ static bool all_determined(const struct method_result *m) {
     return true;
 }
 
+/* Judges whether the groups of a long motion saw the same machine. Friction that changes as seals
+ * warm up is only noted; a matrix that changes is that of no machine. */
+static void check_over_time(const struct agreement *a, struct verdict *v) {
+    bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}}, matrix = false;
+    struct agreement_place worst = {0}, place;
+    char name[EQUATIONS_NAME], text[VERDICT_TEXT];
+    if (!a->evaluated || a->agree) return;
+    for (bool first = true; !matrix && agreement_worst(a, used, &place); first = false) {
+        matrix = place.value < UNKNOWN_VISCOUS && a->apart[place.log][place.value];
+        if (first || matrix) worst = place;
+    }
+    equations_name(worst.value, name);
+    snprintf(text, sizeof text, "the machine changed on the way: %s of group %d of %d is %+.1f standard deviations from the others", name,
+             worst.log + 1, a->logs, a->deviation[worst.log][worst.value]);
+    if (matrix) verdict_add(v, VERDICT_FAIL, "%s", text);
+    else verdict_note(v, "%s", text);
+}
+
 void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts) {
     const struct method_result *c = &id->method_c.matrix;
     bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status, due = any_long_enough(params, id) || !facts->sinusoids;
     v->run.scope = by_c ? of_run_c : facts->sinusoids ? of_run_a : of_motion;
     if (by_c) {
         verdict_join(&v->run, &v->method_c);
+        check_over_time(&id->over_time, &v->run);
         if (facts->sinusoids && !id->method_a.evaluated && !all_determined(c))
             verdict_add(&v->run, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
     } else {
