@@ -17,10 +17,15 @@ static void title(FILE *out, const char *number, const char *words) { html_print
 
 /* --- matrices */
 
-/* The systematic errors that the data found, and the share of each cause in the variance of the
- * diagonal. */
-static void systematic(FILE *out, const struct method_c *c) {
-    fputs("<h3>Sensors and drawing</h3>\n<p>Systematic errors that the data show, because zero is outside of their interval.</p>\n", out);
+/* The systematic errors that the data found. */
+static void systematic_errors(FILE *out, const struct method_c *c) {
+    int found = 0;
+    for (int i = 0; i < SYSTEMATICS; i++) found += method_c_found(&c->systematic[i]);
+    if (!found) {
+        fputs("<p>The data show no systematic error: zero is inside the interval of each.</p>\n", out);
+        return;
+    }
+    fputs("<p>Systematic errors that the data show, because zero is outside of their interval.</p>\n", out);
     html_table(out, NULL, "error|>found|>±|>tolerance, standard deviation|key");
     for (int i = 0; i < SYSTEMATICS; i++) {
         const struct systematic_found *e = &c->systematic[i];
@@ -29,9 +34,15 @@ static void systematic(FILE *out, const struct method_c *c) {
         if (!method_c_found(e)) continue;
         systematic_name(i, name);
         html_row(out, "%s|>%+.3g %s|>%.2g %s|>%.2g %s|model.tolerance.%s", name, words->scale * e->value, words->unit,
-                 1.96 * words->scale * e->std, words->unit, words->scale * e->prior, words->unit, words->key);
+                 REPORT_SURE * words->scale * e->std, words->unit, words->scale * e->prior, words->unit, words->key);
     }
     html_table_end(out);
+}
+
+/* The systematic errors, and the share of each cause in the variance of the diagonal. */
+static void systematic(FILE *out, const struct method_c *c) {
+    fputs("<h3>Sensors and drawing</h3>\n", out);
+    systematic_errors(out, c);
     fputs("<p>Where the width of the intervals comes from: shares of the variance.</p>\n", out);
     html_table(out, NULL, "cause|>mx|>my|>mz|>Ixx|>Iyy|>Izz");
     for (int k = 0; k < CAUSES; k++) {

@@ -252,7 +252,7 @@ static void method(FILE *out, const char *name, const struct method_result *m) {
 }
 
 void table_matrices(FILE *out, const struct identification *id) {
-    fputs("<div class=\"third\">\n", out);
+    fputs("<div class=\"two\">\n", out);
     matrix(out, "Nominal", id->nominal_mt, NULL);
     method(out, "Method C", &id->method_c.matrix);
     method(out, "Method A", &id->method_a);
