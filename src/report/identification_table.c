@@ -98,14 +98,15 @@ static void print_rest(FILE *out, const struct rest_found *r) {
     for (int side = 0; side < 2; side++)
         for (int k = 0; k < LEGS; k++)
             if (fabs(r->zero_pa[side][k]) > fabs(r->zero_pa[most[0]][most[1]])) most[0] = side, most[1] = k;
-    fprintf(out, "at rest   before the supply came on, %lld samples: zeros of the pressures at most %+.1f kPa, std %.1f (P%d, leg %d)\n",
-            (long long)r->samples, 1e-3 * r->zero_pa[most[0]][most[1]], 1e-3 * r->zero_std_pa[most[0]][most[1]], most[0] + 1, most[1] + 1);
+    fprintf(out, "at rest   before the supply came on, %lld samples: largest zero of a pressure: P%d of leg %d, %+.1f +- %.1f kPa\n",
+            (long long)r->samples, most[0] + 1, most[1] + 1, 1e-3 * r->zero_pa[most[0]][most[1]],
+            REPORT_SURE * 1e-3 * r->zero_std_pa[most[0]][most[1]]);
 }
 
 static void print_weighed(FILE *out, const struct weighing_found *w) {
     if (!(w->stated_kg > 0.0)) return;
-    fprintf(out, "weight    %g kg read %.2f kg, std %.2f, mean of %d tests: %+.2f %%\n", w->stated_kg, w->reading_kg, w->std_kg, w->tests,
-            100.0 * (w->reading_kg / w->stated_kg - 1.0));
+    fprintf(out, "weight    %g kg read %.2f +- %.2f kg, %+.2f %%, mean of %d tests\n", w->stated_kg, w->reading_kg, REPORT_SURE * w->std_kg,
+            100.0 * (w->reading_kg / w->stated_kg - 1.0), w->tests);
 }
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
