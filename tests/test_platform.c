@@ -4,6 +4,11 @@
 
 /* ---- the run ---- */
 
+static void door_opens(struct hal_sample *sample, int which) {
+    (void)which;
+    sample->inputs &= ~(uint32_t)INPUT_DOOR;
+}
+
 static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
     (void)unused;
     static const enum state story[] = {STATE_INIT,    STATE_SETTLED, STATE_PRESSURISING, STATE_ENGAGING, STATE_READY,
@@ -32,6 +37,27 @@ static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
     print_message("# largest valve step of a run: %.3f\n", rig.largest_valve_step);
     assert_below(rig.largest_valve_step, 0.2);
     rig_run(&rig, 500); /* and remains there */
+    assert_int_equal(rig.now.state, STATE_SETTLED);
+    plant_destroy(rig.plant);
+}
+
+/* The supply is asked for after motion.rest_s, counted from when the sensors are trusted. A door
+ * that opens meanwhile ends what is automatic. */
+static void an_automatic_run_rests_before_the_supply(void **unused) {
+    (void)unused;
+    struct params params = brisk();
+    params.motion.rest_s = 1.0;
+    struct rig rig;
+    rig_init(&rig, &params);
+    rig_until(&rig, STATE_SETTLED);
+    int64_t settled = rig.cycles;
+    rig_until(&rig, STATE_PRESSURISING);
+    assert_int_equal(rig.cycles - settled, 500);
+    plant_destroy(rig.plant);
+    rig_init(&rig, &params);
+    rig_until(&rig, STATE_SETTLED);
+    rig_spoilt(&rig, door_opens, 0);
+    rig_run(&rig, 2000);
     assert_int_equal(rig.now.state, STATE_SETTLED);
     plant_destroy(rig.plant);
 }
@@ -364,6 +390,7 @@ static void a_move_keeps_its_limits_whatever_duration_is_asked_for(void **unused
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(automatic_run_tests_every_axis_and_ends_put_down),
+        cmocka_unit_test(an_automatic_run_rests_before_the_supply),
         cmocka_unit_test(nothing_moves_without_engage),
         cmocka_unit_test(init_waits_for_the_sensors_and_then_gives_up),
         cmocka_unit_test(a_device_that_is_bad_now_and_then_does_not_hold_init_for_ever),

@@ -10,6 +10,7 @@ struct tolerance_params {         /* tolerances of the model's parameters that h
                                    * deviation as a share of sqrt(M_ii M_jj) */
     double joints_m;              /* tolerance of each coordinate of a joint */
     /* standard deviations of systematic errors (src/residual/systematic.h); gains without unit */
+    double pressure_drift_pa; /* of a zero from one log to the next, standard deviation */
     double pressure_gain, length_gain, length_zero_m, skew_s, pressure_lag_s, pipe_m;
     double springs_n_per_m, springs_nm_per_rad; /* stiffness of hoses and cables, on x, y, z and on
                                                  * the angles */

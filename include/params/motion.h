@@ -10,6 +10,7 @@ struct motion_params {
     double rate_mps, accel_mps2;  /* largest speed and acceleration in a move: of the origin, or of
                                    * the upper joints in a turn */
     double park_z_m;              /* pose z at which the platform is put down; z points down */
+    double rest_s;                /* waiting time at rest before the first engagement */
     double hold_s;                /* waiting time at neutral before the first test */
     bool automatic;               /* engages, tests and parks without commands */
 };

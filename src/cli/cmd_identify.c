@@ -26,15 +26,15 @@ static int exit_status(const struct verdict *v) { return v->status == VERDICT_PA
 static int weigh(const struct options *o, struct log_analysis *i, struct error *error) {
     static const char *const machine[] = {"mechanism", "geometry", "actuator", NULL};
     struct config_difference d;
+    const struct weighing_log log[] = {{&i[0].analysis.weighing, &i[0].analysis.ident.result.rest},
+                                       {&i[1].analysis.weighing, &i[1].analysis.ident.result.rest}};
     struct weighing_found found;
     int status = log_set_new(1, o->operand, error);
     if (!status) status = identify(o, o->operand[1], &i[1], error);
     if (!status && config_difference(&i[0].params, &i[1].params, machine, &d))
         status = error_set(error, STATUS_USAGE, "%.100s: is of another machine than %.100s: %s is %.60s there", o->operand[0],
                            o->operand[1], d.key, d.b);
-    if (!status)
-        status = weighing_find(&i[0].analysis.weighing, &i[1].analysis.weighing, &i[0].params, o->weight_kg, o->weight_std_kg, &found,
-                               error);
+    if (!status) status = weighing_find(&log[0], &log[1], &i[0].params, o->weight_kg, o->weight_std_kg, &found, error);
     if (status) return status;
     analysis_weigh(&i[0].analysis, &found);
     i[0].verdicts = analysis_verdicts(&i[0].analysis);

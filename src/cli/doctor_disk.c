@@ -30,8 +30,8 @@ double log_bytes_per_s(const struct params *params) {
 /* Returns the duration of a run from engaging to parked, without a trajectory's extra time. */
 static double run_s(const struct params *p) {
     const struct test_params *t = &p->tests;
-    return reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + reference_park_s(&p->motion, p->motion.park_s) +
-           tests_count(t) * (t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s);
+    return reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + p->motion.rest_s +
+           reference_park_s(&p->motion, p->motion.park_s) + tests_count(t) * (t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s);
 }
 
 struct finding judge_log_room(const struct doctor *d, const struct disk *k) {

@@ -235,7 +235,8 @@ static enum trigger automatic(struct platform *p) {
     /* SAFETY: closing the last interlock must not start the machine. */
     if (p->supervisor.state == STATE_SETTLED && platform_wrong(p)) p->automatic = false;
     if (!p->automatic) return TRIGGER_NONE;
-    if (p->supervisor.state == STATE_SETTLED) return left ? TRIGGER_ENGAGE : TRIGGER_NONE;
+    bool rested = in_state_s(p) >= p->params->motion.rest_s;
+    if (p->supervisor.state == STATE_SETTLED) return left && rested ? TRIGGER_ENGAGE : TRIGGER_NONE;
     bool held = in_state_s(p) >= p->params->motion.hold_s;
     if (p->supervisor.state != STATE_READY || !held) return TRIGGER_NONE;
     return left ? TRIGGER_START : TRIGGER_PARK;

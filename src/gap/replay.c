@@ -34,6 +34,7 @@ static struct params replay_params(const struct params *model, const struct reco
     p.limits.oscillation_mps2 *= WIDER * WIDER;
     p.sim.engine = ENGINE_CLOSED_FORM;
     p.interlocks = (struct interlock_params){0}; /* the simulated supply is always on */
+    p.motion.rest_s = 0.0;
     return p;
 }
 

@@ -112,11 +112,32 @@ static double geometry_variance(const struct params *params, const double length
     return variance;
 }
 
-int weighing_find(const struct weighing *without, const struct weighing *with, const struct params *params, double weight_kg, double std_kg,
-                  struct weighing_found *found, struct error *error) {
-    double gravity = params->payload.gravity_mps2, length_m[LEGS], lift_n[2][LEGS];
+/* Finds what the zeros' drift between the logs adds to the reading, kg, and the variance of what
+ * the rests leave open. Drift and rest are weighed against each other: without rests the drift
+ * counts as none, within its tolerance. */
+static double drift_kg(const struct weighing_log *without, const struct weighing_log *with, const struct params *params,
+                       const double lift[LEGS], double *variance_kg2) {
+    const struct cylinder_areas *area = &with->sums->area;
+    const struct rest_found *before = without->rest, *after = with->rest;
+    double prior = square(params->model.tolerance.pressure_drift_pa), sum_n = 0.0, variance_n2 = 0.0;
+    bool rested = before->samples >= REST_LEAST && after->samples >= REST_LEAST;
+    for (int s = 0; s < 2; s++)
+        for (int k = 0; k < LEGS && prior > 0.0; k++) {
+            double per_pa = lift[k] * (s ? -area->a2_m2[k] : area->a1_m2[k]);
+            double noise = square(before->zero_std_pa[s][k]) + square(after->zero_std_pa[s][k]);
+            double trust = rested ? prior / (prior + noise) : 0.0;
+            sum_n += per_pa * trust * (after->zero_pa[s][k] - before->zero_pa[s][k]);
+            variance_n2 += square(per_pa) * prior * (1.0 - trust);
+        }
+    *variance_kg2 = variance_n2 / square(params->payload.gravity_mps2);
+    return sum_n / params->payload.gravity_mps2;
+}
+
+int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, double weight_kg,
+                  double std_kg, struct weighing_found *found, struct error *error) {
+    double gravity = params->payload.gravity_mps2, length_m[LEGS], lift_n[2][LEGS], lift[LEGS], pose[DOFS] = {0}, drift_kg2 = 0.0;
     struct difference d;
-    subtract(without, with, gravity, &d);
+    subtract(without->sums, with->sums, gravity, &d);
     if (d.tests < WEIGHING_LEAST || !(gravity > 0.0))
         return error_set(error, STATUS_USAGE, "--weight: %d tests are complete in both logs, and it takes %d: record the same tests twice",
                          d.tests, WEIGHING_LEAST);
@@ -127,6 +148,8 @@ int weighing_find(const struct weighing *without, const struct weighing *with, c
         for (int s = 0; s < 2; s++) lift_n[s][k] = d.lift_n[s][k] / n;
         for (int s = 0; s < 2; s++) found->share[s][k] = (s ? -1.0 : 1.0) * lift_n[s][k] / (gravity * weight_kg);
     }
+    if (lifts(&with->sums->kinematics, length_m, pose, lift)) found->drift_kg = drift_kg(without, with, params, lift, &drift_kg2);
+    found->reading_kg -= found->drift_kg, found->drift_std_kg = sqrt(drift_kg2);
     if (!(fabs(found->reading_kg / weight_kg - 1.0) < LIKELY))
         return error_set(error, STATUS_USAGE,
                          "--weight %g: the legs carry %.4g kg more in the second log than in the first: name the log without the weight "
@@ -134,7 +157,7 @@ int weighing_find(const struct weighing *without, const struct weighing *with, c
                          weight_kg, found->reading_kg);
     /* Student's t of n - 1 degrees of freedom has the variance (n - 1) / (n - 3). */
     double student = scatter / n * (n - 1.0) / (n - 3.0);
-    found->std_kg = sqrt(student + geometry_variance(params, length_m, lift_n) / square(gravity) + square(std_kg));
+    found->std_kg = sqrt(student + geometry_variance(params, length_m, lift_n) / square(gravity) + drift_kg2 + square(std_kg));
     return STATUS_OK;
 }
 

@@ -1,7 +1,7 @@
 /* A known weight on the platform, weighed by the legs: the mean vertical force of the same tests
  * without and with it. Inertia, viscous friction and dry friction are the same in both, and so are
- * zeros of the pressures: they are not in the difference. What is, beside the weight, are the gains
- * of the pressures:
+ * zeros of the pressures but for their drift, which rests before the supply comes on show (rest.h):
+ * they are not in the difference. Beside the weight the gains of the pressures are:
  *
  *   m = -sum over legs of n_z (A1 dP1 - A2 dP2) / g,      n the leg's direction, z down
  *
@@ -9,12 +9,14 @@
  * m / M - 1 = sum of (h1 g1 + h2 g2), h1 = -n_z A1 dP1 / (g M), h2 = n_z A2 dP2 / (g M), for gains
  * 1 + g1 and 1 + g2. Each test is a weighing of its own; their scatter gives the deviation, by
  * Student's distribution. Zeros of lengths and errors of joints, which turn the directions, add to
- * it. Ordinary threads; no heap. */
+ * it, and so does the drift of the zeros, of the deviation model.tolerance.pressure_drift_pa, as
+ * far as the rests leave it open. Ordinary threads; no heap. */
 #ifndef HEXID_WEIGHING_H
 #define HEXID_WEIGHING_H
 
 #include "force.h"
 #include "kinematics.h"
+#include "rest.h"
 #include "status.h"
 
 enum { WEIGHING_TESTS = 16, WEIGHING_LEAST = 4 }; /* most tests kept; least that give a deviation */
@@ -37,10 +39,18 @@ struct weighing {
     struct weighing_test test[WEIGHING_TESTS];
 };
 
+/* What a log has for a weighing. */
+struct weighing_log {
+    const struct weighing *sums;
+    const struct rest_found *rest;
+};
+
 struct weighing_found {
     double stated_kg;       /* 0: nothing was weighed */
     double reading_kg, std_kg; /* mean reading, and its deviation without that of the pressures'
                                 * gains */
+    double drift_kg, drift_std_kg; /* part of the zeros' drift, which was taken off; its deviation,
+                                    * which is in std_kg */
     int tests;
     double share[2][LEGS];  /* h1 and h2 */
 };
@@ -54,8 +64,8 @@ void weighing_take(struct weighing *w, const struct cycle *c);
 
 /* Finds the reading of a weight. std_kg: standard deviation of the weight itself. Returns -2 if
  * fewer than WEIGHING_LEAST tests are in both logs, or the logs do not differ by such a weight. */
-int weighing_find(const struct weighing *without, const struct weighing *with, const struct params *params, double weight_kg, double std_kg,
-                  struct weighing_found *found, struct error *error);
+int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, double weight_kg,
+                  double std_kg, struct weighing_found *found, struct error *error);
 
 /* Puts the reading into the section `found`. */
 void weighing_note(const struct weighing_found *found, struct params *params);

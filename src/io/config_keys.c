@@ -140,6 +140,7 @@ static const struct config_key keys[] = {
     KEY(motion, rate_mps, "0.42", 0.001, 5.0, "m/s", "fastest of a move, whatever distance and duration are asked for"),
     KEY(motion, accel_mps2, "1.1", 0.01, 50.0, "m/s^2", "greatest acceleration of a move"),
     KEY(motion, park_z_m, "0.45", 0.0, 10.0, "m", "z, down, at which the platform is put down"),
+    KEY(motion, rest_s, "0", 0.0, 600.0, "s", "at rest before the supply is asked for without a command: the pressures read their zeros"),
     KEY(motion, hold_s, "2", 0.0, 600.0, "s", "at neutral before the first test"),
     KEY(motion, automatic, "true", 0.0, 1.0, "-", "engage, test and park without commands"),
 
@@ -200,6 +201,8 @@ static const struct config_key keys[] = {
     KEY(model.tolerance, joints_m, "0.0005", 0.0, 0.05, "m", "of each coordinate of each joint: drawing and assembly"),
     KEY(model.tolerance, pressure_gain, "0.005", 0.0, 0.1, "-",
         "of each pressure sensor's gain: the standard deviation, about half of a data sheet's greatest error"),
+    KEY(model.tolerance, pressure_drift_pa, "1000", 0.0, 1e6, "Pa",
+        "of a pressure sensor's zero from one log to the next, standard deviation: for `hexid identify --weight`"),
     KEY(model.tolerance, length_gain, "0.001", 0.0, 0.1, "-", "of each position sensor's gain, standard deviation"),
     KEY(model.tolerance, length_zero_m, "0.001", 0.0, 0.1, "m", "of each position sensor's zero, standard deviation"),
     KEY(model.tolerance, skew_s, "0.0005", 0.0, 0.1, "s", "of the time between lengths and pressures of one sample, standard deviation"),

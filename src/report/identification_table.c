@@ -105,8 +105,9 @@ static void print_rest(FILE *out, const struct rest_found *r) {
 
 static void print_weighed(FILE *out, const struct weighing_found *w) {
     if (!(w->stated_kg > 0.0)) return;
-    fprintf(out, "weight    %g kg read %.2f +- %.2f kg, %+.2f %%, mean of %d tests\n", w->stated_kg, w->reading_kg, REPORT_SURE * w->std_kg,
-            100.0 * (w->reading_kg / w->stated_kg - 1.0), w->tests);
+    fprintf(out, "weight    %g kg read %.2f +- %.2f kg, %+.2f %%, mean of %d tests; zeros of the pressures drifted by %+.2f +- %.2f kg\n",
+            w->stated_kg, w->reading_kg, REPORT_SURE * w->std_kg, 100.0 * (w->reading_kg / w->stated_kg - 1.0), w->tests, w->drift_kg,
+            REPORT_SURE * w->drift_std_kg);
 }
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {

@@ -6,7 +6,7 @@ intervals hold with it?
 
 Machines are those of the row `all_priors` of real_sensors.py: gains, zeros, skew, lags, pipes and joints of the default tolerances. Each is
 recorded twice by the independent rig (tests/rig/), as it is and with a weight of --share of its payload off its middle. --gain: error of all
-pressures' gains beside these, in %. KEY=VALUE goes to `hexid identify`. Environment: HEXID, RIG."""
+pressures' gains beside these, in %. The rig's zeros do not drift, and its files have no rest. KEY=VALUE goes to `hexid identify`. Environment: HEXID, RIG."""
 import argparse, json, math, os, random, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree
@@ -14,6 +14,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, HERE)
 import real_sensors as sensors
 import measured
+
+NO_DRIFT = ["--set", "model.tolerance.pressure_drift_pa=0"]
 
 
 def drawn(a, seed):
@@ -88,7 +90,7 @@ def main():
             config = os.path.splitext(os.path.basename(a.c))[0] if a.c else "default"
             logs, truth = recorded(a, seed, os.path.join(a.recordings or out, "weight", config, str(seed)), weight_kg)
             alone.append((identified(a, logs[:1], []), truth))
-            weighed.append((identified(a, logs, ["--weight", "%g,0" % weight_kg]), truth))
+            weighed.append((identified(a, logs, ["--weight", "%g,0" % weight_kg, *NO_DRIFT]), truth))
         w = weighed[-1][0]["weight"]
         print("machine %d: %g kg read %+.3f %%, std %.3f" % (seed, weight_kg, 100 * (w["reading_kg"] / weight_kg - 1),
                                                        100 * w["std_kg"] / weight_kg), flush=True)

@@ -47,7 +47,7 @@ def weight(alone, found, gain):
     off = (w["reading_kg"] - (1 + gain) * w["stated_kg"]) / w["std_kg"]
     print("the weight reads %.3f kg, %+.2f deviations off; tests %d" % (w["reading_kg"], off, w["tests"]))
     near = sum(abs(e["value"] - gain) < 3.3 * e["std"] for e in errors(found, "gain of P"))
-    return abs(off) < 3.3 and near == 12 and held(found) and narrower(alone, found, .93)
+    return abs(off) < 3.3 and near == 12 and held(found) and narrower(alone, found, .96)
 
 
 def same(found, again):
