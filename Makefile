@@ -74,6 +74,9 @@ bench-rt: $(BUILD)/hexid $(COUNTS) | deps-rt ## hexid's wake-ups beside cyclicte
 bench-cycle: $(BUILD)/hexid $(BUILD)/tests/bench/cycle | deps-bench ## instructions of a cycle of the controller by state and fault: best, median, worst; 2 minutes
 	@tests/bench/cycle.sh $(BUILD)
 
+bench-control: $(BUILD)/tests/bench/control ## the control laws side by side, six sines from 2 to 12 Hz: the tables of docs/validation.md; 3 minutes
+	@$(BUILD)/tests/bench/control
+
 bench-hour: $(BUILD)/hexid $(VENV)/ready | deps-bench ## processor time and memory of hexid identify on an hour of noise-like motion; 5 minutes, 1 GB of disk
 	@tests/bench/hour.sh $(BUILD) $(VENV)/bin/python
 
@@ -369,7 +372,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
 .PHONY: all always check install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-sensors bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
-.PHONY: bench-check bench-cycle bench-hour bench-rt soak-rt test-rt-kernel deps-rt deps-rt-kernel
+.PHONY: bench-check bench-control bench-cycle bench-hour bench-rt soak-rt test-rt-kernel deps-rt deps-rt-kernel
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(BUILD)/tests/soak_supervisor.d $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

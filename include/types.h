@@ -160,6 +160,8 @@ struct cycle {
     uint32_t faults;       /* latched faults: FAULT_... and fault_leg() */
     uint32_t first_fault;  /* the headline of the latched faults; 0 if there is none */
     struct fault_measure measure; /* value and limit of first_fault; no message carries them */
+    uint32_t law_doubts;   /* DOUBT_... (model_law.h): why the PID drives in place of the configured
+                            * law `model`; no message carries them, an event tells of them */
     int test;              /* index in the list of tests; -1 outside a test */
     enum dof dof;          /* tested axis; DOF_NONE outside a test */
     enum phase phase;

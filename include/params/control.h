@@ -2,7 +2,12 @@
 #ifndef HEXID_PARAMS_CONTROL_H
 #define HEXID_PARAMS_CONTROL_H
 
+enum control_law { CONTROL_PID, CONTROL_MODEL };
+
 struct control_params {           /* gains of the controller; src/core/pid.h has the exact law */
+    enum control_law law;
+    double delay_s;               /* time from the latching of a sample to the instant at which its
+                                   * command reaches the valve */
     double kp, ki, kd;            /* gains of the proportional, the integral and the derivative
                                    * part: 1/m, 1/(m s), s/m */
     double kff;                   /* gain of the reference's leg rate, s/m */

@@ -10,8 +10,10 @@
 #include "interlock.h"
 #include "ident_messages.h"
 #include "messages.h"
+#include "model_law.h"
 #include "monotonic.h"
 #include "params.h"
+#include "supervisor.h"
 #include "thread.h"
 #include "units.h"
 
@@ -98,6 +100,15 @@ static void interlocks(struct recorder *r, const struct cycle *c) {
     if (wrong) progress_interlock(r->progress, interlock_why(wrong));
 }
 
+/* Reports that the PID drives in place of the configured law, why, and when that ends. */
+static void law(struct recorder *r, const struct cycle *c, const struct cycle *before) {
+    char text[160] = "the law model drives again";
+    if (!c->law_doubts == !before->law_doubts || !supervisor_drives(c->state)) return;
+    if (c->law_doubts) snprintf(text, sizeof text, "pid drives in place of the law model: %s", model_law_doubt(c->law_doubts));
+    event(r, "control", text);
+    progress_say(r->progress, "hexid: %s\n", text);
+}
+
 /* Reports changes since the last cycle in words. */
 static void changes(struct recorder *r, const struct cycle *before, int64_t lost) {
     const struct cycle *c = &r->analysis.last;
@@ -115,6 +126,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
         progress_state(r->progress, c);
     }
     interlocks(r, c);
+    law(r, c, before);
     if (c->first_fault && c->first_fault != before->first_fault) fault(r);
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
         snprintf(text, sizeof text, "%d %s", c->test + 1, tests_name(&r->params->tests, c->dof));

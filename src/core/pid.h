@@ -36,6 +36,10 @@ void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
 
+/* Does what pid_step() does, with this feed-forward in place of Kff (Lref - Lref_prev)/dt. */
+double pid_step_forward(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n,
+                        double forward);
+
 /* Replaces pid_step() in a cycle without a sample: holds the last u and sets Lref_prev to this
  * reference, so that the next step does not contain several cycles of reference motion. */
 void pid_hold(struct pid *c, double ref_m);

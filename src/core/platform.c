@@ -24,6 +24,8 @@ int platform_init(struct platform *p, const struct params *params, struct error 
     reference_hold(&p->reference, p->pose);
     int status = kinematics_init(&p->kinematics, params, error);
     if (status) return status;
+    status = model_law_init(&p->model, params, &p->kinematics, error);
+    if (status) return status;
     oil_columns_init(p->column, params, &p->kinematics);
     oscillation_init(&p->oscillation, params, &p->kinematics);
     return STATUS_OK;
@@ -258,6 +260,7 @@ static void engage(struct platform *p) {
         pid_reset(&p->pid[i], p->length_m[i], p->force_n[i]);
         p->leg_ref_m[i] = p->still_low_m[i] = p->still_high_m[i] = p->length_m[i];
     }
+    model_law_reset(&p->model);
     oscillation_reset(&p->oscillation, p->pose);
     move_to(p, 0.0, p->params->motion.engage_s);
 }
@@ -333,15 +336,24 @@ static struct reference_sample refer(struct platform *p) {
     return s;
 }
 
+static double leg_command(struct platform *p, int leg) {
+    const struct params *c = p->params;
+    if (c->control.law == CONTROL_MODEL)
+        return model_law_command(&p->model, leg, &p->pid[leg], p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
+    return pid_step(&p->pid[leg], &c->control, c->loop.period_s, p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
+}
+
 /* SAFETY: an untrusted sample moves nothing: the last command is held, as long as the leaky
  * bucket allows. */
-static void control(struct platform *p, bool good) {
-    const struct control_params *gains = &p->params->control;
-    double dt_s = p->params->loop.period_s;
+static void control(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
+    bool good = !failures_with(REACTION_STOP, suspect);
     ik_lengths(&p->kinematics, p->ref, p->leg_ref_m);
+    if (!good) model_law_hold(&p->model);
+    else if (p->params->control.law == CONTROL_MODEL)
+        model_law_step(&p->model, &(struct model_law_input){&p->reference, in->p1_pa, in->p2_pa, suspect});
     for (int i = 0; i < LEGS; i++) {
         p->pid[i].feedback_cut = oil_feedback_cut(&p->column[i], p->length_m[i]);
-        if (good) p->command.valve[i] = pid_step(&p->pid[i], gains, dt_s, p->leg_ref_m[i], p->length_m[i], p->force_n[i]);
+        if (good) p->command.valve[i] = leg_command(p, i);
         else pid_hold(&p->pid[i], p->leg_ref_m[i]);
     }
     if (good) oscillation_step(&p->oscillation, p->pose, p->ref, p->command.valve);
@@ -404,7 +416,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (supervisor_drives(s->state)) {
         enum reference_mode mode = p->reference.mode;
         ref = refer(p);
-        control(p, !failures_with(REACTION_STOP, suspect));
+        control(p, in, suspect);
         if (ref.done && mode != REFERENCE_HOLD) ended(p, mode);
     }
     if (s->faults && !supervisor_drives(s->state)) apply(p, TRIGGER_FAULT);
@@ -418,6 +430,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
                           .faults = s->faults,
                           .first_fault = s->first_fault,
                           .measure = p->measure,
+                          .law_doubts = supervisor_drives(s->state) ? p->model.doubts : 0,
                           .test = -1,
                           .dof = DOF_NONE};
     out->in.flags |= stale | (platform_wrong(p) ? SAMPLE_OPEN : 0);

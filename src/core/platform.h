@@ -6,6 +6,7 @@
 #include "force.h"
 #include "interlock.h"
 #include "kinematics.h"
+#include "model_law.h"
 #include "oscillation.h"
 #include "pid.h"
 #include "reference.h"
@@ -23,6 +24,7 @@ struct platform {
     struct supervisor supervisor;
     struct reference reference;
     struct pid pid[LEGS];
+    struct model_law model;      /* used with control.law model */
     /* the group below comes from earlier samples */
     double pose[DOFS];           /* the pose, from which the next forward kinematics starts */
     double length_m[LEGS], force_n[LEGS]; /* leg lengths, and leg forces from the last trusted

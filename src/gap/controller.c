@@ -1,9 +1,12 @@
 #include "controller.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "force.h"
 #include "kinematics.h"
+#include "memory.h"
+#include "model_law.h"
 #include "params.h"
 #include "pid.h"
 
@@ -38,41 +41,91 @@ static void add_stretch(const struct stretch *s, double *difference, double *who
     for (int leg = 0; leg < LEGS; leg++) *difference += variance_sum(&s->off[leg]), *whole += variance_sum(&s->all[leg]);
 }
 
+/* Largest difference of a recorded reference from the test's formula, m and rad. */
+static const double SAME_POSE = 1e-9;
+
+/* The configured controller, of either law. */
+struct driver {
+    struct params params;       /* with the tests of the recorded run */
+    const struct kinematics *kinematics;
+    struct oil_column column[LEGS];
+    struct pid pid[LEGS];
+    struct model_law model;
+    struct reference reference; /* the test's, which the law `model` looks ahead in */
+};
+
+static void driver_init(struct driver *d, const struct params *p, const struct kinematics *k, const struct recording *r,
+                        const struct recording_test *t) {
+    d->params = *p;
+    d->params.tests = r->run[t->run];
+    d->kinematics = k;
+    oil_columns_init(d->column, p, k);
+    model_law_init(&d->model, &d->params, k, &(struct error){0});
+    reference_test(&d->reference, t->dof, NULL, &d->params.tests, p->loop.period_s);
+}
+
+/* Starts the filters at this sample, as if the law had been driving. The integrator's unknown value
+ * is a constant in all commands. */
+static void driver_begin(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS]) {
+    model_law_reset(&d->model);
+    d->model.share = 1.0;
+    for (int leg = 0; leg < LEGS; leg++) {
+        pid_reset(&d->pid[leg], ref_m[leg], force_n[leg]);
+        d->pid[leg].integral = s->valve[leg] - d->params.control.kp * (ref_m[leg] - s->length_m[leg]);
+        if (d->params.control.law == CONTROL_MODEL) d->pid[leg].integral = 0.0;
+        for (int i = 0; i < MODEL_DELAY_CYCLES; i++) d->model.sent[leg][i] = s->valve[leg];
+    }
+}
+
+/* Puts the reference at the sample's time. Returns false if the recorded one is another, as in a
+ * test that was stopped. */
+static bool driver_announces(struct driver *d, const struct recording_sample *s) {
+    double motion[MOTION_ORDERS][DOFS], period_s = d->params.loop.period_s, most = 0.0;
+    d->reference.ticks = llround(s->test_time_s / period_s) + 1;
+    reference_motion(&d->reference, &d->params.tests, period_s, 0.0, motion);
+    for (int i = 0; i < DOFS; i++) most = fmax(most, fabs(motion[MOTION_POSE][i] - s->ref[i]));
+    return most < SAME_POSE;
+}
+
+/* Computes the commands for a sample. Returns false if they are held. */
+static bool driver_step(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS],
+                        double dt_s, double valve[LEGS]) {
+    bool model = d->params.control.law == CONTROL_MODEL, held = s->refused || (model && !driver_announces(d, s));
+    if (held) model_law_hold(&d->model);
+    else if (model) model_law_step(&d->model, &(struct model_law_input){&d->reference, s->p1_pa, s->p2_pa, 0});
+    for (int leg = 0; leg < LEGS; leg++) {
+        struct pid *pid = &d->pid[leg];
+        pid->feedback_cut = oil_feedback_cut(&d->column[leg], s->length_m[leg]);
+        if (held) pid_hold(pid, ref_m[leg]);
+        else if (model) valve[leg] = model_law_command(&d->model, leg, pid, ref_m[leg], s->length_m[leg], force_n[leg]);
+        else valve[leg] = pid_step(pid, &d->params.control, dt_s, ref_m[leg], s->length_m[leg], force_n[leg]);
+    }
+    return !held;
+}
+
 /* Compares the commands of one test. The filters start at rest in the ramp-in; commands are
  * compared in the evaluated part, when the filters have forgotten their start. A short loss of
  * samples counts as one long step; a long one begins a new stretch with new filters. */
-static void compare(const struct params *p, const struct kinematics *k, const struct recording_test *t, double *difference, double *whole) {
-    struct cylinder_areas areas = cylinder_areas(&p->actuator);
-    struct oil_column column[LEGS];
+static void compare(struct driver *d, const struct recording_test *t, double *difference, double *whole) {
+    struct cylinder_areas areas = cylinder_areas(&d->params.actuator);
     struct stretch stretch = {0};
-    struct pid pid[LEGS];
-    double compared_s = t->first < 0 ? HUGE_VAL : t->sample[t->first].test_time_s;
-    oil_columns_init(column, p, k);
+    double period_s = d->params.loop.period_s, compared_s = t->first < 0 ? HUGE_VAL : t->sample[t->first].test_time_s;
     for (int i = 0; i < t->count; i++) {
         const struct recording_sample *s = &t->sample[i];
-        double ref_m[LEGS], after_s = i ? s->test_time_s - t->sample[i - 1].test_time_s : HUGE_VAL;
-        bool begins = after_s > FORGOTTEN_S, lost = after_s > NEXT_CYCLES * p->loop.period_s;
+        double ref_m[LEGS], force_n[LEGS], valve[LEGS], after_s = i ? s->test_time_s - t->sample[i - 1].test_time_s : HUGE_VAL;
+        bool begins = after_s > FORGOTTEN_S, lost = after_s > NEXT_CYCLES * period_s;
         if (begins && i) {
             add_stretch(&stretch, difference, whole);
             stretch = (struct stretch){0};
             compared_s = fmax(compared_s, s->test_time_s + FORGOTTEN_S);
         }
-        ik_lengths(k, s->ref, ref_m);
+        ik_lengths(d->kinematics, s->ref, ref_m);
+        for (int leg = 0; leg < LEGS; leg++) force_n[leg] = leg_force(&areas, leg, s->p1_pa[leg], s->p2_pa[leg]);
+        if (begins) driver_begin(d, s, ref_m, force_n);
+        if (!driver_step(d, s, ref_m, force_n, lost && !begins ? after_s : period_s, valve)) continue;
+        if (lost || s->test_time_s < compared_s) continue;
         for (int leg = 0; leg < LEGS; leg++) {
-            double force_n = leg_force(&areas, leg, s->p1_pa[leg], s->p2_pa[leg]);
-            if (begins) {
-                pid_reset(&pid[leg], ref_m[leg], force_n);
-                pid[leg].integral = s->valve[leg] - p->control.kp * (ref_m[leg] - s->length_m[leg]);
-            }
-            if (s->refused) {
-                pid_hold(&pid[leg], ref_m[leg]);
-                continue;
-            }
-            pid[leg].feedback_cut = oil_feedback_cut(&column[leg], s->length_m[leg]);
-            double u = pid_step(&pid[leg], &p->control, lost && !begins ? after_s : p->loop.period_s, ref_m[leg], s->length_m[leg],
-                                force_n);
-            if (lost || s->test_time_s < compared_s) continue;
-            take(&stretch.off[leg], s->valve[leg] - u);
+            take(&stretch.off[leg], s->valve[leg] - valve[leg]);
             take(&stretch.all[leg], s->valve[leg]);
         }
     }
@@ -96,7 +149,13 @@ double controller_difference(const struct params *params, const struct recording
     bool known = !params_mechanism(params)->refuses.run && recording->measured.valve && recording->measured.pressures &&
                  recording->measured.reference && controller_other_rate(params, recording) == 0.0;
     if (!known || kinematics_init(&k, params, &error)) return NAN;
-    for (int i = 0; i < recording->tests; i++)
-        if (!(recording->test[i].segment_s > 0.0)) compare(params, &k, &recording->test[i], &difference, &whole);
+    struct driver *d = memory_get(1, sizeof *d);
+    for (int i = 0; i < recording->tests; i++) {
+        const struct recording_test *t = &recording->test[i];
+        if (t->segment_s > 0.0) continue;
+        driver_init(d, params, &k, recording, t);
+        compare(d, t, &difference, &whole);
+    }
+    free(d);
     return sqrt(difference / whole);
 }

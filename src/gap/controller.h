@@ -8,8 +8,10 @@
 
 /* Rms difference between recorded and recomputed commands, divided by the rms variation of the
  * recorded ones, over all tests. A constant is removed for each leg and each stretch without a gap,
- * because the integrator's initial value is unknown. NaN on a single axis, if references, commands
- * or pressures are missing, or if samples do not come at the controller's rate. */
+ * because the integrator's initial value is unknown. The law `model` looks ahead in the reference
+ * that the test's parameters give; where the recorded one is another (a stopped test), nothing is
+ * compared. NaN on a single axis, if references, commands or pressures are missing, or if samples
+ * do not come at the controller's rate. */
 double controller_difference(const struct params *params, const struct recording *recording);
 
 /* Time between the samples of the log if it differs from the controller's cycle, s; otherwise 0. */

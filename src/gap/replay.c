@@ -65,27 +65,30 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
     return error_set(error, STATUS_USAGE, "the simulated run did not come to its end");
 }
 
-static int replay_run(const struct params *p, struct recording *out, struct error *error) {
-    struct plant *plant = plant_create(p, 1, error);
+/* The machine is the model; the controller knows the machine as it is configured, so that the law
+ * `model` does not learn of effects that are tried. */
+static int replay_run(const struct params *machine, const struct params *controller, struct recording *out, struct error *error) {
+    struct plant *plant = plant_create(machine, 1, error);
     struct platform *platform = memory_get(1, sizeof *platform);
-    int status = plant ? platform_init(platform, p, error) : (int)error->status;
-    if (!status) status = drive(plant, platform, p, out, error);
+    int status = plant ? platform_init(platform, controller, error) : (int)error->status;
+    if (!status) status = drive(plant, platform, machine, out, error);
     plant_destroy(plant);
     free(platform);
     return status;
 }
 
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error) {
-    struct params *p = memory_get(1, sizeof *p);
+    struct params *machine = memory_get(2, sizeof *machine), *controller = machine + 1;
     int status = STATUS_OK;
     recording_init(out, like->params);
     for (int run = 0; run < like->runs && !status; run++) {
         if (run) status = recording_begin(out, &like->run[run], error);
         else out->run[0] = like->run[0];
-        *p = replay_params(model, like, run);
-        if (!status) status = replay_run(p, out, error);
+        *machine = replay_params(model, like, run);
+        *controller = replay_params(like->params, like, run);
+        if (!status) status = replay_run(machine, controller, out, error);
     }
-    free(p);
+    free(machine);
     return status;
 }
 

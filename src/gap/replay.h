@@ -1,6 +1,7 @@
 /* Replay: the model is driven as the machine was. In closed loop the same reference and controller
- * act on the simulated plant with its sensors (closed-form engine). Under the measured motion and
- * commands there is no controller (residual.h). */
+ * act on the simulated plant with its sensors (closed-form engine); the law `model` takes its
+ * numbers from the configuration as recorded, not from the model that is tried. Under the measured
+ * motion and commands there is no controller (residual.h). */
 #ifndef HEXID_REPLAY_H
 #define HEXID_REPLAY_H
 

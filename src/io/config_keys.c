@@ -38,6 +38,7 @@
     LEG_KEY(section, low, low_, -SI_LIMIT, SI_LIMIT, unit, "lowest plausible value"),                                           \
     LEG_KEY(section, high, high_, -SI_LIMIT, SI_LIMIT, unit, "highest plausible value")
 
+static const char *const law_names[] = {[CONTROL_PID] = "pid", [CONTROL_MODEL] = "model", NULL};
 static const char *const engine_names[] = {[ENGINE_ODE] = "ode", [ENGINE_CLOSED_FORM] = "closed_form", NULL};
 
 /* Ranges are wide: they include every value that a machine can have, from a desktop hexapod to a
@@ -124,6 +125,10 @@ static const struct config_key keys[] = {
     KEY(sim, ripple_hz, "216", 0.1, 1000.0, "Hz", "of the ripple"),
     KEY(sim, smooth_friction_mps, "0", 0.0, 0.01, "m/s", "0: true stick; else cylinders' dry friction F tanh(v / this); closed_form only"),
 
+    WORD(control, law, CONFIG_CHOICE, "pid",
+         "pid: of each leg; model: feed-forward through the machine's dynamics besides (docs/control.md)", law_names),
+    KEY(control, delay_s, "0", 0.0, 0.1, "s",
+        "from the latching of a sample until its command reaches the valve, for the law model: one period on a field bus with SYNC"),
     KEY(control, kp, "40", 0.0, 1e4, "1/m", "proportional gain: valve command per length error"),
     KEY(control, ki, "20", 0.0, 1e5, "1/(m s)", "integral gain: valve command per length error and time"),
     KEY(control, kd, "0", 0.0, 1e3, "s/m", "derivative gain: valve command per rate of the length error"),

@@ -3,37 +3,7 @@
 # is whole, and the identification is unharmed or refused, never silently wrong. Prints a row a fault; docs/validation.md groups them; faults.py judges
 # and explains the columns. Other back-ends bring their own lists and use the same judge.
 . tests/scenarios/lib
-lcm-gen -p --ppath "$work" lcmtypes/*.lcm
-jobs=$(nproc)
-
-# fault NAME|FAULT|FROM_S|EXPECTED|WITHIN: one run, judged into $work/rows/NAME. Engaged from 0.1 s, ready at 1.86 s; z is tested from 5.36
-# to 7.06 s.
-fault() {
-    local name kind from expected within file
-    IFS='|' read -r name kind from expected within <<<"$1"
-    file=$work/rows/${name//[^A-Za-z0-9.]/_}
-    "${quick[@]}" --hal "fault:$kind;sim:" --log "$file.lcm" --json "$file.json" >"$file.out" 2>&1
-    local status=$?
-    ((status <= 1)) || echo "$name: exit status $status" >"$file.bad" # anything else is a crash
-    PYTHONPATH=$work "$python" tests/scenarios/faults.py "$name" "$from" "$expected" "$within" "$file.lcm" "$file.json" "$work/clean.json" \
-        >"$file.row" 2>>"$file.bad"
-    rm -f "$file.lcm"
-}
-
-# campaign < LIST: true if there is a list and nothing is bad; rows in the list's order.
-campaign() {
-    local name line names=()
-    rm -rf "$work/rows"
-    mkdir "$work/rows"
-    while read -r line; do
-        fault "$line" &
-        while (($(jobs -rp | wc -l) >= jobs)); do wait -n; done
-        names+=("${line%%|*}")
-    done
-    wait
-    for name in "${names[@]}"; do cat "$work/rows/${name//[^A-Za-z0-9.]/_}.row"; done
-    ((${#names[@]})) && ! grep -h . "$work"/rows/*.bad
-}
+. tests/scenarios/fault_lib
 
 # The faults fall into z's evaluated part unless stated otherwise: nothing moves faster there.
 listed() {

@@ -1,0 +1,49 @@
+/* Inverse dynamics of platform and legs over the whole workspace: leg forces that a motion needs,
+ * without friction. Newton and Euler for the platform, the legs' equations from their kinetic
+ * energy (docs/control.md has the derivation). Shares nothing with sim/ and src/residual. Pure,
+ * RT, no heap.
+ *
+ *  symbol    meaning                                                 unit    frame
+ *  c, w      origin of {M}, the payload's mass centre; angular rate  m, 1/s  {B}
+ *  q = Ta    lever arm of an upper joint                             m       {B}
+ *  l, L, n   leg vector, its length and direction                    m       {B}
+ *  ma, mb    masses of rod and cylinder                              kg
+ *  G         transverse inertia ma (L-ra)^2 + mb rb^2 + ia + ib      kg m^2
+ *  S         first moment ma (L-ra) + mb rb                          kg m
+ *  R         transverse force of the platform on the leg's end       N       {B}
+ *
+ *     L R = 2 ma (L-ra) L' n' + G P n'' - S g P z,                P = I - n n'
+ *     J' h = [m (c'' - g z) + sum R;  I w' + w x I w + sum q x R]
+ *     f    = h + ma (L'' - (L-ra) |n'|^2 - g n.z)
+ *
+ * h is the force on the platform along the leg, f that of the oil less friction; z points down. */
+#ifndef HEXID_DYNAMICS_H
+#define HEXID_DYNAMICS_H
+
+#include "kinematics.h"
+#include "trajectory.h"
+
+struct dynamics {
+    const struct kinematics *kinematics;
+    double mass_kg, gravity_mps2;
+    double inertia_kg_m2[3][3]; /* payload's, about its mass centre, axes of {M} */
+    struct {
+        double rod_kg, rod_center_m;    /* ma, ra */
+        double moment_kg_m;             /* mb rb */
+        double inertia_kg_m2;           /* mb rb^2 + ia + ib */
+    } leg[LEGS];
+};
+
+/* Motion of the legs, and the force of the oil less friction that it needs. */
+struct leg_course {
+    double length_m[LEGS], rate_mps[LEGS], accel_mps2[LEGS], force_n[LEGS];
+};
+
+/* Prepares the constants; kinematics must outlive them. */
+void dynamics_init(struct dynamics *d, const struct params *params, const struct kinematics *kinematics);
+
+/* Computes the legs' course in a motion of the pose (up to its accelerations). Returns false if the
+ * legs do not determine the platform in this pose (singular), or if a number is not finite. */
+bool dynamics_solve(const struct dynamics *d, double motion[MOTION_ORDERS][DOFS], struct leg_course *course);
+
+#endif

@@ -1,0 +1,98 @@
+/* The control law `model`: feed-forward through the machine's own dynamics and flow equations, and
+ * the leg controller of pid.h on what differs from it (docs/control.md).
+ *
+ * The reference is known ahead of time. So the force that each leg needs at the begin and at the
+ * end of the time in which this cycle's command acts gives the mean rate of force, and the leg's
+ * way in that time its mean rate; valve_flow.h makes an opening of them at the measured pressures:
+ *
+ *     t1 = now + delay, t2 = t1 + dt            delay: of spool and command, mean of all legs
+ *     f(t)  = force by dynamics.h + friction(L', L'')
+ *     o     = opening for f' = (f(t2) - f(t1)) / dt at L' = (L(t2) - L(t1)) / dt
+ *     u     = Kp e + I + Kd d + o - s Kpf [(f - flp) - (fr - frlp)]
+ *
+ * where fr = f(now) is the reference force and frlp is fr behind the same low-pass as flp. Friction
+ * is s(L') F + viscous with s = tanh(L' / (v0 + tau |L''|)): a reversal takes about 4 tau, and a
+ * leg at rest has no dry friction in its reference.
+ *
+ * Doubts: where a pressure is no reading, a pose is singular or not finite, or an opening is needed
+ * that the valve does not give (the supply is below need), the law hands over to the PID in that
+ * cycle without a bump: the integral part takes what the commands differ by. It comes back over
+ * RETURN_S once all inputs have been good for a second. SAFETY: the supervisor's limits and the
+ * limit of the output stand behind either law. RT, no heap, pure. */
+#ifndef HEXID_MODEL_LAW_H
+#define HEXID_MODEL_LAW_H
+
+#include "dynamics.h"
+#include "effect.h"
+#include "force.h"
+#include "pid.h"
+#include "reference.h"
+#include "valve_flow.h"
+
+/* Reasons why the law hands over to the PID, a bit each. */
+enum {
+    DOUBT_PRESSURE = 1u << 0, /* a pressure is no valid reading */
+    DOUBT_SUPPLY = 1u << 1,   /* a larger opening is needed than the valve has */
+    DOUBT_SINGULAR = 1u << 2, /* the legs do not determine the platform, or a number is none */
+    DOUBTS = 3,
+};
+
+enum { MODEL_DELAY_CYCLES = 32 }; /* longest delay from sample to spool, in cycles */
+
+struct model_law {
+    const struct params *params;
+    struct dynamics dynamics;
+    struct valve_flow valve[LEGS];
+    struct {
+        int count;
+        struct {
+            const struct effect *effect;
+            const struct effect_values *values;
+        } of[EFFECTS_MAX];
+    } friction;              /* effects that are friction along the legs, and are on */
+    double delay_s;          /* delay from the sample to the spool's motion, mean of all legs */
+    int delay_cycles;        /* the same, rounded up to whole cycles */
+    double area_m2[2][LEGS]; /* piston areas, rodless and rod side */
+    /* state */
+    double p1_pa[LEGS], p2_pa[LEGS];      /* last trusted pressures */
+    double force_ref_lp_n[LEGS];          /* low-passed reference force frlp */
+    double excess_lp_n[LEGS];             /* low-passed measured force less reference force */
+    double varying_ref_n[LEGS];           /* reference force less its low-passed */
+    double opening[LEGS];                 /* opening o of the last step */
+    double sent[LEGS][MODEL_DELAY_CYCLES]; /* openings sent in the last cycles, a ring */
+    int newest;              /* place of the newest of them */
+    double share;            /* share of this law in the feed-forward, the rest is the PID's */
+    double handed_over;      /* share that the PID took over in this cycle */
+    double good_s;           /* time since the last doubt */
+    uint32_t doubts;         /* DOUBT_... since the law had its full share last */
+    bool begins;             /* no step since model_law_reset() */
+};
+
+/* params and kinematics must outlive the law. Returns -2 if params choose this law and the delay is
+ * longer than MODEL_DELAY_CYCLES. */
+int model_law_init(struct model_law *law, const struct params *params, const struct kinematics *k, struct error *error);
+
+/* Starts without a bump: the law comes in over RETURN_S. */
+void model_law_reset(struct model_law *law);
+
+/* Inputs of a cycle. */
+struct model_law_input {
+    const struct reference *reference; /* reference_step() has been called for this cycle */
+    const double *p1_pa, *p2_pa;       /* measured pressures of the legs */
+    uint32_t suspect;                  /* fault_leg() of legs whose pressures are no readings */
+};
+
+/* Computes openings and reference forces for this cycle. */
+void model_law_step(struct model_law *law, const struct model_law_input *in);
+
+/* Replaces model_law_step() and the commands in a cycle without a sample, whose commands are
+ * held. */
+void model_law_hold(struct model_law *law);
+
+/* Computes a leg's command, after model_law_step(); takes the place of pid_step(). */
+double model_law_command(struct model_law *law, int leg, struct pid *pid, double ref_m, double length_m, double force_n);
+
+/* Returns the words for the first of these doubts. */
+const char *model_law_doubt(uint32_t doubts);
+
+#endif

@@ -1,0 +1,57 @@
+/* The flow equations of a leg's valve and chambers, inverted: the opening that makes the leg force
+ * change at a wanted rate while the piston moves. A derivation of its own beside sim/cylinder.h.
+ * Pure, RT.
+ *
+ *     V1 / beta P1' = Q1 - A1 v - c (P1 - P2),  V2 / beta P2' = Q2 + A2 v + c (P1 - P2)
+ *     f' = A1 P1' - A2 P2'
+ *     o > 0: Q1 = g1 o sqrt(Ps - P1), Q2 = -g2 o sqrt(P2 - Pt);  o < 0: Q1 = -g1 |o| sqrt(P1 - Pt),
+ *            Q2 = g2 |o| sqrt(Ps - P2)
+ *  => o = (f' + beta [(A1^2/V1 + A2^2/V2) v + (A1/V1 + A2/V2) c (P1 - P2)])
+ *         / beta [A1/V1 g1 sqrt(drop 1) + A2/V2 g2 sqrt(drop 2)]
+ *
+ * with the drops of the direction in which the numerator points. */
+#ifndef HEXID_VALVE_FLOW_H
+#define HEXID_VALVE_FLOW_H
+
+#include <stdbool.h>
+
+#include "types.h"
+
+struct kinematics;
+struct params;
+
+struct valve_flow {
+    double gain[2];              /* flow gains g of ports A and B, fully open, m^3/(s sqrt Pa) */
+    double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
+    double least_m, most_m;      /* leg lengths at the end stops */
+    double bulk_modulus_pa, leakage_m3_per_s_pa, supply_pa, tank_pa;
+    double null;                 /* command at which the spool is centred */
+    double delay_s;              /* mean delay from command to spool: its lag and dead time */
+    double dead;                 /* half the width of the valve's dead band, of full opening */
+};
+
+/* State of a leg's oil: pressures, and how the piston moves. */
+struct oil_state {
+    double p1_pa, p2_pa, length_m, rate_mps;
+};
+
+/* Reads section `hydraulics` and the effects valve_flow_gain, port_area_ratio, valve_dead_band,
+ * valve_null_bias, valve_lag, command_delay and internal_leakage. */
+void valve_flow_init(struct valve_flow *flow, int leg, const struct params *params, const struct kinematics *k);
+
+/* Returns the opening, in shares of full opening; it may be beyond +-1, which the valve cannot
+ * give. Pressure drops below a hundredth of the supply's count as that. */
+double valve_flow_opening(const struct valve_flow *flow, const struct oil_state *oil, double force_rate_n_per_s);
+
+/* Advances the pressures by one explicit step at this opening; they stay between tank and
+ * supply. */
+void valve_flow_advance(const struct valve_flow *flow, struct oil_state *oil, double opening, double time_s);
+
+/* Moves the piston against the shut oil until the leg has this force. */
+void valve_flow_load(const struct valve_flow *flow, struct oil_state *oil, double force_n);
+
+/* Returns the command for an opening: centred, and out of the dead band. Within +-0.002 the jump
+ * over the dead band is a slope, so that a command that is noise about zero does not rattle. */
+double valve_flow_command(const struct valve_flow *flow, double opening);
+
+#endif

@@ -1,0 +1,156 @@
+/* The control laws side by side on the simulated machine (ODE, with its sensors): six sines at 2,
+ * 4, 8 and 12 Hz, without and with 100 N of dry friction in each cylinder, driven by the PID as
+ * shipped and by the law `model` with what it may know of the payload. Prints the tables of
+ * docs/validation.md; a cell is the worst of six tests:
+ *
+ *     amplitude error, % / phase, deg / unwanted motion, % / rms distance of the true pose, mm */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "config.h"
+#include "failure.h"
+#include "ident.h"
+#include "method_c.h"
+#include "params.h"
+#include "payload.h"
+#include "recording_check.h"
+
+#include "../control_rig.h"
+
+static const double DRY_N[] = {0.0, 100.0}, HZ[] = {2.0, 4.0, 8.0, 12.0};
+static const double AMPLITUDE_M[] = {4e-3, 4e-3, 1.5e-3, 0.7e-3}, AMPLITUDE_RAD[] = {6e-3, 6e-3, 2e-3, 1e-3};
+enum { FRICTIONS = 2, RATES = 4 };
+
+static void fail(const char *what) {
+    fprintf(stderr, "control: %s\n", what);
+    exit(1);
+}
+
+static void rub(struct params *p, const double extend_n[LEGS], const double retract_n[LEGS]) {
+    struct effect_values *dry = &p->effects[effect_find("cylinder_coulomb_friction")];
+    dry->on = true;
+    memcpy(dry->value[0], extend_n, sizeof dry->value[0]), memcpy(dry->value[1], retract_n, sizeof dry->value[1]);
+}
+
+static void configure(struct params *p, double dry_n) {
+    struct error error;
+    double all_n[LEGS];
+    static const char *const settings[] = {"tests.settle_s=0.5", "tests.duration_s=3", "motion.engage_s=3", "motion.park_s=3"};
+    if (config_load(p, NULL, settings, sizeof settings / sizeof *settings, &error)) fail(error.text);
+    p->interlocks = (struct interlock_params){0};
+    for (int leg = 0; leg < LEGS; leg++) all_n[leg] = dry_n;
+    if (dry_n > 0.0) rub(p, all_n, all_n);
+}
+
+/* What the identification finds on a run of the paper's tests under the PID. */
+struct found {
+    struct ident ident;
+    struct recording recording;
+    struct method_c c;
+};
+
+static void identify(const struct params *machine, struct found *f) {
+    struct error error;
+    struct plant *plant = plant_create(machine, 1, &error);
+    struct platform *platform = calloc(1, sizeof *platform);
+    struct cycle c = {0};
+    if (!plant || !platform || platform_init(platform, machine, &error) || ident_init(&f->ident, machine, &error)) fail(error.text);
+    recording_init(&f->recording, machine);
+    for (int64_t i = 0; c.state != STATE_PARKING && c.state != STATE_FAULT; i++) {
+        struct hal_sample sample = {.time_ns = ns_from_seconds((double)i * machine->loop.period_s), .device_seq = (uint64_t)i + 1};
+        plant_measure(plant, &sample);
+        platform_step(platform, &sample, (struct request){0}, &c);
+        ident_feed(&f->ident, &c);
+        if (recording_add(&f->recording, &c, &error)) fail(error.text);
+        plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
+    }
+    ident_end(&f->ident);
+    if (!ident_solve(&f->ident) || recording_check(&f->recording, &error) || method_c(&f->recording, &f->c, &error)) fail("not identified");
+    plant_destroy(plant);
+    free(platform);
+}
+
+/* Takes the payload from a matrix whose entries are all alike in their deviation. */
+static void take_matrix(struct params *p, const double mt[DOFS][DOFS]) {
+    struct kinematics k;
+    struct error error;
+    double entry[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES] = {{0}};
+    if (kinematics_init(&k, p, &error)) fail(error.text);
+    for (int i = 0, n = 0; i < DOFS; i++)
+        for (int j = i; j < DOFS; j++, n++) {
+            entry[n] = 0.5 * (mt[i][j] + mt[j][i]);
+            covariance[n][n] = 1e-4 * mt[i][i] * mt[j][j];
+        }
+    struct payload found = payload_find(p, &k, entry, covariance);
+    if (!found.whole) fail("the matrix has no payload");
+    const double *v = found.nearest, *inertia = &v[PAYLOAD_INERTIA];
+    p->payload.mass_kg = v[PAYLOAD_MASS];
+    /* the centre moves, and with it the origin of {M}: the sines are then about another point, so
+     * it is left where it is */
+    p->payload.inertia_xx_kg_m2 = inertia[0], p->payload.inertia_yy_kg_m2 = inertia[1], p->payload.inertia_zz_kg_m2 = inertia[2];
+    p->payload.inertia_xy_kg_m2 = inertia[3], p->payload.inertia_xz_kg_m2 = inertia[4], p->payload.inertia_yz_kg_m2 = inertia[5];
+}
+
+static void take_friction(struct params *p, const struct method_c *c) {
+    double extend_n[LEGS], retract_n[LEGS];
+    for (int leg = 0; leg < LEGS; leg++) {
+        if (isfinite(c->viscous[leg])) p->hydraulics.viscous_n_s_per_m[leg] = c->viscous[leg];
+        extend_n[leg] = fmax(isfinite(c->dry[leg][0]) ? c->dry[leg][0] : 0.0, 0.0);
+        retract_n[leg] = fmax(isfinite(c->dry[leg][1]) ? c->dry[leg][1] : 0.0, 0.0);
+    }
+    rub(p, extend_n, retract_n);
+}
+
+enum driver { BY_PID, BY_WRONG, BY_METHOD_A, BY_METHOD_C, BY_TRUTH, DRIVERS };
+static const char *const driver_names[DRIVERS] = {"PID as shipped", "model, payload 30 % too light", "model, method A's matrix",
+                                                  "model, method C's matrix and friction", "model, the truth"};
+
+static void make_driver(struct params *p, enum driver driver, const struct params *machine, const struct found *found) {
+    *p = *machine;
+    p->control.law = driver == BY_PID ? CONTROL_PID : CONTROL_MODEL;
+    if (driver != BY_TRUTH) p->effects[effect_find("cylinder_coulomb_friction")].on = false;
+    struct payload_params *load = &p->payload;
+    if (driver == BY_WRONG)
+        load->mass_kg *= 0.7, load->inertia_xx_kg_m2 *= 0.7, load->inertia_yy_kg_m2 *= 0.7, load->inertia_zz_kg_m2 *= 0.7;
+    if (driver == BY_METHOD_A) take_matrix(p, found->ident.result.method_a.mt);
+    if (driver == BY_METHOD_C) take_matrix(p, found->c.matrix.mt), take_friction(p, &found->c);
+}
+
+static void cell(const struct params *machine, const struct params *controller, int rate) {
+    struct params m = *machine, c = *controller;
+    struct control_figures f;
+    double amplitude = 0.0, phase = 0.0, unwanted = 0.0;
+    for (int i = 0; i < DOFS; i++) m.tests.hz[i] = HZ[rate], m.tests.amplitude[i] = i < 3 ? AMPLITUDE_M[rate] : AMPLITUDE_RAD[rate];
+    c.tests = m.tests;
+    control_drive(&m, &c, NULL, 1, &f);
+    if (f.faulted) {
+        printf(" %s |", fault_name(f.fault));
+        return;
+    }
+    for (int i = 0; i < DOFS; i++) {
+        amplitude = fmax(amplitude, fabs(f.amplitude_pct[i])), phase = fmax(phase, fabs(f.phase_deg[i]));
+        unwanted = fmax(unwanted, f.unwanted_pct[i]);
+    }
+    printf(" %.2g / %.2g / %.2g / %.3f |", amplitude, phase, unwanted, 1e3 * f.rms_m);
+    fflush(stdout);
+}
+
+int main(void) {
+    static struct params machine, controller;
+    static struct found found;
+    for (int friction = 0; friction < FRICTIONS; friction++) {
+        configure(&machine, DRY_N[friction]);
+        identify(&machine, &found);
+        printf("\n| %g N of dry friction | 2 Hz | 4 Hz | 8 Hz | 12 Hz |\n| --- | --- | --- | --- | --- |\n", DRY_N[friction]);
+        for (int driver = 0; driver < DRIVERS; driver++) {
+            make_driver(&controller, (enum driver)driver, &machine, &found);
+            printf("| %s |", driver_names[driver]);
+            for (int rate = 0; rate < RATES; rate++) cell(&machine, &controller, rate);
+            puts("");
+        }
+        recording_free(&found.recording);
+    }
+    return 0;
+}

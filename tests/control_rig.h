@@ -1,0 +1,94 @@
+/* A control law against the simulated machine: six sines one after another or another motion, the
+ * platform's true pose against the reference. The controller's configuration and the machine's are
+ * two, so that the controller may be wrong about the machine. */
+#ifndef HEXID_TESTS_CONTROL_RIG_H
+#define HEXID_TESTS_CONTROL_RIG_H
+
+#include <string.h>
+
+#include "params.h"
+#include "plant.h"
+#include "platform.h"
+#include "units.h"
+
+struct control_figures {
+    bool faulted;                  /* a fault ended the run */
+    uint32_t fault;
+    double amplitude_pct[DOFS];    /* of the tested axis: error of the fundamental's amplitude */
+    double phase_deg[DOFS];        /* its phase against the reference; negative: late */
+    double unwanted_pct[DOFS];     /* greatest fundamental of another axis, angles at arm_m */
+    double rms_m;                  /* rms distance of the true pose from the reference */
+    double still_mps2;             /* largest unexpected acceleration (oscillation.h) */
+    int driven_cycles, doubt_cycles; /* cycles driven, and those of them with doubts */
+};
+
+/* Sums over the evaluated part of a test: of pose and reference times sine and cosine. */
+struct control_sums {
+    double pose[DOFS][2], ref[2], square;
+    int64_t count;
+};
+
+static inline void control_take(struct control_sums *sum, const struct cycle *c, const double pose[DOFS], double hz, double arm_m) {
+    double angle = 2.0 * PI * hz * c->test_time_s, base[2] = {sin(angle), cos(angle)};
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i < DOFS; i++) sum->pose[i][k] += pose[i] * base[k];
+        if (c->dof != DOF_NONE) sum->ref[k] += c->ref[c->dof] * base[k];
+    }
+    for (int i = 0; i < DOFS; i++) sum->square += pow((pose[i] - c->ref[i]) * (i < DOF_PHI ? 1.0 : arm_m), 2.0);
+    sum->count++;
+}
+
+static inline void control_close(struct control_figures *f, const struct control_sums *sum, enum dof dof, double arm_m) {
+    if (dof == DOF_NONE) return;
+    double own = hypot(sum->pose[dof][0], sum->pose[dof][1]), asked = hypot(sum->ref[0], sum->ref[1]);
+    double phase = atan2(sum->pose[dof][1], sum->pose[dof][0]) - atan2(sum->ref[1], sum->ref[0]);
+    f->amplitude_pct[dof] = 100.0 * (own / asked - 1.0);
+    f->phase_deg[dof] = 180.0 / PI * remainder(phase, 2.0 * PI);
+    for (int i = 0; i < DOFS; i++) {
+        double share = hypot(sum->pose[i][0], sum->pose[i][1]) * (i < DOF_PHI ? 1.0 : arm_m) / (asked * (dof < DOF_PHI ? 1.0 : arm_m));
+        if (i != (int)dof) f->unwanted_pct[dof] = fmax(f->unwanted_pct[dof], 100.0 * share);
+    }
+}
+
+/* Drives the machine with this controller through its tests. trajectory: NULL or the tests'
+ * motion. */
+static inline void control_drive(const struct params *machine, const struct params *controller, const struct trajectory *trajectory,
+                                 uint64_t seed, struct control_figures *f) {
+    struct error error;
+    struct plant *plant = plant_create(machine, seed, &error);
+    struct platform *platform = calloc(1, sizeof *platform);
+    struct control_sums sum = {0};
+    struct cycle c = {.test = -1, .dof = DOF_NONE}, before = c;
+    double square = 0.0, period_s = machine->loop.period_s;
+    int64_t count = 0;
+    memset(f, 0, sizeof *f);
+    if (!plant || !platform || platform_init(platform, controller, &error)) {
+        fprintf(stderr, "control rig: %s\n", error.text);
+        exit(1);
+    }
+    platform->trajectory = trajectory;
+    for (int64_t i = 0; i < 1000000 && c.state != STATE_FAULT; i++, before = c) {
+        struct hal_sample sample = {.time_ns = ns_from_seconds((double)i * period_s), .device_seq = (uint64_t)i + 1, .inputs = INPUTS_ALL};
+        struct plant_truth truth;
+        plant_measure(plant, &sample);
+        plant_get_truth(plant, &truth);
+        platform_step(platform, &sample, (struct request){0}, &c);
+        if (c.test != before.test && before.test >= 0 && sum.count) {
+            control_close(f, &sum, before.dof, platform->kinematics.arm_m);
+            square += sum.square, count += sum.count;
+            sum = (struct control_sums){0};
+        }
+        if (c.phase == PHASE_EVALUATE)
+            control_take(&sum, &c, truth.pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof], platform->kinematics.arm_m);
+        f->still_mps2 = fmax(f->still_mps2, platform->oscillation.found_mps2);
+        f->driven_cycles += supervisor_drives(c.state), f->doubt_cycles += supervisor_drives(c.state) && platform->model.doubts != 0;
+        if (c.first_fault) f->faulted = true, f->fault = c.first_fault;
+        if (c.state == STATE_SETTLED && before.state == STATE_PARKING) break;
+        plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
+    }
+    f->rms_m = sqrt(square / (double)(count ? count : 1));
+    plant_destroy(plant);
+    free(platform);
+}
+
+#endif
