@@ -60,6 +60,20 @@ static void what_comes_after_the_supply_does_not_count(void **unused) {
     assert_int_equal(rest_find(&r, &params).samples, 98);
 }
 
+/* A log's later part may begin after a park. */
+static void a_log_that_begins_later_has_no_rest(void **unused) {
+    (void)unused;
+    struct params params = machine();
+    struct rest r = {0};
+    uint64_t seed = 7;
+    for (int i = 0; i < 300; i++) {
+        struct cycle c = resting(STATE_SETTLED, TANK_PA, &seed);
+        c.seq = 70000 + (uint64_t)i;
+        rest_take(&r, &c);
+    }
+    assert_int_equal(rest_find(&r, &params).samples, 0);
+}
+
 static void a_short_rest_finds_nothing(void **unused) {
     (void)unused;
     struct params params = machine();
@@ -90,8 +104,9 @@ static void legs_on_their_stops_read_their_zeros(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pressures_read_their_zeros), cmocka_unit_test(what_comes_after_the_supply_does_not_count),
-        cmocka_unit_test(a_short_rest_finds_nothing), cmocka_unit_test(legs_on_their_stops_read_their_zeros)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(pressures_read_their_zeros),
+                                       cmocka_unit_test(what_comes_after_the_supply_does_not_count),
+                                       cmocka_unit_test(a_log_that_begins_later_has_no_rest), cmocka_unit_test(a_short_rest_finds_nothing),
+                                       cmocka_unit_test(legs_on_their_stops_read_their_zeros)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

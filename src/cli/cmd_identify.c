@@ -34,7 +34,9 @@ static int weigh(const struct options *o, struct log_analysis *i, struct error *
     if (!status && config_difference(&i[0].params, &i[1].params, machine, &d))
         status = error_set(error, STATUS_USAGE, "%.100s: is of another machine than %.100s: %s is %.60s there", o->operand[0],
                            o->operand[1], d.key, d.b);
-    if (!status) status = weighing_find(&log[0], &log[1], &i[0].params, o->weight_kg, o->weight_std_kg, &found, error);
+    if (!status)
+        status = weighing_find(&log[0], &log[1], &i[0].params, (struct weight){o->weight_kg, o->weight_std_kg},
+                               &i[0].analysis.ident.result.method_c, &found, error);
     if (status) return status;
     analysis_weigh(&i[0].analysis, &found);
     i[0].verdicts = analysis_verdicts(&i[0].analysis);

@@ -13,7 +13,8 @@ static bool finite_sample(const struct hal_sample *s) {
 
 void rest_take(struct rest *r, const struct cycle *c) {
     const struct hal_sample *s = &c->in;
-    r->over = r->over || c->test >= 0 || (c->state != STATE_INIT && c->state != STATE_SETTLED);
+    r->over = r->over || (!r->begun && c->seq > 0) || c->test >= 0 || (c->state != STATE_INIT && c->state != STATE_SETTLED);
+    r->begun = true;
     if (r->over || s->flags || !finite_sample(s)) return;
     if (!r->samples++) r->first = *s;
     for (int k = 0; k < LEGS; k++) {

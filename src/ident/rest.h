@@ -1,8 +1,8 @@
 /* Readings of the sensors while the platform rests before its supply comes on: both chambers are
  * at the tank's pressure, so that a pressure sensor reads its zero, and the legs are on their lower
  * end stops. Samples count from a log's beginning until the state is another one than `init` or
- * `settled`; later rests do not, because a chamber may keep its pressure for long. Ordinary
- * threads; no heap. */
+ * `settled`; later rests do not, because a chamber may keep its pressure for long, and a log that
+ * does not begin with the loop's first cycle has none. Ordinary threads; no heap. */
 #ifndef HEXID_REST_H
 #define HEXID_REST_H
 
@@ -13,7 +13,7 @@ struct params;
 enum { REST_LEAST = 25 }; /* samples from which on a rest counts */
 
 struct rest {
-    bool over;
+    bool begun, over;
     int64_t samples;
     /* Readings of the first sample, from which the sums are taken. */
     struct hal_sample first;

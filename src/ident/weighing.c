@@ -8,10 +8,15 @@
 
 static const double STEP_M = 1e-5; /* step of difference quotients of the geometry: well above
                                     * rounding, and far below what bends the kinematics */
+static const double SPAN_S = 0.02; /* time over which a leg's way is told: far above the steps of
+                                    * a length, far below a period */
+static const double COURSE = 0.2;  /* error of the mean of dry friction by its unknown course near
+                                    * a reversal, as a share of it */
 static const double LIKELY = 0.2;  /* greatest relative error that sensors may have */
 
 void weighing_init(struct weighing *w, const struct params *params) {
     *w = (struct weighing){.on = true, .area = cylinder_areas(&params->actuator)};
+    w->span = (int)fmin(fmax(round(SPAN_S / params->loop.period_s), 1.0), WEIGHING_SPAN);
     kinematics_place(&w->kinematics, params);
 }
 
@@ -33,12 +38,26 @@ static bool lifts(const struct kinematics *k, const double length_m[LEGS], doubl
     return true;
 }
 
+/* Adds a cycle's lengths to the ring, and finds the way of each leg over the span: 1 extending, -1
+ * retracting, 0 while the ring is not full. */
+static void ways(struct weighing *w, const double length_m[LEGS], double way[LEGS]) {
+    double *oldest = w->past_m[w->past % w->span];
+    for (int k = 0; k < LEGS; k++) {
+        double moved_m = length_m[k] - oldest[k];
+        way[k] = w->past < w->span ? 0.0 : (moved_m > 0.0) - (moved_m < 0.0);
+    }
+    memcpy(oldest, length_m, LEGS * sizeof *length_m);
+    w->past++;
+}
+
 void weighing_take(struct weighing *w, const struct cycle *c) {
-    double lift[LEGS], sum = 0.0;
+    double lift[LEGS], way[LEGS], sum = 0.0;
     if (!w->on) return;
+    if (c->phase == PHASE_SETTLE || c->test < 0) w->past = 0;
     bool begins = c->test >= 0 && (c->phase == PHASE_SETTLE || c->phase == PHASE_RAMP_IN);
     bool evaluated = c->test >= 0 && (c->phase == PHASE_EVALUATE || c->dof == DOF_NONE) && !c->in.flags;
     struct weighing_test *t = begins || evaluated ? place(w, c) : NULL;
+    if (t) ways(w, c->in.length_m, way);
     if (t && begins) *t = (struct weighing_test){.test = c->test, .dof = c->dof};
     for (int k = 0; k < LEGS; k++) sum += c->in.p1_pa[k] + c->in.p2_pa[k] + c->in.length_m[k];
     if (!t || begins || !isfinite(sum) || !lifts(&w->kinematics, c->in.length_m, w->pose, lift)) return;
@@ -46,7 +65,7 @@ void weighing_take(struct weighing *w, const struct cycle *c) {
     for (int k = 0; k < LEGS; k++) {
         t->lift_n[0][k] += lift[k] * w->area.a1_m2[k] * c->in.p1_pa[k];
         t->lift_n[1][k] += lift[k] * w->area.a2_m2[k] * c->in.p2_pa[k];
-        t->length_m[k] += c->in.length_m[k];
+        t->length_m[k] += c->in.length_m[k], t->way[k] += way[k];
     }
 }
 
@@ -60,7 +79,7 @@ static const struct weighing_test *same_test(const struct weighing *w, const str
 struct difference {
     int tests;
     double kg, square_kg;             /* of the readings, and of their squares */
-    double lift_n[2][LEGS], length_m[LEGS];
+    double lift_n[2][LEGS], length_m[LEGS], way[LEGS];
 };
 
 static void subtract(const struct weighing *without, const struct weighing *with, double gravity_mps2, struct difference *d) {
@@ -76,6 +95,7 @@ static void subtract(const struct weighing *without, const struct weighing *with
                 d->lift_n[s][k] += side_n[s];
             }
             d->length_m[k] += t->length_m[k] / (double)t->samples;
+            d->way[k] += u->way[k] / (double)u->samples - t->way[k] / (double)t->samples;
             kg += (side_n[0] - side_n[1]) / gravity_mps2;
         }
         d->tests++, d->kg += kg, d->square_kg += square(kg);
@@ -133,32 +153,65 @@ static double drift_kg(const struct weighing_log *without, const struct weighing
     return sum_n / params->payload.gravity_mps2;
 }
 
-int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, double weight_kg,
-                  double std_kg, struct weighing_found *found, struct error *error) {
-    double gravity = params->payload.gravity_mps2, length_m[LEGS], lift_n[2][LEGS], lift[LEGS], pose[DOFS] = {0}, drift_kg2 = 0.0;
+/* Finds the part of dry friction in the reading, kg, and the variance of that. */
+static double friction_kg(const struct method_c *m, const double lift[LEGS], const double way[LEGS], double gravity_mps2,
+                          double *variance_kg2) {
+    double sum_n = 0.0, variance_n2 = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        double dry_n = 0.5 * (m->dry[k][0] + m->dry[k][1]), std_n = hypot(m->dry_std[k][0], m->dry_std[k][1]);
+        sum_n += lift[k] * way[k] * dry_n;
+        variance_n2 += square(lift[k] * way[k] * std_n);
+    }
+    *variance_kg2 = (variance_n2 + square(COURSE * sum_n)) / square(gravity_mps2);
+    return sum_n / gravity_mps2;
+}
+
+/* Takes drift and friction off the reading, and finds its deviation. scatter_kg2: variance of one
+ * test's reading. */
+static void correct(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, struct weight weight,
+                    const struct method_c *friction, const struct difference *d, double scatter_kg2, struct weighing_found *found) {
+    double n = d->tests, gravity = params->payload.gravity_mps2, length_m[LEGS], way[LEGS], lift_n[2][LEGS], lift[LEGS], pose[DOFS] = {0};
+    double drift_kg2 = 0.0, friction_kg2 = 0.0;
+    for (int k = 0; k < LEGS; k++) {
+        length_m[k] = d->length_m[k] / n, way[k] = d->way[k] / n;
+        for (int s = 0; s < 2; s++) lift_n[s][k] = d->lift_n[s][k] / n;
+        for (int s = 0; s < 2; s++) found->share[s][k] = (s ? -1.0 : 1.0) * lift_n[s][k] / (gravity * weight.kg);
+    }
+    if (!lifts(&with->sums->kinematics, length_m, pose, lift)) return;
+    found->drift_kg = drift_kg(without, with, params, lift, &drift_kg2);
+    found->friction_kg = friction_kg(friction, lift, way, gravity, &friction_kg2);
+    found->reading_kg -= found->drift_kg + found->friction_kg, found->drift_std_kg = sqrt(drift_kg2);
+    /* Student's t of n - 1 degrees of freedom has the variance (n - 1) / (n - 3). */
+    double student = scatter_kg2 / n * (n - 1.0) / (n - 3.0), geometry = geometry_variance(params, length_m, lift_n) / square(gravity);
+    found->std_kg = sqrt(student + geometry + drift_kg2 + friction_kg2 + square(weight.std_kg));
+}
+
+static int check_friction(const struct method_c *m, struct error *error) {
+    for (int k = 0; k < LEGS; k++)
+        if (isnan(m->dry[k][0] + m->dry[k][1]))
+            return error_set(error, STATUS_USAGE,
+                             "--weight: the first log does not determine the dry friction of leg %d, which it takes to weigh: longer tests",
+                             k + 1);
+    return STATUS_OK;
+}
+
+int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, struct weight weight,
+                  const struct method_c *friction, struct weighing_found *found, struct error *error) {
     struct difference d;
-    subtract(without->sums, with->sums, gravity, &d);
-    if (d.tests < WEIGHING_LEAST || !(gravity > 0.0))
+    subtract(without->sums, with->sums, params->payload.gravity_mps2, &d);
+    if (d.tests < WEIGHING_LEAST || !(params->payload.gravity_mps2 > 0.0))
         return error_set(error, STATUS_USAGE, "--weight: %d tests are complete in both logs, and it takes %d: record the same tests twice",
                          d.tests, WEIGHING_LEAST);
-    double n = d.tests, scatter = fmax(d.square_kg - square(d.kg) / n, 0.0) / (n - 1.0);
-    *found = (struct weighing_found){.stated_kg = weight_kg, .reading_kg = d.kg / n, .tests = d.tests};
-    for (int k = 0; k < LEGS; k++) {
-        length_m[k] = d.length_m[k] / n;
-        for (int s = 0; s < 2; s++) lift_n[s][k] = d.lift_n[s][k] / n;
-        for (int s = 0; s < 2; s++) found->share[s][k] = (s ? -1.0 : 1.0) * lift_n[s][k] / (gravity * weight_kg);
-    }
-    if (lifts(&with->sums->kinematics, length_m, pose, lift)) found->drift_kg = drift_kg(without, with, params, lift, &drift_kg2);
-    found->reading_kg -= found->drift_kg, found->drift_std_kg = sqrt(drift_kg2);
-    if (!(fabs(found->reading_kg / weight_kg - 1.0) < LIKELY))
-        return error_set(error, STATUS_USAGE,
-                         "--weight %g: the legs carry %.4g kg more in the second log than in the first: name the log without the weight "
-                         "first, then the one with it, and its mass in kg",
-                         weight_kg, found->reading_kg);
-    /* Student's t of n - 1 degrees of freedom has the variance (n - 1) / (n - 3). */
-    double student = scatter / n * (n - 1.0) / (n - 3.0);
-    found->std_kg = sqrt(student + geometry_variance(params, length_m, lift_n) / square(gravity) + drift_kg2 + square(std_kg));
-    return STATUS_OK;
+    int status = check_friction(friction, error);
+    if (status) return status;
+    double n = d.tests, scatter_kg2 = fmax(d.square_kg - square(d.kg) / n, 0.0) / (n - 1.0);
+    *found = (struct weighing_found){.stated_kg = weight.kg, .reading_kg = d.kg / n, .tests = d.tests};
+    correct(without, with, params, weight, friction, &d, scatter_kg2, found);
+    if (fabs(found->reading_kg / weight.kg - 1.0) < LIKELY) return STATUS_OK;
+    return error_set(error, STATUS_USAGE,
+                     "--weight %g: the legs carry %.4g kg more in the second log than in the first: name the log without the weight "
+                     "first, then the one with it, and its mass in kg",
+                     weight.kg, found->reading_kg);
 }
 
 void weighing_note(const struct weighing_found *found, struct params *params) {

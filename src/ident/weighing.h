@@ -1,7 +1,9 @@
 /* A known weight on the platform, weighed by the legs: the mean vertical force of the same tests
- * without and with it. Inertia, viscous friction and dry friction are the same in both, and so are
- * zeros of the pressures but for their drift, which rests before the supply comes on show (rest.h):
- * they are not in the difference. Beside the weight the gains of the pressures are:
+ * without and with it. Inertia and viscous friction are in neither mean. Zeros of the pressures are
+ * the same in both, but for their drift, which rests before the supply comes on show (rest.h). Dry
+ * friction is the same while a leg moves one way; as a loaded leg extends for another share of the
+ * time, the change of that share times the friction that method C found is taken off. Beside the
+ * weight the gains of the pressures are in the difference:
  *
  *   m = -sum over legs of n_z (A1 dP1 - A2 dP2) / g,      n the leg's direction, z down
  *
@@ -16,9 +18,11 @@
 
 #include "force.h"
 #include "kinematics.h"
+#include "method_c.h"
 #include "rest.h"
 #include "status.h"
 
+enum { WEIGHING_SPAN = 32 }; /* most samples over which a leg's way is told */
 enum { WEIGHING_TESTS = 16, WEIGHING_LEAST = 4 }; /* most tests kept; least that give a deviation */
 
 /* Sums over the evaluated part of a test. */
@@ -28,6 +32,7 @@ struct weighing_test {
     int64_t samples;
     double lift_n[2][LEGS]; /* sums of -n_z A P, of the rodless and of the rod side */
     double length_m[LEGS];
+    double way[LEGS];       /* sums of the signs of the legs' rates */
 };
 
 struct weighing {
@@ -35,6 +40,9 @@ struct weighing {
     struct kinematics kinematics;
     struct cylinder_areas area;
     double pose[DOFS]; /* last pose, from which the next forward kinematics starts */
+    double past_m[WEIGHING_SPAN][LEGS]; /* last lengths in this test, a ring */
+    int span;                           /* number of samples in the ring */
+    int64_t past;                       /* number of lengths put into it */
     int tests;
     struct weighing_test test[WEIGHING_TESTS];
 };
@@ -49,6 +57,7 @@ struct weighing_found {
     double stated_kg;       /* 0: nothing was weighed */
     double reading_kg, std_kg; /* mean reading, and its deviation without that of the pressures'
                                 * gains */
+    double friction_kg;     /* part of dry friction, which was taken off */
     double drift_kg, drift_std_kg; /* part of the zeros' drift, which was taken off; its deviation,
                                     * which is in std_kg */
     int tests;
@@ -62,10 +71,16 @@ void weighing_init(struct weighing *w, const struct params *params);
  * one. */
 void weighing_take(struct weighing *w, const struct cycle *c);
 
-/* Finds the reading of a weight. std_kg: standard deviation of the weight itself. Returns -2 if
- * fewer than WEIGHING_LEAST tests are in both logs, or the logs do not differ by such a weight. */
-int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, double weight_kg,
-                  double std_kg, struct weighing_found *found, struct error *error);
+/* A weight as it is stated: its mass, and the standard deviation of that. */
+struct weight {
+    double kg, std_kg;
+};
+
+/* Finds the reading of a weight. friction: that of the log without it. Returns -2 if fewer than
+ * WEIGHING_LEAST tests are in both logs, the logs do not differ by such a weight, or a leg's dry
+ * friction is not determined. */
+int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, struct weight weight,
+                  const struct method_c *friction, struct weighing_found *found, struct error *error);
 
 /* Puts the reading into the section `found`. */
 void weighing_note(const struct weighing_found *found, struct params *params);

@@ -155,10 +155,11 @@ static json_t *with_calibration(json_t *root, const struct identification *id) {
                                     "p2_zero_std_pa", report_vector(r->zero_std_pa[1], LEGS)));
     if (!(w->stated_kg > 0.0)) return root;
     return report_set(root, "weight",
-                      json_pack("{so so so so so si so so}", "stated_kg", report_number(w->stated_kg), "reading_kg",
-                                report_number(w->reading_kg), "std_kg", report_number(w->std_kg), "drift_kg", report_number(w->drift_kg),
-                                "drift_std_kg", report_number(w->drift_std_kg), "tests", w->tests, "p1_shares",
-                                report_vector(w->share[0], LEGS), "p2_shares", report_vector(w->share[1], LEGS)));
+                      json_pack("{so so so so so so si so so}", "stated_kg", report_number(w->stated_kg), "reading_kg",
+                                report_number(w->reading_kg), "std_kg", report_number(w->std_kg), "friction_kg",
+                                report_number(w->friction_kg), "drift_kg", report_number(w->drift_kg), "drift_std_kg",
+                                report_number(w->drift_std_kg), "tests", w->tests, "p1_shares", report_vector(w->share[0], LEGS),
+                                "p2_shares", report_vector(w->share[1], LEGS)));
 }
 
 /* Adds the parts of a long motion; other motions have none. */
