@@ -6,11 +6,8 @@
 #include <stdlib.h>
 
 #include "doctor.h"
-#include "force.h"
-#include "kinematics.h"
 #include "loop_check.h"
-#include "pid.h"
-#include "plant.h"
+#include "loop_rig.h"
 
 static const char *const machines[] = {"config/tian2015.yaml", "config/desktop.yaml", "config/simulator.yaml"};
 enum { MACHINES = 3 };
@@ -24,57 +21,7 @@ static struct params load(const char *path, const char *setting) {
     return p;
 }
 
-/* ---- held by the plant ---- */
-
-enum { BLOCKS = 8, BLOCK_OF_BLOW = 2 };
-
-/* Leg rates of a platform that is held in a pose and displaced by 0.1 mm, rms of each half
- * second. */
-static void hold(const struct params *p, const double pose[DOFS], double rms_mps[BLOCKS]) {
-    static const double blow[LEGS] = {1e-4, -0.5e-4, 0.3e-4, -0.8e-4, 0.6e-4, -1e-4};
-    struct error error;
-    struct kinematics k;
-    struct pid pid[LEGS];
-    struct hal_sample now = {0}, before;
-    struct cylinder_areas areas = cylinder_areas(&p->actuator);
-    struct oil_column column[LEGS];
-    struct plant *plant = plant_create(p, 1, &error);
-    double length_m[LEGS], valve[LEGS];
-    int cycles = (int)(0.5 / p->loop.period_s);
-    if (!plant) fail_msg("%s", error.text);
-    plant_place(plant, pose);
-    kinematics_place(&k, p);
-    ik_lengths(&k, pose, length_m);
-    oil_columns_init(column, p, &k);
-    plant_measure(plant, &now);
-    for (int i = 0; i < LEGS; i++) pid_reset(&pid[i], length_m[i], leg_force(&areas, i, now.p1_pa[i], now.p2_pa[i]));
-    for (int n = 0; n < BLOCKS * cycles; n++) {
-        double off = n / cycles == BLOCK_OF_BLOW && n % cycles < 2 ? 1.0 : 0.0;
-        before = now;
-        plant_measure(plant, &now);
-        if (n % cycles == 0) rms_mps[n / cycles] = 0.0;
-        for (int i = 0; i < LEGS; i++) {
-            double rate_mps = (now.length_m[i] - before.length_m[i]) / p->loop.period_s;
-            rms_mps[n / cycles] += rate_mps * rate_mps / (LEGS * cycles);
-            pid[i].feedback_cut = oil_feedback_cut(&column[i], now.length_m[i]);
-            valve[i] = pid_step(&pid[i], &p->control, p->loop.period_s, length_m[i] + off * blow[i], now.length_m[i],
-                                leg_force(&areas, i, now.p1_pa[i], now.p2_pa[i]));
-        }
-        plant_step(plant, valve);
-    }
-    plant_destroy(plant);
-    for (int i = 0; i < BLOCKS; i++) rms_mps[i] = sqrt(rms_mps[i]);
-}
-
-/* In the last half second the platform moves at more than 10 mm/s, or at more than 1 mm/s and
- * faster than after the blow. */
-static bool shakes(const struct params *p, const double pose[DOFS]) {
-    double rms_mps[BLOCKS];
-    hold(p, pose, rms_mps);
-    double last = rms_mps[BLOCKS - 1], first = rms_mps[BLOCK_OF_BLOW];
-    assert_true(isfinite(last));
-    return last > 1e-2 || (last > 1e-3 && last > first);
-}
+static bool shakes(const struct params *p, const double pose[DOFS]) { return loop_rig_shakes(p, pose, 1e-4); }
 
 static const double neutral[DOFS] = {0};
 

@@ -5,15 +5,10 @@
 #ifndef HEXID_LOOP_CHECK_H
 #define HEXID_LOOP_CHECK_H
 
-#include "loop_model.h"
+#include "loop_places.h"
 
 /* hexid warns if the damping ratio is less than this: a step rings for more than three periods */
 #define LOOP_DAMPING_LEAST 0.05
-
-/* Limit of the motion caused by sensor noise alone, as a share of limits.oscillation_mps2. The
- * largest rms in a quarter of a second is 1.5 to 2 times the computed mean; at 0.63 the platform
- * was above the limit for 0.4 s at most, at 0.7 for 0.6 s (docs/validation.md). */
-#define LOOP_NOISE_MOST 0.6
 
 enum loop_state {
     LOOP_UNKNOWN,        /* not computed: the supply cannot hold the platform up at neutral */

@@ -8,6 +8,7 @@
 #include "kinematics.h"
 #include "lin.h"
 #include "params.h"
+#include "units.h"
 #include "vec.h"
 
 static const double FAST_MPS = 1.0; /* speed at which viscous friction is evaluated: at such a speed
@@ -40,13 +41,15 @@ static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mai
 }
 
 /* Finds the flow into each chamber per opening, and its derivative by the chamber's own pressure. A
- * spool that rests near its centre meets both pairs of edges in turn, so their mean counts
- * there. */
-static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double open[PORTS], double by_pa[PORTS]) {
+ * spool that swings across its centre meets both pairs of edges in turn, and each counts by its
+ * part of a sine's first harmonic. */
+static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double swing, double open[PORTS],
+                  double by_pa[PORTS]) {
     double ps = mains->supply_pa, pt = mains->tank_pa;
     const double fed[PORTS] = {sqrt(fmax(ps - r->p1_pa, 0.0)), sqrt(fmax(r->p2_pa - pt, 0.0))};
     const double drained[PORTS] = {sqrt(fmax(r->p1_pa - pt, 0.0)), sqrt(fmax(ps - r->p2_pa, 0.0))};
-    double extends = 0.5 * (1.0 + fmin(fmax(r->opening / CENTRE_SHARE, -1.0), 1.0));
+    double offset = fmin(fmax(r->opening / fmax(swing, CENTRE_SHARE), -1.0), 1.0);
+    double extends = 0.5 + (asin(offset) + offset * sqrt(1.0 - offset * offset)) / PI;
     for (int i = 0; i < PORTS; i++) {
         double drop = extends * fed[i] + (1.0 - extends) * drained[i], gain = c->valve_gain[i];
         open[i] = (i ? -1.0 : 1.0) * gain * drop;
@@ -59,14 +62,15 @@ static double viscous_of(const struct cylinder_model *m, int leg, const struct r
     return 0.5 * (cylinder_friction(m, leg, &s, 1, FAST_MPS).viscous + cylinder_friction(m, leg, &s, -1, FAST_MPS).viscous) / FAST_MPS;
 }
 
-static bool linearise(const struct cylinder_model *m, int leg, double length_m, double force_n, double more_delay_s, struct loop_leg *to) {
+static bool linearise(const struct cylinder_model *m, int leg, double length_m, double force_n, double more_delay_s, double swing,
+                      struct loop_leg *to) {
     const struct cylinder_leg *c = &m->leg[leg];
     struct mains mains = cylinder_mains(m);
     struct rest r = rest_of(c, &mains, force_n);
     double stroke_m = length_m - c->length_min_m, left_m = c->length_max_m - length_m, open[PORTS], by_pa[PORTS];
     const double area[PORTS] = {c->a1_m2, c->a2_m2}, way_m[PORTS] = {fmax(stroke_m, 0.0), fmax(left_m, 0.0)};
     if (!(r.p1_pa > mains.tank_pa && r.p1_pa < mains.supply_pa && r.p2_pa > mains.tank_pa && r.p2_pa < mains.supply_pa)) return false;
-    edges(c, &mains, &r, open, by_pa);
+    edges(c, &mains, &r, swing, open, by_pa);
     *to = (struct loop_leg){
         .viscous = viscous_of(m, leg, &r),
         .spool_radps = sqrt(c->valve_omega_squared),
@@ -131,6 +135,10 @@ static bool find_modes(struct loop_place *p, const struct inverse_dynamics *d, c
 }
 
 bool loop_place_find(struct loop_place *p, const struct params *params, const double pose[DOFS], double more_delay_s) {
+    return loop_place_find_moving(p, params, pose, more_delay_s, 0.0);
+}
+
+bool loop_place_find_moving(struct loop_place *p, const struct params *params, const double pose[DOFS], double more_delay_s, double swing) {
     struct inverse_dynamics d;
     struct inverse_dynamics_input in = {0};
     struct kinematics k;
@@ -148,7 +156,7 @@ bool loop_place_find(struct loop_place *p, const struct params *params, const do
     oil_columns_init(column, params, &k);
     for (int i = 0; i < LEGS; i++) {
         find_speeds(&d.cylinder, i, p);
-        if (!linearise(&d.cylinder, i, length_m[i], p->force_n[i], more_delay_s, &p->leg[i])) return false;
+        if (!linearise(&d.cylinder, i, length_m[i], p->force_n[i], more_delay_s, swing, &p->leg[i])) return false;
         p->leg[i].feedback_cut = oil_feedback_cut(&column[i], length_m[i]);
     }
     return find_modes(p, &d, &k);

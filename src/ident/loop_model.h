@@ -29,6 +29,11 @@ struct loop_place {
  * there is no such pose. */
 bool loop_place_find(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s);
 
+/* The same for a platform that moves about this pose: the valves open by up to `swing` of their
+ * full opening to either side of where they rest, so that both pairs of edges count. 0: held. */
+bool loop_place_find_moving(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s,
+                            double swing);
+
 /* The least damped pole of all modes; if some are unstable, the fastest growing one. */
 struct loop_worst {
     struct loop_pole pole;

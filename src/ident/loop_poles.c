@@ -1,6 +1,7 @@
 #include "loop_poles.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "force.h"
@@ -20,6 +21,11 @@ static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error that is
 static const double LEAST_LAG_S = 1e-4;
 static const double OSCILLATES = 0.95; /* a step overshoots only if the damping ratio is less than
                                         * this */
+
+/* Frequencies of a response, as shares of the oil's: an even sweep from LOW on, and more towards
+ * the peak, from a thousandth of its frequency to half of it on either side. */
+enum { SWEEP = 120, PEAK = (LOOP_ANSWERS - SWEEP) / 2 };
+static const double LOW = 1e-3, PEAK_FROM = 1e-3, PEAK_TO = 0.5, NYQUIST_SHARE = 0.98;
 
 /* One cylinder with the mass that it moves. */
 struct cylinder_loop {
@@ -200,6 +206,70 @@ int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *sha
         pole[count++] = (struct loop_pole){.decay_per_s = -log(size) / dt_s, .radps = atan2(im[i], re[i]) / dt_s};
     }
     return count;
+}
+
+/* Solves a x = b of the plant's states in place, by elimination with pivots. */
+static void solve(double complex a[PLANT][PLANT], double complex x[PLANT]) {
+    for (int i = 0; i < PLANT; i++) {
+        int pivot = i;
+        for (int r = i + 1; r < PLANT; r++)
+            if (cabs(a[r][i]) > cabs(a[pivot][i])) pivot = r;
+        for (int k = 0; k < PLANT; k++) {
+            double complex swapped = a[i][k];
+            a[i][k] = a[pivot][k], a[pivot][k] = swapped;
+        }
+        double complex swapped = x[i];
+        x[i] = x[pivot], x[pivot] = swapped;
+        for (int r = i + 1; r < PLANT; r++) {
+            double complex factor = a[r][i] / a[i][i];
+            for (int k = i; k < PLANT; k++) a[r][k] -= factor * a[i][k];
+            x[r] -= factor * x[i];
+        }
+    }
+    for (int i = PLANT - 1; i >= 0; i--) {
+        for (int k = i + 1; k < PLANT; k++) x[i] -= a[i][k] * x[k];
+        x[i] /= a[i][i];
+    }
+}
+
+static int ascending(const void *a, const void *b) {
+    double first = ((const struct loop_answer *)a)->radps, second = ((const struct loop_answer *)b)->radps;
+    return (first > second) - (first < second);
+}
+
+static void fill_frequencies(struct loop_plant *p, double dt_s) {
+    double most = NYQUIST_SHARE * PI / dt_s, low = fmin(p->oil_radps, most) * LOW;
+    for (int i = 0; i < SWEEP; i++) p->answer[i].radps = low * pow(most / low, (double)i / (SWEEP - 1));
+    for (int i = 0; i < PEAK; i++) {
+        double off = PEAK_FROM * pow(PEAK_TO / PEAK_FROM, (double)i / (PEAK - 1));
+        p->answer[SWEEP + 2 * i].radps = fmin(p->oil_radps * (1.0 - off), most);
+        p->answer[SWEEP + 2 * i + 1].radps = fmin(p->oil_radps * (1.0 + off), most);
+    }
+    qsort(p->answer, LOOP_ANSWERS, sizeof *p->answer, ascending);
+}
+
+void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params, struct loop_plant *p) {
+    struct cylinder_loop c = mean_cylinder(leg, shape, params);
+    double dt_s = params->loop.period_s, rates[PLANT + 1][PLANT + 1], first[PLANT + 1][PLANT + 1], then[PLANT + 1][PLANT + 1];
+    double all[PLANT + 1][PLANT + 1], stiffness = c.a1_m2 * c.leg.chamber[0].push + c.a2_m2 * c.leg.chamber[1].push;
+    struct delay sent = delay_cycles(c.leg.command_delay_s, dt_s), late = delay_cycles(c.leg.length_delay_s, dt_s);
+    fill_rates(&c, rates);
+    exponential(rates, sent.part * dt_s, first);
+    exponential(rates, (1.0 - sent.part) * dt_s, then);
+    multiply(then, first, all);
+    *p = (struct loop_plant){.oil_radps = sqrt(stiffness / c.mass_kg), .feedback_cut = c.leg.feedback_cut};
+    fill_frequencies(p, dt_s);
+    for (int i = 0; i < LOOP_ANSWERS; i++) {
+        double complex z = cexp(CMPLX(0.0, p->answer[i].radps * dt_s)), a[PLANT][PLANT], x[PLANT];
+        for (int r = 0; r < PLANT; r++) {
+            double before = 0.0; /* effect of the older command, as in fill_plant() */
+            for (int k = 0; k < PLANT; k++) a[r][k] = (r == k ? z : 0.0) - all[r][k], before += then[r][k] * first[k][INPUT];
+            x[r] = (then[r][INPUT] + before / z) * cpow(z, -sent.whole);
+        }
+        solve(a, x);
+        p->answer[i].length_m = x[LENGTH] * (1.0 - late.part + late.part / z) * cpow(z, -late.whole);
+        p->answer[i].force_n = UNIT_PA * (c.a1_m2 * x[P1] - c.a2_m2 * x[P2]);
+    }
 }
 
 /* Mean square errors of a mode's length and force. Each leg errs independently: its length by

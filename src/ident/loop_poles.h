@@ -8,6 +8,8 @@
 #ifndef HEXID_LOOP_POLES_H
 #define HEXID_LOOP_POLES_H
 
+#include <complex.h>
+
 #include "oil_columns.h"
 
 /* One leg, linearised about its working point. */
@@ -40,6 +42,21 @@ struct loop_pole {
 enum { LOOP_DELAY_MOST = 14, LOOP_POLES = 10 + 2 * (LOOP_DELAY_MOST + 1) };
 int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]);
+
+/* Frequency response of a mode without its controller: length and force of its mean leg, as the
+ * controller reads them, per full opening of the valves. */
+enum { LOOP_ANSWERS = 280 };
+struct loop_answer {
+    double radps;
+    double complex length_m, force_n;
+};
+struct loop_plant {
+    double oil_radps;                          /* frequency with the ports shut, undamped */
+    double feedback_cut;                       /* as in loop_leg, mean of the mode */
+    struct loop_answer answer[LOOP_ANSWERS];   /* by ascending frequency, to half the sampling's */
+};
+void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
+                     struct loop_plant *plant);
 
 /* Rms acceleration of a mode that the sensors' errors, taken as white, cause in a stable loop; in
  * an unstable loop a huge number or NaN. The unit is m/s^2 per unit of the legs' motion. */

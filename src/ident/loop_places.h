@@ -1,0 +1,36 @@
+/* The poses at which a closed loop is judged. Ordinary threads, no heap. */
+#ifndef HEXID_LOOP_PLACES_H
+#define HEXID_LOOP_PLACES_H
+
+#include "loop_model.h"
+
+/* Limit of the motion caused by sensor noise alone, as a share of limits.oscillation_mps2. The
+ * largest rms in a quarter of a second is 1.5 to 2 times the computed mean; at 0.63 the platform
+ * was above the limit for 0.4 s at most, at 0.7 for 0.6 s (docs/validation.md). */
+#define LOOP_NOISE_MOST 0.6
+
+enum { LOOP_WAY = 8, LOOP_PLACES = 1 + LOOP_WAY + 2 * DOFS };
+
+/* Models of the loop in all poses where the machine may be held: at neutral, on the way down to
+ * parking, and at the ends of the strokes. */
+struct loop_places {
+    int count;
+    int way;             /* number of places at the beginning that are neutral or on the way down */
+    struct loop_place place[LOOP_PLACES];
+};
+
+/* Finds the poses and linearises the machine there. bus: the machine is on a field bus, where
+ * commands act one cycle later. Returns false if the supply cannot hold the platform up at
+ * neutral. */
+bool loop_places_find(struct loop_places *all, const struct params *params, bool bus);
+
+/* Returns the largest shaking by the sensors' noise at neutral and on the way there, where the oil
+ * may be stiffer and the loop less damped than at neutral. Unstable poses are left out. */
+double loop_places_noise_mps2(const struct loop_places *all, const struct params *params);
+
+double loop_noise_most_mps2(const struct params *params); /* limit of that shaking */
+
+/* True if the pole grows, or nothing is known of it. */
+bool loop_grows(const struct loop_worst *worst);
+
+#endif

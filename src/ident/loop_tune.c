@@ -1,0 +1,410 @@
+#include "loop_tune.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kinematics.h"
+#include "params.h"
+#include "units.h"
+
+/* Dampings of the slowest mode that are asked for, until one is reached. */
+static const double dampings[] = {TUNE_DAMPING, 0.2, 0.15, 0.1, 0.05, 0.0};
+enum { DAMPINGS = sizeof dampings / sizeof *dampings };
+
+/* kpf is tried from a 30th to ten times that of the formula, then in finer steps about the best; kp
+ * by halving from its bound down. */
+enum { STEPS_PER_DECADE = 6, STEPS_BELOW = 9, STEPS_ABOVE = 6, FINE = 4, HALVINGS = 9 };
+static const double KP_RANGE = 500.0;
+static const double NOISE_SHARE = 0.4;     /* share of the shaking that is borne: it is computed for
+                                            * errors that are white and independent, and steps of
+                                            * six legs that move alike are neither */
+static const double MODE_DAMPING = 0.06, MODE_SHARE = 0.9; /* least damping of every mode at
+                                                            * neutral; of a mode that has less by
+                                                            * itself, this share of its own */
+static const double PASS_PERIODS = 3.0;    /* time constant tp, as a multiple of 1 / w of the
+                                            * slowest mode: less than 19 degrees of lead are left
+                                            * there */
+static const double KFF_LEAST = 0.75, KFF_MOST = 1.3, KFF_STEP = 0.01; /* range of kff, as a
+                                                                        * multiple of what the
+                                                                        * valve's speed gives */
+static const double FASTER = 4.0, STIFFER = 2.0; /* parts of the machine as they are tried */
+static const double WORTH = 1.1;           /* a part is named if it gives a tenth more damping */
+
+/* The machine in all poses, and a controller that is tried. */
+struct field {
+    struct params params;
+    struct loop_places places;
+    struct loop_plant plant[LOOP_PLACES][DOFS];
+    struct loop_plant moving[DOFS];    /* at neutral, with the valves' openings of the tests */
+    double own_damping[DOFS];          /* of the modes at neutral without a controller */
+};
+
+/* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are its own. */
+static double tests_mps(const struct params *p) {
+    const struct test_params *t = &p->tests;
+    struct kinematics k;
+    double most_mps = 0.0, sum_mps = 0.0;
+    kinematics_place(&k, p);
+    for (int i = 0; i < t->count && !t->trajectory[0]; i++) {
+        enum dof axis = t->order[i];
+        double mps = 2.0 * PI * t->hz[axis] * t->amplitude[axis] * (axis < DOF_PHI ? 1.0 : k.arm_m);
+        sum_mps += mps, most_mps = fmax(most_mps, mps);
+    }
+    return t->multisine ? sum_mps : most_mps;
+}
+
+double loop_fastest_mps(const struct params *p) {
+    double asked_mps = 2.0 * p->motion.park_z_m / fmin(p->motion.engage_s, p->motion.park_s);
+    return fmax(fmin(asked_mps, p->motion.rate_mps), tests_mps(p));
+}
+
+void loop_pose_text(const double pose[DOFS], char text[LOOP_POSE_SIZE]) {
+    snprintf(text, LOOP_POSE_SIZE, "neutral");
+    for (int i = 0; i < DOFS; i++)
+        if (pose[i] != 0.0) snprintf(text, LOOP_POSE_SIZE, "%s %.3g %s", dof_names[i], pose[i], i < DOF_PHI ? "m" : "rad");
+}
+
+static double with_digits(double x, int digits) {
+    char text[32];
+    snprintf(text, sizeof text, "%.*e", digits - 1, x);
+    return strtod(text, NULL);
+}
+
+static struct loop_shape mode_of(const struct loop_place *p, int mode) {
+    return (struct loop_shape){.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+}
+
+static struct loop_shape shape_of(const struct field *f, int place, int mode) { return mode_of(&f->places.place[place], mode); }
+
+/* Changes one part of the machine to see whether it limits the loop. */
+static void improve(struct field *f, enum loop_part part) {
+    for (int i = 0; i < f->places.count; i++)
+        for (int k = 0; k < LEGS; k++) {
+            struct loop_leg *leg = &f->places.place[i].leg[k];
+            if (part == LOOP_PART_VALVE) leg->spool_radps *= FASTER;
+            if (part == LOOP_PART_CYCLE) leg->command_delay_s /= FASTER, leg->length_delay_s /= FASTER;
+            for (int c = 0; c < 2 && part == LOOP_PART_OIL; c++) {
+                struct oil_chamber *o = &leg->chamber[c];
+                o->push *= STIFFER, o->open *= STIFFER, o->sag *= STIFFER, o->other *= STIFFER;
+            }
+        }
+    if (part == LOOP_PART_CYCLE) f->params.loop.period_s /= FASTER;
+}
+
+/* Mean speeds of a leg at full opening, at neutral. */
+static void speeds(const struct field *f, double *out_mps, double *in_mps) {
+    const struct loop_place *neutral = &f->places.place[0];
+    *out_mps = *in_mps = 0.0;
+    for (int i = 0; i < LEGS; i++) *out_mps += neutral->out_mps[i] / LEGS, *in_mps += neutral->in_mps[i] / LEGS;
+}
+
+static double kff_of_valve(const struct field *f) {
+    double out_mps, in_mps;
+    speeds(f, &out_mps, &in_mps);
+    return with_digits(2.0 / (out_mps + in_mps), 3);
+}
+
+static bool find_moving(struct field *f, const struct params *params, bool bus) {
+    static const double neutral[DOFS] = {0};
+    struct loop_place moving;
+    double swing = fmin(kff_of_valve(f) * tests_mps(params), 1.0);
+    if (!loop_place_find_moving(&moving, params, neutral, bus ? params->loop.period_s : 0.0, swing)) return false;
+    for (int mode = 0; mode < DOFS; mode++) {
+        const struct loop_shape shape = mode_of(&moving, mode);
+        loop_plant_find(moving.leg, &shape, params, &f->moving[mode]);
+    }
+    return true;
+}
+
+/* Least damped pair of poles of a mode. Without one the mode does not oscillate, and counts as
+ * critically damped. */
+static struct loop_pole least_damped(const struct field *f, int place, int mode, bool *pair) {
+    struct loop_pole pole[LOOP_POLES], least = {.decay_per_s = 1.0};
+    const struct loop_shape shape = shape_of(f, place, mode);
+    int count = loop_poles_all(f->places.place[place].leg, &shape, &f->params, pole);
+    *pair = false;
+    for (int i = 0; i < count; i++)
+        if (pole[i].radps > 0.0 && loop_pole_damping(&pole[i]) < loop_pole_damping(&least)) least = pole[i], *pair = true;
+    return least;
+}
+
+static void find_own_dampings(struct field *f) {
+    const struct control_params control = f->params.control;
+    struct control_params *g = &f->params.control;
+    bool pair;
+    g->kp = g->ki = g->kd = g->kpf = 0.0;
+    for (int mode = 0; mode < DOFS; mode++) {
+        struct loop_pole pole = least_damped(f, 0, mode, &pair);
+        f->own_damping[mode] = loop_pole_damping(&pole);
+    }
+    f->params.control = control;
+}
+
+static bool field_init(struct field *f, const struct params *params, bool bus, enum loop_part part) {
+    f->params = *params;
+    if (!loop_places_find(&f->places, params, bus)) return false;
+    improve(f, part);
+    for (int i = 0; i < f->places.count; i++)
+        for (int mode = 0; mode < DOFS; mode++) {
+            const struct loop_shape shape = shape_of(f, i, mode);
+            loop_plant_find(f->places.place[i].leg, &shape, &f->params, &f->plant[i][mode]);
+        }
+    find_own_dampings(f);
+    return find_moving(f, params, bus);
+}
+
+/* ---- how a controller does ---- */
+
+/* A leg at speed v needs an opening of v / (its speed at full opening) in this direction; kff gives
+ * kff v, and an error makes up for the rest through kp. */
+static double missing_opening(const struct field *f, double kff) {
+    double out_mps, in_mps;
+    speeds(f, &out_mps, &in_mps);
+    return fmax(fabs(1.0 / out_mps - kff), fabs(1.0 / in_mps - kff)) * loop_fastest_mps(&f->params);
+}
+
+static double following_m(const struct field *f, const struct control_params *g) {
+    return g->kp > 0.0 ? missing_opening(f, g->kff) / g->kp : HUGE_VAL;
+}
+
+/* Largest error of a mode's amplitude at its axis's test, at neutral. */
+static struct loop_least amplitude_off(const struct field *f, const struct control_params *g) {
+    const struct loop_place *p = &f->places.place[0];
+    struct loop_least most = {0};
+    for (int mode = 0; mode < DOFS; mode++) {
+        double hz = f->params.tests.hz[p->dof[mode]];
+        double off = cabs(loop_follow(&f->moving[mode], g, 2.0 * PI * hz, f->params.loop.period_s)) - 1.0;
+        if (fabs(off) > fabs(most.value)) most = (struct loop_least){.value = off, .hz = hz, .dof = p->dof[mode]};
+    }
+    return most;
+}
+
+static double slowest_damping(const struct field *f, int place) {
+    bool pair;
+    struct loop_pole pole = least_damped(f, place, 0, &pair);
+    return loop_pole_damping(&pole);
+}
+
+static bool keeps_margins(const struct field *f, int place) {
+    for (int mode = 0; mode < DOFS; mode++) {
+        struct loop_margin m = loop_margin(&f->plant[place][mode], &f->params.control, f->params.loop.period_s);
+        if (!(fmin(m.gain_db, m.drop_db) >= TUNE_GAIN_DB && m.phase_deg >= TUNE_PHASE_DEG)) return false;
+    }
+    return true;
+}
+
+static bool is_stable(const struct field *f, int place) {
+    struct loop_worst worst = loop_place_worst(&f->places.place[place], &f->params);
+    return worst.known && worst.pole.decay_per_s > 0.0;
+}
+
+/* True if no mode at neutral is left with less damping than it needs. */
+static bool keeps_dampings(const struct field *f) {
+    bool pair;
+    for (int mode = 0; mode < DOFS; mode++) {
+        struct loop_pole pole = least_damped(f, 0, mode, &pair);
+        if (!(loop_pole_damping(&pole) >= fmin(MODE_DAMPING, MODE_SHARE * f->own_damping[mode]))) return false;
+    }
+    return true;
+}
+
+/* True if the gains keep all margins, with this damping of the slowest mode. The cheapest questions
+ * come first. */
+static bool holds(struct field *f, const struct control_params *g, double damping) {
+    f->params.control = *g;
+    for (int i = 0; i < f->places.count; i++)
+        if (!keeps_margins(f, i)) return false;
+    if (!keeps_dampings(f)) return false;
+    for (int i = 0; i < f->places.way; i++)
+        if (!(slowest_damping(f, i) >= damping)) return false;
+    for (int i = 0; i < f->places.count; i++)
+        if (!is_stable(f, i)) return false;
+    return loop_places_noise_mps2(&f->places, &f->params) <= NOISE_SHARE * loop_noise_most_mps2(&f->params);
+}
+
+/* ---- the search ---- */
+
+/* Gains with this kp and kpf: the bandwidth is kp / kff, as long as the oil's modes are faster. */
+static struct control_params gains_of(const struct field *f, double kff, double tp, double kpf, double kp) {
+    struct control_params g = f->params.control;
+    g.kff = kff, g.tp = tp, g.kd = 0.0;
+    g.kpf = with_digits(kpf, 2), g.kp = with_digits(kp, 2);
+    g.ki = with_digits(TUNE_INTEGRAL * g.kp * g.kp / kff, 2);
+    return g;
+}
+
+/* Finds the largest kp that keeps the margins with this kpf; kp = 0: none does. */
+static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping) {
+    double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;
+    struct control_params found = gains_of(f, kff, tp, kpf, low);
+    if (!holds(f, &found, damping)) return (struct control_params){0};
+    struct control_params bound = gains_of(f, kff, tp, kpf, most);
+    if (holds(f, &bound, damping)) return bound;
+    for (int i = 0; i < HALVINGS; i++) {
+        double middle = sqrt(low * high);
+        struct control_params g = gains_of(f, kff, tp, kpf, middle);
+        if (holds(f, &g, damping)) low = middle, found = g;
+        else high = middle;
+    }
+    return found;
+}
+
+static void take_better(struct control_params *best, struct control_params g) {
+    if (g.kp > best->kp) *best = g;
+}
+
+/* kpf that adds this damping to the slowest mode, if the valve has no lag: 2 d kff / (w m). */
+static double kpf_of(const struct field *f, double kff, double damping) {
+    return 2.0 * damping * kff / (f->plant[0][0].oil_radps * f->places.place[0].mass_kg[0]);
+}
+
+static struct control_params search(struct field *f, double kff, double tp, double damping) {
+    struct control_params best = {0};
+    double scale = kpf_of(f, kff, TUNE_DAMPING);
+    for (int i = -STEPS_BELOW; i <= STEPS_ABOVE; i++)
+        take_better(&best, best_of_kpf(f, kff, tp, scale * pow(10.0, (double)i / STEPS_PER_DECADE), damping));
+    double about = best.kpf;
+    for (int i = 1 - FINE; i < FINE && about > 0.0; i++)
+        take_better(&best, best_of_kpf(f, kff, tp, about * pow(10.0, (double)i / (FINE * STEPS_PER_DECADE)), damping));
+    return best;
+}
+
+/* Finds kff with which the amplitudes of all tests are nearest to what is asked for. Oil that leaks
+ * takes a part of a slow flow, so that the speed at full opening alone gives too little. */
+static void match_amplitudes(const struct field *f, struct control_params *g) {
+    struct control_params tried = *g;
+    double least = HUGE_VAL, valve = g->kff;
+    for (double share = KFF_LEAST; share <= KFF_MOST; share += KFF_STEP) {
+        tried.kff = with_digits(share * valve, 3);
+        double off = fabs(amplitude_off(f, &tried).value);
+        if (off < least) least = off, *g = tried;
+    }
+}
+
+/* Finds gains for the largest damping that some reach, with kp large enough for the legs to follow.
+ * A slow machine needs a longer tp: the high-pass must pass the slowest mode's force. */
+static struct control_params find(struct field *f, const struct control_params *now, double kff, double *wanted) {
+    double slow_s = with_digits(PASS_PERIODS / f->plant[0][0].oil_radps, 2);
+    double kp_least = missing_opening(f, kff) / (TUNE_FOLLOWING * f->params.limits.following_m);
+    struct control_params weak = {0};
+    *wanted = 0.0;
+    for (int i = 0; i < DAMPINGS; i++) {
+        struct control_params g = search(f, kff, now->tp, dampings[i]);
+        if (g.kp < kp_least && slow_s > now->tp) take_better(&g, search(f, kff, slow_s, dampings[i]));
+        if (g.kp > weak.kp) weak = g, *wanted = dampings[i];
+        if (g.kp >= kp_least && g.kp > 0.0) return g;
+    }
+    return weak;
+}
+
+/* ---- how the gains stand ---- */
+
+static void take_least(struct loop_least *to, double value, double hz, const struct loop_place *place, int mode) {
+    if (!(value < to->value)) return;
+    *to = (struct loop_least){.value = value, .hz = hz, .dof = place->dof[mode]};
+    memcpy(to->pose, place->pose, sizeof to->pose);
+}
+
+static void stand_in(struct field *f, int place, struct loop_standing *s) {
+    const struct loop_place *p = &f->places.place[place];
+    for (int mode = 0; mode < DOFS; mode++) {
+        struct loop_margin m = loop_margin(&f->plant[place][mode], &f->params.control, f->params.loop.period_s);
+        struct loop_mode_standing *of = &s->mode[mode];
+        double gain_db = fmin(m.gain_db, m.drop_db), hz = m.gain_db <= m.drop_db ? m.gain_hz : 0.0;
+        take_least(&of->gain_db, gain_db, hz, p, mode), take_least(&s->gain_db, gain_db, hz, p, mode);
+        take_least(&of->phase_deg, m.phase_deg, m.phase_hz, p, mode), take_least(&s->phase_deg, m.phase_deg, m.phase_hz, p, mode);
+        take_least(&s->delay_s, m.delay_s, m.delay_hz, p, mode);
+        if (place == 0) of->bandwidth_hz = m.bandwidth_hz;
+    }
+    if (place < f->places.way) take_least(&s->damping, slowest_damping(f, place), f->plant[place][0].oil_radps / (2.0 * PI), p, 0);
+    s->stable &= is_stable(f, place);
+}
+
+static void stand_neutral(struct field *f, const struct control_params *g, struct loop_standing *s) {
+    bool pair;
+    f->params.control = *g;
+    for (int mode = 0; mode < DOFS; mode++) {
+        struct loop_mode_standing *of = &s->mode[mode];
+        of->dof = f->places.place[0].dof[mode], of->oil_hz = f->plant[0][mode].oil_radps / (2.0 * PI);
+        of->oil_damping = f->own_damping[mode];
+        struct loop_pole pole = least_damped(f, 0, mode, &pair);
+        of->hz = pair ? loop_pole_hz(&pole) : (double)NAN, of->damping = loop_pole_damping(&pole);
+    }
+}
+
+static struct loop_standing stand(struct field *f, const struct control_params *g) {
+    const struct loop_least none = {.value = HUGE_VAL};
+    struct loop_standing s = {.stable = true, .gain_db = none, .phase_deg = none, .delay_s = none, .damping = none};
+    for (int mode = 0; mode < DOFS; mode++) s.mode[mode].gain_db = s.mode[mode].phase_deg = none;
+    f->params.control = *g;
+    for (int i = 0; i < f->places.count; i++) stand_in(f, i, &s);
+    s.noise_mps2 = loop_places_noise_mps2(&f->places, &f->params), s.noise_most_mps2 = loop_noise_most_mps2(&f->params);
+    s.following_m = following_m(f, g), s.amplitude = amplitude_off(f, g);
+    stand_neutral(f, g, &s);
+    return s;
+}
+
+/* ---- all of it ---- */
+
+static void solve(struct field *f, const struct params *params, struct loop_tune *t) {
+    speeds(f, &t->out_mps, &t->in_mps);
+    t->gains = find(f, &params->control, kff_of_valve(f), &t->damping_wanted);
+    match_amplitudes(f, &t->gains);
+    t->reached = t->gains.kp > 0.0 && t->damping_wanted >= TUNE_DAMPING &&
+                 following_m(f, &t->gains) <= TUNE_FOLLOWING * params->limits.following_m;
+}
+
+static double least_slowest_damping(struct field *f, const struct control_params *g) {
+    double least = HUGE_VAL;
+    f->params.control = *g;
+    for (int i = 0; i < f->places.way; i++) least = fmin(least, slowest_damping(f, i));
+    return least;
+}
+
+/* Finds the part with which the slowest mode gains most damping. */
+static void find_part(struct field *f, const struct params *params, bool bus, struct loop_tune *t) {
+    double most = WORTH * t->after.damping.value;
+    for (int part = LOOP_PART_NONE + 1; part < LOOP_PARTS; part++) {
+        struct loop_tune other;
+        if (!field_init(f, params, bus, (enum loop_part)part)) continue;
+        solve(f, params, &other);
+        double damping = other.gains.kp > 0.0 ? least_slowest_damping(f, &other.gains) : 0.0;
+        t->part_damping[part] = damping;
+        if (damping > most) t->limit = (enum loop_part)part, most = damping;
+    }
+}
+
+/* Makes the field of this machine, which the caller frees; NULL with a status and a message. */
+static struct field *field_new(const struct params *params, bool bus, int *status, struct error *error) {
+    struct field *f = malloc(sizeof *f);
+    *status = STATUS_OK;
+    if (f && field_init(f, params, bus, LOOP_PART_NONE)) return f;
+    *status = f ? error_set(error, STATUS_USAGE,
+                            "no gains: the supply does not hold the platform up at neutral; compare payload, actuator and "
+                            "hydraulics.supply_pa with the machine")
+                : error_set(error, STATUS_IO, "out of memory");
+    free(f);
+    return NULL;
+}
+
+int loop_tune_stand(const struct params *params, bool bus, struct loop_standing *s, struct error *error) {
+    int status;
+    struct field *f = field_new(params, bus, &status, error);
+    if (f) *s = stand(f, &params->control);
+    free(f);
+    return status;
+}
+
+int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *t, struct error *error) {
+    int status;
+    *t = (struct loop_tune){.now = params->control};
+    struct field *f = field_new(params, bus, &status, error);
+    if (!f) return status;
+    solve(f, params, t);
+    t->before = stand(f, &t->now);
+    t->after = stand(f, &t->gains);
+    if (parts && !t->reached) find_part(f, params, bus, t);
+    free(f);
+    return STATUS_OK;
+}
