@@ -107,5 +107,6 @@ int cmd_command(int argc, char **argv);
 int cmd_monitor(int argc, char **argv);
 int cmd_doctor(int argc, char **argv);
 int cmd_effects(int argc, char **argv);
+int cmd_tune(int argc, char **argv);
 
 #endif

@@ -66,6 +66,14 @@ static const char doctor_options[] = CONFIG
     "should; ?: cannot be seen from here\n"
     "exit status 0 without a FAIL, whatever is warned of; 1 with one; 2 when the configuration is invalid\n";
 
+static const char tune_options[] = CONFIG
+    "  --hal URL        the machine, as for hexid run: on a field bus each command acts a cycle later. sim: without it\n"
+    "  -o FILE          the whole configuration with the gains that were found, for hexid run -c; - for standard output\n"
+    "  --json FILE      modes, margins and gains before and after, schema hexid.tune/1; - for standard output\n" SET
+    "\nnothing is moved and nothing simulated: the linear loop is computed in every pose where the machine may be held\n"
+    "exit status 0 when the gains reach 6 dB, 45 degrees and a damping of 0.3; 1 when not: the line says which\n"
+    "is missed, and by which part of the machine\n";
+
 static const struct subcommand subcommands[] = {
     {"run",
      "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB] [--log-part GB]] [--json FILE]\n"
@@ -144,6 +152,9 @@ static const struct subcommand subcommands[] = {
      "           [--modbus-map | --failures | --refusals | --keys]",
      "check configuration, real time, field buses, LCM and disk: ok, WARN or FAIL, with the remedy", doctor_options,
      "hexid doctor -c rig.yaml --hal can:can0", cmd_doctor},
+    {"tune", "[-c FILE] [--hal URL] [-o FILE] [--json FILE] [--set KEY=VALUE ...]",
+     "find the first gains of a machine from its configuration alone, with the margins before and after", tune_options,
+     "hexid tune -c rig.yaml -o tuned.yaml", cmd_tune},
     {"effects", "[NAME] [--json FILE]", "list the effects that the simulated plant can have",
      "  NAME             this one alone\n"
      "  --json FILE      the same, schema hexid.effects/1; - for standard output\n",

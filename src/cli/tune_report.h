@@ -1,0 +1,22 @@
+/* The result of `hexid tune` for people, as a section of YAML, and as JSON. Ordinary threads. */
+#ifndef HEXID_TUNE_REPORT_H
+#define HEXID_TUNE_REPORT_H
+
+#include <stdio.h>
+
+#include "loop_tune.h"
+
+/* Prints the table of modes before and after, and the margins with their places. */
+void tune_report_print(FILE *out, const struct loop_tune *tune, const struct params *params);
+
+/* Prints the section `control`, to be pasted into a configuration. */
+void tune_report_section(FILE *out, const struct loop_tune *tune);
+
+/* Says which margin is missed, by how much and by which part of the machine; "": none. */
+enum { TUNE_MISS_SIZE = 400 };
+void tune_report_missed(const struct loop_tune *tune, const struct params *params, char text[TUNE_MISS_SIZE]);
+
+/* Schema hexid.tune/1. The caller frees the text; NULL without memory. */
+char *tune_report_json(const struct loop_tune *tune, const char *config, bool bus);
+
+#endif
