@@ -27,6 +27,7 @@ static const struct check {
     {"cylinders", check_cylinders},
     {"payload", check_payload},
     {"loop", check_loop},
+    {"gains", check_gains},
     {"feed-forward", check_feed_forward},
     {"moves", check_moves},
     {"limits", check_limits},

@@ -56,6 +56,7 @@ struct session {
     struct recorder recorder;
     struct progress progress;
     struct loop_check poles;      /* result of checking the closed loop */
+    struct gains_check gains;     /* margins of the configured gains */
     struct log_writer *log;
     struct log_keeper keeper;
     struct bus *bus;
@@ -375,12 +376,9 @@ static void warn_of_machine(const struct session *s, bool opened) {
         const char *name;
         doctor_check *ask;
         bool opened;
-    } checks[] = {{"workspace", check_workspace, false},
-                  {"loop", check_loop, true},
-                  {"feed-forward", check_feed_forward, true},
-                  {"limits", check_limits, true},
-                  {"moves", check_moves, true}};
-    const struct doctor d = {.params = &s->params, .machine = on_bus(s), .loop = &s->poles};
+    } checks[] = {{"workspace", check_workspace, false},      {"loop", check_loop, true},     {"gains", check_gains, true},
+                  {"feed-forward", check_feed_forward, true}, {"limits", check_limits, true}, {"moves", check_moves, true}};
+    const struct doctor d = {.params = &s->params, .machine = on_bus(s), .loop = &s->poles, .gains = &s->gains};
     for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
         if (checks[i].opened != opened) continue;
         struct finding f = checks[i].ask(&d);
@@ -397,7 +395,12 @@ static int check_poles(struct session *s, struct error *error) {
     if (params_mechanism(&s->params)->refuses.run || kinematics_init(&k, &s->params, &unheard)) return STATUS_OK;
     warn_of_machine(s, false);
     s->poles = loop_check(&s->params, on_bus(s));
-    return loop_check_run(&s->poles, on_bus(s), error);
+    s->gains = gains_check(&s->params, on_bus(s));
+    int status = loop_check_run(&s->poles, on_bus(s), error);
+    size_t used = status ? strlen(error->text) : 0;
+    if (status && *s->gains.remedy)
+        snprintf(error->text + used, sizeof error->text - used, "; or, as `hexid tune` gives for this machine: %s", s->gains.remedy);
+    return status;
 }
 
 /* Warns if two axes of a multisine have the same frequency, because their motions then cannot be
@@ -431,8 +434,13 @@ static int run(struct session *s, struct error *error) {
     if (progress_open(&s->progress, &s->params, results_on_stdout ? STDERR_FILENO : STDOUT_FILENO, s->options.fast))
         return error_set(error, STATUS_IO, "no pipe to the terminal: %s", strerror(errno));
     crash_guard(s->hal, &s->loop.abort);
-    s->recorder = (struct recorder){
-        .params = &s->params, .loop = &s->loop, .records = &s->ring, .log = s->log, .bus = s->bus, .progress = &s->progress};
+    s->recorder = (struct recorder){.params = &s->params,
+                                    .loop = &s->loop,
+                                    .records = &s->ring,
+                                    .log = s->log,
+                                    .bus = s->bus,
+                                    .progress = &s->progress,
+                                    .loop_says = s->gains.remedy};
     if (s->keeper.socket >= 0) s->recorder.keeper = &s->keeper, s->recorder.part_bytes = (int64_t)s->options.log_part_bytes;
     if (notify_open(&s->recorder.notify, error)) warn(error);
     warn_of_missing_inputs(s);

@@ -35,6 +35,8 @@ bool doctor_drives(const struct doctor *d) { return !params_mechanism(d->params)
 
 struct loop_check doctor_loop(const struct doctor *d) { return d->loop ? *d->loop : loop_check(d->params, d->machine); }
 
+struct gains_check doctor_gains(const struct doctor *d) { return d->gains ? *d->gains : gains_check(d->params, d->machine); }
+
 enum level level_of_machine(const struct doctor *d) { return d->machine ? LEVEL_FAIL : LEVEL_WARN; }
 
 const char *doctor_address(const struct doctor *d, const char *scheme) {

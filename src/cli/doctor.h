@@ -15,6 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "gains_check.h"
 #include "loop_check.h"
 #include "status.h"
 
@@ -38,6 +39,7 @@ struct doctor {
     bool machine;           /* the URL is not of a simulation, so that real time is required */
     const struct loop_check *loop; /* check of the closed loop for these parameters; NULL: each
                                     * check computes it */
+    const struct gains_check *gains; /* margins of the configured gains; NULL: likewise */
 };
 
 typedef struct finding doctor_check(const struct doctor *d);
@@ -59,6 +61,9 @@ bool doctor_drives(const struct doctor *d);
 
 /* Returns the check of the closed loop: d->loop, or computed here. */
 struct loop_check doctor_loop(const struct doctor *d);
+
+/* Returns the margins of the configured gains: d->gains, or computed here. */
+struct gains_check doctor_gains(const struct doctor *d);
 
 /* Returns the part of the machine's URL after "can:", for scheme "can"; NULL if the URL has another
  * scheme. */
@@ -88,7 +93,7 @@ double doctor_now_s(void); /* Returns the time of CLOCK_MONOTONIC. */
 
 /* ---- doctor_machine.c: the configuration ---- */
 doctor_check check_configuration, check_machine, check_kinematics, check_workspace, check_strokes, check_cylinders, check_payload,
-    check_tests, check_blind_time, check_interlocks, check_loop, check_feed_forward, check_moves;
+    check_tests, check_blind_time, check_interlocks, check_loop, check_gains, check_feed_forward, check_moves;
 
 /* ---- doctor_limits.c: limits against the machine's abilities ---- */
 doctor_check check_limits;

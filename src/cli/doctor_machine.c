@@ -5,13 +5,16 @@
 #include "blind_time.h"
 #include "config.h"
 #include "doctor.h"
+#include "gains_check.h"
 #include "hal.h"
 #include "interlock.h"
 #include "kinematics.h"
+#include "loop_tune.h"
 #include "motion_check.h"
 #include "params.h"
 #include "trajectory_file.h"
 #include "reference.h"
+#include "report_json.h"
 #include "units.h"
 #include "workspace.h"
 
@@ -168,6 +171,21 @@ struct finding check_interlocks(const struct doctor *d) {
                    "%s; one contact each: an input that is stuck closed is not seen", wiring);
 }
 
+/* Checks the margins of the loop in all poses. An unstable loop at neutral is for check_loop(). */
+struct finding check_gains(const struct doctor *d) {
+    char found[GAINS_TEXT_SIZE];
+    if (!doctor_drives(d)) return finding_none();
+    struct gains_check c = doctor_gains(d);
+    if (!c.known) return finding_none();
+    gains_check_describe(&c, found);
+    struct finding f = finding(c.missed ? LEVEL_WARN : LEVEL_OK,
+                               *c.remedy ? c.remedy : "compare payload, actuator and hydraulics with the machine", "%s%s", found,
+                               c.missed ? "; wanted are 6 dB and 45 degrees, as `hexid tune` gives" : "");
+    f.data = json_pack("{so so sb}", "gain_margin_db", report_number(c.standing.gain_db.value), "phase_margin_deg",
+                       report_number(c.standing.phase_deg.value), "stable", c.standing.stable);
+    return f;
+}
+
 /* SAFETY: an unstable loop shakes the platform from the first moment; `hexid run` refuses it. */
 struct finding check_loop(const struct doctor *d) {
     char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
@@ -183,21 +201,6 @@ struct finding check_loop(const struct doctor *d) {
     return f;
 }
 
-/* Returns an upper bound of a leg's speed in the moves and in sinusoidal tests, m/s. */
-static double fastest_mps(const struct params *p) {
-    const struct test_params *t = &p->tests;
-    struct kinematics k;
-    kinematics_place(&k, p);
-    double asked_mps = 2.0 * p->motion.park_z_m / fmin(p->motion.engage_s, p->motion.park_s);
-    double move_mps = fmin(asked_mps, p->motion.rate_mps), most_mps = 0.0, sum_mps = 0.0;
-    for (int i = 0; i < t->count && !t->trajectory[0]; i++) {
-        enum dof axis = t->order[i];
-        double mps = 2.0 * PI * t->hz[axis] * t->amplitude[axis] * (axis < DOF_PHI ? 1.0 : k.arm_m);
-        sum_mps += mps, most_mps = fmax(most_mps, mps);
-    }
-    return fmax(move_mps, t->multisine ? sum_mps : most_mps);
-}
-
 /* Checks control.kff: with a feed-forward that does not match the valve, a leg runs ahead of its
  * reference or lags, in proportion to its speed, and kp has to compensate. */
 struct finding check_feed_forward(const struct doctor *d) {
@@ -205,7 +208,7 @@ struct finding check_feed_forward(const struct doctor *d) {
     const struct params *p = d->params;
     struct loop_check c = doctor_loop(d);
     if (c.state == LOOP_UNKNOWN) return finding_none();
-    double kff = p->control.kff, off_m = p->control.kp > 0.0 ? fabs(c.kff_suits - kff) * fastest_mps(p) / p->control.kp : 0.0;
+    double kff = p->control.kff, off_m = p->control.kp > 0.0 ? fabs(c.kff_suits - kff) * loop_fastest_mps(p) / p->control.kp : 0.0;
     bool ahead = kff > FEED_FORWARD_MOST * c.kff_suits, faults = off_m > FOLLOWING_SHARE * p->limits.following_m;
     char remedy[120];
     snprintf(remedy, sizeof remedy, "set control.kff to %.3g, 1 / (mean speed of a leg at full opening)", c.kff_suits);

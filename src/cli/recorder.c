@@ -75,11 +75,24 @@ static void device(struct recorder *r) {
     progress_say(r->progress, "hexid: device: %s\n", *text ? text : "nothing is wrong on the way to the machine");
 }
 
+/* Puts the gains first among the causes of faults that a bad loop sets off, if its model says
+ * so. */
+static void blame_gains(const struct recorder *r, char cause[FAILURE_TEXT_SIZE], char remedy[FAILURE_TEXT_SIZE]) {
+    static const uint32_t of_loop = FAULT_FORCE | FAULT_OSCILLATION | FAULT_LEG_RATE | FAULT_FOLLOWING;
+    char otherwise[FAILURE_TEXT_SIZE];
+    if (!*r->loop_says || !(r->analysis.last.first_fault & of_loop)) return;
+    snprintf(cause, FAILURE_TEXT_SIZE, "%s; most likely the gains", failure_of(r->analysis.last.first_fault)->what);
+    snprintf(otherwise, sizeof otherwise, "%s", remedy);
+    snprintf(remedy, FAILURE_TEXT_SIZE, "%.*s; or else: %.*s", FAILURE_TEXT_SIZE / 2 - 10, r->loop_says, FAILURE_TEXT_SIZE / 2 - 10,
+             otherwise);
+}
+
 static void fault(struct recorder *r) {
     const struct analysis *a = &r->analysis;
     char line[FAULT_LINE_SIZE], cause[FAILURE_TEXT_SIZE], remedy[FAILURE_TEXT_SIZE];
     fault_line(a->last.first_fault, a->last.faults, &a->last.measure, line);
     failure_explain(a->last.first_fault, a->missed, seconds_from_ns(a->longest_ns), r->params->motion.automatic, cause, remedy);
+    blame_gains(r, cause, remedy);
     event(r, "fault", line);
     event(r, "cause", cause);
     event(r, "remedy", remedy);

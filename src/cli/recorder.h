@@ -29,6 +29,8 @@ struct recorder {
     const char *config;
     struct bus *bus;                 /* LCM bus; NULL: there is none */
     struct progress *progress;
+    const char *loop_says;           /* what the loop's model finds wrong with the gains, and which
+                                      * to set; "": nothing */
     struct notify notify;            /* for a service manager: ready when settled, life signs
                                       * while cycles come, stopping when the loop is to quit */
     struct analysis analysis;
