@@ -76,6 +76,7 @@ static inline void episode_draw(struct episode *e, uint64_t seed) {
     uint64_t state = mix(seed) << 20;
     *e = (struct episode){.seed = seed, .cycles = EPISODE};
     e->params = brisk();
+    e->params.control.law = seed % 2 ? CONTROL_MODEL : CONTROL_PID;
     draw_motion(&e->params, &state);
     draw_limits(&e->params, &state);
     e->clock = below(&state, 6) ? CLOCK_REAL : CLOCK_PACED;

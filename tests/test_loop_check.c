@@ -292,6 +292,19 @@ static void feed_forward_is_held_against_the_valve(void **unused) {
     }
 }
 
+static void the_law_model_is_told_of_the_buss_delay(void **unused) {
+    (void)unused;
+    for (int n = 0; n < 4; n++) {
+        struct params p = load(NULL, n == 0 ? "control.law=pid" : "control.law=model");
+        if (n == 3) p.control.delay_s = p.loop.period_s;
+        const struct doctor d = {.params = &p, .machine = n != 1};
+        struct finding f = check_feed_forward(&d);
+        assert_int_equal(strstr(f.found, "control.delay_s") != NULL, n == 2);
+        if (n == 2) assert_string_equal(f.remedy, "set control.delay_s to 0.002");
+        json_decref(f.data);
+    }
+}
+
 int main(int argc, char **argv) {
     all = argc > 1 && !strcmp(argv[1], "all");
     const struct CMUnitTest tests[] = {
@@ -306,6 +319,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(whoever_follows_the_proposals_gets_through),
         cmocka_unit_test(poles_that_do_not_oscillate_and_fast_ones_are_seen),
         cmocka_unit_test(feed_forward_is_held_against_the_valve),
+        cmocka_unit_test(the_law_model_is_told_of_the_buss_delay),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -201,11 +201,24 @@ struct finding check_loop(const struct doctor *d) {
     return f;
 }
 
+/* True if the law `model` looks less far ahead than commands on a field bus take. */
+static bool looks_short(const struct doctor *d) {
+    const struct params *p = d->params;
+    return d->machine && p->control.law == CONTROL_MODEL && p->control.delay_s < 0.5 * p->loop.period_s;
+}
+
 /* Checks control.kff: with a feed-forward that does not match the valve, a leg runs ahead of its
- * reference or lags, in proportion to its speed, and kp has to compensate. */
+ * reference or lags, in proportion to its speed, and kp has to compensate. The law `model` has a
+ * feed-forward of its own, and kff only where it hands over to the PID; on a field bus it needs the
+ * delay besides. */
 struct finding check_feed_forward(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct params *p = d->params;
+    char delay[80];
+    snprintf(delay, sizeof delay, "set control.delay_s to %g", p->loop.period_s);
+    if (looks_short(d))
+        return finding(LEVEL_WARN, delay, "control.law model with control.delay_s %g: on a field bus a command acts %g s later",
+                       p->control.delay_s, p->loop.period_s);
     struct loop_check c = doctor_loop(d);
     if (c.state == LOOP_UNKNOWN) return finding_none();
     double kff = p->control.kff, off_m = p->control.kp > 0.0 ? fabs(c.kff_suits - kff) * loop_fastest_mps(p) / p->control.kp : 0.0;
