@@ -26,6 +26,9 @@ for row in gains_0.5% all_priors; do
     claim "$row, MuJoCo's bodies: the same" hold "$second" mujoco "$row"
 done
 
+claim "a known weight, the rig with all tolerances: of the intervals at least 85 % hold" \
+    python3 tests/ident/known_weight.py --machines 2 --hold 85
+
 # Longer pipes than model.tolerance.pipe_m expects, and a payload that is not one rigid body.
 named() { # ROW REASON
     python3 tests/ident/real_sensors.py --machines 1 --row "$1" >"$work/said" || { cat "$work/said"; return 1; }
