@@ -49,6 +49,7 @@ void equations_add(struct equations *sum, const struct equations *e) {
     sum->cycles = sum->free ? fmin(sum->cycles, e->cycles) : e->cycles;
     sum->rest += e->rest;
     sum->free += e->free;
+    sum->repeating += e->repeating;
     for (int k = 0; k < LEGS; k++) sum->dry_n[k] = fmax(sum->dry_n[k], e->dry_n[k]);
     for (int i = 0; i < DOFS; i++) sum->spring[i] = fmax(sum->spring[i], e->spring[i]);
     for (int i = 0; i < SYSTEMATICS; i++) sum->systematic[i] = fmax(sum->systematic[i], e->systematic[i]);

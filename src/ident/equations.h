@@ -64,6 +64,8 @@ struct equations {
     /* Degrees of freedom of `rest`: number of rows less that of unknowns. Coefficients of basis
      * functions are random by their prior, and do not count. */
     int free;
+    /* Variance of `rest` by rounding errors that repeat in every cycle (rounding.h). */
+    double repeating;
     /* Least number of cycles of a test, from whose differences the noise of its rows is known;
      * infinite if all noise is that of segments, which is known well. */
     double cycles;

@@ -349,9 +349,8 @@ static void attenuate_lags(struct work *w, const struct residual_test *t, int a,
  * right-hand side. The noise n of a leg's acceleration is in the entries' columns, as T_c n, and
  * with the configured mass in the right-hand side, as -L n; it is in the column of an error that
  * changes the mass along the legs, as dL n: joints, and zeros and gains of lengths. The noise of a
- * pressure is in its gain's column as in the right-hand side. Call this after accumulate(). */
+ * pressure is in its gain's column as in the right-hand side. Call this after invert(). */
 static void add_attenuation(struct work *w, const struct residual_test *t) {
-    invert(w);
     for (int a = 0; a < t->size; a++)
         for (int k = 0; k < LEGS; k++) {
             double weighted[LEGS] = {0}, own = w->weight[k * t->size + a][k * t->size + a];
@@ -366,6 +365,22 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
             attenuate_lags(w, t, a, k, own * (square(a1) + square(a2)));
             attenuate_pipes(w, t, a, k, own * square(a1), own * square(a2));
         }
+}
+
+/* Adds the variance of a test's squared residuals by rounding errors that repeat. They follow from
+ * where in a step the lengths lie, in one draw for the whole test, and legs that move alike have
+ * the same; therefore all their rows count as one degree of freedom. Call this after invert(). */
+static void add_repeating(struct work *w, const struct residual_test *t) {
+    double share = 0.0;
+    for (int a = 0; a < t->size; a++)
+        for (int k = 0; k < LEGS; k++) {
+            double along = 0.0, own = w->weight[k * t->size + a][k * t->size + a];
+            for (int i = 0; i < LEGS; i++)
+                for (int l = 0; l < LEGS; l++) along += w->leg_mass[i][k] * w->weight[i * t->size + a][l * t->size + a] * w->leg_mass[l][k];
+            share += along * square(t->curve[a] * t->spectrum.in_step[CHANNEL_LENGTH][k][a]) +
+                     own * square(t->spectrum.in_step[CHANNEL_FORCE][k][a]);
+        }
+    w->sum->repeating += 2.0 * square(share);
 }
 
 /* Takes the attenuation of entries and pipes off the right-hand sides, for noise of this share of
@@ -463,7 +478,10 @@ static int pass(struct work *w, int number, struct error *error) {
         if (number > 0 && !fill_systematic(w, i)) return error_set(error, STATUS_USAGE, no_such_machine);
         fill_covariance(w, i);
         if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
-        if (number > 0) add_attenuation(w, t);
+        if (number == 0) continue;
+        invert(w);
+        add_attenuation(w, t);
+        add_repeating(w, t);
     }
     take_attenuation_off(w->sum, w->noise_share);
     bool solved = equations_values(w->sum, w->prior, w->x);

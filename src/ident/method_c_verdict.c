@@ -106,13 +106,14 @@ static double above(double z) { return 0.5 * erfc(z / sqrt(2.0)); }
 
 /* The rows' residuals are those of noise. Each is divided by a deviation that is itself
  * estimated, from the differences of n cycles, so that its square is that of Student's t with n -
- * 1 degrees of freedom; their sum is nearly normal. */
+ * 1 degrees of freedom; their sum is nearly normal, and varies by rounding errors, too. */
 static void check_fit(const struct method_c_findings *f, double level, struct verdict *v) {
     double n = f->equations->cycles - 1.0, free = f->equations->free;
     if (!(n > 4.0) || !(free > 0.0)) return;
     double mean = isfinite(n) ? n / (n - 2.0) : 1.0;
     double variance = isfinite(n) ? 3.0 * square(n) / ((n - 2.0) * (n - 4.0)) - square(mean) : 2.0;
-    double z = (f->equations->rest - mean * free) / sqrt(variance * free), most = sqrt(mean + FIT_Z * sqrt(variance / free));
+    double std = sqrt(variance * free + f->equations->repeating);
+    double z = (f->equations->rest - mean * free) / std, most = sqrt(mean + FIT_Z * std / free);
     if (above(z) >= level) return;
     verdict_add(v, VERDICT_FAIL,
                 "the forces do not fit the model: residuals are %.2f times their noise, at most about %.2f is chance: a base or payload "
