@@ -66,8 +66,30 @@ struct effect_experiment {
     const char *shows;         /* why it tells them apart: "a delay's phase grows with frequency" */
 };
 
+/* Families of effects: parts of a machine whose effects imitate one another. Where no law is close
+ * enough to be named, its family still is. */
+enum effect_family {
+    EFFECT_FRICTION, /* friction in the cylinders */
+    EFFECT_JOINTS,   /* friction and play of the joints */
+    EFFECT_BODIES,   /* masses, mass centres, inertias */
+    EFFECT_LOAD,     /* forces that depend on position */
+    EFFECT_VALVE,
+    EFFECT_OIL,      /* oil, leakage and lines */
+    EFFECT_SUPPLY,
+    EFFECT_SENSORS,
+    EFFECT_TIMING,
+    EFFECT_GEOMETRY,
+    EFFECT_FAMILIES
+};
+/* Name of a family in files, and its words for people: "friction in the cylinders". */
+struct effect_family_words {
+    const char *name, *words;
+};
+extern const struct effect_family_words effect_families[EFFECT_FAMILIES];
+
 struct effect {
     const char *name;
+    enum effect_family family;
     const char *plain;      /* everyday name of the effect: "a tilt of the base" */
     const char *law;        /* the effect's law in one line, with the formula */
     const char *signature;  /* where the effect can be seen: channel, harmonic, feature */

@@ -3,6 +3,19 @@
 #include <math.h>
 #include <string.h>
 
+const struct effect_family_words effect_families[EFFECT_FAMILIES] = {
+    [EFFECT_FRICTION] = {"cylinder_friction", "friction in the cylinders"},
+    [EFFECT_JOINTS] = {"joints", "friction or play of the joints"},
+    [EFFECT_BODIES] = {"bodies", "masses, mass centres or inertias"},
+    [EFFECT_LOAD] = {"position_load", "a load that depends on position"},
+    [EFFECT_VALVE] = {"valve", "the valves"},
+    [EFFECT_OIL] = {"oil", "oil, leakage or lines"},
+    [EFFECT_SUPPLY] = {"supply", "supply or tank"},
+    [EFFECT_SENSORS] = {"sensors", "the sensors"},
+    [EFFECT_TIMING] = {"timing", "delays or clocks"},
+    [EFFECT_GEOMETRY] = {"geometry", "geometry"},
+};
+
 int effect_find(const char *name) {
     for (int i = 0; effect_table[i]; i++)
         if (strcmp(effect_table[i]->name, name) == 0) return i;

@@ -109,16 +109,23 @@ static void assert_full_value(const struct rig *rig, const struct gap_effect *e)
     }
 }
 
-/* Effects that cannot be told apart. On a cylinder at one load, Coulomb friction can be
- * load-dependent friction; a mass on a level axis can be an error of scale of the position or force
- * sensor; at one speed all friction laws agree, and with two pressures a scale error of theirs as
- * well. */
+/* Effects that cannot be told apart. On a cylinder at one load, Coulomb friction can be load-
+ * dependent friction; a mass on a level axis can be an error of scale of the position or force
+ * sensor, and at one frequency a spring of negative stiffness; at one speed all friction laws
+ * agree, and with two pressures a scale error of theirs as well. */
 static bool alike(const struct rig *rig, const char *name) {
     double friction = rig->coulomb_extend_n + rig->viscous_n_s_per_m + rig->stribeck_n + rig->load_friction + rig->seal_n;
     bool scale = !strcmp(name, "pressure_sensor_scale") || !strcmp(name, "load_dependent_friction");
     if (rig->motion == TRIANGLE && friction > 0.0 && (!strncmp(name, "cylinder_", 9) || (scale && !rig->electric))) return true;
     if (rig->coulomb_extend_n > 0.0) return !strcmp(name, "load_dependent_friction");
+    if (rig->payload_kg > 0.0 && rig->motion == SINE && !strcmp(name, "external_stiffness")) return true;
     return rig->payload_kg > 0.0 && (!strcmp(name, "position_sensor_scale") || !strcmp(name, "force_sensor_scale"));
+}
+
+static bool in_set(const struct gap_result *g, const char *name) {
+    bool in = false;
+    for (int i = 0; i < g->ambiguous; i++) in = in || !strcmp(effect_table[g->ambiguous_with[i]]->name, name);
+    return in;
 }
 
 /* The hidden effect is named alone or in a set of effects that cannot be told apart. */
@@ -129,15 +136,20 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
         return;
     }
     assert_int_equal(g->effects, 1);
-    assert_string_equal(effect_table[g->effect[0].effect]->name, rig->hides);
+    const char *first = effect_table[g->effect[0].effect]->name;
+    bool rival = strcmp(first, rig->hides) && alike(rig, first) && in_set(g, rig->hides);
+    if (!rival) assert_string_equal(first, rig->hides);
     assert_true(g->verdict == GAP_EFFECT_NAMED || (g->verdict == GAP_AMBIGUOUS && g->ambiguous));
-    for (int i = 0; i < g->ambiguous; i++) assert_true(alike(rig, effect_table[g->ambiguous_with[i]]->name));
+    for (int i = 0; i < g->ambiguous; i++) {
+        const char *name = effect_table[g->ambiguous_with[i]]->name;
+        assert_true(alike(rig, name) || !strcmp(name, rig->hides));
+    }
     /* the rig sticks but the law slides, so noise alone does not bound the residual in the band */
     double law = rig->motion == SINE ? 0.0 : 0.1 * g->held_out_before.overall;
     assert_below(g->held_out_after.overall, fmax(1.2 * g->noise_floor.overall, law));
     /* One speed in either direction: the residual beyond the excited band does not count. */
     if (rig->motion == TRIANGLE && rig->coulomb_extend_n > 0.0) assert_below(g->held_out_after.overall, 0.02);
-    assert_full_value(rig, &g->effect[0]);
+    if (!rival) assert_full_value(rig, &g->effect[0]);
 }
 
 enum { NOTHING, FRICTION, VISCOUS, STRIBECK, MASS, SEAL, LEAKS, DEAD_BAND, LOAD, ONE_WAY, SPRING, RIGS };
@@ -283,7 +295,7 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
 }
 
 /* Friction of seals varies along the stroke, which no law describes. Variation by a fifth leaves
- * dry friction and its value recognisable; by three fifths it does not. */
+ * dry friction named; by three fifths it is named beside a remainder. */
 static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     (void)unused;
     slow_case();
@@ -302,7 +314,12 @@ static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     rig.motion = TRIANGLE, rig.along_stroke = 0.6;
     solve(&rig, 11, &g);
     describe(&rig, 11, &g);
-    assert_int_equal(g.verdict, GAP_UNKNOWN_EFFECT);
+    assert_int_equal(g.verdict, GAP_PARTLY_NAMED);
+    assert_int_equal(g.effects, 1);
+    assert_string_equal(effect_table[g.effect[0].effect]->name, rig.hides);
+    assert_close(g.effect[0].values.value[0][0], 300.0, 2.0 * g.effect[0].std[0][0]);
+    assert_below(g.effect[0].std[0][0], 100.0);
+    assert_true(g.certainty >= 0.95 && g.statements > 0);
 }
 
 /* The two are inherently alike on one axis. */
@@ -339,6 +356,30 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
     assert_int_equal(g.verdict, GAP_NO_GAP);
     assert_close(base_of(&g, "axis.force_offset_n"), -40.0, 4.0);
     assert_non_null(strstr(g.reason, " N too low throughout"));
+}
+
+static const struct gap_effect *found(const struct gap_result *g, const char *name) {
+    for (int i = 0; i < g->effects; i++)
+        if (!strcmp(effect_table[g->effect[i].effect]->name, name)) return &g->effect[i];
+    return NULL;
+}
+
+/* A load that falls as the rod extends is a spring of negative stiffness, as a crane's boom or an
+ * inverted pendulum has it, and no mass. */
+static void a_spring_of_either_sign_is_found_beside_friction(void **unused) {
+    (void)unused;
+    static struct gap_result g;
+    static const double springs_n_per_m[] = {-8e3, 8e3};
+    for (size_t i = 0; i < 2; i++) {
+        struct rig rig = {RIG, .electric = true, .motion = CHIRP, .coulomb_extend_n = 150.0, .coulomb_retract_n = 150.0};
+        rig.spring_n_per_m = springs_n_per_m[i];
+        solve(&rig, 21, &g);
+        describe(&rig, 21, &g);
+        const struct gap_effect *spring = found(&g, "external_stiffness"), *friction = found(&g, "cylinder_coulomb_friction");
+        assert_true(spring && friction && g.effects == 2);
+        assert_close(spring->values.value[0][0] / springs_n_per_m[i], 1.0, 0.1);
+        assert_close(friction->values.value[0][0] / 150.0, 1.0, 0.1);
+    }
 }
 
 typedef void change(struct recording_sample *s);
@@ -486,6 +527,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_lagging_force_sensor_is_named_where_it_lags_by_much),
         cmocka_unit_test(a_force_sensor_that_says_too_much_is_in_the_set_that_is_named),
         cmocka_unit_test(friction_that_differs_along_the_stroke_is_friction),
+        cmocka_unit_test(a_spring_of_either_sign_is_found_beside_friction),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -10,7 +10,7 @@
 #include "gap_messages.h"
 #include "gap_rig.h"
 #include "gap_text.h"
-#include "hexid_gap_t.h"
+#include "hexid_gap_2_t.h"
 #include "html.h"
 #include "hypothesis.h"
 #include "plot.h"
@@ -409,11 +409,13 @@ static void the_summary_fits_a_terminal(void **unused) {
 static void the_message_keeps_every_number(void **unused) {
     (void)unused;
     static unsigned char buffer[16384];
-    hexid_gap_t m;
+    hexid_gap_2_t m;
     struct gap_result r = named;
     r.ambiguous = 1, r.ambiguous_with[0] = effect_find("external_stiffness");
+    r.statements = 1, r.certainty = 0.97;
+    r.statement[0] = (struct gap_statement){.family = true, .which = EFFECT_LOAD, .probability = 0.98, .share_explained = 0.9};
     int size = gap_encode(&r, 99, buffer, sizeof buffer);
-    assert_int_equal(hexid_gap_t_decode(buffer, 0, size, &m), size);
+    assert_int_equal(hexid_gap_2_t_decode(buffer, 0, size, &m), size);
     assert_true(m.time_ns == 99 && m.effect_count == 2 && m.ambiguous_count == 1 && m.simulated == 1);
     assert_string_equal(m.verdict, "effect_named");
     assert_string_equal(m.effects[0], "cylinder_coulomb_friction");
@@ -432,7 +434,11 @@ static void the_message_keeps_every_number(void **unused) {
                 m.held_out_after_p2_pa == 0.12 * 4 && m.held_out_after_valve == 0.12 * 5);
     assert_true(m.noise_floor_length_m == 0.1 * 1 && m.noise_floor_force_n == 0.1 * 2 && m.noise_floor_p1_pa == 0.1 * 3 &&
                 m.noise_floor_p2_pa == 0.1 * 4 && m.noise_floor_valve == 0.1 * 5);
-    hexid_gap_t_decode_cleanup(&m);
+    assert_true(m.statement_count == 1 && m.statement_probability[0] == 0.98 && m.statement_share[0] == 0.9 && m.certainty == 0.97);
+    assert_string_equal(m.statements[0], "position_load");
+    assert_string_equal(m.statement_levels[0], "family");
+    assert_string_equal(m.family, "position_load");
+    hexid_gap_2_t_decode_cleanup(&m);
     for (int capacity = 0; capacity < size; capacity++) assert_int_equal(gap_encode(&r, 99, buffer, capacity), -1);
 }
 

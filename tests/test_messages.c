@@ -7,6 +7,7 @@
 #include "hexid_answer_t.h"
 #include "hexid_command_t.h"
 #include "hexid_event_t.h"
+#include "hexid_gap_2_t.h"
 #include "hexid_gap_t.h"
 #include "hexid_identification_t.h"
 #include "hexid_loop_stats_2_t.h"
@@ -295,30 +296,23 @@ static int test_result_message(unsigned char *buffer, int capacity) {
     return hexid_test_result_t_encode(buffer, 0, capacity, &m);
 }
 
-static int gap_message(unsigned char *buffer, int capacity) {
+/* Fields that both types of a result have. */
+#define GAP_FIELDS(words, numbers, legs)                                                                                         \
+    .verdict = (char *)(uintptr_t)"ambiguous", .reason = (char *)(uintptr_t)"because", .next_experiment = (words)[1],            \
+    .effect_count = 2, .effects = (words), .share_explained = (numbers), .z = (numbers), .parameter_count = 3,                   \
+    .parameters = (words), .parameter_legs = (legs), .parameter_units = (words), .values_si = (numbers),                         \
+    .values_std_si = (numbers), .ambiguous_count = 1, .ambiguous_with = (words), .simulated = 1, .noise_floor_ratio = 0.1,       \
+    .held_out_before_ratio = 0.5, .held_out_after_ratio = 0.2
+
+/* earlier: in the type of versions before statements. */
+static int gap_message(bool earlier, unsigned char *buffer, int capacity) {
     char *words[] = {(char *)(uintptr_t)"one", (char *)(uintptr_t)"", (char *)(uintptr_t)"three"};
     double numbers[] = {1, 2, 3};
     int8_t legs[] = {0, 1, 2};
-    hexid_gap_t m = {.verdict = (char *)(uintptr_t)"ambiguous",
-                     .reason = (char *)(uintptr_t)"because",
-                     .next_experiment = words[1],
-                     .effect_count = 2,
-                     .effects = words,
-                     .share_explained = numbers,
-                     .z = numbers,
-                     .parameter_count = 3,
-                     .parameters = words,
-                     .parameter_legs = legs,
-                     .parameter_units = words,
-                     .values_si = numbers,
-                     .values_std_si = numbers,
-                     .ambiguous_count = 1,
-                     .ambiguous_with = words,
-                     .simulated = 1,
-                     .noise_floor_ratio = 0.1,
-                     .held_out_before_ratio = 0.5,
-                     .held_out_after_ratio = 0.2};
-    return hexid_gap_t_encode(buffer, 0, capacity, &m);
+    hexid_gap_t first = {GAP_FIELDS(words, numbers, legs)};
+    hexid_gap_2_t m = {GAP_FIELDS(words, numbers, legs), .statement_count = 2,       .statements = words, .statement_levels = words,
+                       .statement_probability = numbers, .statement_share = numbers, .family = words[0],  .certainty = 0.97};
+    return earlier ? hexid_gap_t_encode(buffer, 0, capacity, &first) : hexid_gap_2_t_encode(buffer, 0, capacity, &m);
 }
 
 static void results_are_read_as_the_generated_code_writes_them(void **unused) {
@@ -330,10 +324,13 @@ static void results_are_read_as_the_generated_code_writes_them(void **unused) {
     assert_string_equal(t.dof_name, "theta");
     assert_true(t.amplitude_m_or_rad == 0.006 && t.achieved_m_or_rad == 0.0058 && t.phase_deg == -0.5);
     assert_true(t.samples == 2500 && t.excluded == 7);
-    assert_true(gap_decode(buffer, gap_message(buffer, sizeof buffer), &g));
-    assert_string_equal(g.verdict, "ambiguous");
-    assert_string_equal(g.reason, "because");
-    assert_true(g.noise_floor_ratio == 0.1 && g.held_out_before_ratio == 0.5 && g.held_out_after_ratio == 0.2);
+    for (int earlier = 0; earlier < 2; earlier++) {
+        g = (struct gap_summary){0};
+        assert_true(gap_decode(buffer, gap_message(earlier, buffer, sizeof buffer), &g));
+        assert_string_equal(g.verdict, "ambiguous");
+        assert_string_equal(g.reason, "because");
+        assert_true(g.noise_floor_ratio == 0.1 && g.held_out_before_ratio == 0.5 && g.held_out_after_ratio == 0.2);
+    }
 }
 
 /* The overwritten words include every length and count. */
@@ -343,7 +340,7 @@ static void a_damaged_result_is_refused(void **unused) {
     unsigned char test[1000] = {0}, gap[1000] = {0}, bad[1000];
     struct test_summary t;
     struct gap_summary g;
-    int test_size = test_result_message(test, sizeof test), gap_size = gap_message(gap, sizeof gap), refused = 0;
+    int test_size = test_result_message(test, sizeof test), gap_size = gap_message(false, gap, sizeof gap), refused = 0;
     for (int cut = 0; cut < test_size; cut++) assert_false(test_result_good(test, cut, &t));
     for (int cut = 0; cut < gap_size; cut++) assert_false(gap_good(gap, cut, &g));
     assert_false(test_result_good(test, test_size + 1, &t) || gap_good(gap, gap_size + 1, &g));
@@ -398,6 +395,7 @@ static void types_are_frozen(void **unused) {
     assert_int_equal(__hexid_identification_t_get_hash(), 0x131c302b7899dd02);
     assert_int_equal(__hexid_event_t_get_hash(), 0xc675cdb82b97a028);
     assert_int_equal(__hexid_gap_t_get_hash(), 0x48254367c49769b7);
+    assert_int_equal(__hexid_gap_2_t_get_hash(), 0xc0a63e16aef09b7e);
     assert_int_equal(__hexid_command_t_get_hash(), 0xbb4b50819e0d4308);
     assert_int_equal(__hexid_loop_stats_2_t_get_hash(), 0xfff8ccbf9bf6b948);
     assert_int_equal(__hexid_request_t_get_hash(), 0x4fd2e7e204d3f86a);

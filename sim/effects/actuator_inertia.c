@@ -14,6 +14,7 @@ extern const struct effect external_stiffness, payload_mass, payload_rotational_
 
 const struct effect actuator_inertia = {
     .name = "actuator_inertia",
+    .family = EFFECT_BODIES,
     .plain = "a different mass of the actuators",
     .law = "ma + upper, mb + lower with their weight; g(L) = ma (L - ra)^2 + mb rb^2 + ia + ib + transverse",
     .signature = "leg forces: at rest and in phase with the acceleration on all axes",

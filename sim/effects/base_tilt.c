@@ -16,6 +16,7 @@ extern const struct effect payload_center_of_mass;
 
 const struct effect base_tilt = {
     .name = "base_tilt",
+    .family = EFFECT_GEOMETRY,
     .plain = "a tilt of the base",
     .law = "the base stands at Ry(theta) Rx(phi) to the vertical: gravity along (-sin theta, cos theta sin phi, cos theta cos phi) of {B}",
     .signature = "leg forces: static only, in the pattern of a horizontal force; the moving parts hardly change",

@@ -6,6 +6,7 @@ static void machine(const struct effect_values *v, struct machine *m) { m->timin
 
 const struct effect clock_skew = {
     .name = "clock_skew",
+    .family = EFFECT_TIMING,
     .plain = "a recorder's clock that runs at a different speed",
     .law = "time stamps run at ratio times the controller's clock",
     .signature = "time: the reference's frequency by the time stamps is 1/ratio of what it should be; all else unchanged",

@@ -10,6 +10,7 @@ extern const struct effect position_sensor_delay, valve_lag;
 
 const struct effect command_delay = {
     .name = "command_delay",
+    .family = EFFECT_TIMING,
     .plain = "a delay of the valve commands",
     .law = "the servo gets the valve command of delay ago",
     .signature = "valve command against flow: phase that grows with frequency; near valve_lag while small, a test above 12 Hz or "

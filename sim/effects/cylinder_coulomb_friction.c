@@ -10,6 +10,7 @@ extern const struct effect cylinder_stribeck_friction, load_dependent_friction, 
 
 const struct effect cylinder_coulomb_friction = {
     .name = "cylinder_coulomb_friction",
+    .family = EFFECT_FRICTION,
     .plain = "dry (Coulomb) friction in the cylinders",
     .law = "F = -F_extend for Ldot > 0, +F_retract for Ldot < 0; at rest holds up to that force",
     .signature = "leg force: odd harmonics in phase with velocity, jump at velocity reversal; with one direction stronger also the mean",

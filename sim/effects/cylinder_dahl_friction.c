@@ -21,6 +21,7 @@ extern const struct effect cylinder_coulomb_friction, external_stiffness;
 
 const struct effect cylinder_dahl_friction = {
     .name = "cylinder_dahl_friction",
+    .family = EFFECT_FRICTION,
     .plain = "dry friction of seals that are deflected like springs before they slide (presliding, Dahl)",
     .law = "F = -F_extend z for z > 0, -F_retract z for z < 0; deflection z: zdot = (Ldot - |Ldot| z) / distance",
     .signature = "leg force: as Coulomb friction, but after a velocity reversal it comes back over a distance, not at once: odd harmonics "
@@ -31,7 +32,7 @@ const struct effect cylinder_dahl_friction = {
              [DISTANCE] = {.name = "distance_m",
                            .unit = "m",
                            .min = 1e-5,
-                           .max = 1e-3,
+                           .max = 0.05,
                            .neutral = 2e-4,
                            .typical = 2e-4,
                            .per_leg = true,

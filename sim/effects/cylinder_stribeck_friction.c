@@ -13,6 +13,7 @@ extern const struct effect cylinder_coulomb_friction;
 
 const struct effect cylinder_stribeck_friction = {
     .name = "cylinder_stribeck_friction",
+    .family = EFFECT_FRICTION,
     .plain = "friction in the cylinders that is higher at low speed (Stribeck)",
     .law = "F = -excess exp(-(v/vs)^2) sign(v) on top of the Coulomb friction, v = Ldot; at rest holds up to the excess",
     .signature = "leg force: a peak at every velocity reversal, odd harmonics up to high order; small where the motion is fast, "

@@ -8,6 +8,7 @@ static void leg_friction(const struct effect_values *v, int leg, const struct le
 
 const struct effect cylinder_viscous_friction = {
     .name = "cylinder_viscous_friction",
+    .family = EFFECT_FRICTION,
     .plain = "a different viscous friction of the cylinders",
     .law = "F = -b_extend Ldot for Ldot > 0, -b_retract Ldot for Ldot < 0; added to hydraulics.viscous_n_s_per_m, the sum is 0 or more",
     .signature = "leg force: fundamental in phase with velocity; with one direction stronger also the mean and the second harmonic",

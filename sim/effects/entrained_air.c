@@ -13,6 +13,7 @@ extern const struct effect internal_leakage;
 
 const struct effect entrained_air = {
     .name = "entrained_air",
+    .family = EFFECT_OIL,
     .plain = "a different bulk modulus of the oil (air)",
     .law = "bulk modulus = bulk_modulus_pa (effective, with air) in place of hydraulics.bulk_modulus_pa",
     .signature = "valve command against pressures: a flow in phase with the pressures' rates; spool reversals are passed more slowly",

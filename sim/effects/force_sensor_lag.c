@@ -10,6 +10,7 @@ extern const struct effect cylinder_viscous_friction;
 
 const struct effect force_sensor_lag = {
     .name = "force_sensor_lag",
+    .family = EFFECT_SENSORS,
     .plain = "a lag of the force sensors",
     .law = "readings follow the force in first order with this cut-off frequency, as an amplifier's filter makes them; no lag from 100 kHz "
            "on; nothing where pressures are measured",

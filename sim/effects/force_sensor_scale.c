@@ -10,6 +10,7 @@ extern const struct effect payload_mass, position_sensor_scale;
 
 const struct effect force_sensor_scale = {
     .name = "force_sensor_scale",
+    .family = EFFECT_SENSORS,
     .plain = "a scale error of the force sensors",
     .law = "reading = force times scale, where a force sensor or a drive says the force; nothing where pressures do",
     .signature = "a share of the whole force, of inertia, friction and springs alike; on a level axis the same as a scale of the position",

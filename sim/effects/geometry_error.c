@@ -14,6 +14,7 @@ extern const struct effect base_tilt, payload_center_of_mass;
 
 const struct effect geometry_error = {
     .name = "geometry_error",
+    .family = EFFECT_GEOMETRY,
     .plain = "joints that are not where the configuration has them",
     .law = "joints lie at a_i + (a_x, a_y, a_z) on the platform and at b_i + (b_x, b_y, b_z) on the base",
     .signature = "leg forces: all axes coupled a little, static loads unlike; lengths and poses as measured stay consistent with "

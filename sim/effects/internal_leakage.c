@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect internal_leakage = {
     .name = "internal_leakage",
+    .family = EFFECT_OIL,
     .plain = "a different leakage across the pistons",
     .law = "leakage across the piston = scale hydraulics.leakage_m3_per_s_pa (P1 - P2)",
     .signature = "valve command: static, and in phase with the pressure difference",

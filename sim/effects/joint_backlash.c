@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect joint_backlash = {
     .name = "joint_backlash",
+    .family = EFFECT_JOINTS,
     .plain = "backlash in the legs' joints",
     .law = "free play between rod and platform, along the leg: the rod hangs on the piston and pushes the joint only where it is "
            "clearance/2 ahead of it, or behind",

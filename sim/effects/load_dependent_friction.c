@@ -10,6 +10,7 @@ static void leg_friction(const struct effect_values *v, int leg, const struct le
 
 const struct effect load_dependent_friction = {
     .name = "load_dependent_friction",
+    .family = EFFECT_FRICTION,
     .plain = "friction in the cylinders that grows with pressure",
     .law = "F = -mu (A1 - A2) (P1 + P2)/2 sign(Ldot); at rest holds up to that force",
     .signature = "leg force: as Coulomb friction, but it grows with the pressures: another static load tells the two apart",

@@ -9,6 +9,7 @@ static void joint_friction(const struct effect_values *v, int leg, double speed_
 
 const struct effect passive_joint_friction = {
     .name = "passive_joint_friction",
+    .family = EFFECT_JOINTS,
     .plain = "friction in the universal joints",
     .law = "M = -M_c sign(w) - b w about each axis of both universal joints of a leg (geometry.upper_joint_axes, lower_joint_axes), w the "
            "joint's rate; at rest holds up to M_c",

@@ -10,6 +10,7 @@ extern const struct effect payload_mass;
 
 const struct effect payload_center_of_mass = {
     .name = "payload_center_of_mass",
+    .family = EFFECT_BODIES,
     .plain = "a different mass centre of the payload",
     .law = "the payload's mass centre lies at (x, y, z) of {M} instead of at its origin",
     .signature = "leg forces: unlike static loads (x, y); translations and rotations coupled, in phase with the acceleration",

@@ -8,6 +8,7 @@ extern const struct effect position_sensor_scale, pressure_sensor_scale;
 
 const struct effect payload_mass = {
     .name = "payload_mass",
+    .family = EFFECT_BODIES,
     .plain = "a different mass of the payload",
     .law = "m = payload.mass_kg + mass, at the payload's mass centre",
     .signature = "leg forces: static, and in phase with the acceleration of the translations",

@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect payload_rotational_inertia = {
     .name = "payload_rotational_inertia",
+    .family = EFFECT_BODIES,
     .plain = "a different rotational inertia of the payload",
     .law = "Ic = payload.inertia + diag(xx, yy, zz), about the payload's mass centre",
     .signature = "leg forces: in phase with the acceleration of the rotations, nothing at rest",

@@ -13,6 +13,7 @@ extern const struct effect entrained_air;
 
 const struct effect pipeline_dynamics = {
     .name = "pipeline_dynamics",
+    .family = EFFECT_OIL,
     .plain = "the oil in the lines between valves and cylinders",
     .law = "a line between each port and its chamber: capacitance, inertance and laminar resistance of 870 kg/m^3 and 4e-5 "
            "m^2/s, one cell; pressures are measured at the valve",

@@ -10,6 +10,7 @@ extern const struct effect supply_pressure_sag;
 
 const struct effect port_area_ratio = {
     .name = "port_area_ratio",
+    .family = EFFECT_VALVE,
     .plain = "a different ratio of the valves' two port areas",
     .law = "flow of port B (rod side) times ratio; 0.49 matches this cylinder, whose pressures then do not jump where the spool reverses",
     .signature = "pressures: another level, and another jump where the spool reverses; valve command: unlike for the two directions",

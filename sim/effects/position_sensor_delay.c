@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect position_sensor_delay = {
     .name = "position_sensor_delay",
+    .family = EFFECT_TIMING,
     .plain = "a delay of the position sensors",
     .law = "reading = length of delay ago",
     .signature = "leg length: phase that grows with frequency, against pressures and valve command alike",

@@ -10,6 +10,7 @@ extern const struct effect position_sensor_scale;
 
 const struct effect position_sensor_offset = {
     .name = "position_sensor_offset",
+    .family = EFFECT_SENSORS,
     .plain = "an offset of the position sensors",
     .law = "reading = length + offset",
     .signature = "leg length: static; one leg's alone turns the platform, static forces change with it",

@@ -14,6 +14,7 @@ extern const struct effect position_sensor_offset;
 
 const struct effect position_sensor_scale = {
     .name = "position_sensor_scale",
+    .family = EFFECT_SENSORS,
     .plain = "a scale error of the position sensors",
     .law = "reading = length + (scale - 1) (length - neutral length - zero): true where the leg is longer than at neutral by zero",
     .signature = "leg length: static and moving alike; forces as of another motion",

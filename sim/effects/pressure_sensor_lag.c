@@ -12,6 +12,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect pressure_sensor_lag = {
     .name = "pressure_sensor_lag",
+    .family = EFFECT_SENSORS,
     .plain = "a lag of the pressure sensors",
     .law = "readings follow both pressures in first order with this cut-off frequency; no lag from 100 kHz on",
     .signature = "pressures: phase and amplitude that fall with frequency, jumps rounded; force against motion, and valve "

@@ -13,6 +13,7 @@ extern const struct effect pressure_sensor_scale;
 
 const struct effect pressure_sensor_offset = {
     .name = "pressure_sensor_offset",
+    .family = EFFECT_SENSORS,
     .plain = "an offset of the pressure sensors",
     .law = "readings = P1 + p1, P2 + p2",
     .signature = "force: static only",

@@ -11,6 +11,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect pressure_sensor_scale = {
     .name = "pressure_sensor_scale",
+    .family = EFFECT_SENSORS,
     .plain = "a scale error of the pressure sensors",
     .law = "readings = P1 times p1, P2 times p2",
     .signature = "force in phase with itself, static and moving alike; near an offset, a second static load tells",

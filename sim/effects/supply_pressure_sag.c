@@ -6,6 +6,7 @@ static void machine(const struct effect_values *v, struct machine *m) { m->suppl
 
 const struct effect supply_pressure_sag = {
     .name = "supply_pressure_sag",
+    .family = EFFECT_SUPPLY,
     .plain = "a supply pressure that sags under flow",
     .law = "supply = Ps - R Q, Q the flow of all six valves from the supply, lagged by 10 ms",
     .signature = "pressures and valve commands of all legs at once: twice the frequency where the legs go up and down together, "

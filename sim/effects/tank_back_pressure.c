@@ -6,6 +6,7 @@ static void machine(const struct effect_values *v, struct machine *m) { m->suppl
 
 const struct effect tank_back_pressure = {
     .name = "tank_back_pressure",
+    .family = EFFECT_SUPPLY,
     .plain = "a back pressure of the tank line",
     .law = "tank = Pt + R Q, Q the flow of all six valves to the tank",
     .signature = "pressures of the draining chambers of all legs: up with the legs' speed, second harmonic",

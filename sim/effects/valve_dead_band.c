@@ -11,6 +11,7 @@ extern const struct effect valve_hysteresis;
 
 const struct effect valve_dead_band = {
     .name = "valve_dead_band",
+    .family = EFFECT_VALVE,
     .plain = "a dead band of the valves (overlap)",
     .law = "opening = x - overlap for x > overlap, x + overlap for x < -overlap, 0 between; x the spool",
     .signature = "valve command: a jump where the spool passes zero, odd harmonics; pressures: flat there; at rest the loop may hunt",

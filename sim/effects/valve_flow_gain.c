@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect valve_flow_gain = {
     .name = "valve_flow_gain",
+    .family = EFFECT_VALVE,
     .plain = "a different flow gain of the valves",
     .law = "flow of both ports times scale",
     .signature = "valve command: the fundamental in phase with velocity; the pressures hardly change",

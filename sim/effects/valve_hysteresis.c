@@ -10,6 +10,7 @@ static double command(const struct effect_values *v, int leg, double command, do
 
 const struct effect valve_hysteresis = {
     .name = "valve_hysteresis",
+    .family = EFFECT_VALVE,
     .plain = "hysteresis of the valves",
     .law = "the servo follows the command with a play of width: it stands until the command is width/2 away from it",
     .signature = "valve command against flow: a step at every reversal of the command, odd harmonics that lag behind it, "

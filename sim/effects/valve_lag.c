@@ -9,6 +9,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect valve_lag = {
     .name = "valve_lag",
+    .family = EFFECT_VALVE,
     .plain = "slower spools of the valves",
     .law = "natural frequency of the spool = min(hydraulics.valve_frequency_hz, frequency)",
     .signature = "valve command against flow: phase that grows with frequency; near command_delay while small, a test above 12 "

@@ -8,6 +8,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect valve_null_bias = {
     .name = "valve_null_bias",
+    .family = EFFECT_VALVE,
     .plain = "a null offset of the valves",
     .law = "the spool goes to u + offset",
     .signature = "valve command: static, nothing else",

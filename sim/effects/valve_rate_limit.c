@@ -13,6 +13,7 @@ static void machine(const struct effect_values *v, struct machine *m) {
 
 const struct effect valve_rate_limit = {
     .name = "valve_rate_limit",
+    .family = EFFECT_VALVE,
     .plain = "a speed limit of the valves' spools",
     .law = "|xdot| <= rate, x the spool",
     .signature = "valve command against flow: triangles for sines when fast, third harmonic and phase that grow with amplitude "

@@ -123,6 +123,14 @@ bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct
     return false;
 }
 
+bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis *h, const struct params *model) {
+    d->model = *model;
+    memset(d->found, 0, sizeof d->found);
+    d->added = effects;
+    for (int i = 0; i < effects; i++) d->addition[i] = h[i], d->found[h[i].effect] = true;
+    return list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
+}
+
 bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     int effect = d->addition[addition].effect;
     struct hypothesis dropped = d->addition[addition];

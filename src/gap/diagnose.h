@@ -57,6 +57,11 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
  * leaves everything as it was. */
 bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct params *model);
 
+/* Makes these the only added effects and refits, starting from this model. False: the model cannot
+ * make the measured motion, or has too many variables; the diagnosis is then unusable until another
+ * call succeeds. */
+bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis *h, const struct params *model);
+
 /* Removes an added effect and refits the rest. The effect is not needed, and true is returned, if
  * the white squares rise by less than `most` on the held-out cycles, and by less than `most` plus
  * the parameters' penalty on the fitted ones. Otherwise restores everything and returns false. */

@@ -13,10 +13,12 @@
 #include "places.h"
 #include "replay.h"
 #include "search.h"
+#include "sets.h"
 #include "tone.h"
 #include "waves.h"
 
 static const double CONTROLLER_DIFFERS = 0.02;
+static const double Z_NAMED = 6.0; /* least strength of evidence for effect_named */
 
 /* Fills r->model, the given configuration with the found effects, whose base values stay as stated,
  * and r->fitted, with the base as fitted. */
@@ -47,6 +49,69 @@ static void give_up(const struct params *given, struct gap_result *r) {
 
 void gap_progress(const struct gap_options *o, const char *step, double share) {
     if (o->progress) o->progress(o->context, step, share);
+}
+
+/* What a diagnosis leaves on the held-out cycles. */
+static void read_remainder(const struct diagnosis *d, struct gap_result *r, struct remainder *m) {
+    r->white_after = d->held_square / d->held_out.evaluated;
+    m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);
+}
+
+/* True if all effects of the second result are also the first one's. */
+static bool includes(const struct gap_result *a, const struct gap_result *b) {
+    int common = 0;
+    for (int i = 0; i < a->effects; i++)
+        for (int j = 0; j < b->effects; j++) common += a->effect[i].effect == b->effect[j].effect;
+    return common == b->effects;
+}
+
+/* True if the search, which adds one effect at a time, may have gone astray: it explains
+ * nothing, or needs several effects, or one at the end of its range. One leg has too few
+ * equations to show that in another way. */
+static bool doubtful(const struct gap_result *r) {
+    bool bound = r->effects > 1;
+    for (int i = 0; i < r->effects; i++)
+        for (int key = 0; key < r->effect[i].keys; key++) bound = bound || r->effect[i].bound[key][0];
+    return r->verdict == GAP_UNKNOWN_EFFECT || (bound && params_legs(&r->model) == 1);
+}
+
+static double least_z(const struct gap_result *r) {
+    double least = HUGE_VAL;
+    for (int i = 0; i < r->effects; i++) least = fmin(least, r->effect[i].z);
+    return least;
+}
+
+/* Compares sets of effects under a remainder, and judges again if they say other than the
+ * search. */
+static int review(struct diagnosis *d, struct remainder *m, const struct recording *measured, const struct recording *validate,
+                  const struct gap_options *options, struct gap_result *r, struct replay runs[2], struct error *error) {
+    struct gap_result *other = memory_get(1, sizeof *other);
+    int status = STATUS_OK;
+    *other = *r;
+    gap_progress(options, "comparing sets of effects", 0.9);
+    bool sure = sets_compare(d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT;
+    if (sure) read_remainder(d, other, m);
+    bool changes = sure && (unknown ? params_legs(d->given) == 1 || m->beyond_laws > 1.0 : !includes(r, other) || other->ambiguous);
+    if (changes) {
+        search_read_base(d, other);
+        extend(d->given, d, other);
+        replay_free(runs);
+        memset(runs, 0, 2 * sizeof *runs);
+        status = compare_models(d, measured, validate, options, other, runs, error);
+    }
+    if (!status && changes) {
+        judge(other, m);
+        bool strict = other->verdict != GAP_UNKNOWN_EFFECT && (other->ambiguous || least_z(other) >= Z_NAMED);
+        changes = strict || judge_partly(other);
+    }
+    if (changes) {
+        *r = *other;
+    } else if (unknown) {
+        r->statements = other->statements;
+        memcpy(r->statement, other->statement, sizeof r->statement);
+    }
+    free(other);
+    return status;
 }
 
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
@@ -83,8 +148,9 @@ int gap_solve(const struct params *params, const struct recording *measured, con
 
     if (!status) status = compare_models(d, measured, validate, options, r, runs, error);
     if (!status) {
-        remainder.after = d->held_square, remainder.beyond_laws = goodness_beyond_laws(d), remainder.noise = goodness_noise(d);
+        read_remainder(d, r, &remainder);
         judge(r, &remainder);
+        if (doubtful(r)) status = review(d, &remainder, measured, validate, options, r, runs, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
         if (waves && r->simulated) waves_closed_loop(waves, measured, &runs[0].run, r->effects ? replay_after(runs) : &runs[0].run);
     }

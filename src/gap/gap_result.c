@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 
-const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect"};
+const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect", "partly_named"};
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
 const char *const gap_channel_units[GAP_CHANNELS] = {"m", "N", "Pa", "Pa", "-"};
 
@@ -20,6 +20,20 @@ double gap_deviation(const struct gap_effect *e, int key, int leg) {
     double law = effect_table[e->effect]->law_error * (e->values.value[key][leg] - (shapes ? 0.0 : k->neutral));
     return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;
 }
+
+const char *gap_statement_name(const struct gap_statement *s) {
+    return s->family ? effect_families[s->which].name : effect_table[s->which]->name;
+}
+
+const char *gap_statement_level(const struct gap_statement *s) { return s->family ? "family" : "effect"; }
+
+const char *gap_family_name(const struct gap_result *r) {
+    for (int i = 0; i < r->effects && i < r->statements; i++)
+        if (r->statement[i].family) return effect_families[r->statement[i].which].name;
+    return "";
+}
+
+double gap_certainty(const struct gap_result *r) { return r->statements && r->effects ? r->certainty : (double)NAN; }
 
 double gap_short(const struct gap_result *r, const struct gap_candidate *candidate) {
     double most = 0.0;

@@ -6,11 +6,11 @@
 
 #include "params.h"
 
-enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80 };
+enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80, GAP_STATEMENTS = 6 };
 
-enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_VERDICTS };
+enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_PARTLY_NAMED, GAP_VERDICTS };
 extern const char *const gap_verdict_names[GAP_VERDICTS]; /* effect_named, no_gap, ambiguous,
-                                                           * unknown_effect */
+                                                           * unknown_effect, partly_named */
 
 /* Channels in which model and measurement are compared. */
 enum gap_channel { GAP_LENGTH, GAP_FORCE, GAP_P1, GAP_P2, GAP_VALVE, GAP_CHANNELS };
@@ -54,6 +54,18 @@ struct gap_candidate {
     double share_explained;
     bool unseen;     /* the data do not show the effect, so that it is never named: its values are
                       * at a bound, or it is a friction that acts only where a leg may stick */
+};
+
+/* What is true of the machine with a probability, under a remainder that no law makes
+ * (covariance.h). */
+struct gap_statement {
+    bool family;                          /* a family of effects is there, whatever its law */
+    int which;                            /* the family, or the effect's index in effect_table */
+    double probability;
+    double share_explained;               /* as in gap_effect, by the effect alone; of a family by
+                                           * its likeliest effect */
+    struct gap_effect effect;             /* the effect, or the likeliest one of the family, as in
+                                           * the likeliest set that has it */
 };
 
 struct gap_place {
@@ -100,6 +112,12 @@ struct gap_result {
     char reason[GAP_TEXT];                /* the verdict's reason, one sentence for people */
     int effects;
     struct gap_effect effect[GAP_EFFECTS];/* the most certain effect first */
+    int statements;                       /* number of statements, the surest first: what the
+                                           * verdict says, and the three likeliest effects; 0:
+                                           * the verdict needed none */
+    struct gap_statement statement[GAP_STATEMENTS];
+    double certainty;                     /* least probability of the statements that the verdict
+                                           * makes; use gap_certainty() */
     int ambiguous;                        /* number of effects that the data cannot tell from
                                            * effect[in_doubt]; ambiguous_with: their indices in
                                            * effect_table */
@@ -154,6 +172,15 @@ bool gap_given_alike(const struct gap_effect *effect, int key);
 /* Standard deviation of an effect's value: that from noise and the relative error of the effect's
  * law, added in quadrature. 0: the value is at its bound. */
 double gap_deviation(const struct gap_effect *effect, int key, int leg);
+
+/* Name of what a statement states, and its level, "effect" or "family". */
+const char *gap_statement_name(const struct gap_statement *statement);
+const char *gap_statement_level(const struct gap_statement *statement);
+
+/* Family that the verdict states in place of an effect; "": none. And the verdict's probability,
+ * NaN if it was not computed. */
+const char *gap_family_name(const struct gap_result *result);
+double gap_certainty(const struct gap_result *result);
 
 /* How far a candidate is behind the likeliest one, as a difference of z: the root of the difference
  * of their squares. */

@@ -176,8 +176,20 @@ static bool alike(const struct hypothesis *h, const struct variable *base) {
     return base->effect == h->effect;
 }
 
+bool hypothesis_make_symmetric(struct hypothesis *h) {
+    const struct effect *e = effect_table[h->effect];
+    const struct effect_key *first = &e->keys[0], *second = &e->keys[1];
+    bool pair = e->leg_friction && second->name && !strcmp(first->unit, second->unit) && first->typical == second->typical;
+    if (!pair || h->pattern != PATTERN_ALL || h->variables < 2) return false;
+    /* the values of key 1 follow those of key 0 in struct effect_values, so one list holds both */
+    h->variable[0].legs = 2 * LEGS;
+    memmove(h->variable + 1, h->variable + 2, (size_t)(--h->variables - 1) * sizeof *h->variable);
+    h->symmetric = true;
+    return true;
+}
+
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
-    if (!alike(h, base)) return PARALLEL_NOT;
+    if (!alike(h, base) || (h->symmetric && !strcmp(base->name, "axis.force_offset_n"))) return PARALLEL_NOT;
     /* a base variable common to all legs can be told from one leg's effect */
     if (base->leg < 0) return h->pattern < 0 ? PARALLEL_SAME : PARALLEL_NOT;
     if (h->pattern >= 0 && h->pattern != base->leg) return PARALLEL_NOT;

@@ -11,6 +11,8 @@ enum { HYPOTHESES_MAX = EFFECTS_MAX * (2 + LEGS), HYPOTHESIS_VARIABLES = EFFECT_
 
 struct hypothesis {
     int effect, pattern;
+    bool symmetric; /* both directions have one value, so that the hypothesis is not parallel to a
+                     * constant force */
     int variables;
     struct variable variable[HYPOTHESIS_VARIABLES];
 };
@@ -33,6 +35,10 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
  * each leg's own variable takes the rest. */
 enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
+
+/* Gives a friction one value for both directions, for a machine whose force has an unknown
+ * constant. False: the effect has no pair of directions. */
+bool hypothesis_make_symmetric(struct hypothesis *h);
 
 /* Gives a base variable the prior that it has beside a parallel effect: mean in the middle of the
  * variable's range, standard deviation of a uniform distribution over the range. */

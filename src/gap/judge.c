@@ -302,3 +302,31 @@ void judge(struct gap_result *r, const struct remainder *m) {
         append(r, text);
     }
 }
+
+bool judge_partly(struct gap_result *r) {
+    if (line_remains(r)) return false;
+    const char *before = " ";
+    bool pressures = isfinite(r->held_out_after.channel[GAP_P1]);
+    r->verdict = GAP_PARTLY_NAMED;
+    ADVISE(r, "%s", "");
+    SAY(r, "the model lacks");
+    for (int i = 0; i < r->effects; i++) {
+        const struct gap_statement *s = &r->statement[i];
+        append(r, before);
+        append(r, s->family ? effect_families[s->which].words : name_of(s->which));
+        before = i + 2 < r->effects ? ", " : " and ";
+        if (s->family) append(r, ", by none of the known laws for certain");
+    }
+    double noise_n = r->noise_floor.channel[GAP_FORCE];
+    double left_n = sqrt(fmax(square(r->held_out_after.channel[GAP_FORCE]) - square(noise_n), 0.0));
+    char text[GAP_TEXT];
+    snprintf(text, sizeof text, "; that explains %.0f %% of the gap on held-out data", 100.0 * (1.0 - r->unexplained_fraction));
+    append(r, text);
+    if (left_n > noise_n)
+        snprintf(text, sizeof text, ", and %.3g N of force%s are left that no law makes", left_n,
+                 pressures ? " (rms, and what the pressures show)" : " (rms)");
+    else snprintf(text, sizeof text, ", and no more force than noise (%.3g N rms) is left", noise_n);
+    append(r, text);
+    say_constants(r);
+    return true;
+}

@@ -18,4 +18,8 @@ struct remainder {
 /* Fills verdict, reason and next_experiment of a result that is otherwise complete. */
 void judge(struct gap_result *r, const struct remainder *m);
 
+/* Makes the verdict partly_named, for a result whose effects and statements are those of
+ * sets_compare(). Returns false if a tone stands against it. */
+bool judge_partly(struct gap_result *r);
+
 #endif

@@ -405,7 +405,8 @@ static int place_of(const struct diagnosis *d, const struct variable *base) {
     return -1;
 }
 
-static void read_base(const struct diagnosis *d, struct gap_result *r) {
+void search_read_base(const struct diagnosis *d, struct gap_result *r) {
+    r->base_values = 0;
     struct variable base[FIT_VARIABLES];
     int count = base_variables(d->given, d->even.equations, base);
     for (int i = 0; i < count && r->base_values < GAP_BASE; i++) {
@@ -478,7 +479,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
     free(revision);
     share_out(d, initial, initial_held, r);
     if (r->effects) diagnosis_estimate(d);
-    read_base(d, r);
+    search_read_base(d, r);
     read_effects(d, r);
     sort_effects(r);
 }

@@ -12,4 +12,7 @@ struct gap_options;
  * values. */
 void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result);
 
+/* Fills the result's base values from the diagnosis' last fit. */
+void search_read_base(const struct diagnosis *d, struct gap_result *result);
+
 #endif

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "hexid_event_t.h"
+#include "hexid_gap_2_t.h"
 #include "hexid_gap_t.h"
 #include "hexid_identification_t.h"
 #include "hexid_loop_stats_2_t.h"
@@ -32,6 +33,15 @@
     REAL(before "_length_m"), REAL(before "_force_n"), REAL(before "_p1_pa"), REAL(before "_p2_pa"), REAL(before "_valve")
 
 /* clang-format off */
+#define GAP                                                                                                                          \
+    INT64("time_ns"), TEXT("verdict"), TEXT("reason"), TEXT("next_experiment"), COUNT("effect_count"), TEXTS("effects"),             \
+    REALS("share_explained", FIELD_COUNTED), REALS("z", FIELD_COUNTED), COUNT("parameter_count"), TEXTS("parameters"),               \
+    {"parameter_legs", FIELD_INTEGER, 1, FIELD_COUNTED}, TEXTS("parameter_units"), REALS("values_si", FIELD_COUNTED),                \
+    REALS("values_std_si", FIELD_COUNTED), COUNT("ambiguous_count"), TEXTS("ambiguous_with"), BOOLEAN("simulated"),                  \
+    REAL("unexplained_fraction"), REAL("before_ratio"), REAL("after_ratio"), REAL("noise_floor_ratio"),                              \
+    REAL("held_out_before_ratio"), REAL("held_out_after_ratio"), CHANNELS("held_out_before"), CHANNELS("held_out_after"),            \
+    CHANNELS("noise_floor")
+
 const struct message_type message_types[MESSAGE_TYPES] = {
     {"event", CHANNEL_EVENT, __hexid_event_t_get_hash, {INT64("time_ns"), INT64("seq"), TEXT("kind"), TEXT("text")}},
     {"loop_stats", CHANNEL_LOOP_STATS, __hexid_loop_stats_2_t_get_hash,
@@ -51,13 +61,10 @@ const struct message_type message_types[MESSAGE_TYPES] = {
      {INT64("time_ns"), INT8("tests"), INT32("determined"), MATRIX("mt_si"), MATRIX("mt_std_si"), REAL("condition"), REAL("scatter"),
       REALS("viscous_n_s_per_m", LEGS), REALS("viscous_std_n_s_per_m", LEGS), REALS("dry_extend_n", LEGS), REALS("dry_extend_std_n", LEGS),
       REALS("dry_retract_n", LEGS), REALS("dry_retract_std_n", LEGS)}},
-    {"gap", CHANNEL_GAP, __hexid_gap_t_get_hash,
-     {INT64("time_ns"), TEXT("verdict"), TEXT("reason"), TEXT("next_experiment"), COUNT("effect_count"), TEXTS("effects"),
-      REALS("share_explained", FIELD_COUNTED), REALS("z", FIELD_COUNTED), COUNT("parameter_count"), TEXTS("parameters"),
-      {"parameter_legs", FIELD_INTEGER, 1, FIELD_COUNTED}, TEXTS("parameter_units"), REALS("values_si", FIELD_COUNTED),
-      REALS("values_std_si", FIELD_COUNTED), COUNT("ambiguous_count"), TEXTS("ambiguous_with"), BOOLEAN("simulated"),
-      REAL("unexplained_fraction"), REAL("before_ratio"), REAL("after_ratio"), REAL("noise_floor_ratio"), REAL("held_out_before_ratio"),
-      REAL("held_out_after_ratio"), CHANNELS("held_out_before"), CHANNELS("held_out_after"), CHANNELS("noise_floor")}},
+    {"gap", CHANNEL_GAP, __hexid_gap_2_t_get_hash,
+     {GAP, COUNT("statement_count"), TEXTS("statements"), TEXTS("statement_levels"), REALS("statement_probability", FIELD_COUNTED),
+      REALS("statement_share", FIELD_COUNTED), TEXT("family"), REAL("certainty")}},
+    {"gap_1", CHANNEL_GAP, __hexid_gap_t_get_hash, {GAP}},
 };
 /* clang-format on */
 

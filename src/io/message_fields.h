@@ -27,7 +27,7 @@ struct message_type {
     struct field field[FIELDS_MAX]; /* fields of the type, ended by one without a name */
 };
 
-enum { MESSAGE_TYPES = 7 };
+enum { MESSAGE_TYPES = 8 };
 extern const struct message_type message_types[MESSAGE_TYPES];
 
 struct message_value {

@@ -5,6 +5,7 @@
 
 #include "hexid_command_t.h"
 #include "hexid_event_t.h"
+#include "hexid_gap_2_t.h"
 #include "hexid_gap_t.h"
 #include "hexid_state_t.h"
 #include "hexid_test_result_t.h"
@@ -157,9 +158,21 @@ static void skip_parameters(struct wire *w) {
     skip_doubles(w, 2 * count); /* values, their standard deviations */
 }
 
+static void skip_statements(struct wire *w) {
+    int count = wire_count(w);
+    skip_strings(w, count);
+    skip_strings(w, count); /* levels */
+    skip_doubles(w, 2 * count); /* probabilities, shares */
+    wire_string(w); /* family */
+    skip_doubles(w, 1); /* certainty */
+}
+
+/* Reads a result in the present type or in the one of earlier versions. */
 bool gap_decode(const void *data, int size, struct gap_summary *summary) {
     enum { CHANNELS = 5 };
-    struct wire w = wire_open(data, size, __hexid_gap_t_get_hash());
+    struct wire w = wire_open(data, size, __hexid_gap_2_t_get_hash());
+    bool statements = w.good;
+    if (!statements) w = wire_open(data, size, __hexid_gap_t_get_hash());
     struct gap_summary r = {0};
     wire_take(&w, 8); /* time */
     r.verdict = wire_string(&w);
@@ -174,6 +187,7 @@ bool gap_decode(const void *data, int size, struct gap_summary *summary) {
     r.held_out_before_ratio = wire_double(&w);
     r.held_out_after_ratio = wire_double(&w);
     skip_doubles(&w, 3 * CHANNELS);
+    if (statements) skip_statements(&w);
     if (w.good && w.left == 0) *summary = r;
     return w.good && w.left == 0;
 }

@@ -21,6 +21,7 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_NO_GAP] = "Nothing is missing in the model",
     [GAP_AMBIGUOUS] = "Missing in the model, and these data cannot tell which",
     [GAP_UNKNOWN_EFFECT] = "Something is missing in the model",
+    [GAP_PARTLY_NAMED] = "Missing in the model, beside something that no law makes",
 };
 
 /* Number of the effects found that the configuration has with another size. An effect that is in
@@ -49,9 +50,19 @@ static void effects_words(FILE *out, const struct gap_result *r) {
     }
 }
 
+/* The words of the verdict's statements, of which one is a family. */
+static void statements_words(FILE *out, const struct gap_result *r) {
+    for (int i = 0; i < r->effects; i++) {
+        fputs(joint(r, i), out);
+        if (r->statement[i].family) fprintf(out, "%s, whose law is none of those known", effect_families[r->statement[i].which].words);
+        else section_effect_words(out, r->effect[i].effect, r->effect[i].pattern, params_legs(&r->model));
+    }
+}
+
 static void headline_words(FILE *out, const struct gap_result *r) {
     if (r->verdict == GAP_NO_GAP) fputs("what is left between model and measurement is noise", out);
     else if (r->verdict == GAP_UNKNOWN_EFFECT) fputs("an effect that is not in the catalogue", out);
+    else if (r->verdict == GAP_PARTLY_NAMED && gap_family_name(r)[0]) statements_words(out, r);
     else effects_words(out, r);
 }
 
@@ -238,6 +249,7 @@ static void write_page(struct page *p, const void *subject) {
     section_map(p->out, report);
     section_waveforms(p, report);
     section_loops(p, report);
+    table_statements(p->out, report->result);
     table_hypotheses(p->out, report->result);
     table_numbers(p->out, report);
     table_base(p->out, report->result);

@@ -1,5 +1,7 @@
 #include "gap_json.h"
 
+#include <math.h>
+
 #include "ident.h"
 #include "report_json.h"
 
@@ -26,6 +28,37 @@ static json_t *effect(const struct gap_effect *e) {
     }
     return json_pack("{ss so so so so so ss}", "name", effect->name, "parameters", parameters, "std", std, "given", given,
                      "share_explained", report_number(e->share_explained), "z", report_number(e->z), "evidence", e->evidence);
+}
+
+/* Values of a statement: of its effect, or of the likeliest effect of its family. */
+static json_t *statement(const struct gap_statement *s) {
+    const struct effect *of = effect_table[s->effect.effect];
+    json_t *values = json_object(), *std = json_object();
+    for (int key = 0; key < s->effect.keys; key++) {
+        json_object_set_new(values, of->keys[key].name, legs(s->effect.values.value[key]));
+        json_object_set_new(std, of->keys[key].name, deviations(&s->effect, key));
+    }
+    return json_pack("{ss ss so so ss so so}", "level", gap_statement_level(s), "name", gap_statement_name(s), "probability",
+                     report_number(s->probability), "share_explained", report_number(s->share_explained), "effect", of->name, "values",
+                     values, "std", std);
+}
+
+static json_t *statements(const struct gap_result *r) {
+    json_t *array = json_array();
+    for (int i = 0; i < r->statements; i++) json_array_append_new(array, statement(&r->statement[i]));
+    return array;
+}
+
+/* Rms of what is left on held-out data above the noise, by channel. */
+static json_t *remaining(const struct gap_result *r) {
+    json_t *object = json_object();
+    for (int ch = 0; ch < GAP_CHANNELS; ch++) {
+        double after = r->held_out_after.channel[ch], noise = r->noise_floor.channel[ch];
+        double left = sqrt(fmax(after * after - noise * noise, 0.0));
+        json_object_set_new(object, gap_channel_names[ch],
+                            json_pack("{so ss}", "rms", report_number(isnan(after) ? after : left), "unit", gap_channel_units[ch]));
+    }
+    return object;
 }
 
 static json_t *place(const struct gap_place *p) {
@@ -110,9 +143,11 @@ char *gap_json(const struct gap_result *r, const char *model) {
     /* json_string() refuses a path that is not UTF-8 */
     if (!path) path = json_string("model.yaml");
     json_t *white = json_pack("{so so}", "before", report_number(r->white_before), "after", report_number(r->white_after));
-    json_t *root = json_pack("{ss ss ss so so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
-                             gap_verdict_names[r->verdict], "reason", r->reason, "effects", effects, "in_doubt", doubted, "ambiguous_with",
-                             rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
+    json_t *family = gap_family_name(r)[0] ? json_string(gap_family_name(r)) : json_null();
+    json_t *root = json_pack("{ss ss ss so so so so so so so so so so so so ss so so so so so ss so}", "schema", "hexid.gap/1", "verdict",
+                             gap_verdict_names[r->verdict], "reason", r->reason, "statements", statements(r), "family", family, "certainty",
+                             report_number(gap_certainty(r)), "remainder", remaining(r), "effects", effects, "in_doubt", doubted,
+                             "ambiguous_with", rivals, "rejected", rejected(r), "where", where, "gap", sizes(r), "mean_white_square", white,
                              "unexplained_fraction", report_number(r->unexplained_fraction), "next_experiment", r->next_experiment, "base",
                              base(r), "Mt", matrices(r), "line", tone(&r->tone), "controller_difference",
                              report_number(r->controller_difference), "seconds", report_number(r->seconds), "replay",

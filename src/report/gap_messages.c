@@ -3,7 +3,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "hexid_gap_t.h"
+#include "hexid_gap_2_t.h"
 #include "hypothesis.h"
 
 enum { PARAMETERS = GAP_EFFECTS * EFFECT_KEYS * LEGS, NAME_SIZE = 80 };
@@ -18,6 +18,8 @@ struct lists {
     int8_t legs[PARAMETERS];
     double value[PARAMETERS], std[PARAMETERS];
     int parameters;
+    char *statements[GAP_STATEMENTS], *levels[GAP_STATEMENTS];
+    double probability[GAP_STATEMENTS], statement_share[GAP_STATEMENTS];
 };
 
 static void add_parameter(struct lists *l, const struct gap_effect *e, int key, int leg) {
@@ -42,6 +44,11 @@ static void list_all(struct lists *l, const struct gap_result *r) {
         for (int key = 0; key < e->keys; key++)
             for (int leg = first; leg < end; leg++) add_parameter(l, e, key, leg);
     }
+    for (int i = 0; i < r->statements; i++) {
+        const struct gap_statement *s = &r->statement[i];
+        l->statements[i] = text(gap_statement_name(s)), l->levels[i] = text(gap_statement_level(s));
+        l->probability[i] = s->probability, l->statement_share[i] = s->share_explained;
+    }
     for (int i = 0; i < r->ambiguous; i++) l->rivals[i] = text(effect_table[r->ambiguous_with[i]]->name);
 }
 
@@ -49,7 +56,7 @@ int gap_encode(const struct gap_result *r, int64_t time_ns, unsigned char *buffe
     struct lists l;
     list_all(&l, r);
     const double *before = r->held_out_before.channel, *after = r->held_out_after.channel, *floor = r->noise_floor.channel;
-    hexid_gap_t m = {
+    hexid_gap_2_t m = {
         .time_ns = time_ns,
         .verdict = text(gap_verdict_names[r->verdict]),
         .reason = text(r->reason),
@@ -88,6 +95,13 @@ int gap_encode(const struct gap_result *r, int64_t time_ns, unsigned char *buffe
         .noise_floor_p1_pa = floor[GAP_P1],
         .noise_floor_p2_pa = floor[GAP_P2],
         .noise_floor_valve = floor[GAP_VALVE],
+        .statement_count = r->statements,
+        .statements = l.statements,
+        .statement_levels = l.levels,
+        .statement_probability = l.probability,
+        .statement_share = l.statement_share,
+        .family = text(gap_family_name(r)),
+        .certainty = gap_certainty(r),
     };
-    return hexid_gap_t_encode(buffer, 0, capacity, &m);
+    return hexid_gap_2_t_encode(buffer, 0, capacity, &m);
 }

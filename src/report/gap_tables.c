@@ -68,6 +68,31 @@ void table_legs(FILE *out, const struct gap_result *r) {
     fputs("</section>\n", out);
 }
 
+/* --- statements */
+
+static void statement_row(FILE *out, const struct gap_result *r, const struct gap_statement *s) {
+    fputs("<tr><td>", out);
+    if (s->family) html_print(out, "%s", effect_families[s->which].words);
+    else section_effect_words(out, s->effect.effect, s->effect.pattern, params_legs(&r->model));
+    html_print(out, "<br><code>%s</code></td><td class=\"n\">%.3f</td><td class=\"n\">%.1f %%</td><td>", gap_statement_name(s),
+               s->probability, 100.0 * s->share_explained);
+    table_parameters(out, &s->effect);
+    fputs("</td></tr>\n", out);
+}
+
+void table_statements(FILE *out, const struct gap_result *r) {
+    if (!r->statements) return;
+    fputs("<section id=\"statements\"><h2>What is probable beside a remainder</h2>\n"
+          "<p>No law is exact on a real machine. Sets of up to four effects were compared under a remainder that none of them makes, "
+          "whose size the data determine. The probability is that of all sets in which the statement is true; the share is that of the "
+          "effect alone, on data held out; values are those of the likeliest set that has the effect.</p>\n",
+          out);
+    html_table(out, NULL, "statement|>probability|>share explained|values");
+    for (int i = 0; i < r->statements; i++) statement_row(out, r, &r->statement[i]);
+    html_table_end(out);
+    fputs("</section>\n", out);
+}
+
 /* --- hypotheses */
 
 static bool is_named(const struct gap_result *r, int effect) {

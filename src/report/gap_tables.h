@@ -4,6 +4,8 @@
 
 #include "gap_html.h"
 
+/* Statements beside a remainder; nothing if there are none. */
+void table_statements(FILE *out, const struct gap_result *r);
 void table_hypotheses(FILE *out, const struct gap_result *r);
 /* Gap in each channel, in SI units and normalised by the measured variation. */
 void table_numbers(FILE *out, const struct gap_report *report);

@@ -41,7 +41,7 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++)
             fprintf(out, "  cannot be told from %s\n", effect_table[r->ambiguous_with[j]]->name);
     }
-    for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP && r->verdict != GAP_NO_GAP; i++) {
+    for (int i = 0, shown = 0; i < r->candidates && shown < RUNNERS_UP && r->verdict != GAP_NO_GAP && !r->statements; i++) {
         if (section_named(r, r->candidate[i].effect)) continue;
         const char *name = effect_table[r->candidate[i].effect]->name;
         double percent = 100.0 * r->candidate[i].share_explained;
@@ -50,9 +50,23 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         else fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", name, percent, gap_short(r, &r->candidate[i]));
         shown++;
     }
-    if (r->effects) fprintf(out, "  +- is a 95 %% interval\n");
+    if (r->effects || r->statements) fprintf(out, "  +- is a 95 %% interval\n");
     if (r->offset_rival) fprintf(out, "  cannot be told from constant_force_offset\n");
     if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
+}
+
+/* Lists what the verdict does not say, with values: the likeliest effects, each as in the likeliest
+ * set of effects that has it. */
+static void print_statements(FILE *out, const struct gap_result *r) {
+    int first = r->effects < r->statements ? r->effects : r->statements;
+    if (r->statements == first) return;
+    fputs(first ? "  less sure, each as in the likeliest set that has it:\n" : "  likeliest, each as in the likeliest set that has it:\n",
+          out);
+    for (int i = first; i < r->statements; i++) {
+        const struct gap_statement *s = &r->statement[i];
+        fprintf(out, "  %s, probability %.2f, alone %.1f %%\n", gap_statement_name(s), s->probability, 100.0 * s->share_explained);
+        for (int key = 0; key < s->effect.keys; key++) print_parameter(out, &s->effect, key);
+    }
 }
 
 static void print_sizes(FILE *out, const struct gap_result *r) {
@@ -76,6 +90,7 @@ void gap_text_print(FILE *out, const struct gap_result *r) {
     snprintf(label, sizeof label, "\n%s:", gap_verdict_names[r->verdict]);
     words_print(out, label, r->reason);
     print_findings(out, r);
+    print_statements(out, r);
     print_sizes(out, r);
     for (int i = 0; i < r->places && i < PLACES_SHOWN && r->verdict != GAP_NO_GAP; i++) {
         const struct gap_place *w = &r->where[i];

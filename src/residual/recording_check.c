@@ -24,9 +24,11 @@ static const double SENSOR_SCALE = 0.06; /* wrong scales of the sensors can expl
 static const double SUPPLY_MOST = 1.04;  /* a pressure of more than this times the supply's is an
                                           * error, unless it lasts for moments only */
 /* The force works against the motion if the mean power is less than this share of rms force times
- * rms speed: -WITHOUT_LOSS if force and acceleration agree, WITH_LOSS if a spring makes them
- * disagree. */
-static const double WITHOUT_LOSS = 0.2, WITH_LOSS = 0.05;
+ * rms speed: -WITHOUT_LOSS if force and acceleration agree, -AGAINST_SPRING if a spring makes them
+ * disagree, WITH_LOSS if they look like the configured mass with the wrong sign. */
+static const double WITHOUT_LOSS = 0.2, AGAINST_SPRING = 0.05, WITH_LOSS = 0.05;
+static const double MIRRORED = 2.0; /* largest ratio of such a mass to the configured one, or of
+                                     * that one to it */
 static const double ABSURD = 1e12;       /* magnitude in any unit that no sensor reads */
 static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
                                              * are the same: two crystals differ by less */
@@ -381,9 +383,10 @@ static struct drive drive_of(const struct recording *r, const struct residual_da
 
 /* True if the force drives the motion. The true force does, whatever the friction, so the power
  * shows whether the force has the right sign. A spring makes the mass look negative but returns its
- * energy; a loss must be seen then. */
+ * energy. A mass that is the configured one with the wrong sign must show a loss. */
 static bool drives(const struct drive *d, double mass_kg) {
-    return d->power > (d->mass_kg > -0.5 * mass_kg ? -WITHOUT_LOSS : WITH_LOSS) * d->effort;
+    double least = d->mass_kg > -mass_kg / MIRRORED ? -WITHOUT_LOSS : d->mass_kg > -mass_kg * MIRRORED ? WITH_LOSS : -AGAINST_SPRING;
+    return d->power > least * d->effort;
 }
 
 static int check_axis(const struct recording *r, const struct residual_data *data, struct error *error) {

@@ -167,7 +167,7 @@ def judge(names, result, z, weak):
     if len(names) == 2:
         alike = not rivals or any(set(rivals) | {result["in_doubt"]} <= a for a in ALIKE)
         return (1.0 if alike and set(names) <= set(named + rivals) else 0.0), False
-    if verdict == "effect_named": return (1.0 if named[:1] == names else 0.0), False
+    if verdict in ("effect_named", "partly_named"): return (1.0 if named[:1] == names else 0.0), False
     said = set(named + rivals)
     if verdict != "ambiguous" or names[0] not in said: return 0.0, False
     if any(said <= a for a in ALIKE): return 1.0, False

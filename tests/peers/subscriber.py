@@ -24,7 +24,7 @@ import hexid  # noqa: E402
 
 TYPES = {"HEXID_STATE": hexid.state_t, "HEXID_LOOP_STATS": hexid.loop_stats_2_t, "HEXID_TEST_RESULT": hexid.test_result_t,
          "HEXID_IDENTIFICATION": hexid.identification_t, "HEXID_EVENT": hexid.event_t, "HEXID_COMMAND": hexid.command_t,
-         "HEXID_GAP": hexid.gap_t, "HEXID_METHOD_C": hexid.method_c_t}
+         "HEXID_GAP": hexid.gap_2_t, "HEXID_METHOD_C": hexid.method_c_t}
 
 
 def plain(value):

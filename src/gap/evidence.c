@@ -1,0 +1,161 @@
+#include "evidence.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "dense.h"
+#include "memory.h"
+#include "numeric.h"
+
+static int rows_of(const struct covariance *c) {
+    int rows = 0;
+    for (int i = 0; i < c->values; i++) rows += c->evaluated[i];
+    return rows;
+}
+
+/* Copies the evaluated values, each times `scale` if there is one. */
+static void compress(const struct covariance *c, const double *from, const double *scale, double *to) {
+    for (int i = 0, n = 0; i < c->values; i++)
+        if (c->evaluated[i]) to[n++] = from[i] * (scale ? sqrt(scale[i]) : 1.0);
+}
+
+/* 1 / standard deviation of a uniform prior that is as dense at the value as its prior is there.
+ * The reciprocal of a lowest frequency has half a normal distribution, three times as wide as
+ * its typical size: such constants do not grow with the machine. */
+static double reciprocal_density(const struct effect_key *k, double value) {
+    double wide = 3.0 * fabs(1.0 / k->typical - 1.0 / k->neutral), off = (1.0 / value - 1.0 / k->neutral) / wide;
+    return 2.0 * exp(-0.5 * off * off) / (wide * value * value);
+}
+
+static double uniform_inverse_std(const struct variable *v, double value) {
+    const struct effect_key *k = v->effect >= 0 ? &effect_table[v->effect]->keys[v->key] : NULL;
+    return k && !v->base && k->reciprocal ? fmax(reciprocal_density(k, value), 1e-300) : sqrt(12.0) / (v->max - v->min);
+}
+
+void linearised_init(struct linearised *l, const struct diagnosis *d, const struct covariance *c, const double *variance) {
+    size_t values = (size_t)d->fit.values;
+    *l = (struct linearised){.rows = rows_of(c), .variables = d->variables};
+    size_t rows = (size_t)l->rows;
+    double *white = memory_get(values, sizeof *white);
+    l->white = memory_get(rows, sizeof *l->white);
+    l->column = memory_get(rows * (size_t)l->variables, sizeof *l->column);
+    fit_residual(&d->fit, &d->model, white);
+    compress(c, white, variance, l->white);
+    free(white);
+    for (int i = 0; i < l->variables; i++) {
+        const struct variable *v = &d->variable[i];
+        double value = variable_get(v, &d->model);
+        compress(c, d->column + (size_t)i * values, variance, l->column + (size_t)i * rows);
+        bool normal = v->prior_inverse_std > 0.0;
+        l->inverse_std[i] = normal ? v->prior_inverse_std : uniform_inverse_std(v, value);
+        l->uniform[i] = !normal;
+        l->off[i] = normal ? value - v->neutral : 0.0;
+        l->least[i] = v->min - value, l->most[i] = v->max - value;
+        l->one_sided += normal && !v->base && (v->min >= v->neutral || v->max <= v->neutral);
+    }
+}
+
+void linearised_free(struct linearised *l) {
+    free(l->white);
+    free(l->column);
+}
+
+/* Columns of the values and of the covariance's features, in units of their priors and of the noise
+ * with the remainder; and the residuals. */
+struct problem {
+    int n, rows;
+    double *column, *white, log_variance;
+};
+
+static void state(const struct linearised *l, const struct covariance *c, const struct covariance_size *size, struct problem *p) {
+    int features = size->repeats > 0.0 ? c->features : 0;
+    size_t rows = (size_t)l->rows;
+    double *weight = memory_get(rows, sizeof *weight);
+    *p = (struct problem){.n = l->variables + features, .rows = l->rows};
+    p->white = memory_get(rows, sizeof *p->white);
+    p->column = memory_get(rows * (size_t)p->n, sizeof *p->column);
+    for (int i = 0, n = 0; i < c->values; i++) {
+        if (!c->evaluated[i]) continue;
+        double variance = covariance_of(c, size, i);
+        p->log_variance += log(variance);
+        weight[n] = 1.0 / sqrt(variance), p->white[n] = weight[n] * l->white[n];
+        for (int j = 0; j < features; j++)
+            p->column[(size_t)(l->variables + j) * rows + (size_t)n] = weight[n] * size->repeats *
+                                                                       c->feature[(size_t)j * (size_t)c->values + (size_t)i];
+        n++;
+    }
+    for (int j = 0; j < l->variables; j++)
+        for (size_t k = 0; k < rows; k++) p->column[(size_t)j * rows + k] = weight[k] * l->column[(size_t)j * rows + k] / l->inverse_std[j];
+    free(weight);
+}
+
+/* Solves h x + g = 0 with values kept within their ranges: those that would leave it are fixed at
+ * its end, one after the other. */
+static void solve(const struct linearised *l, int n, const double *h, const double *g, double *x) {
+    double *a = memory_get((size_t)(n * n), sizeof *a), *b = memory_get((size_t)n, sizeof *b);
+    bool *fixed = memory_get((size_t)n, sizeof *fixed);
+    for (bool again = true; again;) {
+        again = false;
+        for (int i = 0; i < n; i++) {
+            b[i] = fixed[i] ? x[i] : -g[i];
+            for (int j = 0; j < n; j++) {
+                a[i * n + j] = fixed[i] || fixed[j] ? i == j : h[i * n + j];
+                if (!fixed[i] && fixed[j]) b[i] -= h[i * n + j] * x[j];
+            }
+        }
+        if (!dense_factor(n, n, a)) break;
+        dense_solve(n, n, a, b);
+        for (int i = 0; i < l->variables; i++) {
+            double least = l->least[i] * l->inverse_std[i], most = l->most[i] * l->inverse_std[i];
+            if (fixed[i] || (b[i] >= least && b[i] <= most)) continue;
+            x[i] = b[i] < least ? least : most, fixed[i] = again = true;
+        }
+    }
+    memcpy(x, b, (size_t)n * sizeof *x);
+    free(a);
+    free(b);
+    free(fixed);
+}
+
+double evidence_of(const struct linearised *l, const struct covariance *c, const struct covariance_size *size, double *change,
+                   double *std) {
+    struct problem p;
+    state(l, c, size, &p);
+    int n = p.n;
+    double *h = memory_get((size_t)(n * n), sizeof *h), *factor = memory_get((size_t)(n * n), sizeof *factor);
+    double *g = memory_get((size_t)n, sizeof *g), *x = memory_get((size_t)n, sizeof *x);
+    double sum = dense_dot(p.rows, p.white, p.white), log_curvature = 0.0;
+    for (int i = 0; i < n; i++) {
+        const double *column = p.column + (size_t)i * (size_t)p.rows;
+        double off = i < l->variables ? l->off[i] * l->inverse_std[i] : 0.0;
+        bool uniform = i < l->variables && l->uniform[i];
+        g[i] = dense_dot(p.rows, column, p.white) + off;
+        sum += square(off);
+        for (int j = 0; j <= i; j++) h[i * n + j] = h[j * n + i] = dense_dot(p.rows, column, p.column + (size_t)j * (size_t)p.rows);
+        h[i * n + i] += uniform ? 1e-6 : 1.0;
+    }
+    memcpy(factor, h, (size_t)(n * n) * sizeof *h);
+    for (int i = 0; i < l->variables; i++)
+        if (l->uniform[i])
+            factor[i * n + i] += 1.0; /* a uniform prior limits what noise leaves
+                                                      * open */
+    solve(l, n, h, g, x);
+    for (int i = 0; i < n; i++) sum += x[i] * (2.0 * g[i] + dense_dot(n, h + i * n, x));
+    if (dense_factor(n, n, factor)) {
+        for (int i = 0; i < n; i++) log_curvature += 2.0 * log(factor[i * n + i]);
+        double *diagonal = g, *work = p.white; /* both are used up; rows exceed variables */
+        if (std && p.rows >= n) {
+            dense_inverse_diagonal(n, n, factor, diagonal, work);
+            for (int i = 0; i < l->variables; i++) std[i] = sqrt(diagonal[i]) / l->inverse_std[i];
+        }
+    }
+    for (int i = 0; i < l->variables && change; i++) change[i] = x[i] / l->inverse_std[i];
+    free(h);
+    free(factor);
+    free(g);
+    free(x);
+    free(p.column);
+    free(p.white);
+    return -0.5 * (sum + p.log_variance + log_curvature) + l->one_sided * log(2.0);
+}

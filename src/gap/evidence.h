@@ -1,0 +1,32 @@
+/* Evidence for a model by Laplace's approximation (MacKay 1992): the probability of the measured
+ * residuals under the model, whatever its values, within their priors. Ordinary threads; heap. */
+#ifndef HEXID_EVIDENCE_H
+#define HEXID_EVIDENCE_H
+
+#include "covariance.h"
+
+/* A model, linearised where it was fitted. Values that are not evaluated are left out. */
+struct linearised {
+    int rows, variables;
+    double *white;  /* [rows]: residuals in units of the noise */
+    double *column; /* [variables][rows]: their Jacobian */
+    /* of each variable: 1 / standard deviation of its prior, of which that of a value that is
+     * uniform over its range; distance of its value from the prior's mean, 0 for a uniform one */
+    double inverse_std[FIT_VARIABLES], off[FIT_VARIABLES];
+    bool uniform[FIT_VARIABLES];
+    double least[FIT_VARIABLES], most[FIT_VARIABLES]; /* how far the value may move within its
+                                                       * range */
+    int one_sided; /* number of variables whose prior is half a normal distribution */
+};
+
+/* Takes the linearisation of a diagnosis. variance: of its whiteners, relative to those of the
+ * noise, [values]. */
+void linearised_init(struct linearised *l, const struct diagnosis *d, const struct covariance *c, const double *variance);
+void linearised_free(struct linearised *l);
+
+/* Log evidence of a model under a covariance, without a constant that all models share. change,
+ * std: [variables], the most probable change of the values, and their standard deviations; may
+ * be NULL. */
+double evidence_of(const struct linearised *l, const struct covariance *c, const struct covariance_size *size, double *change, double *std);
+
+#endif
