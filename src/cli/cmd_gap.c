@@ -36,6 +36,9 @@ static int load(int logs, const char *const *path, int run, bool overruled, stru
     for (int i = 0; i < logs && !status; i++)
         if (left_out[i][0])
             cli_say(stderr, "hexid: warning: %.250s: excluded, because %s: test %s", path[i], refusals[REFUSED_EMPTY].why, left_out[i]);
+    if (!status && recording->excluded)
+        cli_say(stderr, "hexid: warning: %d record%s of several excluded: %s", recording->excluded, recording->excluded == 1 ? "" : "s",
+                recording->exclusion.text);
     return status;
 }
 

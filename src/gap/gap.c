@@ -18,6 +18,7 @@
 #include "waves.h"
 
 static const double CONTROLLER_DIFFERS = 0.02;
+static const double LEFT_WHITE = 2.0; /* mean white square above which more than noise is left */
 static const double Z_NAMED = 6.0; /* least strength of evidence for effect_named */
 
 /* Fills r->model, the given configuration with the found effects, whose base values stay as stated,
@@ -65,20 +66,33 @@ static bool includes(const struct gap_result *a, const struct gap_result *b) {
     return common == b->effects;
 }
 
-/* True if the search, which adds one effect at a time, may have gone astray: it explains
- * nothing, or needs several effects, or one at the end of its range. One leg has too few
+/* True if a single effect leaves more than noise and the error of its law. */
+static bool leaves_more(const struct gap_result *r) {
+    double law = effect_table[r->effect[0].effect]->law_error;
+    return r->white_after > LEFT_WHITE && r->unexplained_fraction > law * law;
+}
+
+/* True if the search, which adds one effect at a time, may have gone astray: it explains nothing,
+ * or needs several effects, or one at the end of its range, or stops early. One leg has too few
  * equations to show that in another way. */
 static bool doubtful(const struct gap_result *r) {
-    bool bound = r->effects > 1;
+    bool doubt = r->effects > 1 || (r->effects == 1 && leaves_more(r));
     for (int i = 0; i < r->effects; i++)
-        for (int key = 0; key < r->effect[i].keys; key++) bound = bound || r->effect[i].bound[key][0];
-    return r->verdict == GAP_UNKNOWN_EFFECT || (bound && params_legs(&r->model) == 1);
+        for (int key = 0; key < r->effect[i].keys; key++) doubt = doubt || r->effect[i].bound[key][0];
+    return r->verdict == GAP_UNKNOWN_EFFECT || (doubt && params_legs(&r->model) == 1);
 }
 
 static double least_z(const struct gap_result *r) {
     double least = HUGE_VAL;
     for (int i = 0; i < r->effects; i++) least = fmin(least, r->effect[i].z);
     return least;
+}
+
+/* True if the sets say other than the search, which keeps what it is sure of: effects beside those
+ * that it found must be as strong as those that it names. */
+static bool differs(const struct gap_result *search, const struct gap_result *sets) {
+    bool adds = includes(sets, search);
+    return sets->ambiguous || (!includes(search, sets) && (!adds || least_z(sets) >= Z_NAMED));
 }
 
 /* Compares sets of effects under a remainder, and judges again if they say other than the
@@ -91,7 +105,7 @@ static int review(struct diagnosis *d, struct remainder *m, const struct recordi
     gap_progress(options, "comparing sets of effects", 0.9);
     bool sure = sets_compare(d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT;
     if (sure) read_remainder(d, other, m);
-    bool changes = sure && (unknown ? params_legs(d->given) == 1 || m->beyond_laws > 1.0 : !includes(r, other) || other->ambiguous);
+    bool changes = sure && (unknown ? params_legs(d->given) == 1 || m->beyond_laws > 1.0 : differs(r, other));
     if (changes) {
         search_read_base(d, other);
         extend(d->given, d, other);

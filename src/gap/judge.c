@@ -20,6 +20,8 @@ static const double LEFT_MAX = 0.02;   /* share of the measured variation; it de
                                         * hardly any noise */
 static const double LEFT_SHARE = 0.1;      /* share of the squared gap; less may be an error of the
                                             * model */
+static const double PARTLY_LEFT = 0.5;     /* largest share of the squared gap that partly_named may
+                                            * leave on held-out data */
 static const double VISIBLE = 0.2;         /* a squared gap is seen if it exceeds the squared noise
                                             * floor by more than this share of it; a simulation with
                                             * another start and other steps leaves 0.06 */
@@ -304,7 +306,7 @@ void judge(struct gap_result *r, const struct remainder *m) {
 }
 
 bool judge_partly(struct gap_result *r) {
-    if (line_remains(r)) return false;
+    if (line_remains(r) || !(r->unexplained_fraction < PARTLY_LEFT)) return false;
     const char *before = " ";
     bool pressures = isfinite(r->held_out_after.channel[GAP_P1]);
     r->verdict = GAP_PARTLY_NAMED;

@@ -21,6 +21,8 @@ struct effort {
 static const struct effort one_leg = {WIDTH, BRANCHES, 2}, six_legs = {1, 3, 0};
 
 static const double SURE = 0.95;        /* probability of a statement that the verdict makes */
+static const double NEGLIGIBLE = 0.01;  /* probability of an effect that is not listed beside sure
+                                         * ones */
 static const double WIDER = 10.0;       /* prior standard deviation over that of the search:
                                          * machines of others are of any size */
 static const double FIRST_SPREAD = 0.1; /* size of the spread before a set is found, as a share of
@@ -398,7 +400,7 @@ static int state_all(const struct comparison *s, struct gap_result *r) {
         add_statement(s, r, family[i], member(effect, effects, family[i].which)), sure++;
     }
     for (int i = 0; i < effects && i < LIKELIEST && r->statements < GAP_STATEMENTS; i++)
-        if (effect[i].probability < SURE) add_statement(s, r, effect[i], effect[i].which);
+        if (effect[i].probability < SURE && (!sure || effect[i].probability > NEGLIGIBLE)) add_statement(s, r, effect[i], effect[i].which);
     return sure;
 }
 

@@ -64,6 +64,8 @@ struct recording {
     struct test_params run[RECORDING_RUNS];
     int tests;
     struct recording_test test[RECORDING_TESTS];
+    int excluded;                /* number of records that recording_check() left out of several, */
+    struct error exclusion;      /* and why it left out the last one */
 };
 
 /* Starts a recording of one run with the tests of the configured model. */

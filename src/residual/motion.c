@@ -320,16 +320,39 @@ static void keep_segments(struct cut *c, int most, double resolution_m) {
 /* Replaces a test of the recording by those of its segments that are kept. */
 static void put_segments(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
+    int before = 0; /* the pieces of all records are numbered on, so that even and odd ones
+                     * alternate in a pool of short records, too */
+    for (int i = 0; i < test; i++) before += r->test[i].segment_s > 0.0;
     memmove(r->test + test + c->kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
     r->tests += c->kept - 1;
     for (int i = 0; i < c->kept; i++) {
         struct recording_test *t = &r->test[test + i];
         *t = whole;
-        t->segment_s = c->segment_s, t->start_s = c->segment[i].start_s, t->segment = i;
+        t->segment_s = c->segment_s, t->start_s = c->segment[i].start_s, t->segment = before + i;
         t->first = c->segment[i].first, t->end = c->segment[i].end;
         t->borrowed = i > 0;
         t->frequency_hz = t->stated_hz = NAN;
     }
+}
+
+static int too_short(double span_s, double segment_s, int kept, struct error *error) {
+    return error_set(error, STATUS_USAGE,
+                     "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
+                     "gaps in which something moves, and there are %d",
+                     span_s, SEGMENTS_NEEDED, segment_s, kept);
+}
+
+int motion_enough(const struct recording *r, struct error *error) {
+    double span_s = 0.0, segment_s = 0.0;
+    int pieces = 0, steady = 0;
+    for (int i = 0; i < r->tests; i++) {
+        const struct recording_test *t = &r->test[i];
+        if (!(t->segment_s > 0.0)) steady++;
+        else pieces++, segment_s = t->segment_s;
+        bool whole = t->segment_s > 0.0 && !t->borrowed;
+        if (whole) span_s += t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s;
+    }
+    return steady || pieces >= SEGMENTS_NEEDED ? STATUS_OK : too_short(span_s, segment_s, pieces, error);
 }
 
 static int cut_segments(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
@@ -345,11 +368,7 @@ static int cut_segments(struct recording *r, int test, double span_s, struct cut
                          "samples are missing where the motion turns sharply, in %d of %d pieces of %.3g s, and what they would show is "
                          "not known: keep every row, the reversals', too",
                          c->turns, c->all, c->segment_s);
-    if (c->kept < SEGMENTS_NEEDED)
-        return error_set(error, STATUS_USAGE,
-                         "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
-                         "gaps in which something moves, and there are %d",
-                         span_s, SEGMENTS_NEEDED, c->segment_s, c->kept);
+    if (!c->kept) return too_short(span_s, c->segment_s, 0, error);
     put_segments(r, test, c);
     return STATUS_OK;
 }

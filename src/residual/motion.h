@@ -15,8 +15,12 @@ bool motion_sinusoid(const struct recording_test *test, int legs, double frequen
 
 /* Cuts a test into segments; each becomes a test of the recording and shares the samples.
  * Segments at rest or with missing samples are excluded, and segments of a long record are
- * spread over all of it. -2: too short, too little motion, samples missing where the motion
- * turns, or too many tests; -3: no memory. */
+ * spread over all of it. -2: too short for a single one, too little motion, samples missing
+ * where the motion turns, or too many tests; -3: no memory. */
 int motion_cut(struct recording *r, int test, struct error *error);
+
+/* Refuses a recording without a steady sinusoid whose pieces, of all its records together, are too
+ * few to be fitted and judged (-2). */
+int motion_enough(const struct recording *r, struct error *error);
 
 #endif

@@ -11,6 +11,7 @@
 #include "kinematics.h"
 #include "leg_order.h"
 #include "motion.h"
+#include "numeric.h"
 #include "params.h"
 #include "residual.h"
 #include "sort.h"
@@ -483,10 +484,40 @@ static double middle(int count, double *value) {
     return value[(count - 1) / 2];
 }
 
+static const enum channel kind_channel[RESIDUALS] = {CHANNEL_FORCE, CHANNEL_P1, CHANNEL_P2};
+
+/* Mean of a channel over the instants of a test. */
+static double level_of(const struct residual_test *t, enum channel channel, int leg) {
+    double sum = 0.0;
+    for (int i = 0; i < t->phases; i++) {
+        double value[3];
+        spectrum_at(t->spectrum.mean[channel][leg], t->harmonics, t->spectrum.omega, t->cycle + i * SPECTRUM_SIZE, value);
+        sum += value[0];
+    }
+    return sum / t->phases;
+}
+
+typedef double levels[RESIDUALS][LEGS];
+
+/* Means of the channels over all segments: a force that is constant within each, as dry friction is
+ * in a slow stroke, varies from one to the next. */
+static void mean_levels(const struct recording *r, const struct residual_data *data, levels mean) {
+    int segments = 0;
+    memset(mean, 0, sizeof(levels));
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < data->tests; i++) {
+            const struct residual_test *t = &data->test[i];
+            if (t->spectrum.cycles || t->of < first_of_run(r)) continue;
+            if (!pass) segments++;
+            for (int kind = 0; pass && kind < RESIDUALS; kind++)
+                for (int k = 0; k < t->legs; k++) mean[kind][k] += level_of(t, kind_channel[kind], k) / segments;
+        }
+}
+
 /* Share of noise in the mean square variation of a test: the force's, or the median of force and
- * both pressures, since a chamber may hardly change its pressure. */
-static double noise_share(const struct residual_test *t, const struct params *params, struct whitener *w) {
-    static const enum channel channel[RESIDUALS] = {CHANNEL_FORCE, CHANNEL_P1, CHANNEL_P2};
+ * both pressures, since a chamber may hardly change its pressure. mean: levels, from which that
+ * of a segment counts as variation; NULL: only variation within counts. */
+static double noise_share(const struct residual_test *t, const struct params *params, double (*mean)[LEGS], struct whitener *w) {
     int kinds = t->chambers ? RESIDUALS : 1;
     double share[RESIDUALS];
     whitener_init(w, t, params, NOISE_ALONE);
@@ -496,29 +527,39 @@ static double noise_share(const struct residual_test *t, const struct params *pa
             /* in a cycle the constant is left out, because it is undetermined in a chamber whose
              * valve stays shut */
             for (int a = t->spectrum.cycles ? 1 : 0; a < t->size; a++) noise += t->weight[a] * w->noise[k][a][kind];
-            varies += residual_variation(t, channel[kind], k);
+            varies += residual_variation(t, kind_channel[kind], k);
+            if (mean && !t->spectrum.cycles) varies += square(level_of(t, kind_channel[kind], k) - mean[kind][k]);
         }
         share[kind] = varies > 0.0 ? noise / varies : 1.0;
     }
     return middle(kinds, share);
 }
 
-/* Marks segments that are mostly noise, about which nothing can be said, and refuses a log if
- * most of its tests or segments are such. */
-static int check_noise(struct recording *r, const struct residual_data *data, struct error *error) {
+/* Marks segments that are mostly noise, about which nothing can be said. Returns the median
+ * share of noise in the rms variation. */
+static double mark_noise(struct recording *r, const struct residual_data *data, double (*mean)[LEGS], struct whitener *w) {
     double share[RECORDING_TESTS];
     int n = 0;
-    struct whitener *w = malloc(sizeof *w);
-    if (!w) return error_set(error, STATUS_IO, "out of memory");
     for (int i = 0; i < data->tests; i++) {
         struct recording_test *t = &r->test[data->test[i].of];
         if (data->test[i].of < first_of_run(r)) continue;
-        share[n] = noise_share(&data->test[i], r->params, w);
+        share[n] = noise_share(&data->test[i], r->params, mean, w);
         t->refused = t->segment_s > 0.0 && !(sqrt(share[n]) <= NOISE_MOST) ? REFUSED_NOISE : REFUSED_NOT;
         n++;
     }
+    return n ? sqrt(middle(n, share)) : 0.0;
+}
+
+/* Refuses a log if most of its tests or segments are noise. Where strokes are so slow that the
+ * force hardly varies within a segment, its variation from one segment to the next counts, too. */
+static int check_noise(struct recording *r, const struct residual_data *data, struct error *error) {
+    struct whitener *w = malloc(sizeof *w);
+    levels mean;
+    if (!w) return error_set(error, STATUS_IO, "out of memory");
+    double most = mark_noise(r, data, NULL, w);
+    mean_levels(r, data, mean);
+    if (most > NOISE_MOST) most = mark_noise(r, data, mean, w);
     free(w);
-    double most = n ? sqrt(middle(n, share)) : 0.0;
     if (!(most > NOISE_MOST)) return STATUS_OK;
     return REFUSE("noise is %.0f %% of what varies in the %s that are evaluated, and above %.0f %% nothing can be said of them: larger or "
                   "faster motion, or finer sensors",
@@ -556,10 +597,18 @@ static int check_order(const struct recording *r, const struct residual_data *da
                   order.text, 100.0 * order.best, 100.0 * order.stated);
 }
 
+/* Leaves out a record that cannot be evaluated, because others can. */
+static int exclude(struct recording *r, int test, const struct error *why) {
+    r->exclusion = *why;
+    r->excluded++;
+    recording_remove(r, test);
+    return STATUS_OK;
+}
+
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics k;
     bool pose = params_mechanism(r->params)->pose;
-    int status = kinematics_init(&k, r->params, error);
+    int status = pose ? kinematics_init(&k, r->params, error) : STATUS_OK;
     if (status) return status;
     if (!r->tests) return REFUSE("no sinusoidal test in the log");
     if (!r->measured.force) return REFUSE("neither pressures nor forces in the log: there is nothing to hold against the motion");
@@ -587,9 +636,12 @@ int recording_check(struct recording *r, struct error *error) {
             int tests = r->tests;
             status = motion_cut(r, i, error);
             i += r->tests - tests;
+            if (status == STATUS_USAGE && r->tests > first_of_run(r) + 1) status = exclude(r, i--, error);
         }
         if (status) return status;
     }
+    status = motion_enough(r, error);
+    if (status) return status;
     run_at(r, first_of_run(r));
     struct residual_data data;
     status = residual_prepare(&data, r, CYCLES_ALL, error);
