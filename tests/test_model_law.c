@@ -172,6 +172,22 @@ static void a_delay_beyond_its_horizon_is_refused(void **unused) {
     assert_int_equal(platform_init(&platform, &params, &error), STATUS_OK);
 }
 
+/* A back-end centres the valve of a command that is no number. */
+static void a_command_that_is_no_number_stays_none(void **unused) {
+    (void)unused;
+    struct params params = sines(CONTROL_MODEL, ENGINE_CLOSED_FORM, 4.0);
+    struct kinematics k;
+    struct model_law law;
+    struct error error;
+    struct pid pid;
+    assert_int_equal(kinematics_init(&k, &params, &error), STATUS_OK);
+    assert_int_equal(model_law_init(&law, &params, &k, &error), STATUS_OK);
+    pid_reset(&pid, 1.6, 0.0);
+    assert_true(isnan(model_law_command(&law, 0, &pid, 1.6, (double)NAN, 0.0)));
+    pid_reset(&pid, 1.6, 0.0);
+    assert_true(model_law_command(&law, 0, &pid, 3.0, 1.6, 0.0) == params.control.output_limit);
+}
+
 /* Drives a test of x, and takes leg 3's pressure away for a while from its middle on. */
 static void the_hand_over_has_no_bump(void **unused) {
     (void)unused;
@@ -220,6 +236,7 @@ int main(void) {
         cmocka_unit_test(doubtful_inputs_are_named),
         cmocka_unit_test(a_delay_beyond_its_horizon_is_refused),
         cmocka_unit_test(the_hand_over_has_no_bump),
+        cmocka_unit_test(a_command_that_is_no_number_stays_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

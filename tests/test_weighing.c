@@ -210,6 +210,32 @@ static void logs_in_the_wrong_order_and_few_tests_are_refused(void **unused) {
     assert_non_null(strstr(error.text, "3 tests"));
     assert_int_equal(weighing_find(&log[0], &log[1], &s.params, (struct weight){2.0 * WEIGHT_KG, 0.0}, &s.friction, &found, &error),
                      STATUS_USAGE);
+    /* a test that was broken off in the second log is none that both have */
+    with.test[0].samples /= 2, with.test[1].samples /= 2, with.test[2].samples /= 2;
+    assert_int_equal(weighing_find(&log[0], &log[1], &s.params, (struct weight){WEIGHT_KG, 0.0}, &s.friction, &found, &error),
+                     STATUS_USAGE);
+    assert_non_null(strstr(error.text, "3 tests"));
+}
+
+/* 20 kPa of pressure that one chamber kept are no drift of zeros within 1 kPa, and a weight of 1 kg
+ * is lost in that drift. */
+static void rests_under_pressure_and_weights_too_light_are_refused(void **unused) {
+    (void)unused;
+    static struct weighing without, with;
+    struct weighing_found found;
+    struct error error;
+    struct scale s;
+    scale_init(&s);
+    record(&s, &without, 290.0, false, TESTS), record(&s, &with, 290.0, true, TESTS);
+    const struct weighing_log log[] = {{&without, &s.rest[0]}, {&with, &s.rest[1]}};
+    s.params.model.tolerance.pressure_drift_pa = 1e3;
+    assert_int_equal(weighing_find(&log[0], &log[1], &s.params, (struct weight){1.0, 0.0}, &s.friction, &found, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "more weight"));
+    s.drift_pa[1][4] = 20e3;
+    rest_before(&s, 10.0);
+    assert_int_equal(weighing_find(&log[0], &log[1], &s.params, (struct weight){WEIGHT_KG, 0.0}, &s.friction, &found, &error),
+                     STATUS_USAGE);
+    assert_non_null(strstr(error.text, "P2 of leg 5"));
 }
 
 /* Samples with a flag, and readings that are no numbers, do not count; a test begun anew does. */
@@ -239,6 +265,7 @@ int main(void) {
                                        cmocka_unit_test(zeros_that_drift_are_taken_off_as_far_as_rests_show_them),
                                        cmocka_unit_test(dry_friction_of_legs_that_extend_for_longer_is_taken_off),
                                        cmocka_unit_test(logs_in_the_wrong_order_and_few_tests_are_refused),
+                                       cmocka_unit_test(rests_under_pressure_and_weights_too_light_are_refused),
                                        cmocka_unit_test(a_repeated_test_replaces_the_first)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -25,10 +25,13 @@ static int exit_status(const struct verdict *v) { return v->status == VERDICT_PA
  * about the sensors. */
 static int weigh(const struct options *o, struct log_analysis *i, struct error *error) {
     static const char *const machine[] = {"mechanism", "geometry", "actuator", NULL};
+    const struct identification *first = &i[0].analysis.ident.result;
     struct config_difference d;
-    const struct weighing_log log[] = {{&i[0].analysis.weighing, &i[0].analysis.ident.result.rest},
+    const struct weighing_log log[] = {{&i[0].analysis.weighing, &first->rest},
                                        {&i[1].analysis.weighing, &i[1].analysis.ident.result.rest}};
     struct weighing_found found;
+    if (!first->method_c.matrix.evaluated)
+        return error_set(error, STATUS_USAGE, "--weight: %.100s gives no matrix: %.200s", o->operand[0], first->no_method_c.text);
     int status = log_set_new(1, o->operand, error);
     if (!status) status = identify(o, o->operand[1], &i[1], error);
     if (!status && config_difference(&i[0].params, &i[1].params, machine, &d))

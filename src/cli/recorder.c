@@ -75,16 +75,15 @@ static void device(struct recorder *r) {
     progress_say(r->progress, "hexid: device: %s\n", *text ? text : "nothing is wrong on the way to the machine");
 }
 
-/* Puts the gains first among the causes of faults that a bad loop sets off, if its model says
- * so. */
+/* Adds the gains to the causes of faults that a bad loop sets off, if its model says so. An
+ * obstacle stays first, since the model does not see it. */
 static void blame_gains(const struct recorder *r, char cause[FAILURE_TEXT_SIZE], char remedy[FAILURE_TEXT_SIZE]) {
     static const uint32_t of_loop = FAULT_FORCE | FAULT_OSCILLATION | FAULT_LEG_RATE | FAULT_FOLLOWING;
-    char otherwise[FAILURE_TEXT_SIZE];
     if (!*r->loop_says || !(r->analysis.last.first_fault & of_loop)) return;
-    snprintf(cause, FAILURE_TEXT_SIZE, "%s; most likely the gains", failure_of(r->analysis.last.first_fault)->what);
-    snprintf(otherwise, sizeof otherwise, "%s", remedy);
-    snprintf(remedy, FAILURE_TEXT_SIZE, "%.*s; or else: %.*s", FAILURE_TEXT_SIZE / 2 - 10, r->loop_says, FAILURE_TEXT_SIZE / 2 - 10,
-             otherwise);
+    size_t used = strlen(cause);
+    snprintf(cause + used, FAILURE_TEXT_SIZE - used, "; or the gains, whose margins are missed");
+    used = strlen(remedy);
+    snprintf(remedy + used, FAILURE_TEXT_SIZE - used, "; the gains: %s", r->loop_says);
 }
 
 static void fault(struct recorder *r) {

@@ -1,7 +1,6 @@
 /* Inverse dynamics of platform and legs over the whole workspace: leg forces that a motion needs,
  * without friction. Newton and Euler for the platform, the legs' equations from their kinetic
- * energy (docs/control.md has the derivation). Shares nothing with sim/ and src/residual. Pure,
- * RT, no heap.
+ * energy. Shares nothing with sim/ and src/residual. Pure, RT, no heap.
  *
  *  symbol    meaning                                                 unit    frame
  *  c, w      origin of {M}, the payload's mass centre; angular rate  m, 1/s  {B}

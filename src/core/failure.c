@@ -90,8 +90,9 @@ const struct failure failure_table[] = {
      "a full or missing disk, or a log that was deleted, renamed or cut",
      "make room, or name another file; leave a log alone while it is written", NULL, NULL, NULL, 0.0},
     {0, "verdict fail, with the leg", "a pressure is wrong but plausible, or drifts slowly", "witnesses (below)", "the end of the test",
-     REACTION_NONE, "goes on: control does not lean on pressures", "a sensor that drifts", "mend the sensor, test again", NULL, NULL, NULL,
-     0.0},
+     REACTION_NONE,
+     "goes on: the law pid does not lean on pressures; the law model does in its feed-forward, and feedback carries the error",
+     "a sensor that drifts", "mend the sensor, test again", NULL, NULL, NULL, 0.0},
     {0},
 };
 

@@ -58,7 +58,7 @@ void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measur
 /* Explains a fault at length: in `cause` what was seen and the likely cause, in `remedy` the steps
  * up to moving again (which an automatic run cannot do). missed, longest_s: deadlines missed in a
  * row and the longest delay, for an overrun. */
-enum { FAILURE_TEXT_SIZE = 400 };
+enum { FAILURE_TEXT_SIZE = 640 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);
 

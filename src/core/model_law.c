@@ -7,6 +7,8 @@
 
 static const double RETURN_S = 0.5; /* time over which the law comes in */
 static const double GOOD_S = 1.0;   /* time without doubts before it does */
+static const double FADE_S = 0.05;  /* time constant with which a hand-over's difference fades; an
+                                     * integral would keep it when the motion has turned */
 static const double REVERSAL_CYCLES = 1.0; /* tau, in cycles: a reversal of dry friction then takes
                                             * four cycles, which the valve can follow */
 static const double SLOW_MPS = 2e-4; /* v0: below this speed a leg may stick, and the reference does
@@ -18,8 +20,9 @@ static int check_delay(const struct model_law *law, struct error *error) {
     if (law->params->control.law != CONTROL_MODEL || law->delay_s <= MODEL_DELAY_CYCLES * period_s) return STATUS_OK;
     return error_set(
         error, STATUS_USAGE,
-        "control.law model: %.1f ms from sample to spool (control.delay_s, and the spool's lag by hydraulics.valve_frequency_hz "
-        "and valve_damping) are more than %d cycles of loop.period_s: correct them, or take control.law pid",
+        "control.law model: %.1f ms from sample to spool (control.delay_s, the effects command_delay and valve_lag, and the spool's lag "
+        "by hydraulics.valve_frequency_hz and valve_damping) are more than %d cycles of loop.period_s: correct them, or take "
+        "control.law pid",
         1e3 * law->delay_s, MODEL_DELAY_CYCLES);
 }
 
@@ -46,24 +49,26 @@ int model_law_init(struct model_law *law, const struct params *params, const str
 void model_law_reset(struct model_law *law) {
     law->share = law->good_s = 0.0;
     law->doubts = 0;
-    law->begins = true;
+    memset(law->settled, 0, sizeof law->settled);
+    memset(law->bump, 0, sizeof law->bump);
     memset(law->opening, 0, sizeof law->opening);
     memset(law->sent, 0, sizeof law->sent);
 }
 
 /* Friction against extension that a leg has in this course. */
 static double friction_n(const struct model_law *law, int leg, const struct leg_course *c) {
-    double rate = c->rate_mps[leg], speed = fabs(rate);
+    double rate = c->rate_mps[leg], speed = fabs(rate), tau_s = REVERSAL_CYCLES * law->params->loop.period_s;
+    double sense = tanh(rate / (SLOW_MPS + tau_s * fabs(c->accel_mps2[leg])));
     struct leg_motion motion = {.direction = rate > 0.0 ? 1 : -1,
                                 .speed_mps = speed,
+                                .deflection = sense,
                                 .p1_pa = law->p1_pa[leg],
                                 .p2_pa = law->p2_pa[leg],
                                 .a1_m2 = law->area_m2[0][leg],
                                 .a2_m2 = law->area_m2[1][leg]};
     struct friction sum = {.viscous = law->params->hydraulics.viscous_n_s_per_m[leg] * speed};
     for (int i = 0; i < law->friction.count; i++) law->friction.of[i].effect->leg_friction(law->friction.of[i].values, leg, &motion, &sum);
-    double tau_s = REVERSAL_CYCLES * law->params->loop.period_s;
-    return copysign(sum.viscous, rate) + sum.dry * tanh(rate / (SLOW_MPS + tau_s * fabs(c->accel_mps2[leg])));
+    return copysign(fmax(sum.viscous, 0.0), rate) + sum.dry * sense + sum.elastic;
 }
 
 /* Computes the legs' course ahead_s from now, with friction in its forces. */
@@ -71,14 +76,15 @@ static bool course_at(const struct model_law *law, const struct reference *r, do
     double motion[MOTION_ORDERS][DOFS];
     reference_motion(r, &law->params->tests, law->params->loop.period_s, ahead_s, motion);
     if (!dynamics_solve(&law->dynamics, motion, c)) return false;
-    for (int leg = 0; leg < LEGS; leg++) c->force_n[leg] += friction_n(law, leg, c);
-    return true;
+    double sum = 0.0;
+    for (int leg = 0; leg < LEGS; leg++) sum += c->force_n[leg] += friction_n(law, leg, c);
+    return isfinite(sum);
 }
 
 /* Advances a low-pass with the time constant of the PID's force filter; it starts settled. */
-static void low_pass(const struct model_law *law, double x, double *low) {
+static void low_pass(const struct model_law *law, bool settled, double x, double *low) {
     double tp_s = law->params->control.tp, dt_s = law->params->loop.period_s;
-    *low = law->begins ? x : *low + dt_s / (tp_s + dt_s) * (x - *low);
+    *low = settled ? *low + dt_s / (tp_s + dt_s) * (x - *low) : x;
 }
 
 /* Takes the pressures that are readings. Returns DOUBT_PRESSURE if some are none. */
@@ -86,14 +92,15 @@ static uint32_t take_pressures(struct model_law *law, const struct model_law_inp
     uint32_t doubts = 0;
     for (int leg = 0; leg < LEGS; leg++) {
         double p1_pa = in->p1_pa[leg], p2_pa = in->p2_pa[leg], ref_n = now->force_n[leg];
-        low_pass(law, ref_n, &law->force_ref_lp_n[leg]);
+        bool bad = in->suspect & fault_leg(leg) || !isfinite(p1_pa) || !isfinite(p2_pa);
+        if (bad) doubts = DOUBT_PRESSURE;
+        if (bad && !law->settled[leg]) continue;
+        low_pass(law, law->settled[leg], ref_n, &law->force_ref_lp_n[leg]);
         law->varying_ref_n[leg] = ref_n - law->force_ref_lp_n[leg];
-        if (in->suspect & fault_leg(leg) || !isfinite(p1_pa) || !isfinite(p2_pa)) {
-            doubts = DOUBT_PRESSURE;
-            continue;
-        }
+        if (bad) continue;
         law->p1_pa[leg] = p1_pa, law->p2_pa[leg] = p2_pa;
-        low_pass(law, law->area_m2[0][leg] * p1_pa - law->area_m2[1][leg] * p2_pa - ref_n, &law->excess_lp_n[leg]);
+        low_pass(law, law->settled[leg], law->area_m2[0][leg] * p1_pa - law->area_m2[1][leg] * p2_pa - ref_n, &law->excess_lp_n[leg]);
+        law->settled[leg] = true;
     }
     return doubts;
 }
@@ -132,7 +139,7 @@ static uint32_t open_valve(struct model_law *law, int leg, const struct leg_cour
     oil.rate_mps = (to->length_m[leg] - from->length_m[leg]) / dt_s;
     double opening = valve_flow_opening(&law->valve[leg], &oil, (to->force_n[leg] - from->force_n[leg]) / dt_s);
     if (!isfinite(opening)) return DOUBT_SINGULAR;
-    if (!(fabs(opening) <= law->params->control.output_limit)) return DOUBT_SUPPLY;
+    if (!(fabs(valve_flow_command(&law->valve[leg], opening)) <= law->params->control.output_limit)) return DOUBT_SUPPLY;
     law->opening[leg] = opening;
     return 0;
 }
@@ -145,7 +152,6 @@ static uint32_t feed_forward(struct model_law *law, const struct model_law_input
         return DOUBT_SINGULAR;
     uint32_t doubts = take_pressures(law, in, &now);
     for (int leg = 0; leg < LEGS; leg++) doubts |= open_valve(law, leg, &now, &from, &to);
-    law->begins = false;
     return doubts;
 }
 
@@ -171,15 +177,18 @@ double model_law_command(struct model_law *law, int leg, struct pid *pid, double
     const struct control_params *g = &law->params->control;
     double dt_s = law->params->loop.period_s, pid_forward = g->kff * (ref_m - pid->ref_m) / dt_s;
     double model_forward = law->opening[leg] + (1.0 - pid->feedback_cut) * g->kpf * law->varying_ref_n[leg];
-    pid->integral += law->handed_over * (model_forward - pid_forward);
-    double u = pid_step_forward(pid, g, dt_s, ref_m, length_m, force_n, pid_forward + law->share * (model_forward - pid_forward));
+    law->bump[leg] = law->handed_over * (model_forward - pid_forward) + FADE_S / (FADE_S + dt_s) * law->bump[leg];
+    double forward = pid_forward + law->share * (model_forward - pid_forward) + law->bump[leg];
+    double u = pid_step_forward(pid, g, dt_s, ref_m, length_m, force_n, forward), command = valve_flow_command(&law->valve[leg], u);
     law->sent[leg][law->newest] = u;
-    return fmin(fmax(valve_flow_command(&law->valve[leg], u), -g->output_limit), g->output_limit);
+    pid->saturated = pid->saturated || fabs(command) > g->output_limit;
+    /* SAFETY: a command that is no number stays none, and the back-end centres the valve. */
+    return command > g->output_limit ? g->output_limit : command < -g->output_limit ? -g->output_limit : command;
 }
 
 const char *model_law_doubt(uint32_t doubts) {
     return doubts & DOUBT_PRESSURE   ? "a pressure is no valid reading"
            : doubts & DOUBT_SUPPLY   ? "a valve would have to open wider than it can"
-           : doubts & DOUBT_SINGULAR ? "the legs do not determine the platform there"
+           : doubts & DOUBT_SINGULAR ? "the legs do not determine the platform there, or a number is not finite"
                                      : "none";
 }

@@ -16,8 +16,8 @@
  *
  * Doubts: where a pressure is no reading, a pose is singular or not finite, or an opening is needed
  * that the valve does not give (the supply is below need), the law hands over to the PID in that
- * cycle without a bump: the integral part takes what the commands differ by. It comes back over
- * RETURN_S once all inputs have been good for a second. SAFETY: the supervisor's limits and the
+ * cycle without a bump: what the commands differ by fades over FADE_S. It comes back over RETURN_S
+ * once all inputs have been good for a second. SAFETY: the supervisor's limits and the
  * limit of the output stand behind either law. RT, no heap, pure. */
 #ifndef HEXID_MODEL_LAW_H
 #define HEXID_MODEL_LAW_H
@@ -58,6 +58,8 @@ struct model_law {
     double force_ref_lp_n[LEGS];          /* low-passed reference force frlp */
     double excess_lp_n[LEGS];             /* low-passed measured force less reference force */
     double varying_ref_n[LEGS];           /* reference force less its low-passed */
+    bool settled[LEGS];                   /* the filters have begun since model_law_reset() */
+    double bump[LEGS];                    /* rest of what the commands differed by at hand-overs */
     double opening[LEGS];                 /* opening o of the last step */
     double sent[LEGS][MODEL_DELAY_CYCLES]; /* openings sent in the last cycles, a ring */
     int newest;              /* place of the newest of them */
@@ -65,7 +67,6 @@ struct model_law {
     double handed_over;      /* share that the PID took over in this cycle */
     double good_s;           /* time since the last doubt */
     uint32_t doubts;         /* DOUBT_... since the law had its full share last */
-    bool begins;             /* no step since model_law_reset() */
 };
 
 /* params and kinematics must outlive the law. Returns -2 if params choose this law and the delay is

@@ -30,7 +30,7 @@ static double reciprocal_density(const struct effect_key *k, double value) {
 
 static double uniform_inverse_std(const struct variable *v, double value) {
     const struct effect_key *k = v->effect >= 0 ? &effect_table[v->effect]->keys[v->key] : NULL;
-    return k && !v->base && k->reciprocal ? fmax(reciprocal_density(k, value), 1e-300) : sqrt(12.0) / (v->max - v->min);
+    return k && !v->base && k->reciprocal ? fmax(reciprocal_density(k, value), 1e-300) : sqrt(2.0 * PI) / (v->max - v->min);
 }
 
 void linearised_init(struct linearised *l, const struct diagnosis *d, const struct covariance *c, const double *variance) {

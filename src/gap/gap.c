@@ -102,6 +102,8 @@ static int review(struct diagnosis *d, struct remainder *m, const struct recordi
     struct gap_result *other = memory_get(1, sizeof *other);
     int status = STATUS_OK;
     *other = *r;
+    other->simulated = other->tone_simulated = other->matrices = other->offset_rival = false;
+    other->replay_fault[0] = '\0';
     gap_progress(options, "comparing sets of effects", 0.9);
     bool sure = sets_compare(d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT;
     if (sure) read_remainder(d, other, m);

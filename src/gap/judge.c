@@ -253,28 +253,10 @@ static void say_offset(struct gap_result *r) {
     append(r, text);
 }
 
-void judge(struct gap_result *r, const struct remainder *m) {
-    if (unknown(r, m)) {
-        r->verdict = GAP_UNKNOWN_EFFECT;
-    } else if (r->effects) {
-        ADVISE(r, "%s", "");
-        name(r);
-        say_constants(r);
-    } else {
-        ADVISE(r, "%s", "");
-        r->verdict = GAP_NO_GAP;
-        if (m->after > m->noise)
-            SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
-                m->after / m->values);
-        else SAY(r, "what is left between model and measurement is noise");
-    }
-
+/* Adds what every verdict mentions: a tone, constants, and how the recording differs from what was
+ * stated. */
+static void say_rest(struct gap_result *r) {
     char text[GAP_TEXT];
-    if (r->verdict != GAP_UNKNOWN_EFFECT && m->beyond_laws > 1.0 && trace(m) > 0.0) {
-        snprintf(text, sizeof text, "; %.2g %% of the gap's square is left beyond the noise, and is nothing of the catalogue",
-                 100.0 * trace(m));
-        append(r, text);
-    }
     if (r->verdict != GAP_UNKNOWN_EFFECT && r->tone.hz > 0.0 && !r->tone_simulated) {
         snprintf(text, sizeof text, "; besides, a tone at %.4g Hz, no harmonic of the motion: %s", r->tone.hz, tone_words);
         append(r, text);
@@ -305,6 +287,31 @@ void judge(struct gap_result *r, const struct remainder *m) {
     }
 }
 
+void judge(struct gap_result *r, const struct remainder *m) {
+    if (unknown(r, m)) {
+        r->verdict = GAP_UNKNOWN_EFFECT;
+    } else if (r->effects) {
+        ADVISE(r, "%s", "");
+        name(r);
+        say_constants(r);
+    } else {
+        ADVISE(r, "%s", "");
+        r->verdict = GAP_NO_GAP;
+        if (m->after > m->noise)
+            SAY(r, "what is left is noise, and no more than the effects in the configuration leave by themselves (mean white square %.1f)",
+                m->after / m->values);
+        else SAY(r, "what is left between model and measurement is noise");
+    }
+
+    char text[GAP_TEXT];
+    if (r->verdict != GAP_UNKNOWN_EFFECT && m->beyond_laws > 1.0 && trace(m) > 0.0) {
+        snprintf(text, sizeof text, "; %.2g %% of the gap's square is left beyond the noise, and is nothing of the catalogue",
+                 100.0 * trace(m));
+        append(r, text);
+    }
+    say_rest(r);
+}
+
 bool judge_partly(struct gap_result *r) {
     if (line_remains(r) || !(r->unexplained_fraction < PARTLY_LEFT)) return false;
     const char *before = " ";
@@ -330,5 +337,6 @@ bool judge_partly(struct gap_result *r) {
     else snprintf(text, sizeof text, ", and no more force than noise (%.3g N rms) is left", noise_n);
     append(r, text);
     say_constants(r);
+    say_rest(r);
     return true;
 }

@@ -19,7 +19,8 @@ struct remainder {
 void judge(struct gap_result *r, const struct remainder *m);
 
 /* Makes the verdict partly_named, for a result whose effects and statements are those of
- * sets_compare(). Returns false if a tone stands against it. */
+ * sets_compare(). Returns false if a tone stands against it,
+ * or most of the gap is left. */
 bool judge_partly(struct gap_result *r);
 
 #endif

@@ -347,8 +347,12 @@ static void state_effect(const struct comparison *s, const struct params *base, 
     e->keys = keys;
     e->z = sqrt(2.0 * fmax(one->evidence - without(s, effect), 0.0));
     read_values(s, one, place, e);
-    for (int i = 0; i < s->sets; i++)
-        if (s->set[i].effects == 1 && place_in(&s->set[i], effect) == 0) e->share_explained = share_of(s, base, &s->set[i].model);
+    const struct set *single = NULL;
+    for (int i = s->sets - 1; i >= 0; i--)
+        if (s->set[i].effects == 1 && place_in(&s->set[i], effect) == 0) single = &s->set[i];
+    struct params alone = single ? single->model : *base;
+    if (!single) alone.effects[effect] = one->model.effects[effect];
+    e->share_explained = share_of(s, base, &alone);
 }
 
 /* Statements about effects and families, each with its probability; the likeliest first, effects
@@ -432,6 +436,7 @@ static int find_rivals(const struct comparison *s, struct gap_result *r, int sur
             r->ambiguous = 1, r->ambiguous_with[0] = other, r->in_doubt = sure;
             memmove(r->statement + sure + 1, r->statement + sure, (size_t)(i - sure) * sizeof first);
             r->statement[sure] = first;
+            r->certainty = fmin(r->certainty, first.probability);
             return sure + 1;
         }
     return sure;

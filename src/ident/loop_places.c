@@ -40,9 +40,11 @@ static void add(struct loop_places *all, const struct params *p, int dof, double
     if (loop_place_find(&all->place[all->count], p, pose, delay_s)) all->count++;
 }
 
+double loop_delay_s(const struct params *p, bool bus) { return fmax(bus ? p->loop.period_s : 0.0, p->control.delay_s); }
+
 bool loop_places_find(struct loop_places *all, const struct params *p, bool bus) {
     struct kinematics k;
-    double delay_s = bus ? p->loop.period_s : 0.0;
+    double delay_s = loop_delay_s(p, bus);
     all->count = 0;
     kinematics_place(&k, p);
     add(all, p, DOF_Z, 0.0, delay_s);

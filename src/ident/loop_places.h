@@ -19,9 +19,12 @@ struct loop_places {
     struct loop_place place[LOOP_PLACES];
 };
 
-/* Finds the poses and linearises the machine there. bus: the machine is on a field bus, where
- * commands act one cycle later. Returns false if the supply cannot hold the platform up at
- * neutral. */
+/* Delay of commands beside what effects and the valve have: the stated one (control.delay_s), or on
+ * a field bus at least a cycle. */
+double loop_delay_s(const struct params *params, bool bus);
+
+/* Finds the poses and linearises the machine there. bus: the machine is on a field bus. Returns
+ * false if the supply cannot hold the platform up at neutral. */
 bool loop_places_find(struct loop_places *all, const struct params *params, bool bus);
 
 /* Returns the largest shaking by the sensors' noise at neutral and on the way there, where the oil

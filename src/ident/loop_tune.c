@@ -109,7 +109,7 @@ static bool find_moving(struct field *f, const struct params *params, bool bus) 
     static const double neutral[DOFS] = {0};
     struct loop_place moving;
     double swing = fmin(kff_of_valve(f) * tests_mps(params), 1.0);
-    if (!loop_place_find_moving(&moving, params, neutral, bus ? params->loop.period_s : 0.0, swing)) return false;
+    if (!loop_place_find_moving(&moving, params, neutral, loop_delay_s(params, bus), swing)) return false;
     for (int mode = 0; mode < DOFS; mode++) {
         const struct loop_shape shape = mode_of(&moving, mode);
         loop_plant_find(moving.leg, &shape, params, &f->moving[mode]);

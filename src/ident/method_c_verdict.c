@@ -7,7 +7,7 @@
 
 static const double KNOWN = 0.25; /* share of a prior's variance that the data must remove before
                                    * its error is judged */
-static const double FIT_Z = 3.1;  /* quantile of the normal distribution at one check's level, for
+static const double FIT_Z = 3.2;  /* quantile of the normal distribution at one check's level, for
                                    * words */
 
 /* level: probability by which the check may fail a true result. */
@@ -142,7 +142,7 @@ static void check_systematic(const struct method_c_findings *f, double level, st
 static void check_calibration(const struct method_c_findings *f, double level, struct verdict *v) {
     for (int i = 0; i < CALIBRATIONS; i++) {
         double z = f->estimate->surprise[i];
-        if (!(2.0 * above(fabs(z)) * CALIBRATIONS < level)) continue;
+        if (2.0 * above(fabs(z)) * CALIBRATIONS >= level) continue;
         if (i == CALIBRATION_WEIGHT)
             verdict_add(v, VERDICT_FAIL,
                         "the known weight reads %.1f standard deviations too %s for model.tolerance.pressure_gain: check the weight, "

@@ -13,6 +13,9 @@ static const double SPAN_S = 0.02; /* time over which a leg's way is told: far a
 static const double COURSE = 0.2;  /* error of the mean of dry friction by its unknown course near
                                     * a reversal, as a share of it */
 static const double LIKELY = 0.2;  /* greatest relative error that sensors may have */
+static const double NO_DRIFT = 5.0; /* standard deviations beyond which a change at rest is none of
+                                     * the zeros */
+static const double BROKEN_OFF = 0.01; /* share of its samples that a complete test may lack */
 
 void weighing_init(struct weighing *w, const struct params *params) {
     *w = (struct weighing){.on = true, .area = cylinder_areas(&params->actuator)};
@@ -87,7 +90,7 @@ static void subtract(const struct weighing *without, const struct weighing *with
     for (const struct weighing_test *t = without->test; t < without->test + without->tests; t++) {
         const struct weighing_test *u = t->samples ? same_test(with, t) : NULL;
         double kg = 0.0;
-        if (!u) continue;
+        if (!u || fabs((double)u->samples / (double)t->samples - 1.0) > BROKEN_OFF) continue;
         for (int k = 0; k < LEGS; k++) {
             double side_n[2];
             for (int s = 0; s < 2; s++) {
@@ -158,7 +161,7 @@ static double friction_kg(const struct method_c *m, const double lift[LEGS], con
                           double *variance_kg2) {
     double sum_n = 0.0, variance_n2 = 0.0;
     for (int k = 0; k < LEGS; k++) {
-        double dry_n = 0.5 * (m->dry[k][0] + m->dry[k][1]), std_n = hypot(m->dry_std[k][0], m->dry_std[k][1]);
+        double dry_n = 0.5 * (m->dry[k][0] + m->dry[k][1]), std_n = 0.5 * hypot(m->dry_std[k][0], m->dry_std[k][1]);
         sum_n += lift[k] * way[k] * dry_n;
         variance_n2 += square(lift[k] * way[k] * std_n);
     }
@@ -186,6 +189,24 @@ static void correct(const struct weighing_log *without, const struct weighing_lo
     found->std_kg = sqrt(student + geometry + drift_kg2 + friction_kg2 + square(weight.std_kg));
 }
 
+/* Refuses rests between which pressures changed by more than zeros drift. */
+static int check_rests(const struct rest_found *before, const struct rest_found *after, const struct params *params, struct error *error) {
+    double prior = square(params->model.tolerance.pressure_drift_pa);
+    if (before->samples < REST_LEAST || after->samples < REST_LEAST) return STATUS_OK;
+    for (int s = 0; s < 2; s++)
+        for (int k = 0; k < LEGS; k++) {
+            double change_pa = after->zero_pa[s][k] - before->zero_pa[s][k];
+            double noise = square(before->zero_std_pa[s][k]) + square(after->zero_std_pa[s][k]);
+            if (square(change_pa) > square(NO_DRIFT) * (prior + noise))
+                return error_set(
+                    error, STATUS_USAGE,
+                    "--weight: P%d of leg %d reads %.3g kPa more at rest in the second log, and model.tolerance.pressure_drift_pa "
+                    "expects %.3g: let the chambers lose their pressure before either run begins",
+                    s + 1, k + 1, 1e-3 * change_pa, 1e-3 * params->model.tolerance.pressure_drift_pa);
+        }
+    return STATUS_OK;
+}
+
 static int check_friction(const struct method_c *m, struct error *error) {
     for (int k = 0; k < LEGS; k++)
         if (isnan(m->dry[k][0] + m->dry[k][1]))
@@ -202,11 +223,15 @@ int weighing_find(const struct weighing_log *without, const struct weighing_log 
     if (d.tests < WEIGHING_LEAST || !(params->payload.gravity_mps2 > 0.0))
         return error_set(error, STATUS_USAGE, "--weight: %d tests are complete in both logs, and it takes %d: record the same tests twice",
                          d.tests, WEIGHING_LEAST);
-    int status = check_friction(friction, error);
+    int status = check_rests(without->rest, with->rest, params, error);
+    if (!status) status = check_friction(friction, error);
     if (status) return status;
     double n = d.tests, scatter_kg2 = fmax(d.square_kg - square(d.kg) / n, 0.0) / (n - 1.0);
     *found = (struct weighing_found){.stated_kg = weight.kg, .reading_kg = d.kg / n, .tests = d.tests};
     correct(without, with, params, weight, friction, &d, scatter_kg2, found);
+    if (!(found->std_kg < LIKELY * weight.kg))
+        return error_set(error, STATUS_USAGE, "--weight %g: these logs weigh within +- %.2g kg: take more weight, or rests in both logs",
+                         weight.kg, 1.96 * found->std_kg);
     if (fabs(found->reading_kg / weight.kg - 1.0) < LIKELY) return STATUS_OK;
     return error_set(error, STATUS_USAGE,
                      "--weight %g: the legs carry %.4g kg more in the second log than in the first: name the log without the weight "

@@ -121,20 +121,19 @@ static const struct gap_candidate *runner_up(const struct gap_result *r) {
     return NULL;
 }
 
-static void evidence(FILE *out, const struct gap_effect *e, bool first) {
+static void evidence(FILE *out, const struct gap_effect *e, bool first, bool strict) {
     if (first)
-        html_print(
-            out,
-            "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; strength of evidence "
-            "<b>z&nbsp;=&nbsp;%.0f</b>, comparable to standard deviations: below 6 nothing is named.</p>\n<p class=\"small\">%s</p>\n",
-            100.0 * e->share_explained, e->z, e->evidence);
+        html_print(out,
+                   "<p>Explains <b>%.1f&nbsp;%%</b> of the squared gap on cycles it was not fitted to; strength of evidence "
+                   "<b>z&nbsp;=&nbsp;%.0f</b>, comparable to standard deviations%s.</p>\n<p class=\"small\">%s</p>\n",
+                   100.0 * e->share_explained, e->z, strict ? ": below 6 nothing is named" : "", e->evidence);
     else html_print(out, "<p><code>%s</code>: z&nbsp;=&nbsp;%.0f on what was left after that.</p>\n", effect_table[e->effect]->name, e->z);
 }
 
 static void sure_card(FILE *out, const struct gap_result *r) {
     const struct gap_candidate *next = runner_up(r);
     html_print(out, "<div><h2>How sure</h2>\n<p>Verdict <code>%s</code></p>\n", gap_verdict_names[r->verdict]);
-    for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0);
+    for (int i = 0; i < r->effects; i++) evidence(out, &r->effect[i], i == 0, r->verdict != GAP_PARTLY_NAMED);
     if (!r->effects)
         fprintf(
             out,

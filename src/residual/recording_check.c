@@ -636,7 +636,9 @@ int recording_check(struct recording *r, struct error *error) {
             int tests = r->tests;
             status = motion_cut(r, i, error);
             i += r->tests - tests;
-            if (status == STATUS_USAGE && r->tests > first_of_run(r) + 1) status = exclude(r, i--, error);
+            /* A test of one axis is not left out: a matrix without it would be another result. */
+            bool spare = !pose || t->dof == DOF_NONE;
+            if (status == STATUS_USAGE && spare && r->tests > first_of_run(r) + 1) status = exclude(r, i--, error);
         }
         if (status) return status;
     }

@@ -49,9 +49,9 @@ claim "so does hexid doctor" doctor
 fault() {
     "$hexid" run --fast --set sim.engine=closed_form --set lcm.url= --set control.kp=100 --set control.kpf=2e-6 --set limits.following_m=3e-4 \
         >"$work/out" 2>&1
-    says 'warning: gains: ' 'FAULT following_error' 'most likely the gains' 'to do: set control.kpf? to [0-9.e-]+ \(now [0-9.e-]+\).*or else: look at valve'
+    says 'warning: gains: ' 'FAULT following_error' '; or the gains, whose margins are missed' 'to do: look at valve.*; the gains: set control.kpf? to [0-9.e-]+ \(now [0-9.e-]+\)'
 }
-claim "a fault that bad gains may set off names them first" fault
+claim "a fault that bad gains may set off names them behind its other causes" fault
 
 short() {
     ends 1 "$hexid" tune --set hydraulics.valve_frequency_hz=20 -o "$work/short.yaml" >"$work/out" &&
