@@ -7,6 +7,7 @@
 
 #include "closed_form.h"
 #include "loop_survey.h"
+#include "loop_tune.h"
 #include "pid.h"
 #include "recording_check.h"
 #include "trajectory_file.h"
@@ -276,6 +277,33 @@ static void and_with_another_machine_in_it(void **unused) {
     check_loop(surveyed_other());
 }
 
+/* Gains from a survey are those of the machine that was surveyed, though the configuration says
+ * another one: kp and kpf within a fifth, and on the machine itself they keep the margins to 1 dB
+ * and 5 degrees. */
+static void gains_from_a_survey_are_those_of_the_machine(void **unused) {
+    (void)unused;
+    slow_case();
+    struct surveyed *s = surveyed_other();
+    struct loop_tune found, exact, nominal;
+    struct error error;
+    assert_int_equal(loop_tune_surveyed(&s->configured, &s->survey, &found, &error), 0);
+    assert_int_equal(loop_tune(&s->params, false, false, &exact, &error), 0);
+    assert_int_equal(loop_tune(&s->configured, false, false, &nominal, &error), 0);
+    print_message("# kp %g, kpf %g, kff %g from the survey; %g, %g, %g of the machine; %g, %g, %g of the configuration\n", found.gains.kp,
+                  found.gains.kpf, found.gains.kff, exact.gains.kp, exact.gains.kpf, exact.gains.kff, nominal.gains.kp, nominal.gains.kpf,
+                  nominal.gains.kff);
+    struct params p = s->params;
+    struct loop_standing standing;
+    p.control = found.gains;
+    assert_int_equal(loop_tune_stand(&p, false, &standing, &error), 0);
+    print_message("# on the machine: gain %.1f dB, phase %.0f degrees, damping %.2f; predicted %.1f, %.0f, %.2f\n", standing.gain_db.value,
+                  standing.phase_deg.value, standing.damping.value, found.after.gain_db.value, found.after.phase_deg.value,
+                  found.after.damping.value);
+    assert_close(found.gains.kp / exact.gains.kp, 1.0, 0.2);
+    assert_close(standing.gain_db.value, found.after.gain_db.value, 1.0);
+    assert_close(standing.phase_deg.value, found.after.phase_deg.value, 5.0);
+}
+
 static void what_the_pressures_do_not_show_is_no_number(void **unused) {
     (void)unused;
     slow_case();
@@ -316,6 +344,7 @@ int main(void) {
                                        cmocka_unit_test(and_of_a_machine_that_is_not_as_configured),
                                        cmocka_unit_test(the_loops_lowest_pole_pair_is_within_5_pct_of_the_linearised_loops),
                                        cmocka_unit_test(and_with_another_machine_in_it),
+                                       cmocka_unit_test(gains_from_a_survey_are_those_of_the_machine),
                                        cmocka_unit_test(what_the_pressures_do_not_show_is_no_number),
                                        cmocka_unit_test(samples_lost_in_every_pass_are_said)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -10,6 +10,7 @@
 #include "outputs.h"
 #include "params.h"
 #include "tune_report.h"
+#include "version.h"
 
 /* The whole configuration with the gains that were found. The caller frees it. */
 static char *tuned_text(const struct params *params, const struct loop_tune *t) {
@@ -32,7 +33,7 @@ static int write_all(const struct options *o, struct output *file, struct output
     int status = STATUS_OK;
     if (!found(t)) output_discard(file);
     else if (o->output) status = output_made(file, tuned_text(params, t), error);
-    if (!status && o->json) status = output_made(json, tune_report_json(t, config, bus), error);
+    if (!status && o->json) status = output_made(json, tune_report_json(t, version, config, bus), error);
     return status;
 }
 

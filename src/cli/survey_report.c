@@ -9,6 +9,7 @@
 #include "lin.h"
 #include "loop_check.h"
 #include "report_json.h"
+#include "tune_report.h"
 #include "units.h"
 #include "words.h"
 
@@ -94,9 +95,11 @@ int survey_report_make(struct survey_report *r, const struct multisine *multisin
     if (!r->survey.determined) {
         error_set(&r->no_prediction, STATUS_USAGE, "the inertia or a leg's stiffness is not determined");
         for (int i = 0; i < PROPOSALS; i++) r->proposal[i].none = r->no_prediction;
+        r->no_gains = r->no_prediction;
         return STATUS_OK;
     }
     tell(&step, 0.0);
+    loop_tune_surveyed(&r->asked, &r->survey, &r->gains, &r->no_gains);
     status = excitation_predict(&r->survey, &r->asked, &r->asked.tests, DRAWS, &r->configured, &r->no_prediction);
     for (int i = 0; i < PROPOSALS && status != STATUS_IO; i++) {
         step.step = STEP_PROPOSAL + i;
@@ -174,6 +177,17 @@ static void print_proposal(const struct proposal *p, const char *name, double wa
     fprintf(out, "          hexid run %s\n", options);
 }
 
+static void print_gains(const struct survey_report *r, FILE *out) {
+    const struct loop_tune *t = &r->gains;
+    if (r->no_gains.status || !(t->gains.kp > 0.0)) {
+        fprintf(out, "\ngains     none: %s\n", r->no_gains.status ? r->no_gains.text : "none keep the margins of hexid tune");
+        return;
+    }
+    fprintf(out, "\ngains of the machine that was found, as hexid tune: margins of %.1f dB and %.0f degrees, now %.1f dB and %.0f\n",
+            t->after.gain_db.value, t->after.phase_deg.value, t->before.gain_db.value, t->before.phase_deg.value);
+    tune_report_section(out, t);
+}
+
 void survey_report_print(const struct survey_report *r, FILE *out) {
     const struct multisine *m = &r->survey.multisine;
     fprintf(out, "survey    %d tones from %g to %g Hz, legs at most %.3f m/s\n", m->tones, m->tone[0].hz, m->tone[m->tones - 1].hz,
@@ -183,6 +197,7 @@ void survey_report_print(const struct survey_report *r, FILE *out) {
     print_tests(r, out);
     fprintf(out, "\nfor a std of %g %% of sqrt(Mii Mjj) in the worst entry of Mt\n", r->wanted_pct);
     for (int i = 0; i < PROPOSALS; i++) print_proposal(&r->proposal[i], kind_names[i], r->wanted_pct, out);
+    print_gains(r, out);
     fprintf(out, "\n");
 }
 
@@ -235,9 +250,9 @@ char *survey_report_json(const struct survey_report *r, char *identification) {
     json_t *root = identification ? json_loads(identification, 0, NULL) : NULL, *proposals = json_object();
     free(identification);
     for (int i = 0; i < PROPOSALS; i++) json_object_set_new(proposals, kind_keys[i], proposal_json(&r->proposal[i]));
-    json_t *survey = json_pack("{ss so so so so so so}", "schema", "hexid.survey/1", "modes", modes_json(&r->survey), "legs",
-                               legs_json(&r->survey), "tests", tests_json(r), "configured_pct",
-                               report_number(r->no_prediction.status ? (double)NAN : r->configured.worst_pct), "wanted_pct",
-                               report_number(r->wanted_pct), "proposals", proposals);
+    json_t *survey = json_pack(
+        "{ss so so so so so so so}", "schema", "hexid.survey/1", "modes", modes_json(&r->survey), "legs", legs_json(&r->survey), "tests",
+        tests_json(r), "configured_pct", report_number(r->no_prediction.status ? (double)NAN : r->configured.worst_pct), "wanted_pct",
+        report_number(r->wanted_pct), "proposals", proposals, "gains", r->no_gains.status ? json_null() : tune_report_object(&r->gains));
     return report_text(report_set(root, "survey", survey));
 }

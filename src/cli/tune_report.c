@@ -7,7 +7,6 @@
 #include "params.h"
 #include "report_json.h"
 #include "units.h"
-#include "version.h"
 
 static const char *const parts[] = {
     [LOOP_PART_NONE] = "none", [LOOP_PART_VALVE] = "valve_lag", [LOOP_PART_CYCLE] = "cycle", [LOOP_PART_OIL] = "oil"};
@@ -155,9 +154,16 @@ static json_t *parts_json(const struct loop_tune *t) {
     return object;
 }
 
-char *tune_report_json(const struct loop_tune *t, const char *config, bool bus) {
-    return report_text(json_pack("{ss ss ss? sb sb sf sf ss so so so}", "schema", "hexid.tune/1", "version", version, "config", config,
-                                 "bus", bus, "reached", t->reached, "out_mps", t->out_mps, "in_mps", t->in_mps, "limit", parts[t->limit],
-                                 "damping_without", parts_json(t), "before", standing_json(&t->now, &t->before), "after",
-                                 standing_json(&t->gains, &t->after)));
+json_t *tune_report_object(const struct loop_tune *t) {
+    return json_pack("{sb sf sf ss so so so}", "reached", t->reached, "out_mps", t->out_mps, "in_mps", t->in_mps, "limit", parts[t->limit],
+                     "damping_without", parts_json(t), "before", standing_json(&t->now, &t->before), "after",
+                     standing_json(&t->gains, &t->after));
+}
+
+char *tune_report_json(const struct loop_tune *t, const char *version, const char *config, bool bus) {
+    json_t *object = tune_report_object(t);
+    object = report_set(object, "schema", json_string("hexid.tune/1"));
+    object = report_set(object, "version", json_string(version));
+    object = report_set(object, "config", config ? json_string(config) : json_null());
+    return report_text(report_set(object, "bus", json_boolean(bus)));
 }

@@ -2,6 +2,7 @@
 #ifndef HEXID_TUNE_REPORT_H
 #define HEXID_TUNE_REPORT_H
 
+#include <jansson.h>
 #include <stdio.h>
 
 #include "loop_tune.h"
@@ -16,7 +17,10 @@ void tune_report_section(FILE *out, const struct loop_tune *tune);
 enum { TUNE_MISS_SIZE = 400 };
 void tune_report_missed(const struct loop_tune *tune, const struct params *params, char text[TUNE_MISS_SIZE]);
 
-/* Schema hexid.tune/1. The caller frees the text; NULL without memory. */
-char *tune_report_json(const struct loop_tune *tune, const char *config, bool bus);
+/* The same as JSON, without the schema's name; NULL without memory. */
+json_t *tune_report_object(const struct loop_tune *tune);
+
+/* Schema hexid.tune/1. version: of this program. The caller frees the text; NULL without memory. */
+char *tune_report_json(const struct loop_tune *tune, const char *version, const char *config, bool bus);
 
 #endif

@@ -116,20 +116,21 @@ static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double 
     return dof;
 }
 
-/* Finds the modes of inertia against the stiffness of the oil, in leg coordinates. */
-static bool find_modes(struct loop_place *p, const struct inverse_dynamics *d, const struct kinematics *k) {
-    double inertia[LEGS][LEGS], spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
-    inverse_dynamics_inertia(d, inertia);
+/* Solves inertia against the stiffness of the oil, in leg coordinates. */
+bool loop_place_modes(struct loop_place *p, const struct params *params) {
+    double spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
+    struct cylinder_areas areas = cylinder_areas(&params->actuator);
+    struct kinematics k;
     for (int i = 0; i < LEGS; i++)
-        spring[i][i] = d->cylinder.leg[i].a1_m2 * p->leg[i].chamber[PORT_A].push +
-                       d->cylinder.leg[i].a2_m2 * p->leg[i].chamber[PORT_B].push;
-    if (lin_eigenvectors(LEGS, spring[0], inertia[0], value, p->motion[0])) return false;
-    ik_jacobian(k, p->pose, j);
+        spring[i][i] = areas.a1_m2[i] * p->leg[i].chamber[PORT_A].push + areas.a2_m2[i] * p->leg[i].chamber[PORT_B].push;
+    if (lin_eigenvectors(LEGS, spring[0], p->inertia[0], value, p->motion[0])) return false;
+    kinematics_place(&k, params);
+    ik_jacobian(&k, p->pose, j);
     for (int mode = 0; mode < DOFS; mode++) {
         double square = 0.0;
         for (int i = 0; i < LEGS; i++) square += p->motion[mode][i] * p->motion[mode][i];
         p->mass_kg[mode] = 1.0 / square; /* the eigenvectors are scaled to inertia 1 */
-        p->dof[mode] = largest(j, p->motion[mode], k->arm_m, &p->reach[mode]);
+        p->dof[mode] = largest(j, p->motion[mode], k.arm_m, &p->reach[mode]);
     }
     return true;
 }
@@ -159,7 +160,8 @@ bool loop_place_find_moving(struct loop_place *p, const struct params *params, c
         if (!linearise(&d.cylinder, i, length_m[i], p->force_n[i], more_delay_s, swing, &p->leg[i])) return false;
         p->leg[i].feedback_cut = oil_feedback_cut(&column[i], length_m[i]);
     }
-    return find_modes(p, &d, &k);
+    inverse_dynamics_inertia(&d, p->inertia);
+    return loop_place_modes(p, params);
 }
 
 /* True for a pole at zero, which an integrator without gain makes, or pressures that no leakage

@@ -12,6 +12,7 @@
 struct loop_place {
     double pose[DOFS];
     struct loop_leg leg[LEGS];
+    double inertia[LEGS][LEGS];               /* force of each leg per acceleration of each, kg */
     double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns: motion of the legs in
                                                * each, and mass per squared motion */
     enum dof dof[DOFS];                       /* axis that moves most in each mode */
@@ -33,6 +34,9 @@ bool loop_place_find(struct loop_place *place, const struct params *params, cons
  * full opening to either side of where they rest, so that both pairs of edges count. 0: held. */
 bool loop_place_find_moving(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s,
                             double swing);
+
+/* Finds the modes anew after the legs of a place were changed. Returns false without modes. */
+bool loop_place_modes(struct loop_place *place, const struct params *params);
 
 /* The least damped pole of all modes; if some are unstable, the fastest growing one. */
 struct loop_worst {

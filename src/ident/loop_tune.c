@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "kinematics.h"
+#include "loop_found.h"
 #include "params.h"
 #include "units.h"
 
@@ -38,6 +39,8 @@ struct field {
     struct loop_plant plant[LOOP_PLACES][DOFS];
     struct loop_plant moving[DOFS];    /* at neutral, with the valves' openings of the tests */
     double own_damping[DOFS];          /* of the modes at neutral without a controller */
+    bool surveyed;                     /* the legs are as a survey found them */
+    struct loop_found found;
 };
 
 /* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are its own. */
@@ -110,6 +113,7 @@ static bool find_moving(struct field *f, const struct params *params, bool bus) 
     struct loop_place moving;
     double swing = fmin(kff_of_valve(f) * tests_mps(params), 1.0);
     if (!loop_place_find_moving(&moving, params, neutral, loop_delay_s(params, bus), swing)) return false;
+    if (f->surveyed && !loop_found_correct(&f->found, &moving, params)) return false;
     for (int mode = 0; mode < DOFS; mode++) {
         const struct loop_shape shape = mode_of(&moving, mode);
         loop_plant_find(moving.leg, &shape, params, &f->moving[mode]);
@@ -141,9 +145,19 @@ static void find_own_dampings(struct field *f) {
     f->params.control = control;
 }
 
-static bool field_init(struct field *f, const struct params *params, bool bus, enum loop_part part) {
+/* Corrects all places by what a survey found. */
+static bool take_survey(struct field *f, const struct loop_survey *survey) {
+    f->surveyed = survey != NULL;
+    if (survey) f->found = loop_found(&f->places.place[0], &f->params, survey);
+    for (int i = 0; i < f->places.count && survey; i++)
+        if (!loop_found_correct(&f->found, &f->places.place[i], &f->params)) return false;
+    return true;
+}
+
+/* survey: NULL without one. */
+static bool field_init(struct field *f, const struct params *params, bool bus, enum loop_part part, const struct loop_survey *survey) {
     f->params = *params;
-    if (!loop_places_find(&f->places, params, bus)) return false;
+    if (!loop_places_find(&f->places, params, bus) || !take_survey(f, survey)) return false;
     improve(f, part);
     for (int i = 0; i < f->places.count; i++)
         for (int mode = 0; mode < DOFS; mode++) {
@@ -367,7 +381,7 @@ static void find_part(struct field *f, const struct params *params, bool bus, st
     double most = WORTH * t->after.damping.value;
     for (int part = LOOP_PART_NONE + 1; part < LOOP_PARTS; part++) {
         struct loop_tune other;
-        if (!field_init(f, params, bus, (enum loop_part)part)) continue;
+        if (!field_init(f, params, bus, (enum loop_part)part, NULL)) continue;
         solve(f, params, &other);
         double damping = other.gains.kp > 0.0 ? least_slowest_damping(f, &other.gains) : 0.0;
         t->part_damping[part] = damping;
@@ -376,10 +390,10 @@ static void find_part(struct field *f, const struct params *params, bool bus, st
 }
 
 /* Makes the field of this machine, which the caller frees; NULL with a status and a message. */
-static struct field *field_new(const struct params *params, bool bus, int *status, struct error *error) {
+static struct field *field_new(const struct params *params, bool bus, const struct loop_survey *survey, int *status, struct error *error) {
     struct field *f = malloc(sizeof *f);
     *status = STATUS_OK;
-    if (f && field_init(f, params, bus, LOOP_PART_NONE)) return f;
+    if (f && field_init(f, params, bus, LOOP_PART_NONE, survey)) return f;
     *status = f ? error_set(error, STATUS_USAGE,
                             "no gains: the supply does not hold the platform up at neutral; compare payload, actuator and "
                             "hydraulics.supply_pa with the machine")
@@ -390,16 +404,17 @@ static struct field *field_new(const struct params *params, bool bus, int *statu
 
 int loop_tune_stand(const struct params *params, bool bus, struct loop_standing *s, struct error *error) {
     int status;
-    struct field *f = field_new(params, bus, &status, error);
+    struct field *f = field_new(params, bus, NULL, &status, error);
     if (f) *s = stand(f, &params->control);
     free(f);
     return status;
 }
 
-int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *t, struct error *error) {
+static int tune(const struct params *params, const struct loop_survey *survey, bool bus, bool parts, struct loop_tune *t,
+                struct error *error) {
     int status;
     *t = (struct loop_tune){.now = params->control};
-    struct field *f = field_new(params, bus, &status, error);
+    struct field *f = field_new(params, bus, survey, &status, error);
     if (!f) return status;
     solve(f, params, t);
     t->before = stand(f, &t->now);
@@ -407,4 +422,13 @@ int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tun
     if (parts && !t->reached) find_part(f, params, bus, t);
     free(f);
     return STATUS_OK;
+}
+
+int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *t, struct error *error) {
+    return tune(params, NULL, bus, parts, t, error);
+}
+
+int loop_tune_surveyed(const struct params *params, const struct loop_survey *survey, struct loop_tune *t, struct error *error) {
+    const struct params found = loop_found_params(params, survey);
+    return tune(&found, survey, false, false, t, error);
 }

@@ -76,6 +76,11 @@ struct loop_tune {
  * machine is not driven; -3 without memory. */
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *result, struct error *error);
 
+/* The same with the machine as a survey found it, at neutral, in place of the configured one:
+ * payload, friction, oil, valves, and delays, a bus's among them. The survey must be determined. */
+struct loop_survey;
+int loop_tune_surveyed(const struct params *params, const struct loop_survey *survey, struct loop_tune *result, struct error *error);
+
 /* Finds how the configured gains stand, without looking for others. Errors as loop_tune(). */
 int loop_tune_stand(const struct params *params, bool bus, struct loop_standing *standing, struct error *error);
 
