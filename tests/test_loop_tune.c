@@ -246,6 +246,9 @@ static void what_cannot_be_held_gets_no_gains(void **unused) {
     struct error error;
     assert_int_equal(loop_tune(&p, false, false, &t, &error), STATUS_USAGE);
     assert_non_null(strstr(error.text, "does not hold the platform up"));
+    p = load(NULL, "effects.command_delay.delay_s=0.03");
+    assert_int_equal(loop_tune(&p, false, false, &t, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "longer than 14 cycles"));
 }
 
 int main(int argc, char **argv) {

@@ -389,15 +389,32 @@ static void find_part(struct field *f, const struct params *params, bool bus, st
     }
 }
 
+/* True if no delay is longer than loop_poles.h computes. */
+static bool delays_fit(const struct field *f) {
+    double most_s = LOOP_DELAY_MOST * f->params.loop.period_s;
+    for (int k = 0; k < LEGS; k++)
+        if (f->places.place[0].leg[k].command_delay_s > most_s || f->places.place[0].leg[k].length_delay_s > most_s) return false;
+    return true;
+}
+
 /* Makes the field of this machine, which the caller frees; NULL with a status and a message. */
 static struct field *field_new(const struct params *params, bool bus, const struct loop_survey *survey, int *status, struct error *error) {
     struct field *f = malloc(sizeof *f);
-    *status = STATUS_OK;
-    if (f && field_init(f, params, bus, LOOP_PART_NONE, survey)) return f;
-    *status = f ? error_set(error, STATUS_USAGE,
+    if (!f) *status = error_set(error, STATUS_IO, "out of memory");
+    else if (!field_init(f, params, bus, LOOP_PART_NONE, survey))
+        *status = error_set(error, STATUS_USAGE,
                             "no gains: the supply does not hold the platform up at neutral; compare payload, actuator and "
-                            "hydraulics.supply_pa with the machine")
-                : error_set(error, STATUS_IO, "out of memory");
+                            "hydraulics.supply_pa with the machine");
+    else if (!delays_fit(f))
+        *status = error_set(
+            error, STATUS_USAGE,
+            "no gains: a delay of commands or lengths is longer than %d cycles, %g s, with which the loop is computed; compare "
+            "effects.command_delay and position_sensor_delay with the machine",
+            LOOP_DELAY_MOST, LOOP_DELAY_MOST * params->loop.period_s);
+    else {
+        *status = STATUS_OK;
+        return f;
+    }
     free(f);
     return NULL;
 }

@@ -72,8 +72,8 @@ struct loop_tune {
 };
 
 /* Finds gains. bus: the machine is on a field bus. parts: look for the limiting part, which takes
- * as long again for each. Returns -2 if the supply cannot hold the platform up at neutral, or the
- * machine is not driven; -3 without memory. */
+ * as long again for each. Returns -2 if the supply cannot hold the platform up at neutral, or a
+ * delay exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *result, struct error *error);
 
 /* The same with the machine as a survey found it, at neutral, in place of the configured one:
