@@ -16,6 +16,7 @@
 #include "params.h"
 #include "payload.h"
 #include "recording_check.h"
+#include "version.h"
 
 #include "../control_rig.h"
 
@@ -137,17 +138,24 @@ static void cell(const struct params *machine, const struct params *controller, 
     fflush(stdout);
 }
 
-int main(void) {
+/* With an argument: that frequency alone, without dry friction. */
+int main(int argc, char **argv) {
     static struct params machine, controller;
     static struct found found;
-    for (int friction = 0; friction < FRICTIONS; friction++) {
+    double only_hz = argc > 1 ? atof(argv[1]) : 0.0;
+    printf("hexid %s\n", version);
+    for (int friction = 0; friction < (only_hz > 0.0 ? 1 : FRICTIONS); friction++) {
         configure(&machine, DRY_N[friction]);
         identify(&machine, &found);
-        printf("\n| %g N of dry friction | 2 Hz | 4 Hz | 8 Hz | 12 Hz |\n| --- | --- | --- | --- | --- |\n", DRY_N[friction]);
+        printf("\n| %g N of dry friction |", DRY_N[friction]);
+        for (int rate = 0; rate < RATES; rate++)
+            if (!(only_hz > 0.0) || HZ[rate] == only_hz) printf(" %g Hz |", HZ[rate]);
+        printf("\n| --- | %s\n", only_hz > 0.0 ? "--- |" : "--- | --- | --- | --- |");
         for (int driver = 0; driver < DRIVERS; driver++) {
             make_driver(&controller, (enum driver)driver, &machine, &found);
             printf("| %s |", driver_names[driver]);
-            for (int rate = 0; rate < RATES; rate++) cell(&machine, &controller, rate);
+            for (int rate = 0; rate < RATES; rate++)
+                if (!(only_hz > 0.0) || HZ[rate] == only_hz) cell(&machine, &controller, rate);
             puts("");
         }
         recording_free(&found.recording);
