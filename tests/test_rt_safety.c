@@ -111,6 +111,7 @@ struct run {
     enum clock_kind clock;
     int cycles;
     const char *url;
+    enum control_law law;
     void (*sin)(void);       /* called in the middle of the run, as if by the loop */
 };
 
@@ -124,6 +125,7 @@ static struct params params_of(const struct run *run) {
     struct params params;
     config_default(&params);
     params.sim.engine = run->engine;
+    params.control.law = run->law;
     params.tests.settle_s = 0.05, params.tests.ramp_s = 0.1, params.tests.duration_s = 0.1, params.tests.ramp_out_s = 0.1;
     params.motion.engage_s = params.motion.park_s = 2.0;
     params.motion.hold_s = 0.1;
@@ -166,15 +168,19 @@ static int outcome(const struct run *run, bool system_calls_too) {
 }
 
 static const struct run runs[] = {
-    {ENGINE_ODE, false, CLOCK_VIRTUAL, 400, "sim:", NULL},
-    {ENGINE_ODE, true, CLOCK_VIRTUAL, 400, "sim:", NULL},
-    {ENGINE_ODE, true, CLOCK_REAL, 450, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 5000, "sim:", NULL}, /* the whole automatic run */
-    {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, CLOCK_REAL, 450, "sim:", NULL},
-    {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 200, "sim:", NULL},
+    {ENGINE_ODE, false, CLOCK_VIRTUAL, 400, "sim:", CONTROL_PID, NULL},
+    {ENGINE_ODE, true, CLOCK_VIRTUAL, 400, "sim:", CONTROL_PID, NULL},
+    {ENGINE_ODE, true, CLOCK_REAL, 450, "sim:", CONTROL_PID, NULL},
+    /* the whole automatic run */
+    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 5000, "sim:", CONTROL_PID, NULL},
+    {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", CONTROL_PID, NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_REAL, 450, "sim:", CONTROL_PID, NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 200, "sim:", CONTROL_PID, NULL},
     /* faults and the cycles after them */
-    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", CONTROL_PID, NULL},
+    /* the law that knows the machine, with friction and dead band, and its hand-over */
+    {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", CONTROL_MODEL, NULL},
+    {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 5000, "fault:pressure_nan@3+0.006/2,drop@4+0.006;sim:", CONTROL_MODEL, NULL},
 };
 
 static void assert_ends_well(bool system_calls_too) {
@@ -215,7 +221,7 @@ static void sin_log(void) { (void)!write(STDERR_FILENO, "", 0); }
 static void sin_identity(void) { (void)syscall(SYS_getpid); }
 
 static int outcome_of_sin(void (*sin)(void), bool system_calls_too) {
-    const struct run run = {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 20, "sim:", sin};
+    const struct run run = {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 20, "sim:", CONTROL_PID, sin};
     return outcome(&run, system_calls_too);
 }
 
