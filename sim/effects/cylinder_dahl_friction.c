@@ -32,7 +32,7 @@ const struct effect cylinder_dahl_friction = {
              [DISTANCE] = {.name = "distance_m",
                            .unit = "m",
                            .min = 1e-5,
-                           .max = 0.05,
+                           .max = 5e-3,
                            .neutral = 2e-4,
                            .typical = 2e-4,
                            .per_leg = true,

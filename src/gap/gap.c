@@ -88,11 +88,14 @@ static double least_z(const struct gap_result *r) {
     return least;
 }
 
-/* True if the sets say other than the search, which keeps what it is sure of: effects beside those
- * that it found must be as strong as those that it names. */
+/* True if the sets say other than the search. If both leave no more than noise, the evidence
+ * decides. Otherwise what the search named stays, and effects beside that must leave less and be as
+ * strong as those that it names. */
 static bool differs(const struct gap_result *search, const struct gap_result *sets) {
-    bool adds = includes(sets, search);
-    return sets->ambiguous || (!includes(search, sets) && (!adds || least_z(sets) >= Z_NAMED));
+    bool noise = search->white_after < LEFT_WHITE && sets->white_after < LEFT_WHITE;
+    if (includes(search, sets)) return sets->ambiguous && noise;
+    if (includes(sets, search)) return sets->white_after < search->white_after && least_z(sets) >= Z_NAMED;
+    return noise;
 }
 
 /* Compares sets of effects under a remainder, and judges again if they say other than the

@@ -457,7 +457,12 @@ static bool fit_sure(struct comparison *s, const struct gap_result *r, int sure,
         int effect = from->hypothesis[i].effect;
         if (place_in(one, effect) < 0) one->model.effects[effect] = s->d->given->effects[effect];
     }
-    return assume(s->d, one) && acts(one);
+    if (!assume(s->d, one)) return false;
+    one->model = s->d->model;
+    one->log_prior = log_prior(s->d, one);
+    linearised_init(&one->linear, s->d, &s->covariance, s->variance);
+    weigh(s, one);
+    return acts(one);
 }
 
 /* True if the laws of these effects may leave a remainder. */
@@ -476,9 +481,11 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     r->effects = 0;
     for (int i = 0; i < sure && settled; i++) {
         struct gap_effect *e = &r->effect[r->effects++];
+        read_values(s, one, i, &r->statement[i].effect);
         *e = r->statement[i].effect;
         snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", effect_table[e->effect]->signature, r->statement[i].probability);
     }
+    linearised_free(&one->linear);
     free(one);
     return settled;
 }
