@@ -161,6 +161,20 @@ static bool acts(const struct set *s) {
     return all;
 }
 
+/* True if a parameter of a law's form is at the end of its range. The law is then that of another
+ * effect, of which this is a limit, or the fit has gone astray. */
+static bool at_end(const struct set *s) {
+    bool end = false;
+    for (int i = 0; i < s->effects; i++)
+        for (int j = 0; j < s->hypothesis[i].variables; j++) {
+            const struct variable *v = &s->hypothesis[i].variable[j];
+            double value = variable_get(v, &s->model), margin = 1e-6 * (v->max - v->min);
+            bool shapes = effect_table[v->effect]->keys[v->key].shapes_law;
+            end = end || (shapes && (value <= v->min + margin || value >= v->max - margin));
+        }
+    return end;
+}
+
 /* Place for one more set: the worst one gives way if there is no room. */
 static struct set *place_for(struct comparison *s, double evidence) {
     if (s->sets < SETS_MAX) return &s->set[s->sets++];
@@ -172,13 +186,14 @@ static struct set *place_for(struct comparison *s, double evidence) {
     return worst;
 }
 
-/* Fits a set, and keeps it with its evidence unless it is known, impossible or does nothing. */
+/* Fits a set, and keeps it with its evidence unless it is known, impossible, does nothing or has a
+ * law at the end of its range. */
 static void keep(struct comparison *s, struct set *one) {
     bool known = false;
     for (int i = 0; i < s->sets; i++) known = known || same(&s->set[i], one);
     if (known || !assume(s->d, one)) return;
     one->model = s->d->model;
-    if (!acts(one)) return;
+    if (!acts(one) || at_end(one)) return;
     one->log_prior = log_prior(s->d, one);
     linearised_init(&one->linear, s->d, &s->covariance, s->variance);
     weigh(s, one);
