@@ -65,8 +65,8 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
     return error_set(error, STATUS_USAGE, "the simulated run did not come to its end");
 }
 
-/* The machine is the model; the controller knows the machine as it is configured, so that the law
- * `model` does not learn of effects that are tried. */
+/* The machine is the model; the controller has its gains, and knows the machine as it is
+ * configured, so that the law `model` does not learn of effects that are tried. */
 static int replay_run(const struct params *machine, const struct params *controller, struct recording *out, struct error *error) {
     struct plant *plant = plant_create(machine, 1, error);
     struct platform *platform = memory_get(1, sizeof *platform);
@@ -86,6 +86,7 @@ int replay_closed_loop(const struct params *model, const struct recording *like,
         else out->run[0] = like->run[0];
         *machine = replay_params(model, like, run);
         *controller = replay_params(like->params, like, run);
+        controller->control = machine->control;
         if (!status) status = replay_run(machine, controller, out, error);
     }
     free(machine);
