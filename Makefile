@@ -62,7 +62,7 @@ test: $(TESTS) $(REPLAYS) $(BENCHES) $(COUNTS) $(BUILD)/hexid $(VENV)/ready ## r
 check: $(filter $(BUILD)/%,$(CHECKED)) $(if $(filter %.sh,$(CHECKED)),$(BUILD)/hexid $(VENV)/ready) ## the fast tier, half a minute of processor time; T=gap: the tests of src/gap/gap.c alone
 	@CHECK=1 BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="all else: make test" tests/run $(CHECKED)
 
-test-long: $(BUILD)/hexid $(addprefix $(BUILD)/tests/test_,axis extremes gap loop_check oscillation) $(BUILD)/tests/rig/rig $(BUILD)/tests/ident/venv/ready $(VENV)/ready | deps-deb ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the spread over 30 seeds, the rig by other means, the package in a fresh root
+test-long: $(BUILD)/hexid $(addprefix $(BUILD)/tests/test_,axis extremes gap loop_check loop_tune oscillation) $(BUILD)/tests/rig/rig $(BUILD)/tests/ident/venv/ready $(VENV)/ready | deps-deb ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the spread over 30 seeds, the rig by other means, the package in a fresh root
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(wildcard tests/long/*.sh)
 
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
