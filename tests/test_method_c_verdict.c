@@ -127,7 +127,7 @@ static void friction_that_drives_fails_from_its_share_of_the_level_on(void **unu
     /* 6 checks share 0.005, twelve frictions share one of them: one-sided normal quantile 3.81. */
     for (int leg = 0; leg < LEGS; leg++) {
         struct result *r = result_of(body);
-        char words[40];
+        char words[80];
         r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.7 * VISCOUS_STD;
         assert_int_equal(judge(r).status, VERDICT_PASS);
         r->estimate.value[UNKNOWN_VISCOUS + leg] = -3.9 * VISCOUS_STD;
