@@ -1,13 +1,9 @@
 #include "gains_check.h"
 
-#include <math.h>
 #include <stdio.h>
-#include <string.h>
 
-#include "number_text.h"
 #include "params.h"
-
-static const double WORTH = 1.1; /* smallest ratio of two values of a gain that is worth a change */
+#include "tune_report.h"
 
 void gains_check_describe(const struct gains_check *c, char text[GAINS_TEXT_SIZE]) {
     const struct loop_standing *s = &c->standing;
@@ -23,26 +19,10 @@ void gains_check_describe(const struct gains_check *c, char text[GAINS_TEXT_SIZE
                  s->damping.value);
 }
 
-static bool differs(double now, double then) { return now > 0.0 && then > 0.0 ? fabs(log(then / now)) > log(WORTH) : now != then; }
-
 static void find_remedy(const struct params *params, bool bus, char text[GAINS_TEXT_SIZE]) {
     struct loop_tune t;
     struct error unheard;
-    int used = 0;
-    *text = '\0';
-    if (loop_tune(params, bus, false, &t, &unheard) || !(t.gains.kp > 0.0)) return;
-    const struct {
-        const char *name;
-        double now, then;
-    } gains[] = {{"kpf", t.now.kpf, t.gains.kpf}, {"kp", t.now.kp, t.gains.kp}, {"ki", t.now.ki, t.gains.ki},
-                 {"kff", t.now.kff, t.gains.kff}, {"kd", t.now.kd, t.gains.kd}, {"tp", t.now.tp, t.gains.tp}};
-    for (size_t i = 0; i < sizeof gains / sizeof *gains; i++) {
-        char now[NUMBER_SIZE], then[NUMBER_SIZE];
-        if (!differs(gains[i].now, gains[i].then)) continue;
-        used += snprintf(text + used, GAINS_TEXT_SIZE - (size_t)used, "%scontrol.%s to %s (now %s)", used ? ", " : "set ", gains[i].name,
-                         number_shortest(gains[i].then, then), number_shortest(gains[i].now, now));
-        if (used >= GAINS_TEXT_SIZE) return;
-    }
+    if (!loop_tune(params, bus, false, &t, &unheard) && t.gains.kp > 0.0) tune_report_remedy(&t, GAINS_TEXT_SIZE, text);
 }
 
 struct gains_check gains_check(const struct params *params, bool bus) {

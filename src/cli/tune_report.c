@@ -8,6 +8,8 @@
 #include "report_json.h"
 #include "units.h"
 
+static const double WORTH = 1.1; /* smallest ratio of two values of a gain that is worth a change */
+
 static const char *const parts[] = {
     [LOOP_PART_NONE] = "none", [LOOP_PART_VALVE] = "valve_lag", [LOOP_PART_CYCLE] = "cycle", [LOOP_PART_OIL] = "oil"};
 
@@ -16,16 +18,17 @@ static const char *const words[] = {[LOOP_PART_NONE] = "no part alone",
                                     [LOOP_PART_CYCLE] = "the cycle",
                                     [LOOP_PART_OIL] = "the oil"};
 
-/* The gains that tune sets, with their units. */
+enum { GAINS = 6, CELL = 24 };
+
+/* The gains that tune sets, with their units; the one that most often decides comes first. */
 static const struct gain {
     const char *name, *unit;
     size_t offset;
-} gains[] = {
-    {"kp", "1/m", offsetof(struct control_params, kp)},   {"ki", "1/(m s)", offsetof(struct control_params, ki)},
-    {"kd", "s/m", offsetof(struct control_params, kd)},   {"kff", "s/m", offsetof(struct control_params, kff)},
-    {"kpf", "1/N", offsetof(struct control_params, kpf)}, {"tp", "s", offsetof(struct control_params, tp)},
+} gains[GAINS] = {
+    {"kpf", "1/N", offsetof(struct control_params, kpf)},   {"kp", "1/m", offsetof(struct control_params, kp)},
+    {"ki", "1/(m s)", offsetof(struct control_params, ki)}, {"kff", "s/m", offsetof(struct control_params, kff)},
+    {"kd", "s/m", offsetof(struct control_params, kd)},     {"tp", "s", offsetof(struct control_params, tp)},
 };
-enum { GAINS = sizeof gains / sizeof *gains, CELL = 24 };
 
 static double gain_value(const struct control_params *g, int i) { return *(const double *)((const char *)g + gains[i].offset); }
 
@@ -89,6 +92,19 @@ void tune_report_section(FILE *out, const struct loop_tune *t) {
         number_shortest(gain_value(&t->gains, i), then), number_shortest(gain_value(&t->now, i), now);
         fprintf(out, "  %s: %-*s # %s%s%s\n", gains[i].name, 12 - (int)strlen(gains[i].name), then, gains[i].unit,
                 strcmp(now, then) ? "; was " : "", strcmp(now, then) ? now : "");
+    }
+}
+
+static bool differs(double now, double then) { return now > 0.0 && then > 0.0 ? fabs(log(then / now)) > log(WORTH) : now != then; }
+
+void tune_report_remedy(const struct loop_tune *t, size_t size, char text[]) {
+    size_t used = 0;
+    *text = '\0';
+    for (int i = 0; i < GAINS && used < size; i++) {
+        char now[NUMBER_SIZE], then[NUMBER_SIZE];
+        if (!differs(gain_value(&t->now, i), gain_value(&t->gains, i))) continue;
+        used += (size_t)snprintf(text + used, size - used, "%scontrol.%s to %s (now %s)", used ? ", " : "set ", gains[i].name,
+                                 number_shortest(gain_value(&t->gains, i), then), number_shortest(gain_value(&t->now, i), now));
     }
 }
 

@@ -13,6 +13,10 @@ void tune_report_print(FILE *out, const struct loop_tune *tune, const struct par
 /* Prints the section `control`, to be pasted into a configuration. */
 void tune_report_section(FILE *out, const struct loop_tune *tune);
 
+/* Writes what to set: "set control.kp to 18 (now 40), ..."; gains that are nearly the same are left
+ * out. Cut at `size`. */
+void tune_report_remedy(const struct loop_tune *t, size_t size, char text[]);
+
 /* Says which margin is missed, by how much and by which part of the machine; "": none. */
 enum { TUNE_MISS_SIZE = 400 };
 void tune_report_missed(const struct loop_tune *tune, const struct params *params, char text[TUNE_MISS_SIZE]);

@@ -52,7 +52,7 @@ void gap_progress(const struct gap_options *o, const char *step, double share) {
     if (o->progress) o->progress(o->context, step, share);
 }
 
-/* What a diagnosis leaves on the held-out cycles. */
+/* Reads the squares that a diagnosis leaves on the held-out cycles. */
 static void read_remainder(const struct diagnosis *d, struct gap_result *r, struct remainder *m) {
     r->white_after = d->held_square / d->held_out.evaluated;
     m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);

@@ -56,8 +56,8 @@ struct gap_candidate {
                       * at a bound, or it is a friction that acts only where a leg may stick */
 };
 
-/* What is true of the machine with a probability, under a remainder that no law makes
- * (covariance.h). */
+/* An effect or a family of effects that the machine has with a probability, under a remainder that
+ * no law makes (covariance.h). */
 struct gap_statement {
     bool family;                          /* a family of effects is there, whatever its law */
     int which;                            /* the family, or the effect's index in effect_table */

@@ -409,7 +409,7 @@ static struct field *field_new(const struct params *params, bool bus, const stru
         *status = error_set(
             error, STATUS_USAGE,
             "no gains: a delay of commands or lengths is longer than %d cycles, %g s, with which the loop is computed; compare "
-            "effects.command_delay and position_sensor_delay with the machine",
+            "control.delay_s and the effects command_delay and position_sensor_delay with the machine",
             LOOP_DELAY_MOST, LOOP_DELAY_MOST * params->loop.period_s);
     else {
         *status = STATUS_OK;

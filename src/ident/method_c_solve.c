@@ -8,6 +8,7 @@
 #include "kinematics.h"
 #include "lin.h"
 #include "nominal.h"
+#include "numeric.h"
 #include "params.h"
 
 static const double UNDETERMINED = 0.2;          /* an entry is determined if its standard deviation
@@ -79,7 +80,7 @@ const char *method_c_cause(int cause) {
     return cause < FAMILIES ? systematic_families[cause].name : other[cause - FAMILIES];
 }
 
-bool method_c_found(const struct systematic_found *error) { return error->prior > 0.0 && fabs(error->value) > 1.96 * error->std; }
+bool method_c_found(const struct systematic_found *error) { return error->prior > 0.0 && fabs(error->value) > NUMERIC_95 * error->std; }
 
 static int cause_of(int common) {
     if (common < SYSTEMATICS) return (int)systematic_family(common);

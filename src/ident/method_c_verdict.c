@@ -23,7 +23,7 @@ static void check_body(const struct method_c_findings *f, double level, struct v
     if (!p->evaluated || agreement_chi_square_above(p->impossible, PAYLOAD_VALUES) >= level) return;
     if (!(p->value[PAYLOAD_MASS] > 0.0))
         verdict_add(v, VERDICT_FAIL, "the payload's mass is %.2f +- %.2f kg: no body has that", p->value[PAYLOAD_MASS],
-                    1.96 * p->std[PAYLOAD_MASS]);
+                    NUMERIC_95 * p->std[PAYLOAD_MASS]);
     else
         verdict_add(v, VERDICT_FAIL,
                     "no body has the payload's mass, centre and inertia: the nearest that can exist is %.1f standard deviations away",
@@ -133,12 +133,12 @@ static void check_systematic(const struct method_c_findings *f, double level, st
         systematic_name(i, name);
         verdict_add(v, VERDICT_FAIL,
                     "%s: %+.3g %s +- %.2g, where model.tolerance.%s expects %.2g %s (standard deviation): correct sensor or configuration",
-                    name, words->scale * e->value, words->unit, words->scale * 1.96 * e->std, words->key, words->scale * e->prior,
+                    name, words->scale * e->value, words->unit, NUMERIC_95 * words->scale * e->std, words->key, words->scale * e->prior,
                     words->unit);
     }
 }
 
-/* What a calibration read is what motion and priors let expect. */
+/* Fails a calibration whose reading motion and priors do not expect. */
 static void check_calibration(const struct method_c_findings *f, double level, struct verdict *v) {
     for (int i = 0; i < CALIBRATIONS; i++) {
         double z = f->estimate->surprise[i];

@@ -231,7 +231,7 @@ int weighing_find(const struct weighing_log *without, const struct weighing_log 
     correct(without, with, params, weight, friction, &d, scatter_kg2, found);
     if (!(found->std_kg < LIKELY * weight.kg))
         return error_set(error, STATUS_USAGE, "--weight %g: these logs weigh within +- %.2g kg: take more weight, or rests in both logs",
-                         weight.kg, 1.96 * found->std_kg);
+                         weight.kg, NUMERIC_95 * found->std_kg);
     if (fabs(found->reading_kg / weight.kg - 1.0) < LIKELY) return STATUS_OK;
     return error_set(error, STATUS_USAGE,
                      "--weight %g: the legs carry %.4g kg more in the second log than in the first: name the log without the weight "

@@ -47,7 +47,7 @@ struct weighing {
     struct weighing_test test[WEIGHING_TESTS];
 };
 
-/* What a log has for a weighing. */
+/* The sums of a log, and its rest before the supply came on. */
 struct weighing_log {
     const struct weighing *sums;
     const struct rest_found *rest;

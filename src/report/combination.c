@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#include "format.h"
 #include "identification_table.h"
+#include "numeric.h"
 #include "printable.h"
 #include "words.h"
 
@@ -70,7 +70,7 @@ static void print_values(FILE *out, const struct combination *c) {
         fprintf(out, "%-22s %-7s", name, combination_unit(i));
         for (int l = 0; l < c->logs; l++) cell(out, method_c_value(&c->log[l].id->method_c, i, &std), digits, c->agreement.apart[l][i]);
         cell(out, method_c_value(&c->all, i, &std), digits, false);
-        cell(out, REPORT_SURE * std, digits, false);
+        cell(out, NUMERIC_95 * std, digits, false);
         fprintf(out, "\n");
     }
 }
@@ -84,7 +84,7 @@ static void print_payload(FILE *out, const struct combination *c) {
             const struct payload *p = l < c->logs ? &c->log[l].id->method_c.payload : &c->all.payload;
             cell(out, p->evaluated ? p->value[i] : (double)NAN, digits, false);
         }
-        cell(out, c->all.payload.evaluated ? REPORT_SURE * c->all.payload.std[i] : (double)NAN, digits, false);
+        cell(out, c->all.payload.evaluated ? NUMERIC_95 * c->all.payload.std[i] : (double)NAN, digits, false);
         fprintf(out, "\n");
     }
 }

@@ -4,10 +4,6 @@
 #ifndef HEXID_FORMAT_H
 #define HEXID_FORMAT_H
 
-/* Half a 95 % interval in standard deviations: "+-" and "±" mean this to people; JSON has the
- * standard deviations. */
-#define REPORT_SURE 1.96
-
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>

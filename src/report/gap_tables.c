@@ -3,19 +3,19 @@
 #include <math.h>
 #include <string.h>
 
-#include "format.h"
 #include "gap_pictures.h"
 #include "gap_sections.h"
 #include "html.h"
 #include "hypothesis.h"
 #include "ident.h"
 #include "nominal.h"
+#include "numeric.h"
 
 /* --- parameters */
 
 static void parameter_cell(FILE *out, const struct gap_effect *e, int key, int leg, const char *unit) {
     fputs("<td class=\"n\">", out);
-    html_quantity(out, e->values.value[key][leg], REPORT_SURE * gap_deviation(e, key, leg), unit);
+    html_quantity(out, e->values.value[key][leg], NUMERIC_95 * gap_deviation(e, key, leg), unit);
     if (e->given.on) {
         fputs(" <span class=\"small\">given ", out);
         if (e->pattern != PATTERN_ALL || gap_given_alike(e, key)) html_quantity(out, e->given.value[key][leg], 0.0, "-");
@@ -231,7 +231,7 @@ static void base_row(FILE *out, const struct gap_base_value *b) {
     fputs("</td><td class=\"n\">", out);
     html_quantity(out, b->given, 0.0, "-");
     fputs("</td><td class=\"n\">", out);
-    html_quantity(out, b->value, b->bound ? 0.0 : REPORT_SURE * b->std, "-");
+    html_quantity(out, b->value, b->bound ? 0.0 : NUMERIC_95 * b->std, "-");
     fputs("</td>", out);
     html_cells(out, ">%+.2f %%|%s", b->given != 0.0 ? 100.0 * (b->value / b->given - 1.0) : (double)NAN,
                b->bound           ? "at its bound"

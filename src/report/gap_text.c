@@ -3,10 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "format.h"
 #include "gap_pictures.h"
 #include "gap_sections.h"
 #include "hypothesis.h"
+#include "numeric.h"
 #include "words.h"
 
 enum { RUNNERS_UP = 3, PLACES_SHOWN = 5, LEGS_A_LINE = 2 };
@@ -19,7 +19,7 @@ static void print_parameter(FILE *out, const struct gap_effect *e, int key) {
         if (leg > first && leg % LEGS_A_LINE == 0) fprintf(out, "\n%28s", "");
         fprintf(out, " %.4g", e->values.value[key][leg]);
         if (e->bound[key][leg]) fputs(" (at bound)", out);
-        else fprintf(out, " +- %.2g", REPORT_SURE * gap_deviation(e, key, leg));
+        else fprintf(out, " +- %.2g", NUMERIC_95 * gap_deviation(e, key, leg));
         if (e->given.on && (e->pattern != PATTERN_ALL || gap_given_alike(e, key))) fprintf(out, " (given %.4g)", e->given.value[key][leg]);
         else if (e->given.on) fputs(" (given leg by leg)", out);
     }

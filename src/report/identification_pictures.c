@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "format.h"
 #include "kinematics.h"
+#include "numeric.h"
 #include "plot.h"
 #include "units.h"
 
@@ -40,7 +40,7 @@ static void series_data(FILE *script, const struct series *s, int number, double
         double scale = 100.0 / sqrt(id->nominal_mt[row][row] * id->nominal_mt[column][column]);
         double difference = s->method->mt[row][column] - id->nominal_mt[row][column];
         if (isfinite(difference))
-            fprintf(script, "%g %g %g\n", scale * difference, i + offset, scale * REPORT_SURE * s->method->mt_std[row][column]);
+            fprintf(script, "%g %g %g\n", scale * difference, i + offset, scale * NUMERIC_95 * s->method->mt_std[row][column]);
     }
     fputs("EOD\n", script);
 }

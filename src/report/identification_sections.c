@@ -4,10 +4,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "format.h"
 #include "html.h"
 #include "identification_pictures.h"
 #include "identification_tables.h"
+#include "numeric.h"
 #include "params.h"
 
 enum { QUANTITY = 60 };
@@ -34,7 +34,7 @@ static void systematic_errors(FILE *out, const struct method_c *c) {
         if (!method_c_found(e)) continue;
         systematic_name(i, name);
         html_row(out, "%s|>%+.3g %s|>%.2g %s|>%.2g %s|model.tolerance.%s", name, words->scale * e->value, words->unit,
-                 REPORT_SURE * words->scale * e->std, words->unit, words->scale * e->prior, words->unit, words->key);
+                 NUMERIC_95 * words->scale * e->std, words->unit, words->scale * e->prior, words->unit, words->key);
     }
     html_table_end(out);
 }
@@ -157,7 +157,7 @@ static void section_tests(struct page *p, const struct identification_log *l, co
 
 /* Writes a quantity such as "2000 ± 60"; a dash if it is not known. */
 static const char *quantity(double value, double std, int decimals, char text[QUANTITY]) {
-    snprintf(text, QUANTITY, isfinite(value) ? "%.*f ± %.*f" : "–", decimals, value, decimals, REPORT_SURE * std);
+    snprintf(text, QUANTITY, isfinite(value) ? "%.*f ± %.*f" : "–", decimals, value, decimals, NUMERIC_95 * std);
     return text;
 }
 

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#include "format.h"
 #include "identification_report.h"
+#include "numeric.h"
 #include "words.h"
 
 enum { DECIMALS = 3, DECIMALS_MOST = 6 };
@@ -37,7 +37,7 @@ static void row(FILE *out, const char *what, int count, const double *value, con
         most = fmax(most, std[k * stride]);
     }
     fprintf(out, " %s", unit);
-    if (!isnan(most)) fprintf(out, ", +- %.1f at most", REPORT_SURE * most);
+    if (!isnan(most)) fprintf(out, ", +- %.1f at most", NUMERIC_95 * most);
     fprintf(out, "\n");
 }
 
@@ -49,7 +49,7 @@ static void group(FILE *out, const struct payload *p, int first, int count, doub
         most = fmax(most, p->std[i] * scale);
     }
     fprintf(out, " %s", unit);
-    if (!isnan(most)) fprintf(out, ", +- %.2g at most", REPORT_SURE * most);
+    if (!isnan(most)) fprintf(out, ", +- %.2g at most", NUMERIC_95 * most);
     fprintf(out, "\n");
 }
 
@@ -77,7 +77,7 @@ static void print_systematic(FILE *out, const struct method_c *c) {
         char name[SYSTEMATIC_NAME];
         if (!method_c_found(e)) continue;
         systematic_name(i, name);
-        fprintf(out, "found     %s: %+.3g +- %.2g %s\n", name, words->scale * e->value, REPORT_SURE * words->scale * e->std, words->unit);
+        fprintf(out, "found     %s: %+.3g +- %.2g %s\n", name, words->scale * e->value, NUMERIC_95 * words->scale * e->std, words->unit);
     }
     const char *before = "variance  most of it comes from ";
     for (int i = 0; i < DOFS; i++) {
@@ -100,14 +100,14 @@ static void print_rest(FILE *out, const struct rest_found *r) {
             if (fabs(r->zero_pa[side][k]) > fabs(r->zero_pa[most[0]][most[1]])) most[0] = side, most[1] = k;
     fprintf(out, "at rest   before the supply came on, %lld samples: largest zero of a pressure: P%d of leg %d, %+.1f +- %.1f kPa\n",
             (long long)r->samples, most[0] + 1, most[1] + 1, 1e-3 * r->zero_pa[most[0]][most[1]],
-            REPORT_SURE * 1e-3 * r->zero_std_pa[most[0]][most[1]]);
+            NUMERIC_95 * 1e-3 * r->zero_std_pa[most[0]][most[1]]);
 }
 
 static void print_weighed(FILE *out, const struct weighing_found *w) {
     if (!(w->stated_kg > 0.0)) return;
     fprintf(out, "weight    %g kg read %.2f +- %.2f kg, %+.2f %%, mean of %d tests; zeros of the pressures drifted by %+.2f +- %.2f kg\n",
-            w->stated_kg, w->reading_kg, REPORT_SURE * w->std_kg, 100.0 * (w->reading_kg / w->stated_kg - 1.0), w->tests, w->drift_kg,
-            REPORT_SURE * w->drift_std_kg);
+            w->stated_kg, w->reading_kg, NUMERIC_95 * w->std_kg, 100.0 * (w->reading_kg / w->stated_kg - 1.0), w->tests, w->drift_kg,
+            NUMERIC_95 * w->drift_std_kg);
 }
 
 static void print_matrix(FILE *out, const double m[DOFS][DOFS]) {
@@ -151,7 +151,7 @@ void identification_determined_print(FILE *out, const struct method_c *c, const 
         known++;
     }
     fprintf(out, "data      determine %d of %d entries of Mt, +- %.2g to %.2g %% of sqrt(Mii Mjj); condition number %.3g\n", known,
-            MATRIX_ENTRIES, REPORT_SURE * best_pct, REPORT_SURE * worst_pct, c->matrix.condition_number);
+            MATRIX_ENTRIES, NUMERIC_95 * best_pct, NUMERIC_95 * worst_pct, c->matrix.condition_number);
     if (known == MATRIX_ENTRIES) return;
     fprintf(out, "          not determined:");
     for (int i = 0; i < MATRIX_ENTRIES; i++) {
@@ -203,7 +203,7 @@ static void print_method_c(FILE *out, const struct identification *id) {
         const struct ident_entry *e = &ident_entries[i];
         fprintf(out, "%-4s %-6s %8.*f", e->name, e->unit, decimals, id->nominal_mt[e->row][e->col]);
         if (isnan(c->matrix.mt[e->row][e->col])) fprintf(out, "  not determined by these tests");
-        else cell(out, id, &c->matrix, e), fprintf(out, " %7.*f", decimals, REPORT_SURE * c->matrix.mt_std[e->row][e->col]);
+        else cell(out, id, &c->matrix, e), fprintf(out, " %7.*f", decimals, NUMERIC_95 * c->matrix.mt_std[e->row][e->col]);
         fprintf(out, "\n");
     }
     print_error_note(out);
@@ -240,7 +240,7 @@ static void print_methods_a_b(FILE *out, const struct identification *id) {
         cell(out, id, &id->method_a, e);
         cell(out, id, &id->modified_a, e);
         cell(out, id, &id->method_b, e);
-        fprintf(out, " %7.*f\n", decimals, REPORT_SURE * id->method_a.mt_std[e->row][e->col]);
+        fprintf(out, " %7.*f\n", decimals, NUMERIC_95 * id->method_a.mt_std[e->row][e->col]);
     }
     print_error_note(out);
     fprintf(out, "\ndiagonal of Bt: %.1f %.1f %.1f N s/m, %.2f %.2f %.2f N m s\n\n", id->method_a.bt[0][0], id->method_a.bt[1][1],
@@ -283,7 +283,7 @@ void identification_brief_print(FILE *out, const struct identification *id, bool
     for (int i = 0; i < DOFS; i++) { /* the first DOFS of ident_entries are the diagonal */
         nominal[i] = id->nominal_mt[i][i], found[i] = c->matrix.mt[i][i];
         error_pct[i] = 100.0 * (found[i] / nominal[i] - 1.0);
-        interval_pct[i] = isnan(found[i]) ? (double)NAN : 100.0 * REPORT_SURE * c->matrix.mt_std[i][i] / nominal[i];
+        interval_pct[i] = isnan(found[i]) ? (double)NAN : 100.0 * NUMERIC_95 * c->matrix.mt_std[i][i] / nominal[i];
         fprintf(out, " %9s", ident_entries[i].name);
     }
     int decimals = identification_decimals(id->nominal_mt);

@@ -3,9 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "format.h"
 #include "html.h"
 #include "identification_table.h"
+#include "numeric.h"
 #include "params.h"
 #include "words.h"
 
@@ -64,8 +64,8 @@ static void found_cell(FILE *out, const struct identification_report *r, const s
     double off = x.value - configured.value, apart = (x.value - first.value) / hypot(x.std, first.std);
     double whole = c->whole ? c->whole(&r->log[log], row) : 0.0;
     bool percent = whole > 0.0 && isfinite(off), compared = log > 0 && isfinite(apart);
-    fprintf(out, "<td class=\"n%s%s\">", log || r->logs == 1 ? "" : " group", fabs(off) > REPORT_SURE * x.std ? " off" : "");
-    estimate(out, x.value, REPORT_SURE * x.std);
+    fprintf(out, "<td class=\"n%s%s\">", log || r->logs == 1 ? "" : " group", fabs(off) > NUMERIC_95 * x.std ? " off" : "");
+    estimate(out, x.value, NUMERIC_95 * x.std);
     if (percent || compared) fputs("<small>", out);
     if (percent) fprintf(out, "%+.2f %%", 100.0 * off / whole);
     if (compared) fprintf(out, "%s%.1f σ from log 1", percent ? ", " : "", fabs(apart));
@@ -238,7 +238,7 @@ static void matrix(FILE *out, const char *name, const double mt[DOFS][DOFS], con
         fprintf(out, "<tr><th>%s</th>", words_axes[i]);
         for (int j = 0; j < DOFS; j++) {
             html_print(out, "<td class=\"n\">%.*f", decimals, fabs(mt[i][j]) < least ? 0.0 : mt[i][j]);
-            if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.*f</small>", decimals, REPORT_SURE * std[i][j]);
+            if (std && isfinite(std[i][j])) fprintf(out, "<small>± %.*f</small>", decimals, NUMERIC_95 * std[i][j]);
             fputs("</td>", out);
         }
         fputs("</tr>\n", out);

@@ -45,7 +45,7 @@ static void configure(struct params *p, double dry_n) {
     if (dry_n > 0.0) rub(p, all_n, all_n);
 }
 
-/* What the identification finds on a run of the paper's tests under the PID. */
+/* A run of the paper's tests under the PID, identified. */
 struct found {
     struct ident ident;
     struct recording recording;
