@@ -2,10 +2,10 @@
  * can_master.h: nodes and samples, can_socket.h: the socket).
  *
  * Cycle k reads the values that the nodes latched at the SYNC of cycle k-1, and ends by sending the
- * RPDOs of its command, then SYNC k, which puts the command into force and latches the next sample:
- * a command acts exactly one cycle after the sample from which it was computed. The sample's time
- * is the moment at which the bus carried its SYNC. After a missing TPDO a cycle may send nothing
- * (can_master.h).
+ * RPDOs of its command, then SYNC k. That SYNC puts the command into force and latches the next
+ * sample, so a command acts exactly one cycle after the sample from which it was computed. The
+ * sample's time is the moment at which the bus carried its SYNC. After a missing TPDO a cycle may
+ * send nothing (can_master.h).
  *
  * SAFETY: frames in the kernel's transmit queue cannot be recalled. So the queue never holds more
  * than three cycles' frames: while three SYNCs have not come back from the bus, nothing more is
@@ -57,8 +57,8 @@ struct can {
                                         * problem since the start, or since the last second without
                                         * a problem; written by the loop, read by any thread */
     int64_t good_ns;          /* time of the last problem */
-    /* passed between loop and watch thread: a new socket, and a replaced one to be closed; -1:
-     * none */
+    /* descriptors passed between the loop and the watch thread: a new socket, and a replaced one to
+     * be closed; -1: there is none */
     _Atomic int fresh, spent;
     _Atomic int link;         /* enum can_link, as the watch thread saw it last */
     sem_t look;
@@ -83,7 +83,7 @@ static int flush(struct can *c, struct can_queue *q) { return can_socket_send(&c
 
 /* Handles all received frames. The kernel stamps them on CLOCK_REALTIME, which may jump; times are
  * converted to CLOCK_MONOTONIC and never lie in the future. Handles at most DRAIN_MAX batches, so
- * that a busy bus cannot hold up the loop. */
+ * that a busy bus cannot delay the loop. */
 static int drain(struct can *c) {
     int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
     struct can_arrival come[CAN_BATCH];
@@ -319,7 +319,7 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     return dead ? -1 : 0;
 }
 
-/* Sends the command; NULL: only centres the valves. */
+/* Sends the command, or only centres the valves if `wanted` is NULL. */
 static int command(struct can *c, const struct hal_command *wanted) {
     struct can_queue q = {0};
     if (c->jammed) return -1;

@@ -5,9 +5,8 @@
 
 #include "can_master.h"
 
-/* Layout of can_condition.state from bit 0: bus 2 bits, nodes 7 x 4 (phase 3, EMCY flag 1), code
- * of the first EMCY 16, another master's frame 12, number of a node with a twin 3, free 2,
- * caller's 1. */
+/* Layout of can_condition.state from bit 0: bus 2 bits, nodes 7 x 4 (phase 3, EMCY flag 1), code of
+ * the first EMCY 16, another master's frame 12, node with a twin 3, free 2, for the caller 1. */
 enum {
     CONDITION_NODES = 2,
     CONDITION_NODE_BITS = 4,
@@ -80,7 +79,7 @@ static void describe_node(const char *who, unsigned node, unsigned code, uint64_
 
 void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    /* one bit for each expected node */
+    /* has a bit for each expected node */
     const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params));
     unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
     unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff, twin = c.state >> CONDITION_TWIN & 7;
@@ -100,7 +99,7 @@ void can_condition_describe(struct can_condition c, const struct params *params,
         char who[20];
         snprintf(who, sizeof who, "node %d", i);
         if (nodes & 15) describe_node(who, nodes & 15, code, i == refusing ? c.refusal : 0, params, text, size);
-        if (nodes & 8) code = 0; /* the code is that of the first node with an EMCY */
+        if (nodes & 8) code = 0; /* the code belongs to the first node with an EMCY */
     }
     if (*text) memmove(text, text + 2, strlen(text + 2) + 1); /* removes the leading comma */
 }

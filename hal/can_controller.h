@@ -15,9 +15,10 @@
 enum { CAN_CONTROLLER_ACTIVE, CAN_CONTROLLER_WARNING, CAN_CONTROLLER_PASSIVE, CAN_CONTROLLER_BUS_OFF };
 
 struct can_controller {
-    char kind[16];             /* "can": an interface with a controller; "vcan", "vxcan": without */
+    char kind[16];             /* kind of the interface: "can" has a controller, "vcan" and "vxcan"
+                                * do not */
     bool known;                 /* there is a controller, so that the members below are valid */
-    uint32_t bitrate_bps;       /* 0: the driver does not report it, or it is not set */
+    uint32_t bitrate_bps;       /* bit rate; 0: not reported by the driver, or not set */
     double sample_point;        /* position of the sample point as a share of a bit; 0: unknown */
     int state;                  /* state of the controller, CAN_CONTROLLER_... */
     bool counts;          /* the controller reports its error counters (ISO 11898-1: TEC and REC) */

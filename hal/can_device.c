@@ -74,8 +74,8 @@ static struct can_tpdo reading(const struct params *p, const struct hal_sample *
 static void valves(const struct can_device *d, double valve[LEGS]) {
     for (int i = 0; i < LEGS; i++) {
         double command = channel_si(&d->params->valve_channel, i, can_node_output(&d->node[i]));
-        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* NAN: the node has no
-                                                                       * command */
+        valve[i] = command >= -1.0 && command <= 1.0 ? command : 0.0; /* an implausible command
+                                                                       * (NAN) centres the valve */
     }
 }
 

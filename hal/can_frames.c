@@ -13,7 +13,7 @@ uint32_t can_get(const uint8_t *data, int size) {
     return value;
 }
 
-void can_put(uint8_t *data, int size, uint32_t value) {
+static void can_put(uint8_t *data, int size, uint32_t value) {
     for (int i = 0; i < size; i++) data[i] = (uint8_t)(value >> 8 * i);
 }
 
@@ -66,8 +66,8 @@ struct can_frame can_frame_outputs(uint8_t outputs) {
 }
 
 /* SDO command specifiers (CiA 301, 7.2.4.3) of expedited transfers (e = 1) whose size is indicated
- * (s = 1); bits 2 and 3, CS_UNUSED, hold n = 4 - size. Without s the size is not indicated, and n
- * is 0. */
+ * (s = 1); bits 2 and 3, CS_UNUSED, are n = 4 - size. Without s the size is not indicated, and n is
+ * 0. */
 enum { CS_DOWNLOAD = 0x23, CS_DOWNLOADED = 0x60, CS_UPLOAD = 0x40, CS_UPLOADED = 0x43, CS_ABORT = 0x80, CS_UNUSED = 0x0c, CS_SIZE = 0x01 };
 
 static struct can_frame sdo_make(unsigned cob, int specifier, const struct can_sdo *sdo, bool value) {
@@ -156,8 +156,8 @@ bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state) {
     return *state == CAN_BOOTUP || *state == CAN_STOPPED || *state == CAN_OPERATIONAL || *state == CAN_PREOPERATIONAL;
 }
 
-/* Parses an SDO frame whose specifier is `transfer` if it carries a value, and `bare` if it carries
- * none. Its bits CS_UNUSED hold the number of unused bytes, 0 to 3. */
+/* Parses an SDO frame whose specifier is `transfer` if the frame carries a value, and `bare` if it
+ * carries none. The specifier's bits CS_UNUSED are the number of unused bytes, 0 to 3. */
 static bool parse_sdo(const struct can_frame *frame, int transfer, int bare, struct can_sdo *sdo) {
     if (frame->len != 8) return false;
     int specifier = frame->data[0];

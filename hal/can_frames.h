@@ -153,9 +153,8 @@ bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state);
 bool can_parse_sdo(const struct can_frame *frame, struct can_sdo *sdo);
 bool can_parse_sdo_reply(const struct can_frame *frame, struct can_sdo *sdo);
 
-/* Read and write unsigned integers of `size` bytes, little-endian. */
+/* Reads an unsigned integer of `size` bytes, little-endian. */
 uint32_t can_get(const uint8_t *data, int size);
-void can_put(uint8_t *data, int size, uint32_t value);
 
 /* Return the group of a node (0 or 1; node 7 alone is group 2), and the node's position in its
  * group (0..2). */
@@ -163,8 +162,8 @@ static inline int can_group(int node) { return (node - 1) / CAN_GROUP_NODES; }
 static inline int can_place(int node) { return (node - 1) % CAN_GROUP_NODES; }
 static inline unsigned can_rpdo_cob(int group) { return COB_RPDO + 1u + (unsigned)(CAN_GROUP_NODES * group); }
 
-/* Largest number of bits of a frame with 11-bit identifier and `data_bytes` bytes of data, with the
- * most stuff bits and the gap to the next frame. */
+/* Returns the largest number of bits of a frame with an 11-bit identifier and `data_bytes` bytes of
+ * data, with the most stuff bits and the gap to the next frame. */
 int can_frame_bits(int data_bytes);
 
 /* Returns the number of expected nodes: six, and node 7 if an input or output is wired. */
@@ -175,8 +174,8 @@ struct can_load {
     int cycle_bits;       /* bits of SYNC and of all nodes' TPDOs and RPDOs */
     double heartbeat_bits;/* mean number of bits per cycle of the heartbeats of nodes and daemon */
     double share;         /* share of the cycle's time in which the bus is busy */
-    double limit;         /* largest permitted share; the rest is for the loop's own time and one
-                           * unplanned frame */
+    double limit;         /* largest permitted share; the remainder is left for the loop's own time
+                           * and one unplanned frame */
 };
 struct can_load can_load(const struct params *params);
 

@@ -97,7 +97,7 @@ static bool setup_step(const struct can_master *m, int node, int number, struct 
         {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, PDO_OFF | tpdo, false},
         {EVERY, SDO_DOWNLOAD, 0x1800, 2, 1, 1, false}, /* TPDOs are sent with every SYNC */
         {EVERY, SDO_DOWNLOAD, 0x1800, 1, 4, tpdo, false},
-        /* SAFETY: read back, because a written watchdog may not be effective. */
+        /* SAFETY: written watchdogs are read back, because a node may not have stored them. */
         {EVERY, SDO_UPLOAD, 0x1016, 1, 4, consumer, false},
         {EVERY, SDO_UPLOAD, 0x1017, 0, 2, beat_ms, false},
         {EVERY, SDO_UPLOAD, 0x1029, 1, 1, 0, false}, /* the node goes to pre-operational on a
@@ -226,7 +226,9 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
     return asked->any || ((reply->size == asked->size || reply->size == 0) && reply->value == asked->value);
 }
 
-/* Handles an SDO reply: the expected reply leads to the next step, others are ignored. */
+/* Handles an SDO reply. Any reply of a lost node starts its set-up, and one that nobody asked for
+ * is counted. The expected reply leads to the next step, an abort or another value to a refusal;
+ * other replies are ignored. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
     if (p->asked) p->asked--;
@@ -341,7 +343,7 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
         return;
     }
     if (can_frame_of_master(f)) {
-        /* SAFETY: another master commands this machine */
+        /* SAFETY: a frame that is not our own means that another master commands this machine */
         if (!own && !m->foreign) m->foreign = f->can_id | FOREIGN_HEARD;
         if (own && f->can_id == COB_SYNC) echo(m, time_ns);
         return;

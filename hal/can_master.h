@@ -16,21 +16,22 @@
  * SAFETY: one master. CAN frames carry no sender, but echoes of own frames are marked: any other
  * frame that only a master sends makes the next sample SAMPLE_FOREIGN.
  *
- * A lost node is asked for an SDO reply twice a second, and is set up again whenever it comes back;
- * whether the platform may move again is the supervisor's and the operator's decision, because
- * every sample from a bus with a node that is not running is invalid.
+ * A lost node is asked for an SDO reply twice a second, and is set up again whenever it comes back.
+ * The supervisor and the operator decide whether the platform may move again, because every sample
+ * is invalid while a node is not running.
  *
- * A cycle: the window of a sample opens with SYNC (its echo, which shows that and when the bus has
- * carried it) and closes with the next. If all TPDOs, including the inputs', come in the window,
- * they are a sample, latched at the SYNC. If one is missing, the last complete sample is returned
- * again, stale and older. A SYNC half a period or more off the grid makes its sample late.
+ * A cycle: the window of a sample opens with the echo of a SYNC, whose time is the moment at which
+ * the bus carried it, and closes with the next echo. If all TPDOs, including the one of the inputs,
+ * come in the window, they are a sample, latched at the SYNC. If one is missing, the last complete
+ * sample is returned again, stale and older. A SYNC half a period or more off the grid makes its
+ * sample late.
  *
- * A TPDO does not say to which SYNC it belongs, and a late one must not be taken for an answer to
- * the next. So if one is missing, the next command and SYNC pause for a cycle, in which it can come
- * into its own window. If it does not, it may come into a later one, so there is a pause after
- * every SYNC until all have answered in the first of the two cycles. Thus all legs of a sample
- * belong to one instant, even with losses or delays of up to two cycles; a leg that is always late
- * halves the rate, and every sample is late.
+ * A TPDO does not show to which SYNC it belongs, and a late TPDO must not be taken for an answer to
+ * the next SYNC. So if a TPDO is missing, the next command and SYNC pause for a cycle, in which it
+ * can still come into its own window. If it does not, it may come into a later window, so there is
+ * a pause after every SYNC until all nodes have answered in the first of the two cycles. Thus all
+ * legs of a sample belong to one instant, even with losses or delays of up to two cycles; a leg
+ * that is always late halves the rate, and every sample is late.
  *
  * The supply output changes with every command sent if the level that the loop requests has changed
  * since the previous one, so that the life sign continues if every second cycle pauses.
@@ -42,8 +43,8 @@
  * than configured, answers to no request, frames of a wrong length) fill a leaky bucket of the
  * node; while one is full, every sample is SAMPLE_TWIN.
  *
- * SAFETY: a missing reading is NaN, which the platform handles; an EMCY 0x5000 of the same node
- * adds nothing to that. Every other active EMCY, and every node that is not running, makes the
+ * SAFETY: a missing reading is NaN, which the platform handles; an EMCY 0x5000 of the same node is
+ * then ignored. Every other active EMCY, and every node that is not running, makes the
  * sample invalid. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
@@ -60,7 +61,7 @@ enum can_bus { CAN_BUS_GOOD, CAN_BUS_PASSIVE, CAN_BUS_OFF };
 /* State of a pause, which is a cycle without SYNC: none, due, or done. */
 enum can_pause { CAN_NO_PAUSE, CAN_PAUSE_DUE, CAN_PAUSED };
 
-/* How a node refused a step of its set-up. */
+/* Kind of a node's refusal of a set-up step: none, an abort, or another value than expected. */
 enum can_refusal_kind { CAN_ACCEPTED, CAN_ABORTED, CAN_OTHERWISE };
 struct can_refusal {
     enum can_refusal_kind kind;
@@ -141,8 +142,8 @@ void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct ca
 /* True if all nodes are running and the bus carries frames, so that a command can be written. */
 bool can_master_ready(const struct can_master *m);
 
-/* True if all nodes are claimed; from then on the heartbeat keeps the claims. SAFETY: not sent
- * before, because it would keep another master's claims alive. */
+/* True if all nodes are claimed; from then on the heartbeat keeps the claims. SAFETY: before that
+ * no heartbeat is sent, because it would keep another master's claims alive. */
 bool can_master_claimed(const struct can_master *m);
 
 /* True if a node differs from the configuration or refuses its set-up, so waiting does not help. */
@@ -151,8 +152,8 @@ bool can_master_misfit(const struct can_master *m);
 /* Returns the first node, 1 to 7, for which two devices answer; 0 if there is none. */
 int can_master_twin(const struct can_master *m);
 
-/* Tells the master that the socket was replaced: it no longer waits for echoes of frames that
- * the old one sent, and clears the controller's error state. */
+/* Called when the socket was replaced: the master no longer waits for echoes of frames that the old
+ * one sent, and clears the controller's error state. */
 void can_master_new_bus(struct can_master *m);
 
 /* Sends commands for six legs, the supply output, then SYNC, whose echo opens the sample's
@@ -166,12 +167,12 @@ void can_master_safe(struct can_master *m, struct can_queue *out);
  * releases the nodes that this master has claimed. */
 void can_master_leave(const struct can_master *m, struct can_queue *out);
 
-/* Returns the last complete sample, stale if it was returned before. time_ns is on the frames'
- * clock; the caller sets age_ns. */
+/* Writes the last complete sample to *sample, stale if it was returned before. time_ns is on the
+ * frames' clock; the caller sets age_ns. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
-/* Current problems of the bus, packed in two words that fit atomic variables; both 0: none.
- * can_condition.c. */
+/* Current problems of the bus, packed in two words that fit atomic variables; both are 0 if there
+ * is none. can_condition.c. */
 struct can_condition {
     uint64_t state;   /* bus, phases, EMCY, another master's frame; bit 63 is free for the caller */
     uint64_t refusal; /* refusal of the first node that has refused its set-up */

@@ -41,7 +41,8 @@ struct can_consumer can_consumer_of(uint32_t value) {
 
 static struct can_consumer consumer(const struct can_node *n, int i) { return can_consumer_of(can_node_get(n, 0x1016, (uint8_t)(i + 1))); }
 
-/* SAFETY: true if at least one master is watched and all watched ones have been heard. */
+/* SAFETY: true if at least one master is watched, and the heartbeats of all watched ones have
+ * come. */
 static bool watched(const struct can_node *n) {
     bool any = false;
     for (int i = 0; i < CAN_CONSUMERS; i++) {
@@ -201,8 +202,8 @@ bool can_node_synced_by(const struct can_node *n, const struct can_frame *f) {
     return f->can_id == (can_node_get(n, 0x1005, 0) & CAN_SFF_MASK);
 }
 
-/* True if a TPDO is due at this SYNC. Transmission type 0: if a reading has changed; 1 to 240: if
- * so many SYNCs have passed. */
+/* True if a TPDO is due at this SYNC. Transmission type 0: if a reading has changed; n from 1 to
+ * 240: if n SYNCs have passed. */
 static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     uint32_t type = can_node_get(n, 0x1800, 2);
     bool changed = !n->has_sent || memcmp(t->data, n->sent.data, t->len) != 0;

@@ -4,14 +4,14 @@
  * Pure: frames and time in, frames out; no socket, no heap. config/hexid_node.eds and
  * config/hexid_io.eds describe them.
  *
- * The output is an axis's valve command, or the bits of the digital outputs. SAFETY: it is 0 (valve
- * centred, outputs off) unless the node is operational, an RPDO's command has come into force (with
- * the following SYNC; transmission types 254 and 255: at once), and at least one heartbeat is
- * watched (0x1016) and all watched ones are heard. If no command comes into force for 0x1400:5 ms,
- * or a heartbeat is late by its time in 0x1016, the output goes to 0, EMCY 0x8250 or 0x8130 is
- * sent, and the node goes to pre-operational (0x1029:1), where no late command can move it. Both
- * watchdogs are on by default, and switching the heartbeat off leaves the output at 0. In
- * operational, SDOs can only write 0x1003:0.
+ * The output is an axis's valve command, or the bits of the digital outputs. SAFETY: the output is
+ * 0 (valve centred, outputs off) unless the node is operational, an RPDO's command has come into
+ * force, and at least one heartbeat is watched (0x1016) and none of the watched ones is missing. A
+ * command comes into force with the following SYNC, or at once with transmission types 254 and 255.
+ * If no command comes into force for 0x1400:5 ms, or a heartbeat is late by its time in 0x1016, the
+ * output goes to 0 and EMCY 0x8250 or 0x8130 is sent. The node goes to pre-operational (0x1029:1),
+ * where no late command can move it. Both watchdogs are on by default, and switching the heartbeat
+ * off leaves the output at 0. In operational, SDOs can only write 0x1003:0.
  *
  * Owner: a master claims a node in pre-operational by writing its own token, not 0, to 0x2000:1;
  * while its heartbeat (0x1016:1) comes, other tokens are refused (0x08000022). Ownership ends
@@ -40,8 +40,7 @@ enum can_error {
     CAN_ERROR_RPDO_SHORT,   /* EMCY 0x8210: an RPDO had fewer bytes than mapped and was ignored */
     CAN_ERROR_RPDO_LONG,    /* EMCY 0x8220: an RPDO had more bytes than mapped; the first ones were
                              * used */
-    CAN_ERROR_SYNC_LENGTH,  /* EMCY 0x8240: a SYNC had another length than 0x1019 says and was
-                             * ignored */
+    CAN_ERROR_SYNC_LENGTH,  /* EMCY 0x8240: a SYNC had another length than 0x1019 and was ignored */
     CAN_ERRORS,
 };
 
@@ -86,11 +85,11 @@ void can_node_sync(struct can_node *n, const struct can_frame *sync, const struc
 /* Sends the heartbeat and checks the watchdogs. To be called at least every millisecond. */
 void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out);
 
-/* Returns the output in force; 0 unless all conditions at the top of this file hold. */
+/* Returns the output in force; 0 unless all conditions at the top of this file are met. */
 int16_t can_node_output(const struct can_node *n);
 
-/* The SDO server (can_server.h) uses the rest: values of existing objects, consumers of 0x1016, and
- * clearing of errors. */
+/* Functions for the SDO server (can_server.h): they read and write existing objects, read the
+ * consumers of 0x1016, and clear errors. */
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub);
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value);
 struct can_consumer {

@@ -101,7 +101,8 @@ static const struct can_object io[] = {
 enum { AXIS_OBJECTS = sizeof axis / sizeof *axis, IO_OBJECTS = sizeof io / sizeof *io };
 _Static_assert((int)AXIS_OBJECTS <= (int)CAN_OBJECTS_MAX && (int)IO_OBJECTS <= (int)CAN_OBJECTS_MAX, "raise CAN_OBJECTS_MAX");
 
-/* CiA 401 has no object for the value in force: 0x6200 itself holds it after the SYNC. */
+/* CiA 401 has no object for the value in force, so 0x6200 itself contains that value after the
+ * SYNC. */
 const struct can_dictionary can_axis = {.object = axis, .count = AXIS_OBJECTS, .command = MAP_VALVE, .actual = 0x6301};
 const struct can_dictionary can_io = {.object = io, .count = IO_OBJECTS, .command = MAP_OUTPUTS, .actual = 0x6200};
 
@@ -115,7 +116,8 @@ int can_object_find(const struct can_dictionary *d, uint16_t index, uint8_t sub)
 
 bool can_object_lacks(const struct can_object *o, uint32_t value) { return o->is_signed && value == 1u << (8 * o->size - 1); }
 
-bool can_cob_restricted(uint32_t cob) {
+/* True for an identifier that a configurable object must not use (CiA 301, 7.3.5). */
+static bool can_cob_restricted(uint32_t cob) {
     return cob <= 0x07f || (cob >= 0x101 && cob <= 0x180) || (cob >= 0x581 && cob <= 0x5ff) || (cob >= 0x601 && cob <= 0x67f) ||
            (cob >= 0x6e0 && cob <= 0x6ff) || cob >= 0x701;
 }

@@ -9,7 +9,7 @@
 enum {
     CAN_OBJECTS_MAX = 56,       /* number of objects in the largest dictionary */
     CAN_HISTORY = 8,            /* number of errors kept in 0x1003 */
-    CAN_CONSUMERS = 2,          /* how many heartbeats 0x1016 can watch */
+    CAN_CONSUMERS = 2,          /* number of heartbeats that 0x1016 can watch */
     CAN_WATCHDOG_MAX_MS = 1000, /* SAFETY: 0x1400:5 takes 1 ms to this, so that the watchdog
                                  * cannot be switched off */
 };
@@ -59,8 +59,5 @@ uint32_t can_mapping_refuses(const struct can_dictionary *d, uint32_t entry);
 static inline uint16_t can_entry_index(uint32_t entry) { return (uint16_t)(entry >> 16); }
 static inline uint8_t can_entry_sub(uint32_t entry) { return (uint8_t)(entry >> 8); }
 static inline int can_entry_bytes(uint32_t entry) { return (int)(entry & 0xff) / 8; }
-
-/* True for an identifier that a configurable object must not use (CiA 301, 7.3.5). */
-bool can_cob_restricted(uint32_t cob);
 
 #endif

@@ -1,6 +1,6 @@
 #include "can_server.h"
 
-/* An owner without a heartbeat loses the node after this time if 0x1016:1 sets none. */
+/* time after which an owner without a heartbeat loses the node, if 0x1016:1 sets none */
 enum { OWNER_MS = 150 };
 #define PDO_OFF 0x80000000u
 
@@ -24,8 +24,8 @@ static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t co
     return taken(n, index, cob) ? SDO_VALUE : 0;
 }
 
-/* Refuses changes of the mapping in another order than that of CiA 301, 7.5.2.36: PDO off, number
- * of entries 0, entries, number of entries. */
+/* Refuses changes of the mapping in another order than CiA 301, 7.5.2.36, has: PDO off, number of
+ * entries 0, entries, number of entries. */
 static uint32_t refuse_mapping(const struct can_node *n, uint8_t sub) {
     bool in_use = pdo_on(can_node_get(n, 0x1400, 1)) || (sub && can_node_get(n, 0x1600, 0));
     return in_use ? SDO_DENIED : 0;
@@ -79,7 +79,7 @@ static void own(struct can_node *n, uint32_t token, int64_t now_ns) {
     can_node_set(n, 0x2000, 3, 1);
 }
 
-/* Releases the node for its owner, whose silence is then no longer an error. */
+/* Ends the ownership on the owner's request, so that the owner's silence is no longer an error. */
 static void disown(struct can_node *n) {
     n->owner = (struct can_owner){0};
     n->heard_ns[0] = 0;

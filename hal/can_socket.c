@@ -20,8 +20,8 @@ int64_t can_realtime_ns(void) {
     return t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* SAFETY: watchdogs count from it, so the arrival time is neither in the future nor before the
- * previous frame's, even if the clock of the kernel's stamps was set. */
+/* SAFETY: the arrival time is neither in the future nor before the previous frame's, even if the
+ * clock of the kernel's stamps was set, because watchdogs count from it. */
 int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns) {
     int64_t came_ns = now_ns - age_ns;
     if (came_ns > now_ns) came_ns = now_ns;
@@ -51,7 +51,7 @@ static int ask(const char *name, struct interface *i) {
 
 enum can_link can_socket_link(const char *interface, int index) {
     struct interface i;
-    if (ask(interface, &i)) return CAN_LINK_UP; /* the state is unknown */
+    if (ask(interface, &i)) return CAN_LINK_UP; /* a link whose state cannot be read counts as up */
     return i.index != index ? CAN_LINK_GONE : i.up ? CAN_LINK_UP : CAN_LINK_DOWN;
 }
 

@@ -35,8 +35,8 @@ enum { CAN_INTERFACE_SIZE = 16 }; /* size of an interface's name, the kernel's I
 
 enum can_link { CAN_LINK_UP, CAN_LINK_DOWN, CAN_LINK_GONE };
 
-/* Tells whether the interface with this name is up and still has that index. GONE: no interface
- * has this name, or it has another index. */
+/* Returns the state of the interface with this name. GONE: no interface has this name, or it has
+ * another index than this one. */
 enum can_link can_socket_link(const char *interface, int index);
 
 /* Writes the link's state and the remedy into text; "" for UP. */

@@ -2,10 +2,10 @@
  * valves and a watchdog.
  *
  * Time: the simulated machine follows the clock in whole periods of the loop, on a grid that
- * follows the commands: a command less than half a period early or late counts as on time, so
- * that the results do not contain the host's jitter. A missing command does not stop the
- * machine, and a repeated one takes no time. All times are CLOCK_MONOTONIC and must not
- * decrease. */
+ * follows the commands. A command that is less than half a period early or late counts as on time,
+ * so that the results do not contain the host's jitter. A missing command does not stop the
+ * machine, and a repeated one takes no time. All times are CLOCK_MONOTONIC and must not decrease.
+ * */
 #ifndef HEXID_DEVICE_H
 #define HEXID_DEVICE_H
 

@@ -47,8 +47,8 @@ static int lock_can(struct machine_lock *l, const char *url, const char *interfa
     return add(l, url, &key, error);
 }
 
-/* True if an address belongs to this host: a datagram socket that is connected to an own address
- * gets the same address. Nothing is sent. */
+/* True if an address belongs to this host: a datagram socket connected to an address of this host
+ * gets the same address as its own. Nothing is sent. */
 static bool is_own(const struct sockaddr *to, socklen_t length) {
     struct sockaddr_storage own = {0};
     socklen_t size = sizeof own;

@@ -42,7 +42,7 @@
 enum {
     BACKOFF_FIRST_MS = 50,
     BACKOFF_LAST_MS = 1000,
-    TWIN_ANSWERS = 2, /* so many unrequested answers at the start mean that there are two devices */
+    TWIN_ANSWERS = 2, /* number of unrequested answers at the start that proves a second device */
 };
 
 struct command_record {
@@ -67,7 +67,8 @@ struct modbus_hal {
     struct latched sample[LATEST_SLOTS];
     sem_t due;
     _Atomic bool stop, connected;
-    _Atomic int trouble;       /* errno of the first failure until a second without one; 0: none */
+    _Atomic int trouble;       /* errno of the first failure, cleared after a second without
+                                * failures; 0: none */
     _Atomic unsigned foreign;  /* number of other masters' actions */
     _Atomic unsigned twins;    /* number of cycles with an unrequested answer */
     _Atomic int loop_priority; /* the loop's SCHED_FIFO priority; 0: the loop has another policy */
@@ -94,11 +95,11 @@ struct modbus_hal {
 
 static const struct command_record centred = {.keeps_supply = true};
 
-/* Returns the time-out of an answer: readings older than that would be useless. */
+/* Returns the age beyond which a reading, or a command that is not yet sent, is useless. */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
-/* Time-out of an answer. A serial line does not repeat a lost frame: an answer takes less than one
- * period, so after two it will not come, and the next command waits. */
+/* Returns the time-out of an answer. A serial line does not repeat a lost frame: an answer takes
+ * less than one period, so after two periods it will not come, and the next command waits. */
 static double answer_timeout_s(const struct modbus_hal *m) {
     return m->address.serial ? fmin(timeout_s(m->params), 2.0 * m->params->loop.period_s) : timeout_s(m->params);
 }
@@ -213,7 +214,7 @@ static int greet(struct modbus_hal *m, struct error *error) {
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    /* may be long: nothing moves yet, and a device with many clients may be slow */
+    /* long, because nothing moves yet and a device with many clients may be slow */
     static const double greet_timeout_s = 1.0;
     int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
@@ -230,7 +231,8 @@ static int connect_link(struct modbus_hal *m, struct error *error) {
     return status;
 }
 
-/* SAFETY: the newest command; NULL if there is none or it has waited too long. */
+/* SAFETY: returns the newest command; NULL if there is no new command, or if it has waited too
+ * long. */
 static const struct command_record *due_command(struct modbus_hal *m) {
     if (!latest_take(&m->newest_command)) return NULL;
     const struct command_record *c = &m->record[m->newest_command.front];
@@ -402,7 +404,7 @@ static void hand_out(const struct modbus_hal *m, struct hal_sample *s) {
     s->contradicted = r->contradicted;
 }
 
-/* Tells the thread the loop's priority; called once, in the loop's thread. */
+/* Passes the loop's priority to the Modbus thread; called once, in the loop's thread. */
 static void tell_priority(struct modbus_hal *m) {
     struct sched_param p;
     if (sched_getscheduler(0) == SCHED_FIFO && !sched_getparam(0, &p))

@@ -67,7 +67,7 @@ static bool checked(const uint8_t *bytes, size_t size) {
 }
 
 /* Returns the size of the whole frame according to its function; 0: the function is unknown, or the
- * frame too short to tell. */
+ * frame is too short to contain its size. */
 static size_t rtu_size(const uint8_t *bytes, size_t size) {
     size_t fixed = size > RTU_HEAD ? fixed_size(bytes[RTU_HEAD]) : 0;
     if (!fixed || size < RTU_HEAD + fixed) return 0;

@@ -16,8 +16,8 @@
 enum {
     ADU_PDU_MAX = 253,  /* largest PDU (Application Protocol V1.1b3, 4.1) */
     ADU_MAX = 260,      /* largest frame on TCP; on a serial line it is 256 */
-    ADU_UNIT_TCP = 0xff /* the guide's unit identifier if the host's address suffices; 0 is accepted
-                         * too */
+    ADU_UNIT_TCP = 0xff /* unit identifier that the guide prescribes if the host's address alone
+                         * selects the device; 0 is accepted too */
 };
 enum modbus_function {
     FUNCTION_READ = 3,

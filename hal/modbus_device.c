@@ -37,8 +37,8 @@ enum {
     TTY_LATENCY_NS = 4 * TURN_NS, /* added to the silence of 3.5 characters: delays within a
                                    * frame by adapters (their latency timer, 1 ms if set so) and
                                    * schedulers */
-    EMPTY_READS_MAX = 8,       /* the line is lost after so many reads in a row without bytes,
-                                * although it polls readable */
+    EMPTY_READS_MAX = 8,       /* number of consecutive reads without bytes after which a line that
+                                * still polls readable counts as lost */
     REOPEN_NS = NS_PER_S,      /* interval between attempts to open a lost line */
     SEND_BUFFER = 4096,        /* size of a connection's send buffer, bytes; so small that few
                                 * answers wait unread */
@@ -82,8 +82,8 @@ static void drop(struct client *c) {
     c->fd = -1;
 }
 
-/* True if these bytes are the device's last answer, which an adapter that hears itself returns
- * and which may look like a request. */
+/* True if these bytes are the device's last answer. An adapter that receives its own bytes returns
+ * it, and it may look like a request. */
 static bool is_echo(const struct modbus_device *d, const struct client *c) {
     return is_serial(d) && d->sent_size && c->filled >= d->sent_size && !memcmp(c->bytes, d->sent, d->sent_size);
 }
@@ -98,9 +98,9 @@ static enum adu_result take(const struct modbus_device *d, const struct client *
                         : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
-/* True if the request is for this device. On TCP the host's address suffices, with unit 255 or 0;
- * other units would be devices behind a gateway, and this is none. On a serial line requests for
- * others are not answered. */
+/* True if the request is for this device. On TCP the host's address selects the device, with unit
+ * 255 or 0; other units would be devices behind a gateway, and this device is no gateway. On a
+ * serial line requests for others are not answered. */
 static bool is_meant(const struct modbus_device *d, uint8_t unit) {
     bool other = is_serial(d) ? unit != UNIT_BROADCAST : unit != ADU_UNIT_TCP && unit != 0;
     return unit == d->params->modbus.unit || !other;
@@ -179,7 +179,8 @@ static uint32_t ipv4_of(const struct sockaddr_storage *a) {
     return ntohl(address);
 }
 
-/* Returns a free place, or that of the client that was idle for longest, which is disconnected. */
+/* Returns a free place. If there is none, disconnects the client that was idle for longest, and
+ * returns its place. */
 static struct client *make_room(struct modbus_device *d) {
     struct client *idle = NULL;
     for (struct client *c = d->client; c < d->client + CLIENTS; c++) {

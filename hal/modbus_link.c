@@ -40,7 +40,8 @@ static int parse_tcp(const char *rest, const char *address, struct modbus_addres
     return STATUS_OK;
 }
 
-/* Rates that libmodbus 3.1.6 can set. It silently accepts others and runs at 9600. */
+/* Rates that libmodbus 3.1.6 can set. It silently accepts other rates, and runs the line at 9600
+ * baud. */
 const int modbus_bauds[] = {1200,   2400,   4800,    9600,    19200,   38400,   57600,   115200,  230400,  460800, 500000,
                             576000, 921600, 1000000, 1152000, 1500000, 2500000, 3000000, 3500000, 4000000, 0};
 
@@ -115,7 +116,8 @@ int modbus_link_open(struct modbus_link **link, const struct modbus_address_part
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
     modbus_set_error_recovery(m, MODBUS_ERROR_RECOVERY_NONE); /* libmodbus's own recovery would
                                                                * sleep */
-    modbus_set_response_timeout(m, 1, 0);       /* libmodbus waits so long (1 s) for a connection */
+    modbus_set_response_timeout(m, 1, 0);       /* limits libmodbus's wait for a connection to 1
+                                                 * s */
     if (modbus_set_slave(m, unit) || modbus_connect(m)) {
         int reason = errno;
         modbus_free(m);
@@ -205,10 +207,10 @@ int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t 
     return ended(link, modbus_read_registers(cleared(link), address, count, to) == count);
 }
 
-/* Tells whether the device hears requests after a shorter silence, which is kept if so. In a try,
- * the first request comes after the usual silence; the second follows its answer after the shorter
- * one. The device misses such requests if in both tries the first was answered and the second timed
- * out. */
+/* Returns true, and keeps the shorter silence, unless the device misses requests that come after
+ * it. In a try, the first request comes after the usual silence; the second follows its answer
+ * after the shorter one. The device misses such requests if in both tries the first was answered
+ * and the second timed out. */
 static bool shorten_silence(struct modbus_link *link, double silence_s) {
     const int64_t before_ns = link->silence_ns, shorter_ns = ns_from_seconds(silence_s);
     uint16_t who[2];

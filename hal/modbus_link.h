@@ -2,10 +2,9 @@
  * client API. Blocking, for a separate thread.
  *
  * Time-outs are for the whole answer: libmodbus restarts its byte time-out with every byte, so that
- * a slowly trickling answer would block a call for ever; the byte time-out is switched off, which
- * makes the response time-out apply to the whole response. Addresses, as in `modbus:ADDRESS`:
- *     tcp://HOST:PORT
- *     rtu:DEVICE?baud=N     (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
+ * a slow answer, byte after byte, would block a call for ever. The byte time-out is switched off,
+ * which makes the response time-out apply to the whole response. Addresses, as in `modbus:ADDRESS`:
+ * tcp://HOST:PORT rtu:DEVICE?baud=N (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
 #ifndef HEXID_MODBUS_LINK_H
 #define HEXID_MODBUS_LINK_H
 
@@ -56,8 +55,8 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 /* Returns when sending of the last request began, after the silence; CLOCK_MONOTONIC. */
 int64_t modbus_link_begun_ns(const struct modbus_link *link);
 
-/* Returns the number of requests before which another answer-sized packet had come although the
- * previous request was already answered: a second device answers too. */
+/* Returns how often a packet as long as an answer came after the request had been answered: a
+ * second device answers too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
 /* Notes that the last answer belonged to an earlier request, so that the missing answer may still

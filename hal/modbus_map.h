@@ -91,8 +91,8 @@ double modbus_silence_least_s(double baud);
 double modbus_silence_s(double baud);
 
 /* Time that a cycle takes on a serial line, to be compared with the loop's period: the bytes of
- * both frames, 10 bits each, and the silence after each frame; cycle_s has the shortest silence,
- * strict_cycle_s the recommended one. */
+ * both frames, 10 bits each, and the silence after each frame. cycle_s includes the shortest
+ * silence, strict_cycle_s the recommended one. */
 struct modbus_load {
     int request_bytes, response_bytes;
     double request_s, response_s, cycle_s, strict_cycle_s;

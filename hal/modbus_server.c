@@ -104,8 +104,8 @@ static enum modbus_exception claim(struct modbus_server *s, const struct modbus_
     return EXCEPTION_NONE;
 }
 
-/* True if the client owns the machine. The connection of the claim proves it; on a serial line,
- * which has none, or if the client sends a token, the token must match. */
+/* True if the client owns the machine. Its connection must be the one of the claim. If it sends a
+ * token, the token must match; on a serial line, which has no connections, it must send one. */
 static bool owns(const struct modbus_server *s, const struct modbus_peer *from, struct span span, const uint8_t *values) {
     bool tells = has(span, MODBUS_TOKEN, MODBUS_VALVE);
     if (!s->token || from->connection != s->connection) return false;
@@ -159,8 +159,8 @@ static enum modbus_exception write_few(struct modbus_server *s, const struct mod
     return write_registers(s, from, write, request + 6, now_ns);
 }
 
-/* Writes, then reads. For the owner, readings are latched first: the answer holds readings of
- * the time of the request, and the request's command number. */
+/* Writes, then reads. For the owner, readings are latched first, so that the answer contains
+ * readings of the time of the request, and the request's command number. */
 static enum modbus_exception exchange(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, int64_t now_ns,
                                       uint8_t *answer, size_t *size) {
     struct span read = get_span(request + 1), write = get_span(request + 5);

@@ -18,7 +18,7 @@ struct sim {
 };
 
 static int sim_open(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error) {
-    if (*address) return error_set(error, STATUS_USAGE, "--hal sim:%s: the simulation has no address; write `sim:`", address);
+    (void)address; /* the machine's configuration file; the caller has read it into params */
     struct sim *s = calloc(1, sizeof *s);
     if (!s) return error_set(error, STATUS_IO, "sim: out of memory");
     s->hal.ops = &hal_sim;
@@ -61,7 +61,8 @@ static void sim_close(struct hal *hal) {
 
 const struct hal_ops hal_sim = {
     .scheme = "sim",
-    .usage = "sim:                       the simulated platform (needs nothing)",
+    .usage =
+        "sim:[FILE]                 the simulated platform (needs nothing); FILE: its configuration, where the controller's is another",
     .simulated = true,
     .open = sim_open,
     .read = sim_read,

@@ -1,7 +1,7 @@
 /* Effects of the plant: properties of a real machine that the base model lacks. Each is one file in
- * sim/effects/, named as the effect; make collects them into effect_table, so that a new effect is
- * only a new file. The simulator applies them with either engine, and the gap workflow diagnoses
- * with them: the physics of an effect is written once, and so are its relations to others. All
+ * sim/effects/, named after the effect; make collects them into effect_table, so that a new effect
+ * is only a new file. The simulator applies them with either engine, and the gap workflow diagnoses
+ * with them, so that the physics of an effect and its relations to others are written once. All
  * hooks are pure functions of their arguments, any thread, RT. Every effect is off until one of its
  * keys is set. */
 #ifndef HEXID_EFFECT_H
@@ -45,7 +45,7 @@ struct leg_motion {
 };
 
 /* Resistance to motion. The sums of the dry and of the viscous parts over all effects and the
- * configuration are >= 0. The dry part also holds a body at rest against any load up to it; the
+ * configuration are >= 0. A body at rest stays at rest under any load up to the dry part; the
  * viscous part vanishes at rest. */
 struct friction {
     double dry;     /* dry part: N along a leg, or N m about a joint's axis */
@@ -54,20 +54,23 @@ struct friction {
                      * sign */
 };
 
-/* An experiment that tells an effect from another effect, or from a parameter of the base model. */
+/* An experiment that distinguishes an effect from another effect, or from a parameter of the base
+ * model. */
 struct effect_experiment {
     const struct effect *from; /* the other effect; NULL: it is a parameter */
-    const char *from_parameter; /* the other parameter's name, "axis.force_offset_n"; NULL: it is an
-                                 * effect */
-    const char *record;        /* how to measure; options of `hexid run` stand in backquotes, and
-                                * the new log goes to `hexid gap` with the same --set */
-    const char *record_axis;   /* measurement for one axis, which hexid does not drive; NULL: the
-                                * same words */
-    const char *shows;         /* why it tells them apart: "a delay's phase grows with frequency" */
+    const char *from_parameter; /* name of the base parameter, "axis.force_offset_n"; NULL if `from`
+                                 * names an effect */
+    const char *record;        /* instructions for the measurement; options of `hexid run` are in
+                                * backquotes, and the new log is given to `hexid gap` with the same
+                                * --set */
+    const char *record_axis;   /* instructions for one axis, which hexid does not drive; NULL:
+                                * `record` applies */
+    const char *shows;         /* reason why the measurement tells them apart: "a delay's phase
+                                * grows with frequency" */
 };
 
-/* Families of effects: parts of a machine whose effects imitate one another. Where no law is close
- * enough to be named, its family still is. */
+/* Families of effects: parts of a machine whose effects imitate one another. If no law fits well
+ * enough to be named, its family often can be named. */
 enum effect_family {
     EFFECT_FRICTION, /* friction in the cylinders */
     EFFECT_JOINTS,   /* friction and play of the joints */
@@ -93,23 +96,23 @@ struct effect {
     const char *plain;      /* everyday name of the effect: "a tilt of the base" */
     const char *law;        /* the effect's law in one line, with the formula */
     const char *signature;  /* where the effect can be seen: channel, harmonic, feature */
-    double law_error;       /* expected error of this law on a real machine, as a share of what the
-                             * effect changes */
+    double law_error;       /* expected error of this law on a real machine, as a share of the
+                             * effect's own contribution */
     struct effect_key keys[EFFECT_KEYS]; /* keys of the effect, ended by one with a NULL name */
 
-    /* Relations to other effects; lists that end with zeros. Another effect is named by its object,
-     * declared in the file, so that the linker knows whether it exists. */
+    /* Relations to other effects; each list is ended by zeros. Another effect is named by the
+     * address of its object, so that the linker refuses one that does not exist. */
 
-    /* Parameters of the base model whose changes look nearly the same, by their names in
-     * src/gap/base.c; none of them is fitted beside the effect (src/gap/hypothesis.h). */
+    /* Parameters of the base model whose changes look nearly the same as this effect, by their
+     * names in src/gap/base.c; none of them is fitted beside the effect (src/gap/hypothesis.h). */
     const char *parallel_to[EFFECT_TIES];
     /* Limiting cases of this effect; a case that explains the data as well is preferred to the
      * effect. */
     const struct effect *contains[EFFECT_TIES];
-    /* Experiments that tell this effect from others. A pair of effects stands in the file of the
-     * effect written later (of two written together, the first by name), so that a new effect
-     * changes no other file. A pair without an experiment gets general advice
-     * (src/gap/experiment.h). */
+    /* Experiments that distinguish this effect from others. An experiment for two effects stands in
+     * the file of the one that was written later, so that a new effect changes no other file; if
+     * both were written together, in the first file by name. A pair without an experiment gets
+     * general advice (src/gap/experiment.h). */
     struct effect_experiment told_apart[EFFECT_TIES];
 
     /* Hooks; any may be NULL. They are called only while the effect is on. */
@@ -126,7 +129,8 @@ struct effect {
     /* Returns the opening of the valve, -1..1, for a spool position -1..1. */
     double (*opening)(const struct effect_values *v, int leg, double spool);
     /* Returns the command that reaches the spool's servo. *memory belongs to this effect and leg
-     * and starts at 0. The hook is called again while a command holds. */
+     * and starts at 0. The hook is called in every integration step, also while the command stays
+     * the same. */
     double (*command)(const struct effect_values *v, int leg, double command, double *memory);
 };
 
@@ -141,8 +145,8 @@ int effect_find(const char *name);
  * are in proportion, within each key's range. */
 void effect_at(const struct effect *effect, double strength, struct effect_values *values);
 
-/* effect_neutral() is true if the key's values of all legs are neutral; effect_acts() is true if
- * the value of a key of strength is not. */
+/* effect_neutral() returns true if all legs' values of the key are neutral; effect_acts() returns
+ * true if a key that sets the strength has a value that is not neutral. */
 bool effect_neutral(const struct effect_key *key, const double value[LEGS]);
 bool effect_acts(const struct effect *effect, const struct effect_values *values);
 

@@ -22,8 +22,8 @@ struct hal_ops {
                           * allowed */
     bool reconnects;     /* the back-end restores a lost connection by itself, for which it opens
                           * new sockets or files */
-    bool reopens_can;    /* the back-end opens its CAN socket again on an interface that was made
-                          * again */
+    bool reopens_can;    /* the back-end opens its CAN socket again after its interface was removed
+                          * and made again */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
     /* Reads the sample of this cycle, latched at or before now_ns (the loop's clock). Returns 0, or
      * -1 if nothing can be read (FAULT_IO). */
@@ -34,8 +34,8 @@ struct hal_ops {
      * it is. Called on every fault and at the end. Signal-safe. */
     void (*safe)(struct hal *hal);
     void (*close)(struct hal *hal);
-    /* Optional, any thread: writes the first failure on the way to the machine, in words for the
-     * operator; "" if there is none. */
+    /* Optional, any thread: writes the first failure between hexid and the machine, in words for
+     * the operator; "" if there is none. */
     void (*describe)(const struct hal *hal, char *text, size_t size);
 };
 
@@ -43,7 +43,8 @@ struct hal {
     const struct hal_ops *ops;
 };
 
-/* Opens "scheme:address". On error: the URL, the reason and the remedy; nothing has moved. */
+/* Opens "scheme:address". On failure `error` has the URL, the reason and the remedy, and nothing
+ * has moved. */
 int hal_open(struct hal **hal, const char *url, const struct params *params, uint64_t seed, struct error *error);
 
 /* Returns the back-end that a URL names; NULL if there is none. */

@@ -15,7 +15,7 @@ struct histogram {
 
 static inline void histogram_add(struct histogram *h, int64_t ns) {
     uint64_t value = ns > 0 ? (uint64_t)ns : 0;
-    /* value >> shift is then in 16..31, or the value itself below 16 */
+    /* shift such that value >> shift is in 16..31; 0 for a value below 16 */
     int shift = value < HISTOGRAM_STEPS ? 0 : 59 - __builtin_clzll(value);
     uint64_t bin = (uint64_t)shift * HISTOGRAM_STEPS + (value >> shift);
     h->bin[bin < HISTOGRAM_BINS ? bin : HISTOGRAM_BINS - 1]++;
@@ -23,8 +23,8 @@ static inline void histogram_add(struct histogram *h, int64_t ns) {
     if (ns > h->max_ns) h->max_ns = ns;
 }
 
-/* Returns the upper edge of the bin that holds the quantile q (0..1), at most the maximum; 0 if the
- * histogram is empty. */
+/* Returns the upper edge of the bin that contains the quantile q (0..1), at most the maximum; 0 if
+ * the histogram is empty. */
 static inline int64_t histogram_quantile(const struct histogram *h, double q) {
     uint64_t seen = 0, wanted = (uint64_t)(q * (double)h->count);
     for (int bin = 0; bin < HISTOGRAM_BINS; bin++) {

@@ -1,6 +1,6 @@
 /* Latest-value mailbox for a struct request, from ordinary threads to the loop: one 64-bit atomic,
  * so neither side ever waits. Several writers are allowed; a reader sees the newest request and
- * tells a new one by its id. */
+ * recognises a new one by its id. */
 #ifndef HEXID_MAILBOX_H
 #define HEXID_MAILBOX_H
 
@@ -23,6 +23,27 @@ static inline uint32_t mailbox_post(struct mailbox *m, enum command command) {
 static inline struct request mailbox_read(const struct mailbox *m) {
     uint64_t word = atomic_load_explicit(&m->word, memory_order_acquire);
     return (struct request){.id = (uint32_t)(word >> 32), .command = (enum command)(word & 0xffffffffu)};
+}
+
+/* Gains on their way to the loop, beside a mailbox, from one writer. The version is odd while they
+ * are written, so that the reader notices values of two writes. */
+struct gains_box {
+    _Atomic uint32_t version;
+    _Atomic double value[LOOP_GAINS];
+};
+
+/* Leaves gains for the request that is posted next. */
+static inline void gains_box_put(struct gains_box *box, const struct gains *gains) {
+    atomic_fetch_add_explicit(&box->version, 1, memory_order_acq_rel);
+    for (int i = 0; i < LOOP_GAINS; i++) atomic_store_explicit(&box->value[i], gains->value[i], memory_order_release);
+    atomic_fetch_add_explicit(&box->version, 1, memory_order_release);
+}
+
+/* Reads the gains. Returns false if they are being written. Never waits. */
+static inline bool gains_box_get(const struct gains_box *box, struct gains *gains) {
+    uint32_t before = atomic_load_explicit(&box->version, memory_order_acquire);
+    for (int i = 0; i < LOOP_GAINS; i++) gains->value[i] = atomic_load_explicit(&box->value[i], memory_order_acquire);
+    return !(before & 1) && before == atomic_load_explicit(&box->version, memory_order_acquire);
 }
 
 #endif

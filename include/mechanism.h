@@ -1,8 +1,8 @@
-/* Mechanisms: the kinds of machine that hexid knows. Each is one file in src/mechanism/, named as
- * the mechanism: what it has, what it refuses and in which words, and how its legs' forces follow
- * from its motion. All other code asks for one of these properties, never which mechanism it is, so
- * that a new mechanism is a new file and a row of mechanism_table. All functions are pure functions
- * of their arguments, any thread. */
+/* Mechanisms: the kinds of machine that hexid supports. Each is one file in src/mechanism/, named
+ * after the mechanism: its properties, its refusals in words, and the forces of its legs for a
+ * motion. All other code asks for one of these properties, never for the mechanism's name, so that
+ * a new mechanism is a new file and a row of mechanism_table. All functions are pure functions of
+ * their arguments, any thread. */
 #ifndef HEXID_MECHANISM_H
 #define HEXID_MECHANISM_H
 
@@ -10,8 +10,8 @@
 
 #include "types.h"
 
-/* Value of the key `mechanism`, and place in mechanism_table. The first is that of the built-in
- * configuration, and of a CSV file that does not say. */
+/* Value of the key `mechanism`, and place in mechanism_table. The first one is the mechanism of the
+ * built-in configuration, and of a CSV file that names none. */
 enum mechanism_kind { MECHANISM_STEWART, MECHANISM_AXIS };
 
 enum { MECHANISM_NAME = 16, MECHANISM_MASSES = 8 };
@@ -25,7 +25,7 @@ struct inverse_dynamics_input; /* src/residual/inverse_dynamics.h */
 /* A mass or moment of inertia that the configuration states, within model.tolerance.mass. */
 struct mechanism_mass {
     const char *name; /* configuration key */
-    size_t offset;    /* offset in struct params of it, or of the first leg's; 0 ends a
+    size_t offset;    /* offset of the value in struct params, or of the first leg's value; 0 ends a
                        * list */
     bool per_leg;     /* every leg has a value */
 };
@@ -36,28 +36,28 @@ struct mechanism {
     /* Properties. */
     int legs;                  /* number of its legs, at most LEGS; with one leg its texts name no
                                 * leg, and its CSV columns no number */
-    int axes;                  /* number of the axes of its reference, the first of dof_names; an
-                                * effect that acts on the pose has as many keys */
+    int axes;                  /* number of axes of its reference; they are the first ones of
+                                * dof_names. An effect that acts on the pose has a key for each */
     bool pose;                 /* its six legs carry a body on joints, so that their lengths
-                                * determine a pose of six axes, and joints, inertias and geometry
-                                * count; without a pose the length is the position on the axis */
-    bool default_machine;      /* the built-in configuration is of this mechanism; on another one,
-                                * the diameters of cylinders count only where they are stated */
-    bool force_sensor;         /* its force may be measured instead of pressures (with the lag
-                                * axis.force_lag_s), and has a constant of its own
-                                * (axis.force_offset_n) */
-    bool short_strokes;        /* its strokes are so short that instants about a reversal may be
-                                * spared (inverse_dynamics.h, resolution_s) */
+                                * determine a pose of six axes; joints, inertias and geometry then
+                                * count. Without a pose, the length is the position on the axis */
+    bool default_machine;      /* the built-in configuration is of this mechanism; for another one,
+                                * diameters of cylinders count only if the configuration states
+                                * them */
+    bool force_sensor;         /* a force sensor may replace its pressures; the sensor has a lag
+                                * (axis.force_lag_s) and a constant error (axis.force_offset_n) */
+    bool short_strokes;        /* its strokes are so short that instants near a reversal may be left
+                                * out (inverse_dynamics.h, resolution_s) */
     struct mechanism_mass masses[MECHANISM_MASSES];
-    const char *csv_column;    /* CSV column that its recordings always have, and no other
-                                * mechanism's; NULL: there is none */
+    const char *csv_column;    /* CSV column that all recordings of this mechanism have, and no
+                                * others; NULL: there is no such column */
 
     /* Refusals: the reason and the remedy; NULL: it does not refuse. */
     struct {
-        const char *run;       /* being driven by hexid; also means that the controller of its
+        const char *run;       /* being driven by hexid; if refused, the controller of its
                                 * recordings is unknown */
         const char *survey;    /* `run --survey` */
-        const char *identify;  /* an inertia matrix */
+        const char *identify;  /* identification of an inertia matrix */
         const char *replay;    /* a simulation of the recorded tests in closed loop */
         const char *no_column; /* a CSV file without csv_column */
         const char *axis;      /* a CSV file of a test of an axis that it does not have */
@@ -68,14 +68,16 @@ struct mechanism {
         const char *machine;   /* the machine in one phrase: "a platform" */
         const char *legs;      /* the number of its legs: "six legs" */
         const char *length;    /* what its length sensors measure: "position" */
-        const char *tone;      /* experiment that tells where a tone beside the tests comes from */
+        const char *tone;      /* experiment that finds the source of a tone which the tests do not
+                                * cause */
     } words;
 
-    /* Replaces constants of a platform by its own: moving mass, gravity, lengths. NULL: it is a
-     * platform. */
+    /* Replaces a platform's constants by those of this mechanism: moving mass, gravity, lengths.
+     * NULL: a platform's constants stay. */
     void (*constants)(const struct params *params, struct machine *machine);
-    /* Finds the force that the bodies need from each leg, friction of the legs left out. legs: set
-     * to the legs' geometry if the mechanism has a pose. False: no pose has these lengths. */
+    /* Finds the force that the bodies need from each leg, without the legs' friction. legs: set to
+     * the legs' geometry if the mechanism has a pose. Returns false if no pose has these
+     * lengths. */
     bool (*forces)(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs, double force_n[LEGS]);
     /* Finds the mass matrix in the space of the legs at neutral, kg: forces along the legs per
      * acceleration of the legs. */
@@ -91,7 +93,7 @@ extern const char *const mechanism_names[];
 /* Returns the place in the table of the mechanism with this name, or -1. */
 int mechanism_find(const char *name);
 
-/* The configured mechanism, and the number of its legs. */
+/* Return the configured mechanism, and the number of its legs. */
 const struct mechanism *params_mechanism(const struct params *params);
 int params_legs(const struct params *params);
 

@@ -1,4 +1,4 @@
-/* Host time that nobody sets: CLOCK_MONOTONIC. RT, any thread. */
+/* Time of a host clock that nobody can set: CLOCK_MONOTONIC. RT, any thread. */
 #ifndef HEXID_MONOTONIC_H
 #define HEXID_MONOTONIC_H
 

@@ -2,8 +2,8 @@
 #ifndef HEXID_NUMERIC_H
 #define HEXID_NUMERIC_H
 
-/* Half a 95 % interval of a normal distribution, in standard deviations: "+-" and "±" mean this to
- * people; JSON has the standard deviations. */
+/* Half the width of a normal distribution's 95 % interval, in standard deviations. "+-" and "±" in
+ * texts for people are this half-width; JSON has standard deviations. */
 #define NUMERIC_95 1.96
 
 static inline double square(double x) { return x * x; }

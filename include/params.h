@@ -22,6 +22,7 @@
 #include "params/model.h"
 #include "params/motion.h"
 #include "params/payload.h"
+#include "params/qualify.h"
 #include "params/sensors.h"
 #include "params/sim.h"
 #include "params/tests.h"
@@ -42,6 +43,7 @@ struct params {
     struct interlock_params interlocks;
     struct test_params tests;
     struct check_params checks;
+    struct qualify_params qualify;
     struct model_params model;
     struct found_params found;
     struct loop_params loop;

@@ -2,8 +2,8 @@
  * remedy.
  *
  * A function that can fail takes a `struct error *` last and returns 0 or a negative status. The
- * status is the process's exit status with the sign turned (2 usage or configuration, 3 I/O or
- * device, 4 refused for safety). The loop thread does not use it: run-time trouble is a fault bit
+ * status is the process's exit status, negated (2 usage or configuration, 3 I/O or device, 4
+ * refused for safety). The loop thread does not use it: run-time trouble is a fault bit
  * (types.h). */
 #ifndef HEXID_STATUS_H
 #define HEXID_STATUS_H

@@ -20,7 +20,8 @@ enum {
     SAMPLE_STALE = 1u << 0,   /* same sample as in the cycle before: the device delivered nothing
                                * new */
     SAMPLE_LATE = 1u << 1,    /* latched more than one period before it was read */
-    SAMPLE_DROPPED = 1u << 2, /* one or more samples between the last one and this are missing */
+    SAMPLE_DROPPED = 1u << 2, /* one or more samples between the last one and this one are
+                               * missing */
     SAMPLE_INVALID = 1u << 3, /* a value is not finite or outside its sensor's range */
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle and held its command
                                * too long */
@@ -55,7 +56,9 @@ struct hal_sample {
     uint64_t device_seq;    /* the device's own count of samples, 0 if it has none: a gap is a lost
                              * sample, a repeat or a step back a stale one */
     uint32_t flags;         /* set of SAMPLE_... */
-    uint32_t inputs;        /* set of INPUT_... */
+    uint32_t inputs;        /* the device's own count of samples; 0: the device does not count. A
+                             * gap means that samples were lost, a repeat or a step back that the
+                             * sample is stale */
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
                              * open */
     int64_t missed;         /* number of deadlines that the loop missed before this cycle */
@@ -71,8 +74,8 @@ struct hal_sample {
 struct hal_command {
     double valve[LEGS];
     bool enable; /* false: valves are centred whatever `valve` is */
-    bool supply; /* SAFETY: level of the life sign: it changes
-                  * in every cycle, or the machine's own relay cuts the supply */
+    bool supply; /* SAFETY: level of the life sign. It changes in every cycle; if it stops changing,
+                  * the machine's own relay cuts the supply */
 };
 
 enum state {
@@ -110,13 +113,13 @@ enum {
     FAULT_PRESSURE_SENSOR = 1u << 15,  /* a chamber's pressure is no valid reading: the platform is
                                         * parked, and meanwhile the controller does without that
                                         * reading */
-    FAULT_OSCILLATION = 1u << 22,      /* the platform shakes without being asked to: the loop is
-                                        * unstable */
+    FAULT_OSCILLATION = 1u << 22,      /* the platform shakes although the reference does not: the
+                                        * loop is unstable */
     FAULT_TWIN = 1u << 23,             /* two devices answer as if they were one */
     FAULT_ANTIVALENCE = 1u << 24,      /* the two contacts of an input contradict each other */
 };
 
-/* Bits 16..21 of a fault word: the legs at which the faults were seen, none if no leg is known.
+/* Bits 16..21 of a fault word: the legs at which the faults were seen, 0 if no leg is known.
  * first_fault never has them. Faults take bits 0..15 and 22..30. */
 enum { FAULT_LEG_SHIFT = 16, FAULT_LEGS = ((1 << LEGS) - 1) << FAULT_LEG_SHIFT, FAULT_ANY = 0x7fffffff & ~FAULT_LEGS };
 static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg); }
@@ -126,20 +129,27 @@ static inline uint32_t fault_leg(int leg) { return 1u << (FAULT_LEG_SHIFT + leg)
 struct fault_measure {
     int leg;             /* leg furthest beyond its limit, 0..5; -1: no leg */
     double value, limit;
-    double explained;    /* `limit` less the configured limit: what the reference itself
+    double explained;    /* part of `limit` beyond the configured one, which the reference itself
                           * causes */
     uint32_t inputs;     /* INPUT_... whose contacts contradict each other; 0: not about inputs */
 };
 
-enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMANDS };
+enum command { COMMAND_NONE, COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_RESET, COMMAND_SET, COMMANDS };
 static inline bool command_stops(enum command command) { return command == COMMAND_STOP || command == COMMAND_PARK; }
 extern const char *const command_names[COMMANDS];
+
+/* Gains of the controller that may be changed while it runs (src/core/gains.h). */
+enum { LOOP_GAINS = 5 };
+struct gains {
+    double value[LOOP_GAINS];
+};
 
 /* Request from ordinary threads to the loop, through a mailbox; the loop acts on it once, when id
  * changes. */
 struct request {
     uint32_t id;
     enum command command;
+    struct gains gains; /* new gains, of COMMAND_SET */
 };
 
 enum phase { PHASE_NONE, PHASE_SETTLE, PHASE_RAMP_IN, PHASE_EVALUATE, PHASE_RAMP_OUT };
@@ -161,7 +171,9 @@ struct cycle {
     uint32_t first_fault;  /* the headline of the latched faults; 0 if there is none */
     struct fault_measure measure; /* value and limit of first_fault; no message carries them */
     uint32_t law_doubts;   /* DOUBT_... (model_law.h): why the PID drives in place of the configured
-                            * law `model`; no message carries them, an event tells of them */
+                            * law `model`; no message carries them, but an event reports them */
+    struct gains gains;    /* gains of `out`; no message carries them, but a change is an event and
+                            * begins a new configuration in the log */
     int test;              /* index in the list of tests; -1 outside a test */
     enum dof dof;          /* tested axis; DOF_NONE outside a test */
     enum phase phase;

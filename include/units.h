@@ -29,5 +29,6 @@ static inline int64_t cycles_between(uint64_t seq, uint64_t later) {
 }
 
 static inline double deg_from_rad(double rad) { return rad * (180.0 / PI); }
+static inline double rad_from_deg(double deg) { return deg * (PI / 180.0); }
 
 #endif

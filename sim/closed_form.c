@@ -18,8 +18,8 @@ static double coordinate_rate(const struct instant *now, const union system *s, 
     return k < LEGS ? now->legs.rate[k] : dot6(now->axes.row[k - LEGS], s->body.twist);
 }
 
-/* Returns a coordinate's direction of sliding: fixed over a step if dry friction may hold it,
- * otherwise that of the motion. */
+/* Returns a coordinate's direction of sliding: if dry friction may hold it, the direction that is
+ * fixed over a step, otherwise the direction of the motion. */
 static int direction_of(const struct closed_form *e, int k, double rate) {
     if (e->kind[k] == SLIDES) return rate < 0.0 ? -1 : 1;
     return e->direction[k];
@@ -44,8 +44,8 @@ static void push_joints(const struct closed_form *e, const union system *s, stru
     }
 }
 
-/* For a leg with backlash: moves the rod's mass from the joint, where rigid_dynamics has it, to the
- * piston; the joint gets the flanks' force instead. */
+/* For a leg with backlash: moves the rod's mass from the joint, where rigid_dynamics() puts it, to
+ * the piston; the joint gets the flanks' force instead. */
 static void take_off_rod(const struct closed_form *e, const union system *s, int k, struct instant *now, double *axial) {
     const struct rigid_legs *legs = &now->legs;
     double row[DOFS], bias, rod_m = s->rods.length_m[k];

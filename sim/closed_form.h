@@ -34,8 +34,8 @@ enum {
     CLOSED_FORM_NO_PLAY = (sizeof(struct rigid_state) + sizeof(struct hydraulics_state)) / sizeof(double)
 };
 
-/* Drive of the legs over a step: valve commands, or forces that replace the hydraulics. The other
- * pointer is NULL. */
+/* Drive of the legs over a step: valve commands, or forces that replace the hydraulics. The pointer
+ * that is not used is NULL. */
 struct drive {
     const double *valve, *force_n;
 };
@@ -46,7 +46,8 @@ struct closed_form {
     int values;                      /* number of values of the state that are in use */
     struct rigid_model rigid;
     bool joints;                     /* the machine has joint friction */
-    bool play, rods_stick;           /* some leg has backlash; dry friction can hold its rod */
+    bool play, rods_stick;           /* some leg has backlash; dry friction can hold the rod of such
+                                      * a leg */
     enum {
         SLIDES,
         STICKS,                      /* dry friction can hold the coordinate */
@@ -70,8 +71,8 @@ struct instant {
     double length_m[LEGS], rate_mps[LEGS]; /* length and rate of each leg up to the rod's end */
     double rod_n[LEGS];       /* sum of the axial forces on a rod with backlash, without friction */
     struct factor6 mass;             /* Cholesky factor of the mass matrix */
-    double free[DOFS];               /* whitened acceleration (stick.h) without the friction that
-                                      * holds coordinates */
+    double free[DOFS];               /* whitened acceleration (stick.h), without the friction that
+                                      * holds coordinates at rest */
 };
 
 void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now);

@@ -97,7 +97,7 @@ static inline double signed_root(double drop_pa, double laminar_pa) {
 
 /* Returns the flow from a source into a volume of this stiffness, beta / V. */
 static inline double port_flow(double conductance, double stiffness, double source_pa, double pressure_pa) {
-    /* the laminar limit is chosen so that laminar slope x stiffness x FILL_TIME_S = 1 */
+    /* the laminar limit follows from: laminar slope x stiffness x FILL_TIME_S = 1 */
     double root = 1.25 * conductance * stiffness * FILL_TIME_S;
     double laminar_pa = root * root > LAMINAR_PA ? root * root : LAMINAR_PA;
     return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
@@ -146,7 +146,8 @@ static inline double spool_acceleration(const struct cylinder_leg *c, double spo
     return c->valve_omega_squared * (valve + c->valve_bias - spool) - c->valve_damping_rate * speed;
 }
 
-/* Returns the rate of the seals' deflection. */
+/* Returns the rate of the seals' deflection by Dahl's law. A fast rod needs at least SEAL_TIME_S to
+ * deflect them, which substeps resolve. */
 static inline double deflection_rate(const struct cylinder_leg *c, double deflection, double rate_mps) {
     double speed = fabs(rate_mps), least_m = SEAL_TIME_S * speed;
     if (!(c->seal_distance_m > 0.0)) return 0.0;
@@ -278,7 +279,7 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
     return m->leg[leg].a1_m2 * s->p1_pa - m->leg[leg].a2_m2 * s->p2_pa;
 }
 
-/* Returns the force of an end stop, which only pushes, though its damper alone would pull on the
+/* Returns the force of an end stop. It only pushes: without this limit its damper would pull on the
  * way out. */
 static double stop_push(const struct hydraulics_params *h, double depth_m, double speed_in_mps) {
     if (depth_m <= 0.0) return 0.0;
@@ -314,7 +315,7 @@ struct friction cylinder_friction(const struct cylinder_model *m, int leg, const
     return sum;
 }
 
-/* Asks the effects under pressure, since some friction holds only then. */
+/* Evaluates friction under supply pressure, because some friction depends on pressure. */
 bool cylinder_can_stick(const struct cylinder_model *m) {
     struct cylinder_state loaded = {.p1_pa = m->machine.supply.pressure_pa, .p2_pa = m->machine.supply.pressure_pa};
     for (int leg = 0; leg < LEGS; leg++)

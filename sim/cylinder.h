@@ -9,7 +9,8 @@
  *
  *  xddot = w^2 (u + bias - x) - 2 zeta w xdot, |x| <= 1, |xdot| <= the servo's limit
  *  Q(o, dP) = valve_flow |o| sqrt(dP / valve_drop)
- *             o > 0: supply -> port A (P1), port B (P2) -> tank; o < 0: the other way round
+ *             o > 0: supply -> port A (P1), port B (P2) -> tank
+ *             o < 0: supply -> port B (P2), port A (P1) -> tank
  *  P1dot = beta/V1 (Q1 - A1 v - c (P1 - P2)),  P2dot = beta/V2 (Q2 + A2 v + c (P1 - P2))
  *
  *  zdot = (v - |v| z) / d                                 z: deflection of the seals (Dahl),
@@ -18,16 +19,16 @@
  * Below a drop of 10 kPa the orifice is laminar: an odd cubic that has the root's value and slope
  * at 10 kPa, so that nothing changes above it. That limit rises for a wide-open valve on a nearly
  * empty chamber, so that no chamber fills faster than a substep of 0.25 ms resolves. Below tank
- * pressure air leaves the oil, beta falls with the square of the pressure above vacuum, and a check
+ * pressure air leaves the oil, and beta falls with the square of the pressure above vacuum. A check
  * valve admits oil from the tank within a millisecond: a chamber whose piston is pulled stays
  * between tank pressure and vacuum, as behind an anti-cavitation valve.
  *
- * A hose of length l and bore d between a port and its chamber is one cell: at
- * the port its capacitance V/beta (V = l pi d^2/4), then in series its inertance rho l/(pi d^2/4)
- * and its laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge
- * sits at the port. A hose below 0.2 m counts as 0.2 m, and the inertance limits its natural
- * frequency to 5000 rad/s with a chamber at a tenth of its stroke, which steps of 0.5 ms resolve: a
- * short wide hose is a volume of oil. */
+ * A hose of length l and bore d between a port and its chamber is one cell: at the port its
+ * capacitance V/beta (V = l pi d^2/4), then in series its inertance rho l/(pi d^2/4) and its
+ * laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge sits at
+ * the port. A hose below 0.2 m counts as 0.2 m. A too small inertance is raised, so that the
+ * natural frequency with a chamber at a tenth of its stroke is at most 5000 rad/s, which steps of
+ * 0.5 ms resolve: a short wide hose is then a volume of oil. */
 #ifndef HEXID_CYLINDER_H
 #define HEXID_CYLINDER_H
 
@@ -47,8 +48,8 @@ enum { PORT_A, PORT_B, PORTS };
 
 struct cylinder_model {        /* constants derived once from params and effects */
     struct machine machine;
-    int first, legs;               /* first <= leg < legs: all legs of the mechanism, or one that is
-                                    * asked for */
+    int first, legs;               /* first <= leg < legs: all legs of the mechanism, or a single
+                                    * one */
     struct cylinder_leg {
         double a1_m2, a2_m2;
         double length_min_m, length_max_m; /* leg lengths at the end stops */
@@ -61,12 +62,12 @@ struct cylinder_model {        /* constants derived once from params and effects
         double seal_distance_m;       /* path over which the seals deflect; 0: they slide at once */
         bool rate_limited;
     } leg[LEGS];
-    double supply_share;       /* share of the supply pressure that acts; below 1 while it comes or
-                                * goes */
+    double supply_share;       /* share of the supply pressure that acts; below 1 while the supply
+                                * is put on or taken off */
     bool extended;             /* the model has valve laws, hoses or resistances of the mains */
 };
 
-/* Pressures of supply and tank at the valves. */
+/* Pressures of the supply and of the tank at the valves. */
 struct mains {
     double supply_pa, tank_pa;
 };
@@ -80,8 +81,8 @@ void cylinder_pipe(double length_m, double bore_m, double *inertance, double *re
 /* Returns the pressures of the mains without a drop in the hoses to the power unit. */
 struct mains cylinder_mains(const struct cylinder_model *m);
 
-/* Computes the time derivative of the state under valve command u at length L and rate v, without
- * hoses. opening: s->spool, unless machine_opening() changes it. */
+/* Computes the time derivative of the state of a leg without hoses. opening: opening of the valve,
+ * s->spool unless machine_opening() changes it. valve: command of the valve. */
 struct cylinder_state cylinder_derivative(const struct cylinder_model *m, int leg, const struct mains *mains,
                                           const struct cylinder_state *s, double opening, double length_m, double rate_mps, double valve);
 
@@ -107,7 +108,7 @@ struct cylinder_input {
  * end. Only for a model that is not extended, whose legs are independent. */
 void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const struct cylinder_input in[3], struct cylinder_state *s);
 
-/* Steps the spool alone, which no chamber pressure moves. */
+/* Steps the spool alone, whose motion does not depend on chamber pressures. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
 
 /* Returns the stiffness of the oil: loss of hydraulic force per metre with both ports shut, N/m. */
@@ -120,7 +121,7 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
  * the upper one, 0 between. */
 double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
 
-/* Returns the force of deflected seals along the leg, whatever its motion. */
+/* Returns the force of deflected seals along the leg, which does not depend on its motion. */
 double cylinder_seal_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
 /* Returns the friction for motion in a direction: the base model's viscous part, and every effect's

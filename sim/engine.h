@@ -1,13 +1,13 @@
-/* A rigid-body engine with its way of coupling the hydraulics. There are two, derived
+/* A rigid-body engine with its own coupling to the hydraulics. There are two, derived
  * independently: sim/engine_ode.c (13 bodies, ODE's joints and semi-implicit Euler used as a
  * leapfrog, bodies stepped before the hydraulics, which take RK4 over that motion) and
  * sim/engine_closed_form.c (6 degrees of freedom, RK4 over bodies and hydraulics together, stick
  * events located inside the substep). RT, no heap after create.
  *
  * Universal joints of both engines: at each end of a leg the first axis is fixed in the base (or
- * the platform) and the second in the cylinder (or rod); joint friction acts about each of the two.
- * The first axis is as configured, or else horizontal at neutral and tangential to the joint
- * circle: (-sin angle, cos angle, 0), with the joint's angle about z of the drawing. */
+ * the platform) and the second in the cylinder (or rod); joint friction acts about both axes. The
+ * first axis is as configured, or else horizontal at neutral and tangential to the joint circle:
+ * (-sin angle, cos angle, 0), with the joint's angle about z of the drawing. */
 #ifndef HEXID_ENGINE_H
 #define HEXID_ENGINE_H
 

@@ -8,8 +8,8 @@
 
 enum { EVENTS_MAX = 4 * COORDINATES }; /* most stops of coordinates that are located in a substep */
 
-static const double STOPPED = 1e-9; /* m/s or rad/s; a slower coordinate counts as at rest when the
-                                     * instant of a stop is sought */
+static const double STOPPED = 1e-9; /* m/s or rad/s; a coordinate slower than this counts as stopped
+                                     * when the instant of its stop is sought */
 
 /* Removes the remaining motion of held coordinates from the twist. */
 static void stop_held(struct closed_form *e, const struct instant *now) {
@@ -77,8 +77,8 @@ static int held_places(const struct closed_form *e, int place[COORDINATES]) {
 }
 
 /* Starts a step: holds stopped coordinates, brings them to rest exactly, and releases those whose
- * friction is too weak. Bringing a coordinate to rest may stop others that move with it, and all of
- * them must be known before any is released. */
+ * friction is too weak. Bringing a coordinate to rest may stop others that move with it, and all
+ * stopped ones must be known before any is released. */
 static void release(struct closed_form *e, const struct drive *drive, const bool caught[COORDINATES]) {
     struct stick_coordinate rest[COORDINATES];
     double must[COORDINATES];
@@ -111,8 +111,8 @@ static double nearest_to_rest(const struct closed_form *e, const bool which[COOR
     return nearest;
 }
 
-/* Steps to the instant before h at which the first of the turning coordinates stops (Illinois
- * rule). Returns its time. */
+/* Steps to the instant before h at which the first of the `turning` coordinates, which would
+ * reverse by h, stops (Illinois rule). Returns the time of this instant. */
 static double step_to_rest(const struct closed_form *e, double h, const struct drive *drive, const bool turning[COORDINATES], double start,
                            double end, union system *to) {
     double low = 0.0, high = h, at = h, rate[COORDINATES];
@@ -137,7 +137,7 @@ static double step_to_rest(const struct closed_form *e, double h, const struct d
 }
 
 /* Steps to h or to the first instant at which a coordinate stops. Returns the elapsed time. A
- * coordinate that turns round when released is caught: held to the end of the substep. */
+ * coordinate that reverses as soon as it is released is caught: held to the end of the substep. */
 static double slide(struct closed_form *e, double h, const struct drive *drive, bool caught[COORDINATES]) {
     double rate[COORDINATES];
     bool turning[COORDINATES] = {false}, any = false, at_once = false;
@@ -162,8 +162,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     return h;
 }
 
-/* Finishes a step with too many events and ignores further ones: the error is less than a substep's
- * friction, but the engine never hangs. */
+/* Finishes a step with too many events and ignores further ones. The error is less than a substep's
+ * friction, and the engine can never hang. */
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);
@@ -192,7 +192,7 @@ static void release_rods(struct closed_form *e, const struct drive *drive) {
     }
 }
 
-/* Stops rods that have turned round within the step if their friction can hold them. */
+/* Stops rods that have reversed within the step if their friction can hold them. */
 static void arrest_rods(struct closed_form *e, const struct drive *drive) {
     struct instant now;
     closed_form_look(e, &e->state, drive, &now);

@@ -78,8 +78,8 @@ static double contact_now(const struct engine_ode *e, int i, const struct leg *l
 }
 
 /* Finds a leg and its resistance. Friction in the direction of motion is taken at the leg's speed,
- * in the other direction at zero, for the case that the leg turns round. So a sliding force is
- * exact, and so is the range of holding forces. */
+ * in the other direction at zero, in case the leg reverses. So a sliding force is exact, and so is
+ * the range of holding forces. */
 static struct leg leg_now(const struct engine_ode *e, int i, const struct hydraulics_state *s) {
     struct leg leg;
     struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
@@ -181,7 +181,8 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     }
 }
 
-/* Makes one RK4 step of the hydraulics, while the legs move evenly between two lengths. */
+/* Makes one RK4 step of the hydraulics, while each leg moves evenly from its old to its new
+ * length. */
 static void step_hydraulics(struct engine_ode *e, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {
     double from_m[LEGS], middle_m[LEGS], to_m[LEGS], rate_mps[LEGS];
     for (int i = 0; i < LEGS; i++) {

@@ -41,8 +41,8 @@ void sim_geometry_init(struct sim_geometry *g, const struct params *params) {
         first_axis(&params->geometry.lower_axis, leg, b, g->lower_axis[leg]);
         g->neutral_length_m[leg] = sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
                                         (a[2] - b[2] - height_m) * (a[2] - b[2] - height_m));
-        /* From here on relative to the mass centre, not to the drawing's origin: z is down, and the
-         * joints lie below it. */
+        /* From here on positions are relative to the mass centre, not to the drawing's origin: z is
+         * down, and the joints are below the mass centre. */
         a[0] -= p->center_x_m, a[1] -= p->center_y_m, a[2] += p->center_height_m;
         b[0] -= p->center_x_m, b[1] -= p->center_y_m, b[2] += p->center_height_m + height_m;
     }

@@ -65,7 +65,7 @@ static struct mains mains_now(const struct cylinder_model *m, const struct hydra
     mains.supply_pa -= resistance * s->supply_m3_per_s;
     balance_tank(m, s, length_m, &mains);
     *supply_m3_per_s2 = 0.0;
-    if (!(resistance > 0.0)) return mains; /* without resistance the flow lowers no pressure */
+    if (!(resistance > 0.0)) return mains; /* without resistance the flow causes no pressure drop */
     flows(m, s, length_m, &mains, &supply, &tank);
     *supply_m3_per_s2 = (supply - s->supply_m3_per_s) / SUPPLY_LAG_S;
     return mains;

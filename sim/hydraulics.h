@@ -10,12 +10,12 @@
 
 struct hydraulics_state {
     struct cylinder_state cylinder[LEGS];
-    /* only an extended model uses the members below */
+    /* the members below are used only if the model is extended */
     struct hose_state hose[LEGS][PORTS];
     double supply_m3_per_s; /* flow from the supply after its lag */
 };
 
-/* Puts hoses and gauges at chamber pressure, without flow. */
+/* Puts all hoses at the pressure of their chamber, without flow in them or from the supply. */
 void hydraulics_rest(struct hydraulics_state *s);
 
 /* Drive of pistons and valves: lengths and rates of the legs up to the rods' ends, and commands. */
@@ -23,7 +23,7 @@ struct hydraulics_input {
     const double *length_m, *rate_mps, *valve;
 };
 
-/* Computes the rate of the state; only that of cylinder[] if the model is not extended. */
+/* Computes the rate of the state; if the model is not extended, only the rate of cylinder[]. */
 void hydraulics_derivative(const struct cylinder_model *m, const struct hydraulics_state *s, const struct hydraulics_input *in,
                            struct hydraulics_state *rate);
 

@@ -43,11 +43,12 @@ struct machine {
                                                          * the unit vector `down` in {B} */
         double upper_joint_m[LEGS][3], lower_joint_m[LEGS][3]; /* joints, in {M} and in {B} */
         double upper_kg[LEGS], lower_kg[LEGS]; /* masses of each leg's rod (ma) and cylinder (mb) */
-        double transverse_kg_m2[LEGS];                  /* inertia added to the cylinder's, ib */
+        double transverse_kg_m2[LEGS];                  /* inertia that effects add to the
+                                                         * cylinder's inertia ib */
         double neutral_length_m[LEGS], middle_length_m[LEGS]; /* leg lengths at neutral, and in the
                                                                * middle of the stroke */
         double clearance_m[LEGS];                       /* backlash between rod and platform, along
-                                                         * the leg: machine_contact */
+                                                         * the leg (machine_contact) */
     } bodies;
     struct {                          /* pressures and hoses of the mains, which all valves share */
         double pressure_pa, tank_pa;
@@ -62,14 +63,15 @@ struct machine {
         double rate_per_s[LEGS];      /* greatest speed of the spool, in full openings per second */
         double bias[LEGS];                              /* position of the spool at zero command */
         double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports' flow; flow of port B
-                                                         * over that of port A */
+                                                         * divided by flow of port A */
     } valve;
     struct {                                            /* seals of the cylinder */
         double distance_m[LEGS];                        /* path over which the seals deflect: after
                                                          * about five times this they slide; 0: they
                                                          * slide at once */
-        double stiffness_n_per_m[LEGS];                 /* the seals' force over the path; twice
-                                                         * that after a reversal */
+        double stiffness_n_per_m[LEGS];                 /* the seals' force divided by the path;
+                                                         * after a reversal they are twice as
+                                                         * stiff */
     } seals;
     struct {                                            /* hoses between valve ports and chambers */
         double length_m[LEGS], diameter_m[LEGS];        /* dimensions of the hoses; length 0: there
@@ -100,12 +102,13 @@ int machine_check(const struct machine *m, struct error *error);
 /* Returns the sum of all effects' friction about one axis of a universal joint of this leg. */
 struct friction machine_joint_friction(const struct machine *m, int leg, double speed_radps);
 
-/* machine_has_play: true if the leg has backlash at its end; never on a single axis. The rod then
- * hangs on the piston, and the platform feels only machine_contact along the leg: the force of the
- * rod on it, away from the base, with the rod ahead of its place in a joint without backlash. The
- * force is zero between the flanks. The flanks are softer than steel, so that a substep of 0.25 ms
- * resolves them: a rod rings on one at 400 Hz, rebounds with 0.43 of its speed and rests after 7
- * ms. machine_ahead: the rod's place at rest under this contact force. */
+/* machine_has_play: true if the leg has backlash at its end; never on a single axis. The rod of
+ * such a leg moves with the piston, and the platform feels only the contact force that
+ * machine_contact returns: force of the rod on the platform along the leg, positive away from the
+ * base. ahead_m: distance of the rod ahead of its place in a joint without backlash. The force is
+ * zero between the flanks. The flanks are softer than steel, so that a substep of 0.25 ms resolves
+ * them: a rod oscillates on one at 400 Hz, rebounds with 0.43 of its speed and rests after 7 ms.
+ * machine_ahead: place of the rod at rest under this contact force. */
 bool machine_has_play(const struct machine *m, int leg);
 double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps);
 double machine_ahead(const struct machine *m, int leg, double contact_n);

@@ -17,8 +17,8 @@ static const double PISTON_MOTOR_CFM = 1e-13;   /* m/s per N: a stuck leg under 
 /* Protects the number of ODE's users, which ODE counts without a lock. */
 static pthread_mutex_t ode_users = PTHREAD_MUTEX_INITIALIZER;
 
-/* ODE's solver prints when it gives up a step, which the loop thread must not. Such a step shows
- * anyway: lengths and pose disagree. */
+/* ODE's solver prints a message when it gives up a step, but the loop thread must not print. Such a
+ * step shows anyway: lengths and pose disagree. */
 static void no_message(int number, const char *format, va_list args) {
     (void)number;
     (void)format;
@@ -216,8 +216,8 @@ static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, con
     dJointSetPUAxisP(joint, along[0], along[1], along[2]);
 }
 
-/* Makes a joint for joint friction. It is not left to the universal joint's motors: ODE then solves
- * for the pistons first, twice as fast if all stick. */
+/* Makes a joint for joint friction. The universal joint has motors of its own, but with a separate
+ * joint ODE solves for the pistons first, twice as fast if all stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
     dJointID joint = dJointCreateAMotor(m->world, NULL);
     dJointAttach(joint, one, two);

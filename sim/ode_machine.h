@@ -1,16 +1,16 @@
 /* The 13 rigid bodies of the machine in ODE: platform, six cylinders, six rods. Each leg has a
- * universal joint at each end and a piston joint that lets the rod turn in the cylinder; their 72
- * constraint rows leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from the
- * base, x the second axis of its universal joint.
+ * universal joint at each end and a piston joint in which the rod may rotate in the cylinder; their
+ * 72 constraint rows leave 6 degrees of freedom. Frame of a leg's part: z along the leg away from
+ * the base, x the second axis of its universal joint.
  *
  * A leg with backlash has a prismatic and universal joint at its rod's end instead: the rod slides
  * along the leg, and the platform feels machine_contact.
  *
- * Dry friction is a motor at rest velocity whose greatest force is the friction's limit. A motor
- * without force costs nothing; one with force adds a row to the complementarity problem of ODE's
- * step.
+ * Dry friction is a motor whose target velocity is zero and whose greatest force is the limit of
+ * the friction. A motor without force costs nothing; one with force adds a row to the
+ * complementarity problem of ODE's step.
  *
- * Any thread may step it, one at a time: ODE keeps no state per thread. No heap after
+ * Any thread may step the machine, one at a time: ODE keeps no state per thread. No heap after
  * ode_machine_init. */
 #ifndef HEXID_ODE_MACHINE_H
 #define HEXID_ODE_MACHINE_H
@@ -63,7 +63,7 @@ void ode_machine_twist(const struct velocity *platform, const struct ode_machine
 /* Sets an acceleration of all bodies that replaces gravity, m/s^2 in {B}. */
 void ode_machine_pull(struct ode_machine *m, const double pull[3]);
 
-/* Adds the effects' wrench, which ODE does not know. Call before every step. */
+/* Adds the effects' wrench, which ODE does not compute. Call before every step. */
 void ode_machine_load(struct ode_machine *m);
 
 /* Returns the potential energy of all bodies, J; zero at neutral. */

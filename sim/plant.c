@@ -103,7 +103,7 @@ static void exact_values(const struct plant *plant, struct exact *exact) {
 }
 
 /* Puts the plant at rest in a pose, chambers as they are, as if it had rested there for so long
- * that nothing remembers an earlier motion. */
+ * that no part remembers an earlier motion. */
 static void rest(struct plant *plant, const double pose[DOFS]) {
     struct exact exact;
     double ahead_m[LEGS];
@@ -144,8 +144,9 @@ static double rings_kg(const struct plant *plant, int leg) {
     return dt_s * (dt_s * ((play ? oil + machine_flank(m, leg) : 0.0) + seals) + (play ? drag : 0.0));
 }
 
-/* Refuses rods that are too light for the substeps. The engines are stable up to twice this
- * bound. */
+/* Refuses a leg whose moving mass is too small for the substeps: that of the rod, and without
+ * backlash also a sixth of the payload. The engines are stable down to half the mass that is
+ * demanded. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;
     for (int k = 0; k < LEGS; k++) {

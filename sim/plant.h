@@ -54,8 +54,8 @@ void plant_life_sign(struct plant *plant, bool level);
 void plant_step(struct plant *plant, const double valve[LEGS]);
 
 /* Makes one substep of the rigid bodies alone under these forces along the legs. Hydraulics and
- * their friction are left out; joint and dry friction, gravity and end stops stay. It serves tests
- * of the engines against each other and of the energy balance. */
+ * their friction are left out; joint and dry friction, gravity and end stops remain. It serves
+ * tests of the engines against each other and of the energy balance. */
 void plant_step_forced(struct plant *plant, double dt_s, const double force_n[LEGS]);
 
 /* Reads the sensors into arrays and inputs of the sample; leaves time, age, sequence and flags. */

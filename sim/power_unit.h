@@ -11,7 +11,7 @@
 #include <stdbool.h>
 
 struct power_unit {
-    double hold_s;   /* the relay opens if the life sign stands still so long */
+    double hold_s;   /* the relay opens if the life sign does not change for this time */
     double still_s;  /* time since the life sign last changed */
     double share;    /* pressure, as a share of the full supply pressure, 0..1 */
     bool level;

@@ -82,8 +82,9 @@ static inline void rigid_row(const struct rigid_legs *legs, int leg, double row[
     for (int i = 0; i < 3; i++) row[i] = legs->n[i][leg], row[3 + i] = legs->arm[i][leg];
 }
 
-/* Returns the axial force that a leg's rod needs for itself when its end is length_m from the lower
- * joint: mass times acceleration, less the parts due to the leg's turning and to weight. */
+/* Returns the axial force that a leg's rod needs for its own motion when its end is length_m from
+ * the lower joint: mass times acceleration, less the parts due to the leg's rotation and to
+ * weight. */
 double rigid_rod_force(const struct rigid_model *m, const struct rigid_legs *legs, int leg, double length_m, double acceleration_mps2);
 
 void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, double *kinetic_j, double *potential_j);

@@ -5,7 +5,7 @@
 
 #include "params.h"
 
-/* the kinds are lengths, first pressures, second pressures */
+/* the kinds are lengths, pressures P1, pressures P2 */
 enum { KINDS = 3, VALUES = KINDS * LEGS };
 _Static_assert(sizeof(struct exact) == VALUES * sizeof(double), "struct exact is walked as an array");
 
@@ -47,7 +47,7 @@ void sensors_rest(struct sensors *s, const struct exact *exact) {
 
 /* Returns the output of a first-order lag, exact for a value that changes evenly over the step. */
 static double lagged(double before, double from, double to, double lag_s, double dt_s) {
-    /* how far the output stays behind a ramp in the end: rate times lag */
+    /* lag of the output behind a ramp after a long time: rate times lag */
     double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s;
     return to - trail + (before - from + trail) * left;
 }
@@ -63,7 +63,7 @@ void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact) {
     s->past[s->newest] = s->lagged;
 }
 
-/* Returns the value of delay_s ago, interpolated linearly between substeps. */
+/* Returns the value delay_s earlier, interpolated linearly between substeps. */
 static double delayed(const struct sensors *s, int i, double delay_s, double dt_s) {
     double ago = delay_s / dt_s, whole = floor(ago), part = ago - whole;
     int later = (s->newest - (int)whole + 2 * s->kept) % s->kept, earlier = (later - 1 + s->kept) % s->kept;

@@ -30,10 +30,10 @@ struct sensors {
 int sensors_init(struct sensors *s, const struct machine *machine, uint64_t seed);
 void sensors_free(struct sensors *s);
 
-/* Starts as if the machine had always had these values. */
+/* Starts as if the machine had had these values for all time before. */
 void sensors_rest(struct sensors *s, const struct exact *exact);
 
-/* Takes the exact values one substep later. */
+/* Takes the exact values, which are one substep later than the previous ones. */
 void sensors_follow(struct sensors *s, double dt_s, const struct exact *exact);
 
 /* Reads the sensors at the instant of the exact values. With a history, sensors_follow() must have

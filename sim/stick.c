@@ -82,7 +82,7 @@ static void shorten(double value, double change, double *length) {
     if (value + *length * change < 0.0) *length = -value / change;
 }
 
-/* Steps forces and multipliers along their changes, not quite to the nearest limit. */
+/* Steps forces and multipliers along their changes, to just before the nearest limit. */
 static void advance(struct point *p, int count, double target, const double *change) {
     double extend[STICK_MAX], retract[STICK_MAX], length = 1.0 / 0.99;
     for (int k = 0; k < count; k++) {

@@ -1,7 +1,7 @@
-/* Dry friction at rest: which coordinates stay, which slip, and how the rest of the machine
- * accelerates meanwhile. Pure, RT.
+/* Dry friction at rest: which coordinates stay, which slip, and how the other parts of the machine
+ * accelerate meanwhile. Pure, RT.
  *
- * All vectors are whitened: with the mass matrix M = C C', x = C' acceleration, a coordinate whose
+ * All vectors are whitened: with the mass matrix M = C C', x = C' acceleration. A coordinate whose
  * row is r accelerates with y.x + bias, y = C^-1 r, and a force s along it adds s y to x. Rows may
  * be linearly dependent (30 coordinates, 6 degrees of freedom). */
 #ifndef HEXID_STICK_H

@@ -1,11 +1,11 @@
-/* A base on springs and a pump that pulses, which the model assumes rigid and steady. They are no
- * effects of the catalogue, so that the diagnosis meets something it does not know. For the ODE
- * engine. Pure, RT.
+/* A base on springs and a pump that pulses; the model assumes that both are rigid and steady. They
+ * are no effects of the catalogue, so that they test the diagnosis with something that it does not
+ * know. For the ODE engine. Pure, RT.
  *
- * Base: rigid, free to move without turning, mb from sim.base_mass_kg. In its own frame every body
- * feels -a_b, and with P their momentum there, (mb + M) a_b = -dP/dt - k x_b - c v_b,  k = (mb + M)
- * w^2, c = 0.1 (mb + M) w, w from sim.base_hz, M the mass of all that moves. Pump: supply = Ps +
- * ripple sin(2 pi f t). */
+ * Base: rigid, translates without rotation, mass mb from sim.base_mass_kg. In its own frame every
+ * body feels -a_b, and with P the momentum of the bodies there, (mb + M) a_b = -dP/dt - k x_b - c
+ * v_b,  k = (mb + M) w^2, c = 0.1 (mb + M) w, w from sim.base_hz, M the mass of all that moves.
+ * Pump: supply = Ps + ripple sin(2 pi f t). */
 #ifndef HEXID_SURROUNDINGS_H
 #define HEXID_SURROUNDINGS_H
 

@@ -13,14 +13,15 @@ struct valve_line {
     double memory[EFFECTS_MAX][LEGS]; /* memory of the effects' command hooks, as in
                                        * machine->command */
     int kept, newest;
-    double sent[VALVE_LINE_COMMANDS][LEGS]; /* sent commands, one for each cycle, for which it is
+    double sent[VALVE_LINE_COMMANDS][LEGS]; /* sent commands, one for each cycle, over which it is
                                              * held */
 };
 
 /* Prepares a line; machine must outlive it. */
 void valve_line_init(struct valve_line *l, const struct machine *machine);
 
-/* Starts as if the commands had always been zero, or these. */
+/* Starts as if the commands had always been zero; valve_line_hold(): as if they had always been
+ * `valve`. */
 void valve_line_rest(struct valve_line *l);
 void valve_line_hold(struct valve_line *l, const double valve[LEGS]);
 

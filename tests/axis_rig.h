@@ -8,11 +8,13 @@
 #include <math.h>
 #include <stdio.h>
 
-/* The file declares a steady sinusoid as such; it says nothing about the other motions. */
+/* Motions of the rig. The CSV file states the frequency of SINE, and nothing about the other
+ * motions. */
 enum motion { SINE, TRIANGLE, CHIRP, STEPS, POINT_TO_POINT, MULTISINE, RESTS, MOTIONS };
 static const char *const motion_names[MOTIONS] = {"sine", "triangle", "chirp", "steps", "point to point", "multisine", "sine with rests"};
 
-/* The rig is config/axis.yaml's machine with every parameter off within the model's tolerance. */
+/* The machine of config/axis.yaml, whose parameters differ from the file's within the model's
+ * tolerances, and one hidden effect. */
 struct rig {
     const char *hides;                       /* name of the hidden effect, NULL: none */
     bool electric;                           /* electric drive with a measured force, no
@@ -21,19 +23,22 @@ struct rig {
     double rate_hz, gravity_mps2;
     double coulomb_extend_n, coulomb_retract_n, viscous_n_s_per_m, stribeck_n, stribeck_mps, payload_kg, more_leakage, overlap, offset_n;
     double load_friction, spring_n_per_m;    /* friction per newton of mean pressure force on the
-                                              * seals; spring from mid-stroke */
-    double seal_n, seal_m;                   /* seal force and its deflection before it slides */
+                                              * seals; stiffness of a spring that is relaxed at
+                                              * mid-stroke */
+    double seal_n, seal_m;                   /* force at which the seal slides, and its deflection
+                                              * at that force */
     double along_stroke;                     /* relative variation of dry friction along the stroke,
                                               * in waves of 3 cm */
     double force_lag_s, force_more;          /* lag of the force sensor; relative excess of its
                                               * reading */
-    double lost_s, lost_share;               /* rows lost around each reversal; share lost in bursts
-                                              * of 3 */
+    double lost_s, lost_share;               /* time around each reversal whose rows are lost; share
+                                              * of rows that are lost in bursts of 3 */
 };
 
 struct body {
     double x, v, p1, p2, spool, spool_rate;
-    double seal; /* -1: slides in; 1: slides out */
+    double seal; /* deflection of the seal relative to its largest: -1 slides inwards, 1 slides
+                  * outwards */
 };
 
 struct tolerances {
@@ -53,7 +58,7 @@ static inline double steps(double value, double step) { return step * floor(valu
 
 static inline double root(double x) { return x < 0.0 ? -sqrt(-x) : sqrt(x); }
 
-/* Flow into each chamber through a valve that is shut within its overlap. */
+/* Computes the flow into each chamber through a valve that is shut within its overlap. */
 static inline void oil(const struct rig *r, const struct tolerances *tol, struct body *b, double u) {
     double omega = 2.0 * PI * 100.0, o = b->spool - fmin(fmax(b->spool, -r->overlap), r->overlap);
     double k = 1.57e-3 / sqrt(5e6) * tol->gain * o, beta = 1e9 * tol->bulk;
@@ -66,7 +71,8 @@ static inline void oil(const struct rig *r, const struct tolerances *tol, struct
     b->spool += STEP_S * b->spool_rate;
 }
 
-/* Dry friction either opposes the sliding or holds the load; a seal deflects before it slides. */
+/* Moves the rod by a step. Dry friction either opposes the sliding or holds the load; a seal
+ * deflects before it slides. */
 static inline void push(const struct rig *r, const struct tolerances *tol, struct body *b, double force_n) {
     double m = MASS_KG * tol->mass + r->payload_kg, slides = b->v != 0.0 ? b->v : force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x;
     double direction = slides > 0.0 ? 1.0 : -1.0;
@@ -89,7 +95,8 @@ static inline double rise(double t_s, double takes_s) {
     return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
 }
 
-/* Holds one station every every_s; each approach takes takes_s. */
+/* Returns the position at t_s of a motion that goes to another station every every_s, and takes
+ * takes_s for the way. */
 static inline double stations(double t_s, double every_s, double takes_s) {
     static const double place[] = {0.0, 0.8, -0.5, 1.0, -1.0, 0.3, 0.9, -0.7, 0.0, 0.5, -0.9, 0.2, 0.0};
     int count = sizeof place / sizeof *place, i = (int)(t_s / every_s);
@@ -140,7 +147,7 @@ static inline bool lost(const struct rig *r, double t_s, uint64_t *dice, int *bu
     return before[1] * after[1] < 0.0 || *burst > 0;
 }
 
-/* Draws parameters that are off by up to 0.9 of the model's tolerance, either way. */
+/* Draws parameters that differ from the model's by up to 0.9 of the tolerance, either way. */
 static inline struct tolerances draw(uint64_t *state) {
     double d[5];
     for (int i = 0; i < 5; i++) d[i] = 1.0 + (i ? 0.045 : 0.009) * random_unit(state);

@@ -1,5 +1,5 @@
-/* The seven nodes with their master on a bus in memory: every claim about failures without a socket
- * or a clock. */
+/* The seven nodes and their master on a bus in memory, so that failures can be tested without a
+ * socket or a clock. */
 #ifndef HEXID_TESTS_CAN_BUS_RIG_H
 #define HEXID_TESTS_CAN_BUS_RIG_H
 
@@ -12,17 +12,18 @@
 
 enum { TOKEN = 0x600dcafe, CYCLES_TO_RUN = 200, LATE_NODE = 2, LATE_MAX = 8 };
 
-/* The test's manipulation of frames on the bus. */
+/* Disturbances of the bus that a test sets. */
 struct wire {
     int lose_tpdo_of;     /* node, 0 none */
     int late_by;          /* cycles of delay of LATE_NODE's TPDOs */
     bool lose_rpdo, lose_outputs, lose_heartbeat, lose_echo;
-    int dead_node;        /* neither receives nor sends */
-    int twin_of;          /* a second device with this number repeats the node's frames, 0: none */
-    struct can_tpdo twin_adds; /* offsets of its readings (inputs: replaced) */
-    int twin_percent;     /* percentage of frames that it repeats */
-    bool twin_is_short;   /* its frames are a byte shorter */
-    int lying_node;       /* answers wrongly for that object, 0: none */
+    int dead_node;        /* number of a node that neither receives nor sends, 0: none */
+    int twin_of;          /* number of a node that has a twin: a second device that repeats its
+                           * frames; 0: none */
+    struct can_tpdo twin_adds; /* offsets of the twin's readings (inputs: replaced) */
+    int twin_percent;     /* percentage of frames that the twin repeats */
+    bool twin_is_short;   /* the twin's frames are a byte shorter */
+    int lying_node;       /* node that answers with `lie` when that object is asked for, 0: none */
     struct can_sdo lie;
 };
 
@@ -46,7 +47,8 @@ struct world {
     int64_t now_ns;
 };
 
-/* Delays a TPDO by so many cycles; it arrives after that cycle's SYNC if there is one. */
+/* Delays a TPDO of LATE_NODE by wire.late_by cycles; if the bus has a SYNC in the cycle of its
+ * arrival, the TPDO arrives after it. */
 static inline bool put_off(struct world *w, const struct can_frame *f) {
     struct late *l = &w->late[w->late_count];
     if (can_frame_node(f, COB_TPDO) != LATE_NODE || (w->wire.late_by == 0 && w->late_count == 0)) return false;
@@ -75,7 +77,7 @@ static inline void lie(const struct world *w, struct can_frame *f) {
         *f = can_frame_sdo_reply(w->wire.lying_node, l);
 }
 
-/* The twin device answers as well. */
+/* Sends the twin's copy of a frame to the master. */
 static inline void answer_again(struct world *w, const struct can_frame *f) {
     struct can_frame g = *f;
     struct can_tpdo t;
@@ -133,7 +135,7 @@ static inline struct hal_command commands(struct world *w, const double valve[LE
     return c;
 }
 
-/* One cycle of the loop: sample, then command. */
+/* Runs one cycle of the loop: sample, then command. */
 static inline struct hal_sample cycle(struct world *w, const double valve[LEGS]) {
     struct can_queue q = {0};
     struct hal_sample s;
@@ -145,7 +147,7 @@ static inline struct hal_sample cycle(struct world *w, const double valve[LEGS])
     to_nodes(w, &q);
     can_master_sample(&w->master, &s);
     s.age_ns = w->now_ns - s.time_ns;
-    /* as the back-end flags it */
+    /* hal/can.c flags late samples in the same way */
     if (2 * s.age_ns > 3 * ns_from_seconds(w->params.loop.period_s)) s.flags |= SAMPLE_LATE;
     struct hal_command command = commands(w, valve);
     can_master_command(&w->master, &command, &q);

@@ -1,4 +1,4 @@
-/* One node, an axis or the I/O module, and what it sends. */
+/* One node, an axis or the I/O module, and the frames that it sends. */
 #ifndef HEXID_TESTS_CAN_NODE_RIG_H
 #define HEXID_TESTS_CAN_NODE_RIG_H
 
@@ -13,8 +13,8 @@ enum { MS = 1000000, PERIOD_MS = 2, TOKEN = 0x1234567, OTHER = 0x7654321 };
 
 static const struct can_tpdo latched = {.position = 1831000, .p1 = 5000, .p2 = 4000, .inputs = INPUTS_ALL};
 
-static int node = 2; /* an axis or CAN_IO; both share one implementation, and claims that name no
-                      * valve run with both */
+static int node = 2; /* an axis or CAN_IO; both kinds share one implementation, and tests that need
+                      * no valve run with both */
 
 static unsigned of_node(unsigned function) { return function + (unsigned)node; }
 
@@ -84,7 +84,7 @@ static inline struct can_sdo answer(struct bench *b) {
     return reply;
 }
 
-/* Returns the abort code, 0 if the download was accepted. */
+/* Writes an object. Returns the abort code, 0 if the node accepted the value. */
 static inline uint32_t download(struct bench *b, uint16_t index, uint8_t sub, int size, uint32_t value) {
     const struct can_sdo request = {SDO_DOWNLOAD, index, sub, size, value};
     say(b, can_frame_sdo(node, &request));

@@ -1,6 +1,6 @@
-/* A control law against the simulated machine: six sines one after another or another motion, the
- * platform's true pose against the reference. The controller's configuration and the machine's are
- * two, so that the controller may be wrong about the machine. */
+/* Runs a control law on the simulated machine, through six sines one after another or another
+ * motion, and compares the platform's true pose with the reference. Controller and machine have
+ * separate configurations, so that the controller may be wrong about the machine. */
 #ifndef HEXID_TESTS_CONTROL_RIG_H
 #define HEXID_TESTS_CONTROL_RIG_H
 
@@ -14,15 +14,18 @@
 struct control_figures {
     bool faulted;                  /* a fault ended the run */
     uint32_t fault;
-    double amplitude_pct[DOFS];    /* of the tested axis: error of the fundamental's amplitude */
-    double phase_deg[DOFS];        /* its phase against the reference; negative: late */
-    double unwanted_pct[DOFS];     /* greatest fundamental of another axis, angles at arm_m */
+    double amplitude_pct[DOFS];    /* amplitude error of the tested axis's fundamental */
+    double phase_deg[DOFS];        /* phase of that fundamental against the reference; negative:
+                                    * late */
+    double unwanted_pct[DOFS];     /* largest fundamental of any other axis; angles count as
+                                    * displacements at the distance arm_m */
     double rms_m;                  /* rms distance of the true pose from the reference */
     double still_mps2;             /* largest unexpected acceleration (oscillation.h) */
-    int driven_cycles, doubt_cycles; /* cycles driven, and those of them with doubts */
+    int driven_cycles, doubt_cycles; /* number of cycles in which the platform was driven, and of
+                                      * those with a doubtful sample */
 };
 
-/* Sums over the evaluated part of a test: of pose and reference times sine and cosine. */
+/* Sums over the evaluated part of a test: pose and reference times sine and cosine. */
 struct control_sums {
     double pose[DOFS][2], ref[2], square;
     int64_t count;
@@ -36,6 +39,16 @@ static inline void control_take(struct control_sums *sum, const struct cycle *c,
     }
     for (int i = 0; i < DOFS; i++) sum->square += pow((pose[i] - c->ref[i]) * (i < DOF_PHI ? 1.0 : arm_m), 2.0);
     sum->count++;
+}
+
+/* The true pose in the controller's coordinates, whose origin is the mass centre that it knows. */
+static inline void control_pose(const struct payload_params *machine, const struct payload_params *controller, double pose[DOFS]) {
+    const double apart[3] = {controller->center_x_m - machine->center_x_m, controller->center_y_m - machine->center_y_m,
+                             machine->center_height_m - controller->center_height_m};
+    double t[3][3];
+    rotation_from_angles(pose[DOF_PHI], pose[DOF_THETA], pose[DOF_PSI], t);
+    for (int r = 0; r < 3; r++)
+        for (int k = 0; k < 3; k++) pose[r] += (t[r][k] - (r == k)) * apart[k];
 }
 
 static inline void control_close(struct control_figures *f, const struct control_sums *sum, enum dof dof, double arm_m) {
@@ -72,6 +85,7 @@ static inline void control_drive(const struct params *machine, const struct para
         struct plant_truth truth;
         plant_measure(plant, &sample);
         plant_get_truth(plant, &truth);
+        control_pose(&machine->payload, &controller->payload, truth.pose);
         platform_step(platform, &sample, (struct request){0}, &c);
         if (c.test != before.test && before.test >= 0 && sum.count) {
             control_close(f, &sum, before.dof, platform->kinematics.arm_m);

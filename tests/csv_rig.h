@@ -92,7 +92,7 @@ static inline struct recording *load(const char *path) {
     size_t length;
     assert_int_equal(log_open(&reader, path, &error), 0);
     assert_int_equal(log_next(reader, &event), 1);
-    /* is always the first event */
+    /* the configuration is always the first event */
     assert_true(event_decode_config(event.data, event.size, &text, &length));
     assert_int_equal(config_parse(&r->params, text, length, path, &error), 0);
     for (r->count = 0; log_next(reader, &event);) {
@@ -110,7 +110,7 @@ static inline uint64_t random_bits(uint64_t *state) {
     return *state;
 }
 
-/* A finite number of any magnitude, mostly with 16 or 17 digits, sometimes short. */
+/* Returns a finite number of any magnitude, mostly with 16 or 17 digits, sometimes short. */
 static inline double random_number(uint64_t *state) {
     uint64_t bits = random_bits(state);
     double number;
@@ -172,7 +172,7 @@ static inline struct params short_tests(double period_s) {
     return p;
 }
 
-/* A file with this header: one column, rows every 2 ms from from_s on. */
+/* Returns a file with this header: one column, and rows every 2 ms from from_s on. */
 static inline const char *file_of(const char *head, double from_s, int rows) {
     static char text[BUFFER];
     int used = sprintf(text, "%st_s,u1\n", head);

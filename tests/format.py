@@ -25,7 +25,7 @@ TOKEN = re.compile(
 
 
 def too_wide(text):
-    """Numbers of the lines on which a comment or the line itself ends too far to the right."""
+    """Yields the lines on which a comment or the line itself ends too far to the right."""
     for comment in (match for match in TOKEN.finditer(text) if match["comment"]):
         line, column = text.count("\n", 0, comment.start()) + 1, comment.start() - (text.rfind("\n", 0, comment.start()) + 1)
         for i, part in enumerate(comment[0].split("\n")):
@@ -36,7 +36,7 @@ def too_wide(text):
             yield i + 1, f"the line passes column {LINE_END}"
 
 
-# Calls that only these files may contain: the pattern, the files, and why.
+# Calls that only certain files may contain: the pattern, the files, and the reason.
 RESERVED = (
     (re.compile(r"\bpthread_create *\("), ("src/rt/thread.c",), "thread_start() states the size of the stack"),
     (re.compile(r"\b(setrlimit|umask) *\("), ("src/rt/process.c",), "the start of the process has one place"),
@@ -55,7 +55,7 @@ PROGRAM = "src/", "hal/", "sim/", "include/"
 
 
 def reserved(file, text):
-    """Lines of the program that call what another file is for."""
+    """Yields the lines of the program with a call that is reserved for another file."""
     code = TOKEN.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
     for pattern, owners, why in RESERVED:
         if not file.startswith(PROGRAM) or file in owners:
@@ -80,7 +80,7 @@ def fragments(texts):
 
 
 def formatted_otherwise(files):
-    """Files that clang-format would change; it names each with its first line that is to be another."""
+    """Returns the files that clang-format would change. It reports only the first such line of each file."""
     run = subprocess.run([CLANG_FORMAT, "--dry-run", "--ferror-limit=1", *files], capture_output=True, text=True, check=False)
     if run.returncode:
         sys.exit(run.stderr)

@@ -12,8 +12,8 @@ enum { RATE_HZ = 500, SAMPLES_MAX = 2500, HARMONICS = 3 };
 
 static const double tank_pa = 1e6;
 
-/* A machine as the method sees it and the record of its six tests. Poses and wrenches are a
- * constant, a drift and three harmonics. */
+/* A machine as the method models it, and the record of its six tests. Poses and wrenches consist of
+ * a constant, a drift and three harmonics. */
 struct rig {
     struct params params;
     struct kinematics kinematics;
@@ -28,8 +28,8 @@ static inline double omega(const struct rig *r, int d) { return 2 * PI * r->para
 
 static inline double amplitude(const struct rig *r, int dof) { return r->params.tests.amplitude[dof]; }
 
-/* The tested axis follows the command with a phase lag, the others move by a few percent of it; the
- * harmonics are weaker. */
+/* Draws the motions: the tested axis follows the command with a phase lag, the others move by a few
+ * percent of it; the harmonics are weaker. */
 static inline void rig_motions(struct rig *r, uint64_t *state) {
     for (int d = 0; d < DOFS; d++)
         for (int i = 0; i < DOFS; i++)
@@ -59,11 +59,12 @@ static inline void rig_matrices(struct rig *r, uint64_t *state) {
         }
 }
 
-/* The pose and its first and second time derivatives. */
+/* Computes the pose and its first and second time derivatives. */
 static inline void rig_motion(const struct rig *r, int d, double t_s, double pose[3][DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         pose[0][i] = amplitude(r, i) * (0.1 + 0.02 * (t_s - 1));
-        pose[1][i] = pose[2][i] = 0; /* the fundamental excludes the drift's rate */
+        pose[1][i] = pose[2][i] = 0; /* the rate of the drift is not part of the fundamental that
+                                      * the method uses */
         for (int k = 0; k < HARMONICS; k++) {
             double w = (k + 1) * omega(r, d), s = sin(w * t_s), c = cos(w * t_s);
             const double *a = r->pose[d][i][k];

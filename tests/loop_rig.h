@@ -17,7 +17,7 @@ struct loop_rig {
     struct cylinder_areas areas;
     struct hal_sample now, before;
     double length_m[LEGS]; /* of the pose */
-    double command[LEGS];  /* of the controller, in the last cycle */
+    double command[LEGS];  /* commands of the controller in the last cycle */
 };
 
 static inline void loop_rig_open(struct loop_rig *r, const struct params *p, const double pose[DOFS]) {
@@ -35,7 +35,8 @@ static inline void loop_rig_open(struct loop_rig *r, const struct params *p, con
 
 static inline void loop_rig_close(struct loop_rig *r) { plant_destroy(r->plant); }
 
-/* One cycle: references off by so much, and this added to the commands of the controller. */
+/* Runs one cycle with off_m added to the reference lengths and `add` to the controller's
+ * commands. */
 static inline void loop_rig_step(struct loop_rig *r, const double off_m[LEGS], const double add[LEGS]) {
     double valve[LEGS];
     r->before = r->now;
@@ -51,8 +52,8 @@ static inline void loop_rig_step(struct loop_rig *r, const double off_m[LEGS], c
 
 enum { LOOP_BLOCKS = 8, LOOP_BLOW = 2 };
 
-/* Leg rates of a platform that is held and displaced by 0.1 mm (of a stroke of 0.8 m) in the third
- * half second, rms of each half second. */
+/* Runs a platform that is held in a pose and gets a blow of size_m in block LOOP_BLOW. rms_mps: rms
+ * leg rate in each block of half a second. */
 static inline void loop_rig_hold(const struct params *p, const double pose[DOFS], double size_m, double rms_mps[LOOP_BLOCKS]) {
     static const double blow[LEGS] = {1.0, -0.5, 0.3, -0.8, 0.6, -1.0}, none[LEGS] = {0};
     struct loop_rig r;
@@ -72,9 +73,9 @@ static inline void loop_rig_hold(const struct params *p, const double pose[DOFS]
     for (int i = 0; i < LOOP_BLOCKS; i++) rms_mps[i] = sqrt(rms_mps[i]);
 }
 
-/* True if after the blow the platform moves at more than a hundred times the displacement a second
- * (it may then fall against a stop and lie still), or in the last half second at more than ten
- * times and faster than after the blow. */
+/* True if after the blow the platform moves at more than a hundred times size_m a second (it may
+ * then fall against a stop and lie still). True also if in the last block it moves at more than ten
+ * times size_m a second, and faster than in the block of the blow. */
 static inline bool loop_rig_shakes(const struct params *p, const double pose[DOFS], double size_m) {
     double rms_mps[LOOP_BLOCKS], most = 0.0;
     loop_rig_hold(p, pose, size_m, rms_mps);

@@ -64,7 +64,7 @@ static inline void check_always(struct rig *rig) {
     }
 }
 
-/* Runs one cycle on this sample. */
+/* Runs one cycle with this sample and request. */
 static inline void rig_step(struct rig *rig, const struct hal_sample *sample, struct request request) {
     static const double centred[LEGS] = {0};
     double valve[LEGS];
@@ -93,7 +93,7 @@ static inline void rig_spoilt(struct rig *rig, spoiler *spoil, int which) {
 /* Runs one cycle on the test's own sample, without a request. */
 static inline void rig_given(struct rig *rig, const struct hal_sample *sample) { rig_step(rig, sample, (struct request){.id = rig->id}); }
 
-/* Runs one cycle; a command other than none is a new request. */
+/* Runs one cycle; any command except COMMAND_NONE is a new request. */
 static inline void rig_cycle(struct rig *rig, enum command command) {
     if (command != COMMAND_NONE) rig->id++;
     rig_request(rig, (struct request){.id = rig->id, .command = command}, NULL, 0);
@@ -111,7 +111,7 @@ static inline void rig_until(struct rig *rig, enum state state) {
     }
 }
 
-/* Leads the platform from its present state into `state`, at most `cycles` per step. */
+/* Brings the platform from its present state into `state`, and runs `cycles` more cycles there. */
 static inline void rig_bring(struct rig *rig, enum state state, int cycles) {
     static const enum command next[STATES] = {
         [STATE_SETTLED] = COMMAND_ENGAGE, [STATE_READY] = COMMAND_START, [STATE_FAULT] = COMMAND_RESET};

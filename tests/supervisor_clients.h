@@ -14,8 +14,8 @@ struct client {
     uint64_t peer;               /* its connection */
     int64_t heard_ns, hangs_until; /* time of the last renewal; cycle at which the hanging ends */
     enum command waits;          /* command whose answer it awaits, COMMAND_NONE: none */
-    uint32_t id;                 /* number of that request */
-    bool leads;                  /* its engage was the last one that was granted a lease */
+    uint32_t id;                 /* number of that command's request */
+    bool leads;                  /* the lease was last granted to this client's engage */
 };
 
 struct clients {
@@ -26,8 +26,8 @@ struct clients {
     uint32_t ids;                /* number of requests so far, renewals excluded */
     enum command asked;          /* stop or park that the next cycle must see */
     int64_t ticked;              /* cycle of the main thread's last turn */
-    int unled, unheard;          /* consecutive cycles with the supply on and no lease, or an
-                                  * expired one */
+    int unled, unheard;          /* number of consecutive cycles with the supply on and no lease, or
+                                  * with an expired one */
     int64_t now_ns;
 };
 
@@ -53,8 +53,8 @@ static inline void clients_begin(struct clients *c, const struct params *params,
     operator_init(&c->operator, params, loop, &(struct operator_ports){c, clients_answered, clients_said});
 }
 
-/* Asks over the operators' group's socket, or over everybody's, which accepts only stop and
- * park. */
+/* Sends a request of client i: with may_move over the socket of the operators' group, otherwise
+ * over the socket for everybody, which accepts only stop and park. */
 static inline void clients_ask(struct clients *c, int i, enum command command, bool may_move) {
     struct client *one = &c->client[i];
     const struct command_request r = {.id = RENEWAL + ++c->ids, .command = command};
@@ -72,7 +72,7 @@ static inline void clients_gone(struct clients *c, int i) {
     c->client[i] = (struct client){.peer = ++c->peers, .leads = c->client[i].leads, .heard_ns = INT64_MIN / 2};
 }
 
-/* The main thread's turn, which can be delayed for a while. */
+/* Runs the main thread's part, unless it is delayed for a while. */
 static inline void clients_turn(struct clients *c, const struct params *params, int64_t cycle, bool stalls) {
     if (stalls && cycle - c->ticked < TICK_CYCLES) return;
     for (int i = 0; i < CLIENTS; i++) {
@@ -95,8 +95,8 @@ static inline bool never_by_clients(struct clients *c, struct model *m, enum com
     return true;
 }
 
-/* Nothing may move whose operator has left or fallen silent for longer than the main thread can be
- * delayed. */
+/* Checks that the platform is not driven if its operator has left, or has been silent for longer
+ * than the main thread can be delayed. */
 static inline bool never_unled(struct clients *c, struct model *m) {
     enum state state = m->before.state;
     bool led = false, heard = false;

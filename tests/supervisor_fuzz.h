@@ -10,7 +10,12 @@
 #include "supervisor_clients.h"
 #include "supervisor_world.h"
 
-enum { EPISODE = 4000, EVENTS_MAX = 400, RECORDS = 16, CALM = 300 /* cycles after a disturbance */ };
+enum {
+    EPISODE = 4000,
+    EVENTS_MAX = 400,
+    RECORDS = 16,
+    CALM = 300 /* number of cycles for which effects of a disturbance are allowed for */
+};
 
 struct episode {
     uint64_t seed;
@@ -49,7 +54,7 @@ static inline void draw_limits(struct params *p, uint64_t *seed) {
     i->pressure_s = between(seed, 0.05, 0.6);
 }
 
-/* Weights of the kinds: common operator actions are frequent; faults are rare enough for the
+/* Draws the kind of an event. Common operator actions are frequent; faults are rare enough for the
  * platform to move. Some kinds come together more often than by chance. */
 static inline enum kind draw_kind(uint64_t *seed, int trouble, enum kind before) {
     static const enum kind together[EVENTS] = {
@@ -84,7 +89,7 @@ static inline void episode_draw(struct episode *e, uint64_t seed) {
     e->params.lcm.commands = true, e->params.lcm.lease_s = between(&state, 0.05, 1.0);
     static const int troubles[] = {0, 1, 2, 4, 10, 40};
     int trouble = troubles[below(&state, 6)], often = 10 + below(&state, 80);
-    /* the first event falls near the cycle from which the sensors are trusted */
+    /* the first event is near the cycle from which the sensors are trusted */
     int cycle = 40 + below(&state, 20);
     for (; e->count < EVENTS_MAX; e->count++) {
         struct event *v = &e->events[e->count];
@@ -112,7 +117,7 @@ struct run {
     int64_t popped, next_seq, gaps;     /* counters of the present loop's records */
     struct clients clients;
     uint32_t last_id;
-    FILE *told;                         /* the last cycles are printed there, NULL: nowhere */
+    FILE *told;                         /* file to which the last cycles are printed, NULL: none */
 };
 
 static inline void loop_begin(struct run *r) {
@@ -171,8 +176,8 @@ static inline int64_t lateness(const struct world *w, const struct params *p) {
     return (int64_t)(p->loop.period_s * NS_PER_S * most * (0.5 + 0.5 * noise(w, 99)));
 }
 
-/* Takes this cycle's record, the newest in the ring; the ring stays full for a while when the
- * recorder stalls. Returns false if the record was lost, and fills `c` from the platform itself. */
+/* Copies this cycle's record to `c`: the newest in the ring or, if it was lost because the recorder
+ * stalls and the ring is full, one made from the platform itself. */
 static inline void take_record(struct run *r, uint64_t lost, int test, struct cycle *c) {
     const struct platform *p = &r->loop.platform;
     uint64_t head = atomic_load(&r->records.head);
@@ -319,8 +324,8 @@ static inline void episode_print(const struct episode *e, const char *text, FILE
     }
 }
 
-/* Runs episodes from this seed on until `cycles` have been run. Returns false and prints the
- * episode if one broke the model. */
+/* Runs episodes, the first with this seed, until `cycles` have been run. Returns false and prints
+ * the episode if one broke the model. */
 static inline bool fuzz(uint64_t seed, int64_t cycles, bool simulated, struct run *r, void (*progress)(uint64_t seed, int64_t cycles)) {
     struct episode *e = malloc(sizeof *e);
     bool good = true;

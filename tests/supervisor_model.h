@@ -19,16 +19,16 @@ struct seen {
     struct hal_sample in;        /* the sample as delivered */
     bool read_failed, unwritten; /* the read failed; the previous command was not written */
     bool spoilt;                 /* a length differs from the plant's */
-    bool disturbed;              /* samples or machine were disturbed in the last 0.6 s: oscillation
-                                  * is allowed */
+    bool disturbed;              /* samples or machine were disturbed in the last 0.6 s, so an
+                                  * oscillation is allowed */
     bool write_failed;
-    int64_t late_ns;             /* wake-up after the deadline */
+    int64_t late_ns;             /* delay of the wake-up after the deadline */
     bool real;                   /* deadlines count because the clock is real */
     enum command command;        /* new request, COMMAND_NONE: none */
     int writes, safes;           /* calls of the back-end in this cycle */
-    struct hal_command written;  /* last command that it was given */
+    struct hal_command written;  /* last command that the back-end was given */
     struct cycle out;            /* the loop's own record of the cycle */
-    bool lost;                   /* its record was lost, so test and phase are unknown */
+    bool lost;                   /* the cycle's record was lost, so test and phase are unknown */
 };
 
 struct model {
@@ -43,13 +43,14 @@ struct model {
     int64_t missed;              /* deadlines missed in a row */
     int64_t time_ns;             /* time of the previous readings */
     double length_m[LEGS];       /* previous readings */
-    bool good_before;            /* nothing about them was doubtful */
+    bool good_before;            /* nothing was doubtful about the previous readings */
     double good_m[LEGS];         /* last readings without a doubt */
-    int64_t good_cycle;          /* their cycle, -1: none yet */
-    int64_t unsure_until;        /* until then a length that jumped may have been believed, so the
-                                  * way back may be a jump as well */
+    int64_t good_cycle;          /* cycle of those readings, -1: none yet */
+    int64_t unsure_until;        /* up to this cycle a length that jumped may have been believed, so
+                                  * that its jump back is allowed too */
     double leg_ref_m[LEGS];      /* reference of the last cycle */
-    double low_m[LEGS], high_m[LEGS]; /* its range since the reading last changed */
+    double low_m[LEGS], high_m[LEGS]; /* range of the reference since the leg's reading last
+                                       * changed */
     int sure_stop, sure_park, maybe_bad; /* bounds of the leaky buckets' levels */
     int good_run;                /* consecutive cycles without a certain doubt */
     uint32_t inputs;
@@ -60,7 +61,8 @@ struct model {
                                               * since a park, -1: none */
     bool retracted;              /* `stop` came after the last start: no test may continue by
                                   * itself */
-    /* reference of the last two cycles while the platform is driven without interruption */
+    /* rate of the reference, from its last two cycles while the platform is driven without
+     * interruption */
     double ref_rate[DOFS];
     bool ref_known, rate_known;
     bool reset;                  /* a fault was reset in this cycle */
@@ -103,7 +105,8 @@ __attribute__((format(printf, 2, 3))) static inline bool broken(struct model *m,
 /* ---- doubts about a sample ---- */
 
 struct doubt {
-    uint32_t sure, maybe; /* FAULT_... that must and that may be seen; `sure` is within `maybe` */
+    uint32_t sure, maybe; /* FAULT_... that the controller must and may detect; `maybe` includes
+                           * `sure` */
 };
 
 static inline void must(struct doubt *d, uint32_t fault, bool when) {
@@ -131,7 +134,7 @@ static inline void doubt_inputs(const struct model *m, const struct seen *s, str
     may(d, FAULT_SUPPLY, !pressure && waited_s > -1.5 * m->params->loop.period_s);
 }
 
-/* The two contacts of an input contradict each other for longer than allowed. */
+/* Doubts an input whose two contacts contradict each other for longer than allowed. */
 static inline void doubt_contacts(struct model *m, const struct seen *s, struct doubt *d) {
     const struct interlock_params *p = &m->params->interlocks;
     uint32_t wired = model_wired(p) | (p->pressure ? INPUT_SUPPLY : 0u);
@@ -265,7 +268,8 @@ static inline bool edge(enum state from, enum state to, const struct cause *c) {
     }
 }
 
-/* Several changes may fall into one cycle. */
+/* True if the state can get from one to the other in a cycle, into which several changes may
+ * fall. */
 static inline bool model_reaches(enum state from, enum state to, const struct cause *c) {
     bool reached[STATES] = {false};
     reached[from] = true;
@@ -326,16 +330,17 @@ static inline bool never_in_faults(struct model *m, const struct seen *s, struct
     return true;
 }
 
-/* Leaky buckets: the lower bound counts certain doubts, the upper bound possible ones. */
+/* Fills a leaky bucket. A bucket that counts only certain doubts is the lower bound of the
+ * controller's, one that counts possible doubts the upper bound. */
 static inline void fill(int *bucket, bool bad) { *bucket = bad ? *bucket + 1 : *bucket > 0 ? *bucket - 1 : 0; }
 
 static inline bool never_blind(struct model *m, const struct seen *s, struct doubt d) {
     const struct cycle *c = &s->out;
     bool waits = c->state == STATE_INIT || m->before.state == STATE_INIT;
-    /* buckets are empty again */
+    /* the controller has emptied its buckets */
     bool anew = m->reset || (c->state == STATE_SETTLED && m->before.state != STATE_SETTLED);
     int limit = waits ? INIT_BAD : m->params->limits.bad_cycles, least = limit;
-    /* the cycle of a reset counts as one in init or not */
+    /* the cycle of a reset may or may not count as a cycle in init */
     if (waits && m->in_state >= INIT_LONGEST) limit = 1;
     if (waits && m->in_state >= INIT_LONGEST - 1) least = 1;
     fill(&m->sure_stop, d.sure & ~MODEL_PARKS & ~(uint32_t)FAULT_OVERRUN);
@@ -349,7 +354,7 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     never(!anew && m->sure_park >= limit && c->state != STATE_FAULT && c->state != STATE_PARKING, "%d samples without pressures, in %s",
           m->sure_park, state_names[c->state]);
     uint32_t patient = c->faults & ~m->before.faults & FAULT_ANY & ~(MODEL_AT_ONCE | (uint32_t)FAULT_OVERRUN);
-    /* an oscillation is watched for long before it is a fault */
+    /* an oscillation becomes a fault after many cycles, and their samples need not be bad */
     if (c->faults & ~m->before.faults & FAULT_OSCILLATION) patient = 0;
     never(!anew && patient && !(d.maybe & (MODEL_AT_ONCE | FAULT_OVERRUN)) && m->maybe_bad < least, "fault %x after %d bad samples of %d",
           (unsigned)patient, m->maybe_bad, least);
@@ -364,14 +369,14 @@ static inline bool never_blind(struct model *m, const struct seen *s, struct dou
     return true;
 }
 
-/* Longest time to park: from the fastest upward move to rest and back down. */
+/* Returns the longest time to park: from the fastest upward move to rest and back down. */
 static inline double model_longest_move_s(const struct model *m) {
     const struct motion_params *p = &m->params->motion;
     double brake_s = 0.25 + 3.0 / sqrt(2.0) * p->rate_mps / p->accel_mps2, far_m = 0.5 + brake_s * p->rate_mps;
     return fmax(p->park_s, brake_s + fmax(15.0 / 8.0 * far_m / p->rate_mps, sqrt(6.0 * far_m / p->accel_mps2)));
 }
 
-/* Every state accepts a stop or a park. */
+/* Checks that every state obeys a stop or a park, and comes to its end in time. */
 static inline bool never_without_end(struct model *m, const struct seen *s) {
     const struct cycle *c = &s->out;
     bool stop = s->command == COMMAND_STOP, park = s->command == COMMAND_PARK, rests = !model_powers(c->state);
@@ -395,9 +400,9 @@ static inline bool never_without_end(struct model *m, const struct seen *s) {
     return true;
 }
 
-/* Bounds of the reference's rate and acceleration. A test is an envelope e (two if it is stopped
- * while it ramps in) times a sinusoid, with |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2; a move
- * keeps its limits or starts from the motion that the test left. */
+/* Computes bounds of the reference's rate and acceleration. A test is an envelope e (two if it is
+ * stopped while it ramps in) times a sinusoid, with |e'| <= 1.5 / ramp and |e''| <= 6 / ramp^2. A
+ * move keeps its limits, or begins with the motion that the test had. */
 static inline void model_motion_limits(const struct model *m, bool test, double rate[DOFS], double acceleration[DOFS]) {
     const struct test_params *t = &m->params->tests;
     const struct motion_params *p = &m->params->motion;
@@ -434,7 +439,7 @@ static inline bool never_in_reference(struct model *m, const struct seen *s) {
         m->ref_rate[i] = now;
     }
     never(!drives && distance(c->ref, c->pose, DOFS) != 0.0, "the reference is not the pose in %s", state_names[c->state]);
-    /* while the supply builds up, the legs are held where they were */
+    /* while the supply builds up, the references are the lengths with which that state began */
     if (c->state != STATE_PRESSURISING) memcpy(m->leg_ref_m, leg_m, sizeof leg_m);
     else if (m->before.state != STATE_PRESSURISING) memcpy(m->leg_ref_m, s->in.length_m, sizeof m->leg_ref_m);
     return true;
@@ -463,7 +468,7 @@ static inline void model_keep(struct model *m, const struct seen *s, struct doub
     if (s->command == COMMAND_STOP || s->command == COMMAND_PARK || c->state == STATE_FAULT || down) m->automatic = false;
     if (m->before.state == STATE_SETTLED && open && !s->read_failed) m->automatic = false;
     bool read = !s->read_failed && !s->unwritten;
-    /* faults that do not discredit the lengths */
+    /* faults that do not make the lengths doubtful */
     uint32_t beside = MODEL_PARKS | FAULT_KINEMATICS | (m->before.state == STATE_PRESSURISING ? FAULT_SUPPLY : 0u);
     bool shakes = c->faults & ~m->before.faults & FAULT_OSCILLATION;
     m->good_before = read && !shakes && !(d.maybe & ~beside);

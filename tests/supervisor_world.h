@@ -25,8 +25,8 @@ enum kind {
     EVENT_CLIENT_GONE,  /* leg: which client */
     EVENT_MAIN_STALLS,
     EVENT_QUIT,        /* the daemon is told to quit */
-    EVENT_RESTART,     /* restarts on the plant as it stands */
-    /* in the readings, for `cycles`, of `leg` */
+    EVENT_RESTART,     /* the daemon restarts on the plant as it is then */
+    /* disturbances of the readings for `cycles`; some disturb only leg `leg` */
     EVENT_LENGTH_NAN,
     EVENT_LENGTH_LOW,
     EVENT_LENGTH_HIGH,
@@ -44,7 +44,7 @@ enum kind {
     EVENT_TWIN,
     EVENT_DEVICE_RESTART,
     EVENT_GAP,
-    /* in back-end and time */
+    /* disturbances of the back-end and of time */
     EVENT_READ_FAILS,
     EVENT_WRITE_FAILS,
     EVENT_STALL,
@@ -69,7 +69,7 @@ struct event {
     int cycle, cycles; /* start and duration */
     enum kind kind;
     int leg;
-    double value;      /* 0..1; a command's number */
+    double value;      /* a number from 0 to 1, or enum command */
 };
 
 /* ---- random numbers ---- */
@@ -103,8 +103,8 @@ int clock_nanosleep(clockid_t id, int flags, const struct timespec *until, struc
 
 /* ---- the plant ---- */
 
-/* Six legs whose speed follows the spool, which follows the command, under a light load: stable
- * with hexid's default gains. They sink without supply. */
+/* The world of the loop. Its plant has six legs whose speed follows the spool, which follows the
+ * command, under a light load: stable with hexid's default gains. They sink without supply. */
 struct world {
     struct hal hal;
     const struct params *params;
@@ -117,11 +117,12 @@ struct world {
     int disturbed_until;
     double value[EVENTS][LEGS];
     double length_m[LEGS], rate_mps[LEGS], spool[LEGS], load_n[LEGS];
-    struct plant *plant;         /* the simulated platform instead; NULL: the cheap plant */
+    struct plant *plant;         /* the simulated platform, used in place of the cheap plant; NULL:
+                                  * the cheap plant */
     double valve[LEGS];          /* spool positions */
     bool level;
     struct power_unit unit;
-    struct hal_command command;  /* command that the device holds */
+    struct hal_command command;  /* command that is in force in the device */
     struct hal_sample last;      /* last delivered sample */
     uint64_t device_seq;
     bool counts;                 /* the device numbers its samples */
@@ -137,7 +138,7 @@ static inline double noise(const struct world *w, int what) {
     return (double)(int64_t)mix(w->seed ^ (uint64_t)w->cycle << 8 ^ (uint64_t)what) * 0x1p-63;
 }
 
-/* Moves the simulated platform instead. */
+/* Moves the simulated platform by a cycle. */
 static inline void plant_move(struct world *w) {
     for (int i = 0; i < LEGS; i++)
         if (!under_way(w, EVENT_VALVE_STICKS, i)) w->valve[i] = w->command.enable ? w->command.valve[i] : 0.0;
@@ -146,8 +147,8 @@ static inline void plant_move(struct world *w) {
     plant_step(w->plant, w->valve);
 }
 
-/* Moves the plant by a cycle. A command holds until the next one; a device's watchdog for missing
- * commands is tested elsewhere (hal/). */
+/* Moves the plant by a cycle. A command remains in force until the next one; a device's watchdog
+ * for missing commands is tested elsewhere (hal/). */
 static inline void world_move(struct world *w) {
     if (w->plant) {
         plant_move(w);

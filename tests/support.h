@@ -16,7 +16,7 @@
 #include "params.h"
 #include "units.h"
 
-/* Uniform in -1..1; the same sequence in every run. */
+/* Returns a random number, uniform in -1..1; the same sequence in every run. */
 static inline double random_unit(uint64_t *state) {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
     return (double)(int64_t)*state / 9223372036854775808.0;
@@ -45,7 +45,8 @@ static inline void all_legs(double of[LEGS], double value) {
     for (int leg = 0; leg < LEGS; leg++) of[leg] = value;
 }
 
-/* The simulated platform with short tests and moves; nothing else differs from the default. */
+/* Returns a configuration of the simulated platform with short tests and moves, otherwise the
+ * default. */
 static inline struct params brisk(void) {
     struct params params;
     config_default(&params);
@@ -81,7 +82,7 @@ static inline void set_effect(struct params *params, const char *name, int key, 
     for (int leg = 0; leg < LEGS; leg++) params->effects[place].value[key][leg] = value;
 }
 
-/* Largest difference of two arrays; NaN if either has a NaN. */
+/* Returns the largest difference of two arrays; NaN if either has a NaN. */
 static inline double distance(const double *a, const double *b, int count) {
     double largest = 0.0;
     for (int i = 0; i < count; i++) {
@@ -105,13 +106,14 @@ static inline double distance(const double *a, const double *b, int count) {
         if (getenv("CHECK")) skip_because("slow cases, left to make test"); \
     } while (0)
 
-/* Number of random cases: all of them under `make test`, every fifth under `make check`. */
+/* Returns the number of random cases: all of them under `make test`, a fifth under `make check`. */
 static inline int random_cases(int all) { return getenv("CHECK") ? all / 5 : all; }
 
-/* First line of a case that takes half a minute: `make test` leaves it to `make test-long`. */
+/* First line of a case that takes half a minute, or some seconds although another case of its kind
+ * runs. `make test` skips it, and `make test-long` runs it. */
 #define long_case()                                                             \
     do {                                                                        \
-        if (!getenv("MORE_CASES")) skip_because("half a minute: make test-long"); \
+        if (!getenv("MORE_CASES")) skip_because("left to make test-long"); \
     } while (0)
 
 /* Sanitizers bring their own allocator, locks and system calls and are ten times slower. Searches

@@ -1,10 +1,11 @@
-/* Figures computed from a stream of cycles, including that of a hostile log. */
+/* Figures computed from a stream of cycles, also of a hostile log. */
 #include "support.h"
 
 #include <stdlib.h>
 
 #include "analysis.h"
 #include "config.h"
+#include "gains.h"
 #include "units.h"
 
 static struct analysis a;
@@ -41,10 +42,40 @@ static void missing_cycles_are_counted(void **unused) {
     assert_int_equal(add_saturated(-3, 5), 2);
 }
 
+/* Takes a cycle of the test of an axis, driven with this kp. */
+static void test(enum dof dof, double kp) {
+    struct cycle c = {.seq = (uint64_t)a.cycles + 1, .in.time_ns = a.cycles * 2000000, .test = (int)dof, .dof = dof};
+    c.gains.value[GAIN_KP] = kp;
+    analysis_take(&a, &c);
+}
+
+/* Returns true if the run is not evaluated because its tests had different gains. */
+static bool mixes_gains(void) {
+    const struct verdict run = analysis_verdicts(&a).run;
+    for (int i = 0; i < run.reasons; i++)
+        if (strstr(run.reason[i], "the gains were changed between its tests")) return run.status != VERDICT_PASS;
+    return false;
+}
+
+static void tests_with_different_gains_are_not_one_result(void **unused) {
+    (void)unused;
+    struct error error;
+    config_default(&params);
+    assert_int_equal(analysis_init(&a, &params, &error), STATUS_OK);
+    test(DOF_X, 40), test(DOF_Y, 40);
+    assert_false(mixes_gains());
+    test(DOF_Z, 45);
+    assert_true(mixes_gains());
+    test(DOF_X, 45), test(DOF_Y, 45); /* these tests replace the earlier ones */
+    assert_false(mixes_gains());
+    analysis_free(&a);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sums_of_what_a_log_says_end_at_the_largest_number),
         cmocka_unit_test(missing_cycles_are_counted),
+        cmocka_unit_test(tests_with_different_gains_are_not_one_result),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

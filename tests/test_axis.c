@@ -1,4 +1,4 @@
-/* One axis: the rig writes CSV; import and gap see nothing else. */
+/* One axis: the rig's CSV file is the only thing that the import and the gap workflow see of it. */
 #include "axis_rig.h"
 
 #include <stdlib.h>
@@ -37,7 +37,8 @@ static void load(struct recording *r) {
     struct log_event event;
     struct cycle cycle;
     char *base = config_text(&params);
-    unlink(log_path); /* otherwise it is set aside and the directory is not empty at the end */
+    unlink(log_path); /* the import would keep an earlier log under another name, and rmdir() at the
+                       * end would fail */
     if (csv_import(&(struct csv_source){.path = directory, .base = base}, log_path, &report, &error)) fail_msg("%s", error.text);
     free(base);
     recording_init(r, &params);
@@ -81,7 +82,7 @@ static void describe(const struct rig *rig, uint64_t seed, const struct gap_resu
     fflush(stdout);
 }
 
-/* Relative error of the values found against the rig's own. */
+/* Returns the relative error of the values found against the rig's own. */
 static double value_error(const struct rig *rig, const struct gap_effect *e) {
     double found = e->values.value[0][0], other = e->values.value[1][0];
     if (rig->coulomb_extend_n > 0.0) return fmax(fabs(found / rig->coulomb_extend_n - 1.0), fabs(other / rig->coulomb_retract_n - 1.0));
@@ -94,13 +95,13 @@ static double value_error(const struct rig *rig, const struct gap_effect *e) {
     return fabs(found / hidden - 1.0);
 }
 
-/* Values must agree within 10 % and the tolerance of the base. The height of the Stribeck peak
- * shows only at low speed. */
+/* Values must agree within 10 % and the tolerance of the base. The height of the Stribeck peak may
+ * be off by 30 %, because it shows only at low speed. */
 static void assert_full_value(const struct rig *rig, const struct gap_effect *e) {
     double found = e->values.value[0][0], other = e->values.value[1][0];
     if (rig->coulomb_extend_n > 0.0) {
-        /* a difference between the two directions is a constant force, which a force sensor knows
-         * to 0.5 % of its force: within two stated deviations */
+        /* a difference between the two directions is a constant force, which a force sensor
+         * measures to only 0.5 % of its force: allow two of the stated deviations */
         assert_close((found + other) / (rig->coulomb_extend_n + rig->coulomb_retract_n), 1.0, 0.1);
         assert_close(found, rig->coulomb_extend_n, fmax(0.1 * rig->coulomb_extend_n, 2.0 * e->std[0][0]));
     } else {
@@ -109,10 +110,10 @@ static void assert_full_value(const struct rig *rig, const struct gap_effect *e)
     }
 }
 
-/* Effects that cannot be told apart. On a cylinder at one load, Coulomb friction can be load-
- * dependent friction; a mass on a level axis can be an error of scale of the position or force
- * sensor, and at one frequency a spring of negative stiffness; at one speed all friction laws
- * agree, and with two pressures a scale error of theirs as well. */
+/* True if the effect cannot be told apart from the rig's. On a cylinder at one load, Coulomb
+ * friction can be load-dependent friction. A mass on a level axis can be an error of scale of the
+ * position or force sensor, and at one frequency a spring of negative stiffness. At one speed all
+ * friction laws agree, and with two pressures also an error of scale of the pressure sensors. */
 static bool alike(const struct rig *rig, const char *name) {
     double friction = rig->coulomb_extend_n + rig->viscous_n_s_per_m + rig->stribeck_n + rig->load_friction + rig->seal_n;
     bool scale = !strcmp(name, "pressure_sensor_scale") || !strcmp(name, "load_dependent_friction");
@@ -128,7 +129,8 @@ static bool in_set(const struct gap_result *g, const char *name) {
     return in;
 }
 
-/* The hidden effect is named alone or in a set of effects that cannot be told apart. */
+/* Asserts that the hidden effect is named, alone or in a set of effects that cannot be told
+ * apart. */
 static void assert_named(const struct rig *rig, const struct gap_result *g) {
     if (!rig->hides) {
         assert_int_equal(g->verdict, GAP_NO_GAP);
@@ -144,16 +146,20 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
         const char *name = effect_table[g->ambiguous_with[i]]->name;
         assert_true(alike(rig, name) || !strcmp(name, rig->hides));
     }
-    /* the rig sticks but the law slides, so noise alone does not bound the residual in the band */
+    /* the rig sticks where the law slides, so the residual may be larger than the noise */
     double law = rig->motion == SINE ? 0.0 : 0.1 * g->held_out_before.overall;
     assert_below(g->held_out_after.overall, fmax(1.2 * g->noise_floor.overall, law));
-    /* One speed in either direction: the residual beyond the excited band does not count. */
+    /* a triangle has one speed in either direction, and the residual beyond its frequencies does
+     * not count */
     if (rig->motion == TRIANGLE && rig->coulomb_extend_n > 0.0) assert_below(g->held_out_after.overall, 0.02);
     if (!rival) assert_full_value(rig, &g->effect[0]);
 }
 
 enum { NOTHING, FRICTION, VISCOUS, STRIBECK, MASS, SEAL, LEAKS, DEAD_BAND, LOAD, ONE_WAY, SPRING, RIGS };
-enum { MECHANICAL = LEAKS }; /* also ONE_WAY and SPRING */
+enum {
+    MECHANICAL = LEAKS
+}; /* the rigs before this one, and ONE_WAY and SPRING, need no
+                              * pressures */
 #define RIG .rate_hz = 1000.0, .stribeck_mps = 0.06
 static const struct rig rigs[RIGS] = {
     [NOTHING] = {RIG},
@@ -169,13 +175,14 @@ static const struct rig rigs[RIGS] = {
     [SPRING] = {RIG, .hides = "external_stiffness", .spring_n_per_m = 6e3},
 };
 
-/* A rig with a cylinder or an electric drive, at several rates, level or upright. */
+/* Returns rig i with a cylinder, or with an electric drive at one of several rates, level or
+ * upright. */
 static struct rig variant(int i, bool electric, int seed) {
     static const double rates_hz[] = {1000.0, 200.0, 5000.0};
     struct rig one = rigs[i];
     one.electric = electric;
     if (electric) one.rate_hz = rates_hz[(i + seed) % 3], one.gravity_mps2 = seed % 2 ? 0.0 : 9.80665;
-    /* Stribeck friction makes it stick, which 200 Hz do not resolve. */
+    /* Stribeck friction makes the rod stick too briefly for 200 Hz. */
     if (electric && one.stribeck_n > 0.0) one.rate_hz = seed % 2 ? 1000.0 : 5000.0, one.stribeck_n = 150.0;
     return one;
 }
@@ -186,7 +193,8 @@ static double base_of(const struct gap_result *g, const char *name) {
     return NAN;
 }
 
-/* A force alone carries no information about oil, valve and supply. */
+/* Asserts that parameters of oil, valve and supply are known for a cylinder only, because a force
+ * alone has no information about them. */
 static void assert_base(const struct rig *rig, const struct gap_result *g) {
     static const char *const oil[] = {"hydraulics.bulk_modulus_pa", "hydraulics.leakage_m3_per_s_pa", "hydraulics.valve_flow_m3_per_s",
                                       "hydraulics.supply_pa",       "hydraulics.valve_damping",       "hydraulics.dead_volume_m3"};
@@ -210,13 +218,13 @@ static void what_a_cylinder_hides_is_named_and_nothing_else(void **unused) {
     (void)unused;
     slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
-    try_all(DEAD_BAND + 1, false, 2);
+    try_all(DEAD_BAND + 1, false, getenv("MORE_CASES") ? 2 : 1);
 }
 
 static void what_an_electric_axis_hides_is_named_by_its_force_alone(void **unused) {
     (void)unused;
     slow_case();
-    try_all(MECHANICAL, true, 3);
+    try_all(MECHANICAL, true, getenv("MORE_CASES") ? 3 : 1);
 }
 
 static void try_in(enum motion motion, int i, bool electric, int seed) {
@@ -228,18 +236,19 @@ static void try_in(enum motion motion, int i, bool electric, int seed) {
     assert_named(&one, &g);
 }
 
-/* Any motion at several rates: half of the cases here, all in `make test-long`. The fitted series
- * rings near a step by more than the noise at 5 kHz, and the seals' computed deflection with it. */
+/* Covers motions at several rates: a third of the cases here, all in `make test-long`. Seals in
+ * steps are left out, because near a step the fitted series rings at 5 kHz by more than the noise,
+ * and the computed deflection of the seals with it. */
 static void what_is_hidden_is_named_in_any_motion(void **unused) {
     (void)unused;
     slow_case();
     bool all = getenv("MORE_CASES");
     for (int motion = TRIANGLE; motion < MOTIONS; motion++)
         for (int i = 0; i < (SANITIZED ? 2 : MECHANICAL); i++)
-            if ((all || (motion + i) % 2) && !(motion == STEPS && i == SEAL)) try_in((enum motion)motion, i, true, motion);
+            if ((all || (motion + i) % 3 == 1) && !(motion == STEPS && i == SEAL)) try_in((enum motion)motion, i, true, motion);
 }
 
-/* Pressures take ten times as long to tell apart. The corners of a triangle are sharper than the
+/* Cases with two pressures take ten times as long. The corners of a triangle are sharper than the
  * rows resolve and could be taken for other effects. A mass hardly shows in slow motions; a dead
  * band in point-to-point motion comes with a zero error of the pressure sensors. */
 static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
@@ -255,14 +264,15 @@ static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
         for (size_t i = 0; i < sizeof shows / sizeof *shows; i++) try_in((enum motion)motion, shows[i], false, motion);
 }
 
-/* The lag belongs to the base up to an amplifier's own; beyond that it is an effect with a cut-off
+/* A lag no longer than an amplifier's belongs to the base; a longer one is an effect with a cut-off
  * frequency. */
 static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused) {
     (void)unused;
     slow_case();
     static const enum motion motions[] = {TRIANGLE, CHIRP, STEPS, MULTISINE, RESTS};
+    size_t step = SANITIZED ? 5 : getenv("MORE_CASES") ? 1 : 3;
     static struct gap_result g;
-    for (size_t i = 0; i < (SANITIZED ? 1 : sizeof motions / sizeof *motions); i++) {
+    for (size_t i = 0; i < sizeof motions / sizeof *motions; i += step) {
         struct rig rig = {RIG, .electric = true, .motion = motions[i], .force_lag_s = 8e-4};
         solve(&rig, i + 1, &g);
         describe(&rig, i + 1, &g);
@@ -275,8 +285,8 @@ static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused)
     }
 }
 
-/* Only a weight of known mass tells it from a position that reads too small, so the set is
- * named. */
+/* A force sensor that reads too much and a position sensor that reads too little look the same
+ * unless a weight is known, so both are named. */
 static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void **unused) {
     (void)unused;
     slow_case();
@@ -289,13 +299,13 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
         bool in_set = g.effects == 1 && g.effect[0].effect == scale;
         for (int i = 0; i < g.ambiguous; i++) in_set = in_set || g.ambiguous_with[i] == scale;
         assert_true(in_set && g.verdict == GAP_AMBIGUOUS);
-        /* the base knows the mass to 1 % */
+        /* tolerance: the base determines the mass, and so the scale, to 1 % */
         if (g.effect[0].effect == scale) assert_close(g.effect[0].values.value[0][0], 1.06, 0.02);
     }
 }
 
-/* Friction of seals varies along the stroke, which no law describes. Variation by a fifth leaves
- * dry friction named; by three fifths it is named beside a remainder. */
+/* Friction of seals varies along the stroke, which no law describes. If it varies by a fifth, dry
+ * friction is still named; by three fifths, it is named together with a remainder. */
 static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     (void)unused;
     slow_case();
@@ -303,7 +313,7 @@ static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     static struct gap_result g;
     struct rig rig = rigs[FRICTION];
     rig.electric = true, rig.coulomb_extend_n = rig.coulomb_retract_n = 300.0;
-    for (size_t i = 0; i < (SANITIZED ? 2 : sizeof motions / sizeof *motions); i++) {
+    for (size_t i = 0; i < (getenv("MORE_CASES") ? sizeof motions / sizeof *motions : 2); i++) {
         rig.motion = motions[i], rig.along_stroke = 0.2;
         solve(&rig, 11, &g);
         describe(&rig, 11, &g);
@@ -322,7 +332,7 @@ static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     assert_true(g.certainty >= 0.95 && g.statements > 0);
 }
 
-/* The two are inherently alike on one axis. */
+/* On one axis, friction in one direction and a constant force look the same. */
 static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(void **unused) {
     (void)unused;
     static struct gap_result g;
@@ -334,12 +344,13 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
     assert_string_equal(effect_table[g.effect[0].effect]->name, "cylinder_coulomb_friction");
     assert_close(g.effect[0].values.value[0][0] / 120.0, 1.0, 0.1);
     assert_close(g.effect[0].values.value[1][0] / 40.0, 1.0, 0.1);
-    /* the alternative yields nearly the same data */
+    /* this case, the alternative, yields nearly the same data */
     rig.coulomb_extend_n = rig.coulomb_retract_n = 80.0, rig.offset_n = -40.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
     assert_true(g.verdict == GAP_AMBIGUOUS && g.offset_rival);
-    /* too much for friction in one direction, for example the weight of a level axis */
+    /* this force is too large for friction in one direction; it may be the weight of an axis that
+     * is not level */
     rig.offset_n = -300.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
@@ -349,7 +360,7 @@ static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(vo
     assert_close(base_of(&g, "axis.force_offset_n"), -300.0, 10.0);
     assert_non_null(strstr(g.reason, " N too low throughout: zeros of the force or pressure sensors, or another weight than "));
     rig.offset_n = -40.0;
-    /* alone it is a sensor's zero and no finding */
+    /* a constant force alone is a zero error of the sensor, and no finding */
     rig.coulomb_extend_n = rig.coulomb_retract_n = 0.0;
     solve(&rig, 1, &g);
     describe(&rig, 1, &g);
@@ -364,10 +375,11 @@ static const struct gap_effect *found(const struct gap_result *g, const char *na
     return NULL;
 }
 
-/* A load that falls as the rod extends is a spring of negative stiffness, as a crane's boom or an
- * inverted pendulum has it, and no mass. */
+/* A load that falls as the rod extends is a spring of negative stiffness, such as a crane's boom or
+ * an inverted pendulum, and no mass. */
 static void a_spring_of_either_sign_is_found_beside_friction(void **unused) {
     (void)unused;
+    slow_case();
     static struct gap_result g;
     static const double springs_n_per_m[] = {-8e3, 8e3};
     for (size_t i = 0; i < 2; i++) {
@@ -383,6 +395,51 @@ static void a_spring_of_either_sign_is_found_beside_friction(void **unused) {
 }
 
 typedef void change(struct recording_sample *s);
+
+/* A robot's joint turned to and fro: its inertia is less than half of what is stated, its friction
+ * differs a little along the way and its gear has teeth, so that a remainder is left. */
+static void write_joint(uint64_t seed) {
+    FILE *f = fopen(csv_path, "w");
+    assert_non_null(f);
+    fprintf(f, "# mechanism: axis\n# dof: none\nt_s,position_m,force_n\n");
+    for (int i = 0; i < 5500; i++) {
+        double t = 0.01 * i, w = 2.0 * PI * 0.1, x = 1.55 * sin(w * t), v = 1.55 * w * cos(w * t), wave = 2.0 * PI * x;
+        double dry = 1.34 * (1.0 + 0.03 * sin(wave / 1.7 + 1.0)), viscous = 2.2 * (1.0 + 0.03 * sin(wave / 0.9));
+        double force = -0.4 * w * w * x + dry * tanh(v / 5e-3) + viscous * v + 0.3 * sin(14.0 * wave) + 0.1 * gauss(&seed);
+        fprintf(f, "%.3f,%.6f,%.5f\n", t, x + 1e-5 * gauss(&seed), force);
+    }
+    fclose(f);
+}
+
+/* A sensor's error is as small on a small machine as on a large one, and a friction of 1 N is as
+ * likely there as one of a kilonewton elsewhere. */
+static void a_small_machine_lacks_a_mass_and_not_a_sensor(void **unused) {
+    (void)unused;
+    struct params given = params;
+    params.axis.mass_kg = 1.0, params.loop.period_s = 0.01;
+    for (int leg = 0; leg < LEGS; leg++) params.actuator.stroke_m[leg] = 3.8, params.hydraulics.viscous_n_s_per_m[leg] = 0.0;
+    for (uint64_t seed = 1; seed < 4; seed++) {
+        struct recording r;
+        struct gap_result g;
+        struct gap_options options = {.replay = GAP_MOTION, .simulate = true, .threads = 2};
+        struct error error;
+        write_joint(seed);
+        load(&r);
+        int status = recording_check(&r, &error);
+        if (!status) status = gap_solve(&params, &r, NULL, &options, &g, NULL, &error);
+        if (status) fail_msg("%s", error.text);
+        recording_free(&r);
+        print_message("# %s", gap_verdict_names[g.verdict]);
+        for (int i = 0; i < g.effects; i++) print_message(" %s", effect_table[g.effect[i].effect]->name);
+        print_message("\n");
+        assert_non_null(found(&g, "cylinder_viscous_friction"));
+        for (int i = 0; i < g.effects; i++) {
+            enum effect_family family = effect_table[g.effect[i].effect]->family;
+            assert_true(family != EFFECT_SENSORS && family != EFFECT_TIMING);
+        }
+    }
+    params = given;
+}
 
 static void flip_force(struct recording_sample *s) { s->force_n[0] = -s->force_n[0]; }
 static void flip_position(struct recording_sample *s) { s->length_m[0] = -s->length_m[0]; }
@@ -441,8 +498,8 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     }
 }
 
-/* Bursts may fall anywhere: the fitted series bridges them, and segments too noisy for that are
- * omitted (at 100 Hz). */
+/* The bursts fall anywhere: the fitted series bridges them, and segments that become too noisy (at
+ * 100 Hz) are left out. */
 static void rows_lost_in_bursts_cost_nothing(void **unused) {
     (void)unused;
     slow_case();
@@ -464,7 +521,7 @@ static void rows_lost_in_bursts_cost_nothing(void **unused) {
     }
 }
 
-/* People omit the reversals, and nobody can know what happened there. */
+/* Users leave the reversals out of a record, and then the motion there is unknown. */
 static void a_record_without_its_reversals_is_refused(void **unused) {
     (void)unused;
     slow_case();
@@ -501,8 +558,8 @@ static void print_row(int i, bool electric, enum motion motion, int seeds) {
     fflush(stdout);
 }
 
-/* The table covers the sine or, with a second argument, every other motion; leakage, dead band and
- * load-dependent friction need pressures. */
+/* Prints the table for the sine or, with a second argument, for every other motion. Leakage, dead
+ * band and load-dependent friction need pressures. */
 static void print_table(int seeds, enum motion first, enum motion last) {
     for (int electric = 1; electric >= 0; electric--)
         for (int motion = (int)first; motion <= (int)last; motion++)
@@ -529,6 +586,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(friction_that_differs_along_the_stroke_is_friction),
         cmocka_unit_test(a_spring_of_either_sign_is_found_beside_friction),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
+        cmocka_unit_test(a_small_machine_lacks_a_mass_and_not_a_sensor),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -1,5 +1,5 @@
-/* The bus: messages arrive as sent, invalid ones are dropped by the first that sees them, and
- * errors of opening name the remedy. Runs in its own network namespace. */
+/* The bus: messages arrive as sent, invalid ones are dropped on receipt, and errors of opening name
+ * the remedy. Runs in its own network namespace. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -20,7 +20,7 @@ static bool isolated; /* this process has its own network namespace */
 static void connect_loopback(void) {
     static bool done;
     if (!isolated) skip_because("this system allows no network namespace");
-    if (!done) /* the remedy of the documentation, copied */
+    if (!done) /* the commands that the documentation gives as the remedy */
         assert_int_equal(system("ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"), 0);
     done = true;
 }
@@ -34,7 +34,7 @@ static struct bus *open_bus(const char *prefix, enum bus_source source) {
     return b;
 }
 
-/* Returns the size of the next message, -1 when none comes. */
+/* Returns the size of the next message, -1 if no message comes. */
 static int next(struct bus *b, struct bus_message *m) {
     for (int got; (got = bus_receive(b, m)) || bus_wait(b, 200) == 1;)
         if (got == 1) return m->size;
@@ -133,7 +133,8 @@ static void another_hosts_messages_are_for_who_wants_them(void **unused) {
     int from_there = next(anyone, &m), refused = next(host, &m), taken[2];
     struct error error;
     static const char *const lists[] = {"10.77.0.3", " 10.0.0.1,10.77.0.2"};
-    for (int i = 0; i < 2; i++) { /* another host's address alone, and the sender's among others */
+    for (int i = 0; i < 2; i++) { /* first without the sender's address, then with it among
+                                   * others */
         assert_int_equal(bus_allow(host, lists[i], &error), STATUS_OK);
         sent |= system("ip netns exec hexid_other bash -c 'printf \"LC02\\0\\0\\0\\0HEXID_COMMAND\\0park\" >/dev/udp/239.255.76.67/7667'");
         taken[i] = next(host, &m);
@@ -150,8 +151,8 @@ static void another_hosts_messages_are_for_who_wants_them(void **unused) {
     bus_close(anyone), bus_close(host);
 }
 
-/* The interface's own address stands beside the documented multicast route. Senders with a
- * connected socket, as LCM's own, go out by the network; others by the route. */
+/* An interface with an address of its own exists beside the documented multicast route. Senders
+ * with a connected socket, such as LCM's own, send by that interface; others by the route. */
 static void beside_a_networks_address_both_ways_are_heard(void **unused) {
     (void)unused;
     static const char *const routes[] = {"lo", "g0"};
@@ -248,7 +249,7 @@ static int ttl_of(const char *url) {
     return ttl;
 }
 
-/* SAFETY: the system's own default would be 1. */
+/* SAFETY: without a setting the system's ttl would be 1, and messages would leave this host. */
 static void the_stream_stays_on_this_host_unless_the_url_says_otherwise(void **unused) {
     (void)unused;
     connect_loopback();
@@ -258,8 +259,8 @@ static void the_stream_stays_on_this_host_unless_the_url_says_otherwise(void **u
     assert_int_equal(ttl_of("udpm://239.255.76.67:7667?ttl=2"), 2);
 }
 
-/* liblcm's own default kept 30. More than 200 might exceed the socket's buffer, which no process
- * could help. */
+/* liblcm's default socket buffer kept 30 messages. More than 200 may exceed the largest buffer that
+ * the system permits a process. */
 static void two_hundred_messages_wait_for_a_slow_reader(void **unused) {
     (void)unused;
     enum { MESSAGES = 200 };
@@ -275,7 +276,8 @@ static void two_hundred_messages_wait_for_a_slow_reader(void **unused) {
     bus_close(b);
 }
 
-/* A user namespace gives the root that `ip` needs. */
+/* Moves this process into a network namespace of its own. Without privileges it also needs a user
+ * namespace, because `ip` must run as its root. */
 static bool isolate(void) {
     unsigned user = geteuid();
     if (unshare(CLONE_NEWNET) == 0) return true;

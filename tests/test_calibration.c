@@ -71,7 +71,8 @@ static void it_learns_as_least_squares_with_one_more_row(void **unused) {
     }
 }
 
-/* The surprise of a reading is its distance from what was expected, in deviations of both. */
+/* The surprise of a reading is its distance from the expected value, in standard deviations of both
+ * together. */
 static void a_reading_surprises_by_its_distance(void **unused) {
     (void)unused;
     struct calibration row = {.std = 0.3};
@@ -93,7 +94,8 @@ static void errors_that_do_not_exist_learn_nothing(void **unused) {
     assert_true(e.value[UNKNOWN_SYSTEMATIC] == 0.0 && e.surprise[CALIBRATION_WEIGHT] == 0.0);
 }
 
-/* A leg on its stop reads its zero, and by its gain what the stop is shorter than neutral. */
+/* The reading of a leg on its stop contains its zero error, and its gain error times the distance
+ * of the stop from neutral. */
 static void the_configuration_holds_the_measurements(void **unused) {
     (void)unused;
     struct calibration row[CALIBRATIONS];

@@ -46,7 +46,7 @@ enum { FILES = 2 };
 
 static bool alone(const struct can_dictionary *d, const struct can_object *o) { return o->sub == 0 && can_object_find(d, o->index, 1) < 0; }
 
-/* Objects that the profiles allow in a PDO. */
+/* True for objects that the profiles allow in a PDO. */
 static bool mappable(const struct can_object *o) { return o->index >= 0x6000 && o->sub && o->access != CAN_CONST; }
 
 static void has_every_object(const char *eds, const struct can_dictionary *d) {
@@ -80,7 +80,8 @@ static void has_nothing_else(const char *eds, const struct can_dictionary *d) {
     assert_int_equal(objects, d->count);
 }
 
-/* The object lists, and each record's number of sub-objects. */
+/* Asserts that the object lists name every index once, and that the number of sub-objects is right
+ * for each record. */
 static void lists_every_index_once(const char *eds, const struct can_dictionary *d) {
     static const char *const lists[] = {"MandatoryObjects", "OptionalObjects", "ManufacturerObjects"};
     int listed = 0, indices = 0;

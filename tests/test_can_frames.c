@@ -1,4 +1,4 @@
-/* Frames as the standard has them, and what they take of the bus. */
+/* Frames agree with the standard, and so does the time that they take on the bus. */
 #include "can_bus_rig.h"
 
 #include "can_frames.h"
@@ -26,7 +26,7 @@ static void tpdo_comes_back_as_it_was(void **state) {
     }
 }
 
-/* Frames of CiA 301, 7.2.4.3.3 and 7.2.4.3.6. */
+/* The expected bytes are from CiA 301, 7.2.4.3.3 and 7.2.4.3.6. */
 static void sdo_frames_are_the_standards(void **state) {
     static const uint8_t write_1017[8] = {0x2b, 0x17, 0x10, 0x00, 0xe8, 0x03, 0, 0}, read_1000[8] = {0x40, 0x00, 0x10, 0x00},
                          written[8] = {0x60, 0x17, 0x10, 0x00}, is_198[8] = {0x43, 0x00, 0x10, 0x00, 0x98, 0x01},

@@ -1,6 +1,6 @@
-/* The whole back-end and the whole device, each on a socket pair instead of a CAN socket, with the
- * test in control of the bus between them: a stalled bus, bus-off, a full transmit queue. vcan
- * offers none of these, and sanitizers do not start where vcan exists. */
+/* The whole back-end and the whole device, each on a socket pair instead of a CAN socket. The test
+ * controls the bus between them: it stalls, goes bus-off, or fills the transmit queue. vcan offers
+ * none of these, and sanitizers do not start where vcan exists. */
 #include "support.h"
 
 #include <linux/can/error.h>
@@ -25,7 +25,8 @@
 int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                            struct error *error);
 
-static bool marking; /* own frames would be echoed marked, so every frame seen is another's */
+static bool marking; /* the sockets claim to mark echoes of own frames, so that every unmarked frame
+                      * counts as another's */
 
 /* Linked in place of can_socket_open (Makefile): the interface's name is a socket's number. */
 int __wrap_can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
@@ -41,7 +42,7 @@ int64_t __wrap_can_realtime_ns(void);
 static _Atomic int64_t set_back_ns; /* the clock was set back by this since the kernel stamped the
                                      * frames */
 
-/* Linked in place of can_realtime_ns, except for the stamps. */
+/* Linked in place of can_realtime_ns; the kernel's stamps stay as they are. */
 int64_t __wrap_can_realtime_ns(void) { return __real_can_realtime_ns() - set_back_ns; }
 
 enum { THEIRS, OURS };
@@ -52,12 +53,13 @@ struct world {
     struct device *device;
     int daemon[2], plant[2];
     pthread_t bus_thread, device_thread;
-    pthread_mutex_t bus; /* while the test holds it, the bus stalls */
+    pthread_mutex_t bus; /* locked by the test to stall the bus */
     bool still;          /* the bus is stalled */
-    sem_t answered;      /* posted when all TPDOs since the last SYNC are there */
+    sem_t answered;      /* posted when all TPDOs since the last SYNC have come */
     int64_t written_ns;
     bool supply;         /* level of the life sign for the supply */
-    int stalls;          /* stalls of the host: no answer in time, or the nodes' watchdogs */
+    int stalls;          /* number of stalls of the host, after which no answer came in time or the
+                          * nodes' watchdogs fired */
     _Atomic bool bus_stop, device_stop;
 };
 
@@ -145,7 +147,7 @@ static int end(void **state) {
     release_bus(w);
     if (w->hal) hal_can.close(w->hal);
     atomic_store(&w->bus_stop, true);
-    /* it may be blocked on a daemon that no longer reads */
+    /* the bus thread may be blocked, because the daemon no longer reads */
     while (pthread_tryjoin_np(w->bus_thread, NULL)) take(w->daemon[THEIRS], &f);
     atomic_store(&w->device_stop, true);
     pthread_join(w->device_thread, NULL);
@@ -169,7 +171,8 @@ static int write_all(struct world *w, double valve) {
     return hal_can.write(w->hal, &command);
 }
 
-/* Returns false if no answer comes: a cycle that waits for a TPDO requests none. */
+/* Waits for the nodes' TPDOs. Returns false if they do not come, because a cycle that pauses for a
+ * late TPDO sends no SYNC. */
 static bool answered(struct world *w) {
     struct timespec until;
     clock_gettime(CLOCK_MONOTONIC, &until);
@@ -194,8 +197,9 @@ static void wait_for_period(struct world *w) {
     w->written_ns = monotonic_ns();
 }
 
-/* Takes at least a period, because the device takes a SYNC that comes too soon for a repetition. On
- * return the next cycle's readings have arrived. */
+/* Runs one cycle, and returns -1 if its command was not written. It takes at least a period,
+ * because the device takes a SYNC that comes too soon for a repetition. On return the next cycle's
+ * readings have arrived. */
 static int try_cycle(struct world *w, double valve, struct hal_sample *s) {
     wait_for_period(w);
     *s = read_now(w, 0);
@@ -205,7 +209,7 @@ static int try_cycle(struct world *w, double valve, struct hal_sample *s) {
     return 0;
 }
 
-/* Commands the centre in every cycle until a command is taken and all nodes have answered. */
+/* Commands the centre in every cycle until a command is written and all nodes have answered. */
 static void centre(struct world *w) {
     for (bool taken = false; !taken;) {
         wait_for_period(w);
@@ -216,8 +220,8 @@ static void centre(struct world *w) {
     while (answered(w)) continue;
 }
 
-/* Runs one cycle on a working bus. If the host itself stalled for the nodes' watchdog, the nodes
- * have rightly left operational and are started again first. */
+/* Runs one cycle on a working bus. If the host itself stalled until the nodes' watchdogs fired, the
+ * nodes have rightly left operational and are started again first. */
 static struct hal_sample cycle(struct world *w, double valve) {
     struct hal_sample s;
     char text[200];
@@ -231,7 +235,7 @@ static struct hal_sample cycle(struct world *w, double valve) {
     return s;
 }
 
-/* Commands the centre until all is well again. */
+/* Commands the centre until samples are fresh and valid again. */
 static void recovers(struct world *w) {
     centre(w);
     for (int i = 0; cycle(w, 0.0).flags & (SAMPLE_INVALID | SAMPLE_STALE); i++) assert_true(i < 100);
@@ -274,7 +278,7 @@ static void the_supply_is_there_while_its_output_changes_and_the_inputs_say_so(v
     assert_int_equal(pump(w, false).inputs, INPUTS_ALL & ~INPUT_SUPPLY);
     assert_int_equal(pump(w, true).inputs, INPUTS_ALL);
     struct hal_sample s;
-    do { /* as the loop does on a fault */
+    do { /* centres the valves as the loop does on a fault */
         s = read_now(w, 0);
         hal_can.safe(w->hal);
         answered(w);
@@ -316,7 +320,8 @@ static void a_bus_that_stands_still_is_given_three_cycles_and_then_the_centre_on
 static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) {
     slow_case();
     struct world *w = *state;
-    int two = 3200; /* the kernel doubles it: two cycles' frames and one more */
+    int two = 3200; /* size of the send buffer, which the kernel doubles: room for two cycles'
+                     * frames and one more */
     for (int i = 0; i < 5; i++) cycle(w, 0.0);
     assert_int_equal(setsockopt(w->daemon[THEIRS], SOL_SOCKET, SO_SNDBUF, &two, sizeof two), 0);
     halt_bus(w);
@@ -325,7 +330,7 @@ static void a_full_transmit_queue_fails_the_write_and_is_got_over(void **state) 
         read_now(w, 0);
         if (write_all(w, 0.0)) break;
     }
-    assert_true(written < 3); /* limited by the queue before the count of three */
+    assert_true(written < 3); /* the full queue fails the write before three SYNCs are unechoed */
     release_bus(w);
     recovers(w);
 }
@@ -374,7 +379,8 @@ static void a_frame_came_neither_in_the_future_nor_before_the_last_one(void **st
     assert_int_equal(can_came_ns(1000, 10, 995), 995);
 }
 
-/* Waits for a heartbeat of that state from the plant's node, behind which its tick has ended. */
+/* Waits for a heartbeat with that state from the plant's node. When it comes, the node's tick has
+ * ended. */
 static void await_state(struct world *w, int node, enum can_state awaited) {
     const struct can_frame beat = can_frame_heartbeat(node, awaited);
     for (struct can_frame f = {0}; f.can_id != beat.can_id || f.data[0] != beat.data[0];)
@@ -387,7 +393,8 @@ static double length_m(struct world *w, int64_t now_ns) {
     return s.length_m[0];
 }
 
-/* Nobody sends a SYNC any more; the device's own watchdog would let it move for a second. */
+/* Nobody sends a SYNC any more; with the device's own watchdog alone the machine would move for a
+ * second. */
 static void nodes_out_of_operational_centre_their_valves_without_a_sync(void **state) {
     struct world *w = *state;
     const struct can_frame out = can_frame_nmt(NMT_PREOPERATIONAL, 0);
@@ -421,7 +428,7 @@ static void its_end_takes_the_nodes_out_of_operational(void **state) {
     assert_true(told);
 }
 
-/* hexid does not start whichever of another master's frames it hears, and sends nothing itself. */
+/* hexid does not start, and sends nothing, if it receives any of another master's frames. */
 static void another_master_on_the_bus_is_not_disturbed_by_a_start(void **state) {
     const struct can_frame theirs[] = {can_frame_sync(), can_frame_rpdo(1, (int16_t[]){0, 0, 0}), can_frame_nmt(NMT_START, 0),
                                        can_frame_heartbeat(CAN_MASTER, CAN_OPERATIONAL)};

@@ -48,12 +48,13 @@ static void another_masters_first_frame_flags_the_next_sample(void **state) {
         assert_int_equal(cycle(&w, centre).flags, 0);
         uint64_t syncs = w.master.syncs;
         can_master_receive(&w.master, &theirs[i], false, w.now_ns);
-        assert_int_equal(w.master.syncs, syncs); /* opens no window for inputs */
+        assert_int_equal(w.master.syncs, syncs); /* another master's SYNC opens no window */
         assert_non_null(strstr(condition(&w, text), "another master: "));
         assert_true(cycle(&w, centre).flags & SAMPLE_FOREIGN);
-        /* flagged once; the fault stays latched */
+        /* only one sample is flagged, because the supervisor latches the fault */
         assert_false(cycle(&w, centre).flags & SAMPLE_FOREIGN);
-        can_master_receive(&w.master, &theirs[i], true, w.now_ns); /* our own frame, echoed */
+        can_master_receive(&w.master, &theirs[i], true, w.now_ns); /* our own frame comes back as an
+                                                                    * echo */
         assert_false(cycle(&w, centre).flags & SAMPLE_FOREIGN);
         cycles(&w, 5, centre); /* one surplus SYNC has passed */
     }
@@ -72,7 +73,7 @@ static void a_node_of_another_master_is_left_alone_until_that_one_is_gone(void *
     (void)state;
     power_on(&w);
     can_node_receive(&w.node[4], &claim, w.now_ns, &q);
-    w.wire.lose_heartbeat = true; /* our heartbeat, which would keep the other master's claim
+    w.wire.lose_heartbeat = true; /* otherwise our heartbeat would keep the other master's claim
                                    * alive */
     for (int i = 0; i < 2 * CYCLES_TO_RUN; i++) {
         can_node_receive(&w.node[4], &beat, w.now_ns, &q);
@@ -128,7 +129,7 @@ static void sdo_cannot_move_a_valve_nor_break_the_mapping(void **state) {
     (void)state;
     bring_up(&w);
     assert_int_equal(write_object(&w.node[0], 0x6300, 1, 2, 20000), SDO_DENIED);
-    /* refused because the PDO is valid */
+    /* refused because the PDO is switched on */
     assert_int_equal(write_object(&w.node[0], 0x1600, 1, 4, MAP_DUMMY), SDO_DENIED);
     assert_int_equal(write_object(&w.node[0], 0x1400, 5, 4, 20), SDO_SIZE);
     assert_int_equal(write_object(&w.node[0], 0x1000, 0, 4, 1), SDO_READ_ONLY);

@@ -9,7 +9,7 @@ static void inputs_are_what_was_latched_at_the_sync_before(void **state) {
     for (unsigned inputs = 0; inputs <= 0xff; inputs++) {
         w.reading[CAN_IO - 1].inputs = (uint8_t)inputs;
         cycle(&w, centre);
-        w.reading[CAN_IO - 1].inputs = (uint8_t)~inputs; /* change after the SYNC */
+        w.reading[CAN_IO - 1].inputs = (uint8_t)~inputs; /* the inputs change after the SYNC */
         struct hal_sample s = cycle(&w, centre);
         assert_int_equal(s.flags, 0);
         assert_int_equal(s.inputs, inputs & INPUTS_ALL);
@@ -33,7 +33,7 @@ static void an_input_is_closed_where_both_of_its_contacts_say_so_and_told_where_
     }
 }
 
-/* A leg's TPDO is lost in the cycle in which the door opens or its contacts contradict. */
+/* In the cycle in which the door opens or its contacts contradict, a leg's TPDO is lost. */
 static void what_opens_or_contradicts_does_not_wait_for_the_sample_to_be_whole(void **state) {
     (void)state;
     for (int inverse = 0; inverse < 2; inverse++) {
@@ -78,7 +78,7 @@ static void without_node_7_nothing_is_closed_and_no_sample_is_whole(void **state
     assert_false(can_master_ready(&w.master));
     assert_string_equal(condition(&w, text), "node 7 lost");
     w.wire.dead_node = 0;
-    s = cycles(&w, 500, centre); /* asks twice a second */
+    s = cycles(&w, 500, centre); /* the master asks a lost node twice a second */
     assert_int_equal(s.flags, 0);
     assert_int_equal(s.inputs, INPUTS_ALL);
 }
@@ -115,7 +115,8 @@ static void the_supply_output_changes_with_every_command_and_not_without(void **
     assert_int_equal(changes(&w, 100), 100);
 }
 
-/* Every second cycle waits for the late leg; a level sent as commanded would look constant. */
+/* Every second cycle waits for the late leg, so an output that follows the commands would seem
+ * constant. */
 static void the_supply_output_changes_where_every_second_cycle_waits(void **state) {
     struct world w;
     (void)state;
@@ -158,7 +159,8 @@ static void without_its_rpdo_or_the_heartbeat_the_supply_output_is_off(void **st
         w.wire.lose_heartbeat = lost == 1;
         int left = 0;
         for (; w.node[CAN_IO - 1].state == CAN_OPERATIONAL; left++) cycle(&w, some);
-        assert_in_range(left, lost ? 48 : 9, lost ? 80 : 12); /* 150 ms; 20 ms */
+        assert_in_range(left, lost ? 48 : 9, lost ? 80 : 12); /* time-out of the heartbeat, 150 ms,
+                                                               * or of the RPDO, 20 ms */
         assert_int_equal(can_node_output(&w.node[CAN_IO - 1]), 0);
         assert_int_equal(w.node[CAN_IO - 1].errors, 1u << (lost ? CAN_ERROR_HEARTBEAT : CAN_ERROR_RPDO_TIMEOUT));
         assert_true(cycle(&w, centre).flags & SAMPLE_INVALID);

@@ -1,4 +1,5 @@
-/* Nodes that are lost, reset or in error, and a bus that fails: what the master says and does. */
+/* Nodes that are lost, reset or in error, and a bus that fails: what the master reports and
+ * does. */
 #include "can_bus_rig.h"
 
 #include <linux/can/error.h>
@@ -28,7 +29,7 @@ static void without_the_daemons_heartbeat_the_valves_are_centred(void **state) {
     cycle(&w, some);
     left = 0;
     while (left < 200 && w.node[0].state == CAN_OPERATIONAL) cycle(&w, some), left++;
-    assert_true(left < 80); /* 150 ms and one cycle */
+    assert_true(left < 80); /* limit: the heartbeat's time-out, 150 ms, and some cycles */
     assert_int_equal(can_node_output(&w.node[0]), 0);
 }
 
@@ -64,7 +65,8 @@ static void a_node_that_was_reset_is_set_up_again_and_meanwhile_nothing_is_valid
     assert_int_equal(w.master.boots, CAN_NODES + 1);
 }
 
-/* The node boots unheard and then stays silent, because its heartbeat is off until set-up. */
+/* The node's boot-up is lost, and then the node stays silent, because its heartbeat is off until
+ * set-up. */
 static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state) {
     struct world w;
     struct can_queue unheard = {0};
@@ -75,12 +77,13 @@ static void a_lost_node_that_keeps_silent_is_asked_and_set_up_again(void **state
     cycles(&w, 500, centre);
     assert_int_equal(w.master.peer[2].phase, CAN_LOST);
     w.wire.dead_node = 0;
-    struct hal_sample s = cycles(&w, 500, centre); /* asks twice a second */
+    struct hal_sample s = cycles(&w, 500, centre); /* the master asks a lost node twice a second */
     assert_true(can_master_ready(&w.master));
     assert_int_equal(s.flags, 0);
 }
 
-/* The platform handles a missing pressure; the node's EMCY 0x5000 adds nothing. */
+/* The platform handles a missing pressure; the node's EMCY 0x5000 does not make the sample
+ * invalid. */
 static void a_pressure_that_is_missing_is_no_number_and_the_sample_is_good_for_the_rest(void **state) {
     struct world w;
     (void)state;
@@ -188,7 +191,7 @@ static void all_nodes_lost_are_told_as_all_and_one_as_one(void **state) {
     assert_string_equal(condition(&w, text), "another master: frame (0x7ff), node 7 EMCY 0xff00");
 }
 
-/* The node still believes that it runs, and a running node refuses to have its watchdogs set. */
+/* The node is still operational, and an operational node refuses to have its watchdogs set. */
 static void a_lost_node_that_is_still_operational_is_halted_and_set_up(void **state) {
     struct world w;
     (void)state;

@@ -1,4 +1,4 @@
-/* The master's samples and commands: whose cycle they belong to, and when they are good. */
+/* The master's samples and commands: which cycle they belong to, and when they are valid. */
 #include "can_bus_rig.h"
 
 #include "can_frames.h"
@@ -8,12 +8,12 @@ static void every_command_reaches_its_own_leg_with_the_sync(void **state) {
     (void)state;
     bring_up(&w);
     cycle(&w, some);
-    /* within half a step */
+    /* tolerance: half a step of 16 bits */
     for (int i = 0; i < LEGS; i++) assert_close(can_node_output(&w.node[i]) / 32767.0, some[i], 0.5 / 32767);
     struct can_frame rpdo = can_frame_rpdo(0, (int16_t[]){1, 2, 3});
     struct can_queue q = {0};
     can_node_receive(&w.node[0], &rpdo, w.now_ns, &q);
-    /* takes effect only at the next SYNC */
+    /* the new command takes effect only at the next SYNC */
     assert_close(can_node_output(&w.node[0]) / 32767.0, some[0], 0.5 / 32767);
 }
 
@@ -23,7 +23,7 @@ static void the_sample_is_what_was_latched_at_the_sync_before(void **state) {
     bring_up(&w);
     cycle(&w, centre);
     int64_t sync_ns = w.now_ns;
-    w.reading[3].position = 1900000; /* changes after the SYNC */
+    w.reading[3].position = 1900000; /* the position changes after the SYNC */
     struct hal_sample s = cycle(&w, centre);
     assert_int_equal(s.flags, 0);
     assert_int_equal(s.time_ns, sync_ns);
@@ -45,7 +45,7 @@ static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **s
     cycle(&w, centre);
     w.wire.lose_tpdo_of = 0;
     w.reading[0].position += 100;
-    for (int i = 0; i < 3; i++) { /* each of the next two SYNCs waits for a cycle */
+    for (int i = 0; i < 3; i++) { /* each of the next two SYNCs is followed by a pause of a cycle */
         struct hal_sample s = cycle(&w, centre);
         assert_int_equal(s.flags, SAMPLE_STALE | SAMPLE_LATE);
         assert_int_equal(s.device_seq, before.device_seq + 1);
@@ -61,7 +61,8 @@ static void a_lost_tpdo_makes_the_sample_stale_and_the_next_one_says_so(void **s
 static bool of_one_instant(struct world *w, const double valve[LEGS], struct hal_sample *s) {
     for (int k = 0; k < CAN_NODES; k++) w->reading[k].position += 1000;
     *s = cycle(w, valve);
-    for (int k = 0; k < LEGS; k++)        /* tolerance for rounding; a cycle is 1e-3 */
+    for (int k = 0; k < LEGS; k++)        /* tolerance for rounding; in one cycle the legs move by 1
+                                           * mm */
         if (!(fabs(s->length_m[k] - s->length_m[0] - 1e-6 * k) < 1e-9)) return false;
     return true;
 }
@@ -73,7 +74,7 @@ static void a_tpdo_a_cycle_late_is_of_its_own_sync_or_left_out_whatever_is_comma
     (void)state;
     bring_up(&w);
     for (int i = 0; i < 20000; i++) {
-        /* first always late, then occasionally */
+        /* alternates between occasionally late and always late */
         w.wire.late_by = i / 100 % 2 ? 1 : (int)random_below(&seed, 2);
         w.wire.lose_tpdo_of = random_below(&seed, 50) ? 0 : 1 + (int)random_below(&seed, CAN_NODES);
         bool one = of_one_instant(&w, random_below(&seed, 3) ? some : centre, &s);
@@ -103,7 +104,7 @@ static void a_leg_that_becomes_late_for_good_is_never_taken_for_punctual(void **
     }
 }
 
-/* The waiting time owed from the cycle before is postponed for a centring command. */
+/* The pause that a missing TPDO causes is put off for a command that centres. */
 static void the_command_that_centres_waits_for_no_tpdo(void **state) {
     struct world w;
     (void)state;
@@ -123,7 +124,8 @@ static void without_commands_a_node_centres_its_valve_and_takes_no_late_one(void
     cycle(&w, some);
     w.wire.lose_rpdo = true;
     cycles(&w, 9, some);
-    assert_true(can_node_output(&w.node[5]) < -32000); /* 18 ms are ridden out */
+    assert_true(can_node_output(&w.node[5]) < -32000); /* 18 ms without commands do not centre the
+                                                        * valve */
     cycles(&w, 2, some);
     for (int i = 0; i < CAN_NODES; i++) {
         assert_int_equal(can_node_output(&w.node[i]), 0);
@@ -162,7 +164,7 @@ static void what_is_not_enabled_is_the_centre(void **state) {
     for (int i = 0; i < LEGS; i++) assert_int_equal(can_node_output(&w.node[i]), 0);
 }
 
-/* A controller's transmit queue holds ten frames by default. */
+/* A controller's transmit queue has room for ten frames by default. */
 static void no_cycle_sends_more_than_ten_frames(void **state) {
     struct world w;
     (void)state;

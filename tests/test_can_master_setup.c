@@ -1,4 +1,4 @@
-/* The master sets its nodes up: which it starts, and which it refuses and why. */
+/* The master sets its nodes up: which nodes it starts, and which it refuses and why. */
 #include "can_bus_rig.h"
 
 #include <stdio.h>

@@ -22,12 +22,13 @@ static void two_answers_of_a_leg_in_one_cycle_are_no_length_and_name_it(void **s
             assert_true(s.flags & SAMPLE_TWIN);
             assert_int_equal(s.twins, 1u << (node - 1));
         }
-        w.wire.twin_of = 0; /* the report ends with the twin */
+        w.wire.twin_of = 0; /* without the twin, nothing is reported any more */
         assert_int_equal(cycles(&w, 300, some).flags, 0);
     }
 }
 
-/* The twin says "closed" before or after the node says "open". */
+/* The twin's TPDO shows the input closed; it comes before or after the node's, which shows it
+ * open. */
 static void an_input_is_open_if_any_answer_says_so(void **state) {
     static const uint8_t open[] = {0xe1, 0xd2, 0xb4, 0x78};
     (void)state;
@@ -46,8 +47,8 @@ static void an_input_is_open_if_any_answer_says_so(void **state) {
             }
 }
 
-/* The twin must be found before its readings differ: a pressed emergency stop must not be its first
- * sign. */
+/* The twin must be found before its readings differ. Otherwise an emergency stop that one of the
+ * two devices does not show would be its first sign. */
 static void a_twin_that_says_the_same_is_found_within_a_tenth_of_a_second(void **state) {
     (void)state;
     for (int node = 1; node <= CAN_NODES; node++) {
@@ -88,7 +89,7 @@ static void one_frame_that_comes_twice_is_ridden_out(void **state) {
     }
 }
 
-/* The twin hears no SYNC or its TPDO is off, so only its heartbeats show it. */
+/* The twin receives no SYNC, or its TPDO is off, so only its heartbeats show it. */
 static void a_twins_heartbeats_are_too_many_and_a_nodes_own_are_not(void **state) {
     (void)state;
     for (int twins = 0; twins < 2; twins++) {

@@ -55,7 +55,8 @@ static void a_node_that_a_stranger_starts_keeps_its_output_at_zero_until_it_hear
     assert_int_equal(b.node.state, CAN_OPERATIONAL);
     assert_int_equal(value_of(&b, b.node.dictionary->actual, 1), 0);
     heartbeat(&b);
-    assert_int_equal(can_node_output(&b.node), 0); /* an earlier command does not count */
+    assert_int_equal(can_node_output(&b.node), 0); /* a command from before the heartbeat does not
+                                                    * count */
     drive(&b);
     assert_int_equal(can_node_output(&b.node), commanded());
     int ms = 0;
@@ -89,7 +90,8 @@ static void two_heartbeats_are_watched_and_the_loss_of_either_is_one(void **stat
         assert_int_equal(download(&b, 0x1016, 2, 4, 10u << 16 | 100), 0);
         nmt(&b, NMT_START);
         drive(&b);
-        assert_int_equal(can_node_output(&b.node), 0); /* a single error is ignored */
+        assert_int_equal(can_node_output(&b.node), 0); /* one of the two watched heartbeats does not
+                                                        * suffice */
         for (int ms = 0; ms < 99; ms++) {
             if (ms == 0 || lost == 0) say(&b, can_frame_heartbeat(10, CAN_OPERATIONAL));
             if (ms == 0 || lost == 1) heartbeat(&b);
@@ -263,7 +265,8 @@ static void the_producer_time_takes_effect_at_once_and_zero_stops_it(void **stat
     assert_int_equal(download(&b, 0x1017, 0, 2, 1000), 0);
     pass(&b, 10, NULL, 1);
     assert_int_equal(sent(&b, COB_HEARTBEAT), 1);
-    assert_int_equal(download(&b, 0x1017, 0, 2, 10), 0); /* effective at once, not a second later */
+    assert_int_equal(download(&b, 0x1017, 0, 2, 10), 0); /* the new rate is in force at once, not a
+                                                          * second later */
     pass(&b, 100, NULL, 1);
     assert_int_equal(sent(&b, COB_HEARTBEAT), 10);
     assert_int_equal(download(&b, 0x1017, 0, 2, 0), 0);
@@ -279,7 +282,8 @@ static void only_its_owner_has_a_node_for_as_long_as_it_lives(void **state) {
     assert_int_equal(download(&b, 0x2000, 1, 4, 0), SDO_VALUE);
     assert_int_equal(download(&b, 0x2000, 1, 4, TOKEN), 0);
     assert_int_equal(value_of(&b, 0x2000, 3), 1);
-    assert_int_equal(download(&b, 0x2000, 1, 4, TOKEN), 0); /* retry after a lost answer */
+    assert_int_equal(download(&b, 0x2000, 1, 4, TOKEN), 0); /* claims again, as after a lost
+                                                             * answer */
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), SDO_DENIED);
     assert_int_equal(download(&b, 0x2000, 2, 4, OTHER), SDO_DENIED);
     assert_int_equal(download(&b, 0x2000, 2, 4, 0), SDO_VALUE);
@@ -302,7 +306,7 @@ static void an_nmt_reset_does_not_disown_and_power_does(void **state) {
     nmt(&b, NMT_RESET_NODE);
     nmt(&b, NMT_RESET_COMMUNICATION);
     assert_int_equal(value_of(&b, 0x2000, 3), 1);
-    pass(&b, 2900, NULL, 1); /* the owner's own timeout, not the default */
+    pass(&b, 2900, NULL, 1); /* the owner's own time-out is in force, not the default */
     assert_int_equal(download(&b, 0x2000, 1, 4, OTHER), SDO_DENIED);
     struct can_queue q = {0};
     can_node_init(&b.node, node, b.now_ns, &q);

@@ -101,7 +101,7 @@ static void every_transmission_type_that_is_taken_acts(void **state) {
             tpdos += sent(&b, COB_TPDO);
         }
         assert_int_equal(can_node_output(&b.node), commanded());
-        /* type 0: sent when a reading has changed */
+        /* type 0 is sent only when a reading has changed */
         assert_int_equal(tpdos, type == 0 ? 1 : type <= 240 ? (int)(480 / type) : 480);
     }
 }
@@ -119,7 +119,7 @@ static void a_pdo_is_switched_off_before_its_identifier_changes(void **state) {
         assert_int_equal(download(&b, index, 1, 4, off | is), 0);
         const uint32_t refused[] = {0x000, 0x07f, 0x080, of_node(COB_EMCY), 0x101, 0x180, 0x5ff, 0x601, 0x6ff, 0x77f, 0x800, 0x40000201};
         for (unsigned i = 0; i < sizeof refused / sizeof *refused; i++) assert_int_equal(download(&b, index, 1, 4, refused[i]), SDO_VALUE);
-        /* the other PDO's number */
+        /* the identifier of the node's other PDO */
         assert_int_equal(download(&b, index, 1, 4, of_node(k ? COB_RPDO : COB_TPDO)), SDO_VALUE);
         assert_int_equal(download(&b, index, 1, 4, 0x301), 0);
         nmt(&b, NMT_START);
@@ -207,7 +207,8 @@ static void inputs_are_latched_by_sync_and_sent_as_they_are(void **state) {
     for (unsigned inputs = 0; inputs <= 0xff; inputs++) {
         b.out.count = 0;
         can_node_sync(&b.node, &sync, &(struct can_tpdo){.inputs = (uint8_t)inputs}, &b.out);
-        assert_int_equal(b.out.count, 1); /* no error value is set */
+        assert_int_equal(b.out.count, 1); /* the TPDO alone, because no value of the inputs means an
+                                           * error */
         assert_int_equal(b.out.frame[0].can_id, 0x187);
         assert_int_equal(b.out.frame[0].len, 1);
         assert_int_equal(b.out.frame[0].data[0], inputs);

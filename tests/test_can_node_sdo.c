@@ -35,11 +35,12 @@ static void a_download_that_does_not_say_its_size_is_taken(void **state) {
 }
 
 static void what_is_no_expedited_request_is_aborted_and_an_abort_is_not_answered(void **state) {
-    static const char *const aborted[] = {        /* segmented download and its segments */
+    static const char *const aborted[] = {        /* these begin a segmented download, or are its
+                                                   * segments */
                                           "2117100002000000", "2017100002000000", "0000000000000000", "1000000000000000",
-        /* segments of an upload, block upload */
+        /* these are segments of an upload, or begin a block upload */
                                           "6000000000000000", "7000000000000000", "a017100000000000",
-        /* block download and unknown commands */
+        /* these begin a block download, or are unknown commands */
                                           "c017100000000000", "e017100000000000", "2617100001020304", "3317100001020304",
                                           "4117100000000000"};
     struct bench b;

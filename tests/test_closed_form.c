@@ -17,7 +17,8 @@ static struct motion random_motion(uint64_t *seed) {
     return m;
 }
 
-/* derivative: 0 pose, 1 its rate, 2 its second rate; each coordinate has its own frequency. */
+/* Computes the motion. derivative: 0 pose, 1 its rate, 2 its second rate. Each coordinate has its
+ * own frequency. */
 static void motion_at(const struct motion *m, double t, int derivative, double q[DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         double w = 2.0 + 0.7 * i;
@@ -25,8 +26,8 @@ static void motion_at(const struct motion *m, double t, int derivative, double q
     }
 }
 
-/* twist = B(pose) rate: columns are the axes of psi (z), theta (y turned by psi), phi (x
- * turned by both). */
+/* Computes the columns of B in twist = B(pose) rate: the axes of psi (z), theta (y rotated by psi),
+ * phi (x rotated by both). */
 static void twist_columns(const double pose[DOFS], double b[DOFS][DOFS]) {
     double cy = cos(pose[4]), sy = sin(pose[4]), cz = cos(pose[5]), sz = sin(pose[5]);
     memset(b, 0, DOFS * sizeof b[0]);
@@ -76,7 +77,7 @@ static double lagrangian(const struct rigid_model *m, const double pose[DOFS], c
     return t - v;
 }
 
-/* dT/d(rate_i), exact: T is quadratic in the rates. */
+/* Returns dT/d(rate_i). The difference is exact, because T is quadratic in the rates. */
 static double momentum(const struct rigid_model *m, const double pose[DOFS], const double rate[DOFS], int i) {
     double up[DOFS], down[DOFS];
     memcpy(up, rate, sizeof up);
@@ -149,7 +150,7 @@ static void mass_matrix_is_the_curvature_of_the_kinetic_energy(void **unused) {
     }
 }
 
-/* d/dt dT/dq' - dL/dq = B' F, with F = mass acceleration - load whatever the acceleration. */
+/* d/dt dT/dq' - dL/dq = B' F, with F = mass acceleration - load, for any acceleration. */
 static void equations_of_motion_are_lagranges(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -173,7 +174,8 @@ static void equations_of_motion_are_lagranges(void **unused) {
             double force = 0.0, change = momentum_at(&m, &motion, t - 2 * h, i) - 8 * momentum_at(&m, &motion, t - h, i) +
                                          8 * momentum_at(&m, &motion, t + h, i) - momentum_at(&m, &motion, t + 2 * h, i);
             for (int j = 0; j < DOFS; j++) force += b[j][i] * wrench[j];
-            /* thousands of newtons; differences round at 1e-13 of them over 1e-4 s */
+            /* tolerance: forces are thousands of newtons, and rounding by 1e-13 is divided by 1e-4
+             * s */
             assert_close(change / (12 * h) - gradient(&m, pose, rate, i), force, 1e-6);
         }
     }
@@ -188,7 +190,8 @@ static void pose_survives_the_quaternion(void **unused) {
         for (int i = 0; i < DOFS; i++) pose[i] = 1.5 * random_unit(&seed);
         rigid_rest(&s, pose);
         rigid_pose(&s, back);
-        assert_below(distance(pose, back, DOFS), 1e-13); /* theta up to 1.5: cos 0.07 */
+        assert_below(distance(pose, back, DOFS), 1e-13); /* tolerance: theta goes up to 1.5, where
+                                                          * its cosine is 0.07 */
     }
 }
 
@@ -230,7 +233,7 @@ static void holding_forces_hold(void **unused) {
         struct plant *plant = plant_at(&params, pose);
         holding_forces(&params, pose, force);
         for (int i = 0; i < 400; i++) plant_step_forced(plant, SUBSTEP_S, force);
-        /* unstable without friction, but slower than 1/s */
+        /* the equilibrium is unstable without friction, but an error grows more slowly than e^t */
         assert_below(distance(truth_of(plant).pose, pose, DOFS), 1e-12);
         plant_destroy(plant);
     }
@@ -334,14 +337,14 @@ static void joint_rates_change_as_row_and_bias_say(void **unused) {
         twist_rate_at(&motion, t, acceleration);
         for (int k = 0; k < JOINT_AXES; k++) {
             double change = (rate[0][k] - 8 * rate[1][k] + 8 * rate[3][k] - rate[4][k]) / (12 * h);
-            /* h^4 of motions up to 6 rad/s */
+            /* tolerance: differences have errors of h^4, at motions up to 6 rad/s */
             assert_close(change, dot6(axes.row[k], acceleration) + axes.bias[k], 1e-8);
         }
     }
 }
 
-/* The rates about the two axes add up to the leg's rotation relative to base or platform, except
- * for spin about the leg itself. */
+/* Except for the spin about the leg itself, the rates about the two axes add up to the leg's
+ * rotation relative to base or platform. */
 static void joint_rates_add_up_to_the_relative_rotation(void **unused) {
     (void)unused;
     struct params params = defaults();

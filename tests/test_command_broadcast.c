@@ -17,7 +17,7 @@
 enum { PATIENCE_MS = 60000 };
 
 static int64_t now_ns = NS_PER_S;
-static void (*act)(void); /* what the machines do during the next wait */
+static void (*act)(void); /* function that acts as the machines during each wait */
 static int steps;         /* number of waits so far */
 static int unsent;        /* number of requests that cannot be sent */
 
@@ -51,7 +51,7 @@ static struct {
     struct command_request asked;
 } m[2];
 
-/* Opens a machine's socket for stops, with room for so many connections that wait. */
+/* Opens a machine's socket for stops, with room for `room` waiting connections. */
 static void machine_at(int i, int room) {
     struct sockaddr_un at;
     snprintf(m[i].machine.name, sizeof m[i].machine.name, "m%d", i);
@@ -62,7 +62,7 @@ static void machine_at(int i, int room) {
     assert_int_equal(listen(m[i].listener, room), 0);
 }
 
-/* Takes the connection and the request that wait. */
+/* Accepts the waiting connection and receives its request. */
 static void hear(int i) {
     unsigned char packet[COMMAND_REQUEST_SIZE];
     m[i].client = accept(m[i].listener, NULL, NULL);
@@ -98,10 +98,10 @@ static int stop(int count, void (*meanwhile)(void)) {
 
 /* ---- claims ---- */
 
-static int waits; /* the connection that fills the queue of the busy machine */
+static int waits; /* connection that fills the queue of the busy machine */
 
-/* The first is silent until the second is told, whose queue is full at first; then it closes its
- * connection to make room. */
+/* Machine 0 stays silent until machine 1, whose queue is full at first, has its stop. Then machine
+ * 0 closes its connection to make room. */
 static void busy_and_hanging(void) {
     switch (steps) {
     case 0: hear(0); break;
@@ -142,7 +142,7 @@ static void a_request_that_could_not_be_sent_is_sent_anew(void **unused) {
     close(m[0].client);
 }
 
-/* The machine answers while the client's process gets no processor until its patience is over. */
+/* The machine answers while the client's process gets no processor until its patience has ended. */
 static void answered_during_a_stall(void) {
     hear(0), answer(0);
     now_ns += 2 * PATIENCE_MS * NS_PER_MS;

@@ -58,21 +58,40 @@ static void serve_all(void) {
 static int client(bool stop) { return machine_connect(&server.machine, stop); }
 
 static void say(int fd, enum command command) {
-    unsigned char packet[COMMAND_REQUEST_SIZE];
-    command_request_encode(&(struct command_request){.id = 7, .command = command}, packet);
-    assert_int_equal(send(fd, packet, sizeof packet, MSG_NOSIGNAL), sizeof packet);
+    unsigned char packet[COMMAND_SET_SIZE];
+    size_t size = command_request_encode(&(struct command_request){.id = 7, .command = command}, packet);
+    assert_int_equal(send(fd, packet, size, MSG_NOSIGNAL), size);
 }
 
 /* ---- packets ---- */
 
+/* Gains come back bit by bit, and only from a packet of their size that sets gains. */
+static void gains_come_back_and_of_no_other_size(void **unused) {
+    (void)unused;
+    unsigned char packet[COMMAND_SET_SIZE + 1] = {0};
+    struct command_request r, asks = {.id = 9, .command = COMMAND_SET, .sets = true, .change = {.digest = 0xfedcba9876543210u}};
+    for (int i = 0; i < LOOP_GAINS; i++) asks.change.from.value[i] = 0.1 * i, asks.change.to.value[i] = -3e-7 / (i + 1);
+    assert_int_equal(command_request_encode(&asks, packet), COMMAND_SET_SIZE);
+    assert_true(command_request_decode(packet, COMMAND_SET_SIZE, &r));
+    assert_true(r.sets && r.command == COMMAND_SET && r.change.digest == asks.change.digest);
+    assert_memory_equal(&r.change.from, &asks.change.from, sizeof r.change.from);
+    assert_memory_equal(&r.change.to, &asks.change.to, sizeof r.change.to);
+    for (size_t cut = 0; cut <= COMMAND_SET_SIZE + 1; cut++)
+        if (cut != COMMAND_SET_SIZE && cut != COMMAND_REQUEST_SIZE) assert_false(command_request_decode(packet, cut, &r));
+    /* without gains it is a question */
+    assert_true(command_request_decode(packet, COMMAND_REQUEST_SIZE, &r) && !r.sets);
+    packet[6] = COMMAND_START;
+    assert_false(command_request_decode(packet, COMMAND_SET_SIZE, &r));
+}
+
 static void packets_come_back_and_what_is_none_is_refused(void **unused) {
     (void)unused;
-    unsigned char request[COMMAND_REQUEST_SIZE + 1] = {0}, answer[COMMAND_ANSWER_SIZE + 1] = {0};
+    unsigned char request[COMMAND_SET_SIZE] = {0}, answer[COMMAND_ANSWER_SIZE + 1] = {0};
     struct command_request r;
     struct command_answer a = {.id = 0xfedcba98, .lease_s = 2.5, .outcome = OUTCOME_REFUSED, .state = STATE_FAULT, .text = "because"}, b;
     for (int command = COMMAND_NONE; command < COMMANDS; command++) {
         bool renew = command == COMMAND_NONE;
-        command_request_encode(&(struct command_request){0xfedcba98, (enum command)command, renew}, request);
+        command_request_encode(&(struct command_request){.id = 0xfedcba98, .command = (enum command)command, .renew = renew}, request);
         assert_true(command_request_decode(request, COMMAND_REQUEST_SIZE, &r));
         assert_true(r.id == 0xfedcba98 && (int)r.command == command && r.renew == renew);
         bool stops = command_stops(r.command);
@@ -81,7 +100,7 @@ static void packets_come_back_and_what_is_none_is_refused(void **unused) {
         for (size_t cut = 0; cut < 12; cut++) assert_false(command_request_decode(request, cut, &r));
         request[5]++; /* a later version */
         assert_int_equal(command_request_decode(request, COMMAND_REQUEST_SIZE, &r), stops);
-        request[7] ^= 3; /* renew is 0 or 1 */
+        request[7] ^= 3; /* byte 7, `renew`, must be 0 or 1 */
         assert_false(command_request_decode(request, COMMAND_REQUEST_SIZE, &r));
         request[0]++;
         assert_false(command_request_decode(request, COMMAND_REQUEST_SIZE, &r));
@@ -173,7 +192,7 @@ static void one_that_floods_does_not_hold_another_up(void **unused) {
     int flood = client(true), mine = client(true);
     for (int i = 0; i < 100; i++) say(flood, COMMAND_STOP);
     say(mine, COMMAND_PARK);
-    serve(); /* accepts both and takes a packet from each */
+    serve(); /* the server accepts both connections and takes a packet from each */
     assert_int_equal(got.takes, 2);
     assert_int_equal(got.request.command, COMMAND_PARK);
     close(flood);
@@ -187,7 +206,7 @@ static void no_connection_is_closed_over_a_stop_that_waits_in_it(void **unused) 
     open_as("");
     for (int i = 0; i < COMMAND_PLACES; i++) fd[i] = client(true);
     serve_all();
-    say(fd[0], COMMAND_STOP); /* as if it came after poll() had looked: only the new one is seen */
+    say(fd[0], COMMAND_STOP); /* arrives after poll(), which reported only the new connection */
     int new = client(true);
     struct pollfd p[COMMAND_POLLS];
     command_server_polls(&server, p);
@@ -271,7 +290,7 @@ static void who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody(voi
     close_all();
 }
 
-/* All descriptors that a hexid may have at least (process.h), in use. */
+/* The descriptors that every hexid has at least (process.h), taken by the test. */
 static struct {
     struct rlimit before;
     int fd[PROCESS_FILES], count;
@@ -300,7 +319,9 @@ static void without_a_descriptor_the_listener_rests_and_then_takes_who_waited(vo
     for (int i = 0; i < 3; i++) {
         assert_int_equal(serve(), 0); /* tries, each time */
         command_server_polls(&server, p);
-        assert_int_equal(poll(p, COMMAND_POLLS, 0), 0); /* and then poll() would wait */
+        assert_int_equal(poll(p, COMMAND_POLLS, 0), 0); /* the server does not ask poll() about the
+                                                         * listener, so the main thread would not
+                                                         * spin */
     }
     give_descriptors_back();
     serve_all();
@@ -314,7 +335,7 @@ static void without_a_descriptor_the_listener_rests_and_then_takes_who_waited(vo
 
 static bool ended(int fd) { return poll(&(struct pollfd){.fd = fd, .events = POLLRDHUP}, 1, 0) == 1; }
 
-/* Free places are no help without a descriptor. */
+/* Free places do not help if no descriptor is left. */
 static void without_a_descriptor_the_silent_connection_makes_room_for_a_stop(void **unused) {
     (void)unused;
     open_as("");
@@ -360,7 +381,7 @@ static void a_name_is_one_daemons_and_what_it_leaves_is_removed(void **unused) {
     assert_string_equal(list[1].name, "hexid-2");
     assert_int_equal(machine_find("hexid-2", list, &error), 1);
     assert_int_equal(machine_find("nobody", list, &error), 0);
-    close_all(); /* its sockets remain, as those of a killed daemon */
+    close_all(); /* the server's sockets remain, as after a kill */
     assert_int_equal(machine_find("", list, &error), 1);
     open_as("hexid");
     assert_int_equal(machine_find("", list, &error), 2);
@@ -407,7 +428,7 @@ static void what_was_not_looked_at_is_doubt(void **unused) {
     open_as("");
     assert_int_equal(machine_find("", list, &doubt), 1);
     assert_int_equal(doubt.status, STATUS_OK);
-    /* room for the directory, not for the socket */
+    /* a descriptor is left for the directory, and no other for the socket */
     take_all_descriptors();
     close(taken.fd[--taken.count]);
     assert_int_equal(machine_find("", list, &doubt), 0);
@@ -435,7 +456,7 @@ static void modes_are_for_everybody_and_for_the_group(void **unused) {
     assert_int_equal(s.st_mode & 0777, 0666);
     machine_address(&server.machine, false, &at);
     assert_int_equal(stat(at.sun_path, &s), 0);
-    /* with or without a group hexid */
+    /* the mode depends on whether there is a group hexid */
     assert_true((s.st_mode & 0777) == 0660 || (s.st_mode & 0777) == 0600);
     assert_int_equal(umask(before), 077);
     close_all();
@@ -517,7 +538,7 @@ static void a_directory_that_others_may_change_is_refused(void **unused) {
         if (!fork()) { /* runs as nobody, another user */
             chmod(path, 0755);
             if (setgid(65534) || setuid(65534)) _exit(0);
-            refused(path, "Permission denied"); /* root's, which it may not write */
+            refused(path, "Permission denied"); /* this user may not write in root's directory */
             _exit(0);
         }
         int status;
@@ -544,6 +565,7 @@ static int remove_directory(void **unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gains_come_back_and_of_no_other_size),
         cmocka_unit_test(packets_come_back_and_what_is_none_is_refused),
         cmocka_unit_test(requests_say_by_which_socket_they_came_and_are_answered),
         cmocka_unit_test(who_is_not_yet_accepted_hears_the_last_words_too),

@@ -1,8 +1,8 @@
-/* Every command in every state, as an operator sees it: `hexid command` in its own process asks the
- * operator's side of the daemon and the loop behind it, on the simulated machine, over sockets in a
- * directory of the test. The loop stands still except for the cycle in which it sees the command,
- * so the state is the intended one however slow this host is. The results are compared with
- * docs/commands.md; test_commands --table prints that table (make docs). */
+/* Every command in every state, as an operator sees it. `hexid command` runs in its own process,
+ * and asks the operator's side of the daemon and the loop behind it, on the simulated machine. The
+ * sockets are in a directory of the test. The loop stands still except for the cycle in which it
+ * sees the command, so the state is the intended one however slow this host is. The results are
+ * compared with docs/commands.md; test_commands --table prints that table (make docs). */
 #include "support.h"
 
 #include <fcntl.h>
@@ -30,8 +30,8 @@ enum {
     IN_A_TEST = 250, /* cycles until settled, ramped in and evaluated */
     A_TURN = 50      /* cycles */
 };
-static const double DISTURBED_S = 0.3; /* a row that took longer is measured again: its client may
-                                        * have retried */
+static const double DISTURBED_S = 0.3; /* a row that took longer is measured again, because its
+                                        * client may have asked twice */
 
 /* Directory of the test's sockets; the table prints the usual places instead. */
 static char directory[] = "/tmp/hexid-commands.XXXXXX";
@@ -56,7 +56,8 @@ static struct bench {
     uint32_t open, closed;     /* INPUT_... forced to read open or closed */
     bool doubtful, contradicts;
     enum state state;          /* state after the last cycle */
-    int64_t now_ns;            /* the operator's clock: nothing expires unless told to */
+    int64_t now_ns;            /* time for the operator's side: nothing expires unless the test
+                                * advances it */
     void (*meanwhile)(void);   /* called instead of a cycle when a command waits for the loop */
 } b;
 
@@ -104,7 +105,7 @@ static void end(void) {
 
 static void tick(void) { operator_tick(&b.commands.operator, b.now_ns); }
 
-/* One turn of the daemon's main thread. */
+/* Runs the daemon's main thread once. */
 static void attend(void) {
     struct pollfd p[COMMANDS_POLLS];
     commands_polls(&b.commands, p);
@@ -115,7 +116,9 @@ static void attend(void) {
 static void run_until(enum state state) {
     for (int i = 0; b.state != state && i < CYCLES_MAX; i++) {
         cycle();
-        if (i % A_TURN == 0) attend(); /* a client gives up after a second */
+        if (i % A_TURN == 0)
+            attend(); /* often enough, because a client waits no longer than a
+                                        * second */
     }
     assert_int_equal(b.state, state);
 }
@@ -161,8 +164,8 @@ static void start(struct client *c, const char *word) {
     if (c->process == 0) {
         dup2(ends[1], STDOUT_FILENO);
         dup2(ends[1], STDERR_FILENO);
-        close_range(STDERR_FILENO + 1, ~0U, 0); /* the daemon's descriptors, which would seem to
-                                                 * keep it alive */
+        close_range(STDERR_FILENO + 1, ~0U, 0); /* closes the daemon's descriptors, which would make
+                                                 * it seem alive */
         int status = cmd_command(4, arguments);
         fflush(NULL);
         _exit(status);
@@ -172,7 +175,8 @@ static void start(struct client *c, const char *word) {
     c->out = ends[0];
 }
 
-/* Takes a turn, runs the cycle that a command waits for, and collects the client's output. */
+/* Runs the main thread once, runs the cycle for which a command waits, and collects the client's
+ * output. */
 static void serve(struct client *c) {
     struct pollfd p[COMMANDS_POLLS + 1];
     commands_polls(&b.commands, p);
@@ -211,7 +215,7 @@ static void remove_directory(void) {
     rmdir(directory);
 }
 
-/* Lines of a table's cell, without the program's name in front. */
+/* Copies printed lines into a table's cell, without the program's name in front. */
 static void as_cell(const char *printed, char cell[TEXT_SIZE]) {
     static const char name[] = "hexid: ";
     size_t used = 0;
@@ -278,7 +282,7 @@ static void somebody_asks(enum command command) {
 static void stop_meanwhile(void) { somebody_asks(COMMAND_STOP); }
 static void nothing(void) { b.meanwhile = nothing; }
 static void stop_came_before(void) {
-    /* and the loop does not see it until the client has its answer */
+    /* the loop does not see the stop before the client has its answer */
     somebody_asks(COMMAND_STOP);
     b.meanwhile = nothing;
 }
@@ -304,7 +308,7 @@ static void runs_out(void) {
     run_until(STATE_PARKING);
 }
 
-/* Everything happens between two renewals. */
+/* Everything in these functions happens between two renewals. */
 static void told_to_end(void) {
     mailbox_post(&b.loop.requests, COMMAND_PARK);
     for (int i = 0; b.state != STATE_SETTLED && i < CYCLES_MAX; i++) cycle();
@@ -314,7 +318,7 @@ static void killed(void) {
     struct command_server *s = &b.commands.server;
     struct pollfd p[COMMANDS_POLLS];
     for (int64_t heard = s->heard; s->heard == heard;) { /* waits for one more renewal, so that the
-                                                          * client knows the state */
+                                                          * client has the state */
         commands_polls(&b.commands, p);
         poll(p, COMMANDS_POLLS, 20);
         commands_serve(&b.commands, p, b.now_ns);
@@ -326,7 +330,8 @@ static void killed(void) {
     }
 }
 
-/* Returns the client's output after "renewing ..." when this happens; NULL: it is interrupted. */
+/* Starts a client that renews its lease, calls happens() or, if it is NULL, interrupts the client,
+ * and returns the output after "renewing ...". */
 static struct row hold(enum state state, enum command command, void (*happens)(void), const char *words) {
     struct row row = {.state = state, .command = command};
     struct client c;
@@ -372,7 +377,7 @@ static void read_to_the_end(struct client *c) {
     }
 }
 
-/* The sockets belong to a daemon that has ended (deaf) or that hangs. */
+/* Asks a machine whose sockets belong to a daemon that has ended or that hangs. */
 static struct row ask_deaf(enum command command, bool hangs) {
     struct row r = {.command = command};
     struct client c;
@@ -486,7 +491,7 @@ static void the_exit_status_says_what_the_words_say(void **unused) {
         if (r->status != status) fail_msg("%s in %s: %d, %s", command_names[r->command], r->state_name, r->status, r->text);
         if (status == 0) continue;
         const char *why = strstr(r->text, ": ");
-        assert_true(why && strlen(why) > 15); /* a reason, not a code */
+        assert_true(why && strlen(why) > 15); /* the text is a reason, not a code */
     }
 }
 
@@ -518,7 +523,7 @@ static void the_end_of_a_lease_has_its_own_status(void **unused) {
 static const struct {
     enum command command;
     enum state from, to;
-    enum phase phase; /* of the motion, in that cycle */
+    enum phase phase; /* phase of the motion in that cycle */
 } acts[] = {
     {COMMAND_ENGAGE, STATE_SETTLED, STATE_PRESSURISING, PHASE_NONE}, {COMMAND_START, STATE_READY, STATE_TESTING, PHASE_SETTLE},
     {COMMAND_STOP, STATE_PRESSURISING, STATE_SETTLED, PHASE_NONE},   {COMMAND_STOP, STATE_ENGAGING, STATE_PARKING, PHASE_NONE},
@@ -527,8 +532,8 @@ static const struct {
 };
 enum { ACTS = sizeof acts / sizeof *acts, TWO_CYCLES = 2 };
 
-/* A packet waits on the socket before this turn; then turns of the main thread and cycles
- * alternate. */
+/* Returns the number of cycles until the command has acted. Its packet waits on the socket before
+ * the main thread's first turn; then turns and cycles alternate. */
 static int cycles_until_acted(int i) {
     struct command_client c;
     int cycles = 0;
@@ -624,8 +629,8 @@ static void a_stop_for_all_says_where_it_could_not_go(void **unused) {
 int __wrap_bus_receive(struct bus *bus, struct bus_message *message);
 int __wrap_bus_receive(struct bus *bus, struct bus_message *message) { return (void)bus, (void)message, BUS_DROPPED; }
 
-/* Includes dropped messages of other hosts: the main thread has priority over every thread that is
- * not real-time. */
+/* The flood includes dropped messages of other hosts. The main thread must leave the processor to
+ * others, because it has priority over every thread that is not real-time. */
 static void a_flood_on_the_bus_leaves_the_processor_to_others(void **unused) {
     (void)unused;
     struct pollfd p[COMMANDS_POLLS] = {[COMMAND_POLLS] = {.revents = POLLIN}};

@@ -22,7 +22,7 @@ static char *read_file(const char *path, size_t *size) {
     return text;
 }
 
-/* xorshift64* for values and mutations that are the same in every run. */
+/* Generates numbers by xorshift64*, so that values and mutations are the same in every run. */
 static uint64_t random_next(uint64_t *state) {
     *state ^= *state >> 12, *state ^= *state << 25, *state ^= *state >> 27;
     return *state * 2685821657736338717u;
@@ -55,7 +55,7 @@ static void default_is_the_shipped_file(void **state) {
     assert_memory_equal(&built_in, &file, sizeof file);
 }
 
-/* Otherwise the test above would hold for an empty file as well. */
+/* Without this claim, the test above would pass for an empty file as well. */
 static void shipped_file_names_every_key(void **state) {
     (void)state;
     size_t size;
@@ -72,8 +72,8 @@ static void shipped_file_names_every_key(void **state) {
     free(text);
 }
 
-/* tests/data/table*.csv: symbol,description,value,unit; the value is the last field but one, and
- * the description may contain commas. */
+/* Returns the value of a symbol in tests/data/table*.csv: symbol,description,value,unit. The value
+ * is the last field but one, because the description may contain commas. */
 static double table_value(const char *path, const char *symbol) {
     size_t size, length = strlen(symbol);
     char *text = read_file(path, &size), *line = strtok(text, "\n");
@@ -220,7 +220,7 @@ static void settings_override_the_file_and_the_last_one_wins(void **state) {
     assert_true(p.control.kp == 31 && p.tests.hz[DOF_PSI] == 5);
 }
 
-/* Equal values are written as one number, as before. */
+/* Equal values are still written as one number. */
 static void an_axis_has_a_frequency_and_an_amplitude_of_its_own(void **state) {
     (void)state;
     const char *const settings[] = {"tests.frequency_hz=[1, 2, 3, 4, 5, 6]", "tests.amplitude_m=1e-3,2e-3,3e-3",
@@ -238,8 +238,8 @@ static void an_axis_has_a_frequency_and_an_amplitude_of_its_own(void **state) {
     free(text);
 }
 
-/* If a file omits a diameter, the default is another machine's, and the text made of the
- * configuration omits it as well. */
+/* If a file for an axis omits a diameter, the default is the platform's and does not count as
+ * stated; the text made from the configuration omits the diameter as well. */
 static void diameters_of_an_axis_are_its_own_or_none(void **state) {
     (void)state;
     struct params p, back;
@@ -256,7 +256,7 @@ static void diameters_of_an_axis_are_its_own_or_none(void **state) {
     assert_int_equal(config_override(&p, "test", (const char *const[]){"actuator.piston_diameter_m=0.05"}, 1, &error), 0);
     assert_true(p.actuator.stated.piston && p.actuator.stated.rod);
 
-    /* a piston thinner than the platform's rod does not contradict that default */
+    /* the rod is not stated, so a piston thinner than the default rod is accepted */
     assert_int_equal(parse(&p, "mechanism: axis\nactuator: {piston_diameter_m: 0.04}\n", &error), 0);
     const char *const settings[] = {"actuator.rod_diameter_m=0.028", "mechanism=axis"};
     assert_int_equal(config_load(&p, NULL, settings, 2, &error), 0);
@@ -274,7 +274,7 @@ static void an_effect_is_off_until_one_of_its_keys_is_set(void **state) {
         p = off;
         for (int e = 0; e < EFFECTS_MAX; e++) assert_false(p.effects[e].on);
         double (*values)[LEGS] = p.effects[key.effect].value, *mine = (double *)((char *)&p + key.offset);
-        assert_true(set_number(&key, key.max, &p)); /* one number for all legs */
+        assert_true(set_number(&key, key.max, &p)); /* the file has one number for all legs */
         for (int leg = 0; leg < LEGS; leg++) assert_true(mine[leg] == key.max);
         for (int k = 0; k < EFFECT_KEYS && effect_table[key.effect]->keys[k].name; k++)
             if (values[k] != mine) assert_true(values[k][3] == effect_table[key.effect]->keys[k].neutral);
@@ -358,7 +358,7 @@ static void a_leg_has_an_actuator_of_its_own(void **state) {
     assert_non_null(strstr(error.text, "leg 6"));
 }
 
-/* Messages for hostile or mistaken text state file, line, key and the remedy. */
+/* Wrong texts, with parts of their messages, which state file, line, key and remedy. */
 static const struct {
     const char *text, *message[3];
 } mistakes[] = {
@@ -479,6 +479,7 @@ static void keys_that_contradict_each_other_are_named(void **state) {
     } cases[] = {
         {{"payload.inertia_zz_kg_m2=30"}, {"inertia_zz_kg_m2 30", "no body has them"}},
         {{"actuator.rod_diameter_m=0.063"}, {"actuator.rod_diameter_m", "actuator.piston_diameter_m"}},
+        {{"actuator.retracted_std_m=1e-4"}, {"actuator.retracted_std_m", "actuator.retracted_m of leg 1"}},
         {{"hydraulics.dead_volume_difference_m3=-1e-4"}, {"hydraulics.dead_volume_difference_m3", "dead_volume_m3"}},
         {{"actuator.stroke_m=1.3"}, {"actuator.stroke_m", "geometry.height_m"}},
         {{"geometry.height_m=0.5"}, {"actuator.stroke_m", "geometry.height_m"}},
@@ -518,7 +519,8 @@ static void keys_that_contradict_each_other_are_named(void **state) {
     }
 }
 
-/* A new geometry to which nothing else was fitted takes one round, and each key is named once. */
+/* All contradictions are listed in one message, so that a new geometry is corrected in one round;
+ * each key is named once. */
 static void all_that_contradicts_is_said_at_once(void **state) {
     (void)state;
     static const char *const settings[] = {"geometry.height_m=1.2", "motion.park_z_m=0.6", "hydraulics.tank_pa=1e7", "sim.substeps=7"};
@@ -539,7 +541,7 @@ static void as_many_harmonics_as_the_regression_has_are_accepted(void **state) {
     assert_true(key.max == HARMONICS_MAX);
 }
 
-/* Sizes and depths that slow down or crash careless readers. */
+/* The texts are so large or so deeply nested that a careless parser becomes slow or crashes. */
 static void big_and_deep_text_is_refused(void **state) {
     (void)state;
     enum { SIZE = (1 << 20) + 1 };
@@ -558,8 +560,8 @@ static void big_and_deep_text_is_refused(void **state) {
     free(text);
 }
 
-/* Any bytes are accepted and within range, or refused with a message; the sanitizer builds check
- * the memory. */
+/* Mutated bytes are accepted, with all values in range, or refused with a message; the sanitizer
+ * builds check the memory. */
 static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
     (void)state;
     static const char spice[] = "[]{}:,-&*!#|>'\"%@`\t\n\r ?\\.0e\xff\xc3\xa9\x00\x7f";
@@ -600,8 +602,8 @@ static void mutated_text_is_accepted_or_refused_never_worse(void **state) {
     free(copy);
 }
 
-/* Checks the list of values that a configuration takes from the built-in machine: its beginning, ""
- * for an empty list, and a word that it lacks. */
+/* Checks the list of values that a configuration takes from the built-in machine: `begins` is its
+ * beginning ("": the list is empty), and `lacks` is a word that it does not contain. */
 static void assert_defaults(const char *file, const char *setting, const char *begins, const char *lacks) {
     struct params p;
     struct error error;
@@ -615,7 +617,7 @@ static void assert_defaults(const char *file, const char *setting, const char *b
 static void what_another_machine_took_from_the_default_is_said(void **state) {
     (void)state;
     assert_defaults(NULL, NULL, "", NULL);
-    assert_defaults(NULL, "payload.mass_kg=300", "", NULL); /* another payload is no other
+    assert_defaults(NULL, "payload.mass_kg=300", "", NULL); /* another payload does not make another
                                                              * machine */
     assert_defaults(NULL, "geometry.lower_joint_axes=[[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0],[1,0,0]]", "", NULL);
     assert_defaults(NULL, "geometry.upper_radius_m=0.58", "actuator.piston_diameter_m 0.063, actuator.rod_diameter_m 0.045, hydraulics.",

@@ -32,9 +32,9 @@
 static char directory[] = "/tmp/confine.XXXXXX", result[64], other[64];
 static int listener;           /* accepts commands */
 static struct output to;
-static struct notify manager; /* opened before, as by the daemon */
+static struct notify manager; /* opened before the process is confined, as in the daemon */
 
-/* Answers as network file systems do to a flag. */
+/* If set, renameat2() refuses flags as network file systems do. */
 static bool no_rename_flags;
 static int refuse_rename_flags(void) {
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ALLOW);
@@ -161,7 +161,8 @@ static bool the_manager_is_told(const char *path) {
     return denied(socket(AF_UNIX, SOCK_DGRAM, 0));
 }
 
-/* The socket was listening before; no other can be created and none bound to another address. */
+/* The listening socket was open before. No other socket can be created, and none can be bound to
+ * another address. */
 static bool connections_are_accepted(const char *path) {
     struct sockaddr_un elsewhere = {.sun_family = AF_UNIX, .sun_path = "/tmp/hexid-nowhere"};
     char byte = 0;
@@ -197,7 +198,8 @@ static void what_is_denied_fails_and_kills_nobody(void **unused) {
         if (!in_child(reconnecting[i], true)) fail_msg("reconnecting: %u of the list", i);
 }
 
-/* A kernel without CAN refuses it by itself, with another error. */
+/* True if a CAN socket can be opened, and no other. A kernel without CAN fails the call too, but
+ * with another error. */
 static bool a_can_socket_is_opened_again_and_no_other(const char *path) {
     struct ifreq r = {.ifr_name = "lo"};
     struct sockaddr_in nobody = {.sin_family = AF_INET, .sin_port = htons(9), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
@@ -241,7 +243,7 @@ static void a_result_is_written_where_a_rename_knows_no_flags(void **unused) {
     no_rename_flags = false;
     assert_true(written);
     assert_int_equal(stat(result, &s), 0);
-    assert_int_equal(s.st_nlink, 1); /* the temporary file is gone */
+    assert_int_equal(s.st_nlink, 1); /* one link is left, so the temporary file is gone */
 }
 
 static void a_service_manager_is_told_through_the_socket_that_was_open(void **unused) {
@@ -282,7 +284,8 @@ static void commands_come_through_the_sockets_that_were_open(void **unused) {
     close(listener);
 }
 
-/* TSYNC applies to a thread that already runs; it reports through a pipe. */
+/* SECCOMP_FILTER_FLAG_TSYNC confines threads that already run; such a thread reports through a
+ * pipe. */
 static int to_thread[2], from_thread[2];
 static void *tries(void *argument) {
     char byte = 0;

@@ -66,7 +66,7 @@ static void safe_is_called_and_the_signal_kept(void **unused) {
             assert_int_equal(waitpid(child, &status, 0), child);
             assert_true(WIFSIGNALED(status) && WTERMSIG(status) == cases[k].number);
             close(told[1]);
-            /* no further byte: end of file */
+            /* the end of the file: safe() was called no more */
             assert_int_equal(read(told[0], calls, sizeof calls), 2);
             close(told[0]);
         }

@@ -1,5 +1,4 @@
-/* CSV: values pass through a log and back unchanged to the last bit, and other programs' files are
- * readable. */
+/* CSV: values that pass through a log keep every bit, and files of other programs can be read. */
 #include "csv_rig.h"
 
 #include "csv_reader.h"
@@ -7,7 +6,7 @@
 
 #define assert_same(a, b, member) assert_memory_equal(&(a)->member, &(b)->member, sizeof(a)->member)
 
-/* Any NaN equals any other: text has only one. */
+/* Asserts equal bits; any NaN equals any other, because text has only one. */
 static void assert_numbers(const double *a, const double *b, int count) {
     for (int i = 0; i < count; i++)
         if (!(isnan(a[i]) && isnan(b[i]))) assert_memory_equal(&a[i], &b[i], sizeof a[i]);
@@ -46,7 +45,7 @@ static void log_to_csv_to_log_keeps_what_identification_reads(void **unused) {
     }
 }
 
-/* The expected values are those that this test wrote, not those that a reader returned. */
+/* The expected values are the ones that this test wrote, not ones that a reader returned. */
 static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
     (void)unused;
     enum { ROWS = 2000 };
@@ -61,7 +60,7 @@ static void csv_to_log_to_csv_gives_the_same_values(void **unused) {
     for (int i = 0; i < ROWS; i++) {
         struct cycle *c = &original[i];
         fill_cycle(c, &state);
-        /* a clock with a third of a millisecond of noise */
+        /* time stamps with a third of a millisecond of jitter */
         c->test_time_s = i * 0.002 + 1e-5 * (double)(random_bits(&state) % 100) / 3.0;
         c->test = DOF_THETA, c->dof = DOF_THETA;
         c->phase = llround(c->test_time_s / 0.002) < 500 ? PHASE_RAMP_IN : PHASE_EVALUATE;
@@ -132,7 +131,8 @@ static void numbers_are_read_as_strtod_reads_them(void **unused) {
     csv_close(r);
 }
 
-/* Without the column `phase` the boundaries follow from the reference, tick for tick. */
+/* Without the column `phase` the phases follow from the time since the start of the test, to the
+ * row. */
 static void phases_follow_from_time(void **unused) {
     (void)unused;
     static const double periods[] = {0.002, 0.001, 1.0 / 300, 0.0037};
@@ -170,10 +170,11 @@ static void heads_replace_the_configuration(void **unused) {
     assert_imports();
     const struct test_params *t = &load(log_a)->params.tests;
     static const double hz[DOFS] = {2.5, 5, 2.5, 2.5, 2.5, 2.5}, amplitude[DOFS] = {0.003, 0.003, 0.002, 0.01, 0.01, 0.01};
-    assert_memory_equal(t->hz, hz, sizeof hz); /* each axis its own, or that of the first file */
+    assert_memory_equal(t->hz, hz, sizeof hz); /* each axis has its own frequency; an axis without
+                                                * one has the first file's */
     assert_memory_equal(t->amplitude, amplitude, sizeof amplitude);
     assert_true(t->ramp_s == 0.5 && t->settle_s == 0.0);
-    /* the part after the ramp in the shorter file: 1400 * 2 ms - 0.5 s */
+    /* the shorter file without the ramp: 1400 * 2 ms - 0.5 s */
     assert_float_equal(t->duration_s, 2.3, 1e-9);
     assert_true(t->count == 6 && t->order[5] == DOF_PSI);
     assert_true(load(log_a)->cycle[0].test == 5 && load(log_a)->cycle[1500].test == 1);
@@ -192,7 +193,8 @@ static void another_rate_makes_another_period(void **unused) {
     assert_int_equal(load(log_a)->cycle[599].in.time_ns, 599 * 5000000LL);
 }
 
-/* Missing headers are taken from the directory's configuration, else from the given one. */
+/* Values that the headers omit come from the configuration in the directory, otherwise from the
+ * given one. */
 static void the_configuration_beside_the_files_is_used(void **unused) {
     (void)unused;
     empty(NULL);
@@ -212,20 +214,21 @@ static void other_programs_files_are_read(void **unused) {
     char text[BUFFER];
     int used = sprintf(text, "\xef\xbb\xbf# recorded by hand\r\n# dof: x\r\n#rate_hz : 500\r\n# operator: Ann\r\n\r\n"
                              "\"t_s\", \"l2_m\" ,p1_3_pa,temperature\r\n");
-    for (int i = 0; i < 1000; i++) used += sprintf(text + used, "%.10g, 1.83 ,%s,warm, very\r\n", 0.002 * i, i % 2 ? "" : "nan");
+    for (int i = 0; i < 1000; i++)
+        used += sprintf(text + used, "%.10g, 1.83 ,%s,warm, very\r\n", 0.002 * i, i % 10 ? "8e6" : i % 20 ? "" : "nan");
     sprintf(text + used, "\r\n");
     empty(NULL);
     put("1_x.csv", text);
-    assert_int_equal(import(), STATUS_USAGE); /* a comma too many */
+    assert_int_equal(import(), STATUS_USAGE); /* the file has a comma too many */
     assert_says("1_x.csv:7|5 cells|line 6 names 4");
     for (char *comma; (comma = strstr(text, "warm, very"));) memcpy(comma, "warm; very", 10);
     put("1_x.csv", text);
     assert_imports();
     const struct cycle *c = &load(log_a)->cycle[999];
-    assert_true(c->in.length_m[1] == 1.83 && isnan(c->in.length_m[0]) && isnan(c->in.p1_pa[2]));
+    assert_true(c->in.length_m[1] == 1.83 && isnan(c->in.length_m[0]) && c->in.p1_pa[2] == 8e6 && isnan(c[-9].in.p1_pa[2]));
     assert_true(isnan(c->ref[0]) && isnan(c->out.valve[5]));
     assert_int_equal(c->in.flags, 0);
-    assert_int_equal(report.empty, 1000);
+    assert_int_equal(report.empty, 100);
     assert_string_equal(report.missing,
                         "1_x.csv: ref_x_m..ref_psi_rad, l1_m, l3_m, l4_m, l5_m, l6_m, p1_1_pa, p1_2_pa, p1_4_pa, p1_5_pa, p1_6_pa, "
                         "p2_1_pa..p2_6_pa, u1..u6");
@@ -312,7 +315,7 @@ static void units_that_cannot_be_are_named(void **unused) {
     assert_says("1_x.csv:2|milliseconds|t_ms");
 }
 
-/* Rows of all lengths, pressures and references, scaled into the file's units. */
+/* Writes rows of lengths, pressures and references, scaled into the file's units. */
 static void put_platform(const char *name, double length, double pressure) {
     static char text[BUFFER];
     int used = sprintf(text, "# dof: x\nt_s,ref_x_m,l1_m,l2_m,p1_1_pa,p2_1_pa,p1_2_pa\n");
@@ -327,7 +330,8 @@ static void put_platform(const char *name, double length, double pressure) {
 
 static void one_unit_is_named_for_all_channels_of_a_kind(void **unused) {
     (void)unused;
-    /* of a supply of 10 MPa; 45 in MPa were within three times the sensors' full scale, too */
+    /* the supply has 10 MPa, so 45 means bar, though 45 MPa would be within three times the
+     * sensors' full scale */
     static const struct {
         double length, pressure;
         const char *says;
@@ -375,6 +379,26 @@ static void one_axis_goes_to_csv_and_back(void **unused) {
     assert_says("2_x.csv:2|platform|1_axis.csv");
 }
 
+/* Beside a whole test, a stroke of 0.4 s neither keeps it from being read nor shortens it. */
+static void a_record_too_short_for_a_test_is_any_motion(void **unused) {
+    (void)unused;
+    static const int rows[] = {2000, 200};
+    empty(NULL);
+    for (int file = 0; file < 2; file++) {
+        char text[BUFFER], name[16];
+        int used = sprintf(text, "t_s,position_mm,force_n\n");
+        for (int i = 0; i < rows[file]; i++) used += sprintf(text + used, "%.4f,%.4f,%d\n", 0.002 * i, 10.0 * sin(0.05 * i), i % 7);
+        snprintf(name, sizeof name, "%d.csv", file + 1);
+        put(name, text);
+    }
+    assert_imports();
+    assert_non_null(strstr(report.notes, "2.csv: shorter than tests.ramp_s, 1 s"));
+    const struct recording *r = load(log_a);
+    assert_int_equal(r->count, 2200);
+    assert_true(r->cycle[0].dof == DOF_X && r->cycle[2000].dof == DOF_NONE && r->cycle[2000].test != r->cycle[0].test);
+    assert_true(fabs(r->params.tests.duration_s - 3.0) < 1e-9);
+}
+
 static void a_recording_without_a_sinusoid_is_kept(void **unused) {
     (void)unused;
     empty(NULL);
@@ -406,6 +430,7 @@ int main(void) {
         cmocka_unit_test(units_that_cannot_be_are_named),
         cmocka_unit_test(one_unit_is_named_for_all_channels_of_a_kind),
         cmocka_unit_test(one_axis_goes_to_csv_and_back),
+        cmocka_unit_test(a_record_too_short_for_a_test_is_any_motion),
         cmocka_unit_test(a_recording_without_a_sinusoid_is_kept),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

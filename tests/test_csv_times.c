@@ -1,4 +1,4 @@
-/* The rows' times: their rate, missing rows, and the start of a test on a clock with another
+/* Times of the rows: their rate, missing rows, and the start of a test whose clock has another
  * origin. */
 #include "csv_rig.h"
 
@@ -8,7 +8,7 @@ enum { ROWS = 5000 };
 
 static const double PERIOD_S = 0.002;
 
-/* Time stamp of a row, NaN if it is lost. */
+/* Returns the time stamp of a row, NaN if the row is lost. */
 typedef double stamp_function(int row);
 
 static double uniform(int row) {
@@ -45,8 +45,8 @@ static const struct {
                   {"a hole of 3 s", hole}, {"a tenth lost", tenth},   {"200 ppm fast", fast},    {"a clock that wanders", wander}};
 enum { RECORDINGS = sizeof recordings / sizeof *recordings };
 
-/* The rate, stated or not, is that of the rows, each row has its place, and missing rows are
- * counted exactly. */
+/* Each row gets its place, and missing rows are counted exactly, whether the file states the rate
+ * or not. */
 static void rows_have_their_places(void **unused) {
     (void)unused;
     static const char *const heads[] = {"# dof: x\n# rate_hz: 500\n", "# dof: x\n"};
@@ -64,7 +64,7 @@ static void rows_have_their_places(void **unused) {
         }
 }
 
-/* The claim holds for any irregularity of the times. */
+/* A wrong rate is refused, however irregular the times are. */
 static void a_wrong_rate_is_found(void **unused) {
     (void)unused;
     for (int i = 0; i < RECORDINGS; i++)
@@ -77,7 +77,8 @@ static void a_wrong_rate_is_found(void **unused) {
         }
 }
 
-/* Stamps in whole milliseconds; one row in `every` is lost, 0: none. */
+/* Writes a file with stamps in whole milliseconds, of which one row in `every` is lost (0:
+ * none). */
 static void put_milliseconds(double true_hz, double stated_hz, int every) {
     static char text[BUFFER];
     int used = sprintf(text, "# dof: x\n# rate_hz: %g\nt_s,u1\n", stated_hz);
@@ -87,7 +88,8 @@ static void put_milliseconds(double true_hz, double stated_hz, int every) {
     put("1_x.csv", text);
 }
 
-/* They are not taken for 1000 Hz with lost rows; a rate without a place for each row is refused. */
+/* Stamps in milliseconds are not taken for 1000 Hz with lost rows. A rate at which not every row
+ * has a place is refused. */
 static void stamps_in_milliseconds_have_the_stated_rate(void **unused) {
     (void)unused;
     static const double rates_hz[] = {640.0, 750.0, 800.0, 900.0, 960.0, 980.0};
@@ -106,7 +108,8 @@ static void stamps_in_milliseconds_have_the_stated_rate(void **unused) {
     assert_says("1_x.csv:2|true rate_hz");
 }
 
-/* Rest, ramp-in and steady motion of one axis, in seconds; more_s is the offset of the stamps. */
+/* Returns a file of one axis: rest, ramp-in and steady motion, each in seconds; more_s is added to
+ * the time stamps. */
 static const char *motion(const char *head, double rest_s, double ramp_s, double steady_s, double more_s) {
     static char text[4 * BUFFER];
     int used = sprintf(text, "# mechanism: axis\n# rate_hz: 500\n# frequency_hz: 4\n# ramp_s: 1\n%st_s,position_m,force_n\n", head);
@@ -131,7 +134,8 @@ static void time_may_begin_anywhere(void **unused) {
     (void)unused;
     static const struct {
         const char *head;
-        double rest_s, ramp_s, steady_s, more_s, zero_s; /* zero_s: t_s at t = 0 */
+        double rest_s, ramp_s, steady_s, more_s, zero_s; /* zero_s: time stamp at which the test's
+                                                          * time is 0 */
         int evaluated;
     } cases[] = {
         {"# duration_s: 4\n", 0.0, 1.0, 5.0, 0.0, 0.0, 2000},
@@ -139,11 +143,12 @@ static void time_may_begin_anywhere(void **unused) {
                                                                                 * started earlier */
         {"# duration_s: 4\n", 2.0, 1.0, 5.0, 1732478400.0, 1732478402.0, 2000}, /* the platform
                                                                                  * rests first */
-        {"# duration_s: 4\n", 1.0, 1.0, 5.0, -500.0, -499.0, 2000}, /* the clock counts towards 0 */
+        {"# duration_s: 4\n", 1.0, 1.0, 5.0, -500.0, -499.0, 2000}, /* the time stamps are negative
+                                                                     * and rise towards 0 */
         {"", 0.0, 1.0, 5.0, 3.0, 3.0, 2500},
-        {"# duration_s: 4\n", 0.0, 0.0, 5.0, 1.5, 0.0, 1750},  /* the file's own time, its ramp-in
-                                                                * cut off */
-        /* ramp-in cut off, and another clock */
+        {"# duration_s: 4\n", 0.0, 0.0, 5.0, 1.5, 0.0, 1750},  /* the file's time counts from the
+                                                                * ramp-in, which is cut off */
+        /* the ramp-in is cut off, and the clock has another origin */
         {"# duration_s: 4\n", 0.0, 0.0, 5.0, 100.0, 99.0, 2000},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -153,7 +158,7 @@ static void time_may_begin_anywhere(void **unused) {
         assert_imports();
         assert_int_equal(report.zero[0] != '\0', cases[i].zero_s != 0.0);
         if (report.zero[0]) assert_int_equal(sscanf(report.zero, "1_x.csv: %lf", &zero_s), 1);
-        /* half a cycle: the precision to which a ramp's ends are known */
+        /* tolerance: half a cycle, because the ends of a ramp are found no more exactly */
         if (!(fabs(zero_s - cases[i].zero_s) <= 0.125)) fail_msg("case %zu: t = 0 at %.3f", i, zero_s);
         int count = evaluated(&begin_s);
         if (abs(count - cases[i].evaluated) > 126) fail_msg("case %zu: %d evaluated", i, count);
@@ -163,13 +168,13 @@ static void time_may_begin_anywhere(void **unused) {
 
 static double chirp(double t_s) { return t_s < 20.0 ? 0.01 * sin(2.0 * PI * (0.3 + 0.05 * t_s) * t_s) : 0.0; }
 
-/* Every 4 s it moves to another place within 1 s, and back. */
+/* Moves to another place within 1 s, and 4 s later back. */
 static double point_to_point(double t_s) {
     double share = fmin(fmod(t_s, 4.0), 1.0), way = share * share * (3.0 - 2.0 * share);
     return 0.01 * (fmod(t_s, 8.0) < 4.0 ? way : 1.0 - way);
 }
 
-/* The motion need not be steady: time begins where the first rest ends. */
+/* The motion need not be steady: the test's time begins at the end of the first rest. */
 static void time_begins_with_any_motion(void **unused) {
     (void)unused;
     static const struct {

@@ -28,7 +28,7 @@ static double volume2(double length_m) {
     return params.hydraulics.dead_volume_m3[0] + model.leg[0].a2_m2 * (model.leg[0].length_max_m - length_m);
 }
 
-/* Flow into a chamber from its pressure rate. */
+/* Returns the flow into a chamber that its pressure rate means. */
 static double flow(double pressure_rate, double volume_m3) { return pressure_rate * volume_m3 / params.hydraulics.bulk_modulus_pa[0]; }
 
 static struct cylinder_state derivative(const struct cylinder_state *s, double length_m, double rate_mps, double valve) {
@@ -41,7 +41,7 @@ static struct cylinder_state combine(const struct cylinder_state *s, double h, c
                                    s->spool_rate + h * rate->spool_rate, s->deflection + h * rate->deflection};
 }
 
-/* Steps with constant input. */
+/* Makes a step with constant input. */
 static void step(struct cylinder_state *s, double h, double length_m, double rate_mps, double valve) {
     const struct cylinder_input in = {length_m, rate_mps, valve};
     cylinder_step(&model, 0, h, (struct cylinder_input[]){in, in, in}, s);
@@ -54,9 +54,10 @@ static void every_neutral_leg_has_the_same_length(void **unused) {
     for (int k = 0; k < LEGS; k++) {
         double x = g.upper[k][0] - g.lower[k][0], y = g.upper[k][1] - g.lower[k][1], z = g.upper[k][2] - g.lower[k][2];
         assert_close(sqrt(x * x + y * y + z * z), g.neutral_length_m[0], 1e-14);
-        assert_true(z < 0.0); /* z is down: the platform is above */
+        assert_true(z < 0.0); /* z points down, and the platform is above the base */
     }
-    assert_close(g.neutral_length_m[0], MID_M, 5e-5); /* as printed in docs/method.md section 1 */
+    assert_close(g.neutral_length_m[0], MID_M, 5e-5); /* the value that docs/method.md, section 1,
+                                                       * prints */
 }
 
 static void joints_lie_at_the_angles_of_the_paper(void **unused) {
@@ -88,8 +89,8 @@ static void neutral_is_at_mid_stroke(void **unused) {
 static void rated_drop_gives_rated_flow_either_way(void **unused) {
     (void)unused;
     const struct hydraulics_params *h = &params.hydraulics;
-    /* pressure drops: 5 MPa from the supply, 5 MPa to the tank; no leakage between equal
-     * pressures */
+    /* the pressure drops are 5 MPa from the supply and 5 MPa to the tank; equal pressures cause no
+     * leakage */
     double half = h->supply_pa - h->valve_drop_pa;
     assert_close(half - h->tank_pa, h->valve_drop_pa, 1e-9);
     for (int sign = -1; sign <= 1; sign += 2) {
@@ -106,7 +107,7 @@ static void flow_follows_the_root_exactly_down_to_10_kpa(void **unused) {
     for (double drop = 1.0001e4; drop < 9e6; drop *= 1.7) {
         struct cylinder_state s = {.p1_pa = h->supply_pa - drop, .p2_pa = h->supply_pa - drop, .spool = 0.1};
         double q = flow(derivative(&s, MID_M, 0.0, 0.1).p1_pa, volume1(MID_M));
-        /* rounding of supply - drop */
+        /* tolerance: rounding of supply - drop */
         assert_close(q / (0.1 * h->valve_flow_m3_per_s[0] * sqrt(drop / h->valve_drop_pa)), 1.0, 1e-9);
     }
 }
@@ -122,7 +123,7 @@ static void flow_through_zero_drop_is_odd_monotonic_and_smooth(void **unused) {
         assert_close(q + derivative(&mirror, MID_M, 0.0, 0.1).p1_pa, 0.0, 1e-9 * 1e8);
         double slope = (q - last) / step;
         if (drop > -3e4) assert_true(slope > 0.0);
-        /* a step is 1e-3 of the laminar limit, curvature below 3 */
+        /* tolerance: a step is 1e-3 of the laminar limit, and the curvature is below 3 */
         if (drop > -3e4 + 2 * step) assert_close(slope / last_slope, 1.0, 5e-3);
         last = q, last_slope = slope;
     }
@@ -157,12 +158,12 @@ static void spool_steps_like_a_second_order_system(void **unused) {
         double t = i * SUBSTEP_S;
         step(&s, SUBSTEP_S, MID_M, 0.0, 0.5);
         double exact = 0.5 * (1 - exp(-z * w * t) * (cos(wd * t) + z * w / wd * sin(wd * t)));
-        /* RK4: (w h)^5/120 per step, about 10 steps per time constant */
+        /* tolerance: RK4 has (w h)^5/120 per step, at about 10 steps per time constant */
         assert_close(s.spool, exact, 2e-5);
     }
 }
 
-/* Any state and input, with seals. */
+/* Draws any state and input; seals are on. */
 static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
     (void)unused;
     uint64_t seed = 5;
@@ -195,8 +196,8 @@ static void a_step_is_runge_kuttas_of_the_derivative(void **unused) {
     model.leg[0].seal_distance_m = 0.0;
 }
 
-/* An extended model without hoses, laws or resistance has the same equations; for unequal legs, all
- * together or one alone. */
+/* An extended model without hoses, laws or resistance has the same equations as the plain one.
+ * Unequal legs step alike all together and one alone. */
 static void legs_step_alone_as_they_do_together(void **unused) {
     (void)unused;
     uint64_t seed = 6;
@@ -243,7 +244,8 @@ static void spool_stops_at_full_opening(void **unused) {
     assert_close(s.spool, -1.0, 1e-12);
     struct cylinder_state beyond = {.spool = 1.01, .spool_rate = -3.0};
     cylinder_limit(&model, 0, &beyond);
-    assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* it may leave the stop */
+    assert_true(beyond.spool == 1.0 && beyond.spool_rate == -3.0); /* the spool may leave the
+                                                                    * stop */
 }
 
 static void the_spool_alone_moves_as_with_its_chambers(void **unused) {
@@ -283,17 +285,18 @@ static void a_chamber_torn_open_stays_above_vacuum_and_recovers(void **unused) {
         double lowest = tear_open(speed, SUBSTEP_S, &s);
         assert_true(lowest < 0.0); /* it did cavitate */
         assert_true(lowest >= VACUUM_PA);
-        /* by the equations, not by the limit */
+        /* the equations, not the limit, keep the pressure above vacuum */
         assert_below(VACUUM_PA + 1e3, tear_open(speed, SUBSTEP_S / 16, &fine));
-        assert_close(s.p1_pa, fine.p1_pa, 1e3); /* so the substep is fine enough */
+        assert_close(s.p1_pa, fine.p1_pa, 1e3); /* the substep is fine enough */
         s.p2_pa = 0.0;
         for (int i = 0; i < 80; i++) step(&s, SUBSTEP_S, MID_M + 0.15, 0.0, 0.0);
-        assert_close(s.p1_pa, 0.0, 10.0); /* 20 ms: many times the make-up's 1 ms */
+        assert_close(s.p1_pa, 0.0, 10.0); /* 20 ms are many time constants of the make-up valve, 1
+                                           * ms */
     }
 }
 
-/* The stiffest case: dead volume only, valve wide open. The bare orifice has a time constant of 11
- * us. */
+/* The stiffest case: the chamber is only the dead volume, the valve is wide open, and the bare
+ * orifice has a time constant of 11 us. */
 static void a_small_chamber_fills_without_ringing_even_under_euler(void **unused) {
     (void)unused;
     const double supply = params.hydraulics.supply_pa;
@@ -332,7 +335,7 @@ static void force_is_that_of_the_two_areas(void **unused) {
     assert_close(cylinder_hydraulic_force(&model, 0, &pull), -PI / 4 * (bore * bore - rod * rod) * 1e6, 1e-9);
 }
 
-/* Dahl's law for a rod at constant speed; a fast rod's seals take 0.2 ms and never overshoot. */
+/* Dahl's law at constant speed; the seals of a fast rod slide within 0.2 ms and never overshoot. */
 static void seals_are_deflected_and_then_slide(void **unused) {
     (void)unused;
     struct cylinder_state s = {.p1_pa = 5e6, .p2_pa = 5e6};

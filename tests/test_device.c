@@ -1,4 +1,4 @@
-/* The core of the device side: each latch is of one instant, the plant lives by the clock, and the
+/* The core of the device side: each latch is of one instant, the plant follows the clock, and the
  * watchdog works. Time is an argument, so nothing sleeps. */
 #include "support.h"
 
@@ -8,7 +8,7 @@
 static const double out_of_rest[LEGS] = {0.5, 0.5, 0.5, 0.5, 0.5, 0.5}, centre[LEGS] = {0};
 static const int64_t start_ns = 1000 * NS_PER_S, period_ns = 2000000;
 
-/* The life sign for the supply toggles every period. */
+/* Sends a command; the life sign for the supply toggles every period. */
 static void live(struct device *d, const double valve[LEGS], int64_t now_ns) {
     struct hal_command command = {.enable = true, .supply = (now_ns + period_ns / 2) / period_ns % 2};
     memcpy(command.valve, valve, sizeof command.valve);
@@ -31,7 +31,7 @@ static double leg(struct device *d, int64_t now_ns) {
     return s.length_m[0];
 }
 
-/* Extends for half a second; returns when the next latch is due. */
+/* Extends the legs for half a second; returns the time of the next latch. */
 static int64_t extend(struct device *d) {
     int64_t now_ns = start_ns;
     for (int i = 0; i < 250; i++) live(d, out_of_rest, now_ns), now_ns += period_ns;
@@ -43,7 +43,7 @@ static void a_request_that_comes_twice_reads_the_same_and_takes_no_time(void **s
     struct device *d = make(&p), *once = make(&p);
     struct hal_sample first = {0}, again = {0};
     (void)state;
-    p.sensors.enabled = true; /* a second read would draw other noise */
+    p.sensors.enabled = true; /* with noise on, a second reading would differ */
     int64_t now_ns = extend(d);
     extend(once);
     assert_true(device_latch(d, now_ns, &first));
@@ -56,7 +56,7 @@ static void a_request_that_comes_twice_reads_the_same_and_takes_no_time(void **s
     live(once, out_of_rest, now_ns);
     double moved = leg(once, now_ns + period_ns);
     assert_true(leg(d, now_ns + period_ns) == moved);
-    /* The second device's command is in force from the next period on. */
+    /* the second device's command is in force from the next period on */
     assert_true(leg(d, now_ns + 3 * period_ns) < leg(once, now_ns + 3 * period_ns));
     device_destroy(once);
     device_destroy(d);
@@ -72,13 +72,13 @@ static void commands_move_the_legs_and_the_centre_holds_them(void **state) {
     for (int i = 0; i < 100; i++) live(d, centre, now_ns), now_ns += period_ns;
     double held = leg(d, now_ns);
     for (int i = 0; i < 50; i++) live(d, centre, now_ns), now_ns += period_ns;
-    /* Trapped oil holds the leg; leakage across the piston shifts the pressures, and the swing dies
-     * out. */
+    /* trapped oil holds the leg: leakage across the piston shifts the pressures, and the
+     * oscillation decays */
     assert_close(leg(d, now_ns), held, 1e-3);
     device_destroy(d);
 }
 
-/* A late or early request must read the same as one in time. */
+/* Checks that a late or early request reads the same as one in time. */
 static void request_both(struct device *d, int64_t came_ns, struct device *in_time, int64_t due_ns, const double valve[LEGS]) {
     assert_true(leg(d, came_ns) == leg(in_time, due_ns));
     live(d, valve, came_ns);
@@ -102,7 +102,8 @@ static void the_hosts_jitter_is_not_in_the_readings(void **state) {
     device_destroy(d);
 }
 
-/* The daemon's clock is 0.5 % slow: the grid follows it at one period per request. */
+/* The daemon's clock is 0.5 % slow. The grid of the device follows it, so that there is one period
+ * per request. */
 static void the_grid_follows_the_daemon(void **state) {
     struct params p;
     struct device *d = make(&p), *in_time = make(&p);
@@ -116,8 +117,8 @@ static void the_grid_follows_the_daemon(void **state) {
     device_destroy(d);
 }
 
-/* The daemon pauses to distinguish late from lost answers, or stalls and returns. The machine never
- * waits, ticked or not. */
+/* The daemon pauses to distinguish late answers from lost ones, or it stalls and returns. The
+ * machine never waits for it, whether device_tick() is called or not. */
 static void requests_left_out_do_not_hold_the_machine_up(void **state) {
     (void)state;
     for (int left_out = 1; left_out <= 5; left_out++)
@@ -167,8 +168,8 @@ static void a_silent_bus_lets_the_machine_live_on_and_then_stops_it(void **state
     device_destroy(d);
 }
 
-/* After a gap the device simulates the missed time with the old valve commands, centred from the
- * watchdog's time on, whether or not it was polled in between. */
+/* After a gap the device simulates the missed time with the old valve commands, and with centred
+ * valves from the watchdog's time on, whether or not it was polled in between. */
 static void the_watchdog_holds_in_time_caught_up(void **state) {
     struct params p;
     struct device *d = make(&p), *ticked = make(&p);
@@ -181,7 +182,7 @@ static void the_watchdog_holds_in_time_caught_up(void **state) {
     device_destroy(d);
 }
 
-/* An hour would be 1.8 million periods; it simulates only one, with the valves centred. */
+/* An hour would be 1.8 million periods; the device simulates only one, with the valves centred. */
 static void a_stopped_process_does_not_catch_up(void **state) {
     struct params p;
     struct device *d = make(&p), *one = make(&p);
@@ -195,7 +196,7 @@ static void a_stopped_process_does_not_catch_up(void **state) {
     device_destroy(d);
 }
 
-/* A watchdog that has fired stays so until the next command. */
+/* A watchdog that has fired keeps the valves centred until the next command. */
 static void a_longer_watchdog_counts_from_the_next_command_on(void **state) {
     struct params p;
     struct device *d = make(&p);
@@ -227,7 +228,7 @@ static void before_the_first_command_the_watchdog_holds(void **state) {
     struct params p;
     struct device *d = make(&p);
     (void)state;
-    assert_true(device_tick(d, 1)); /* a machine that has just been switched on */
+    assert_true(device_tick(d, 1)); /* the machine has just been switched on */
     device_destroy(d);
 }
 

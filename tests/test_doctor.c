@@ -1,5 +1,6 @@
-/* doctor's findings on computers that are not at hand: /proc and /sys are files in a directory, and
- * measurements are given. Each WARN and FAIL of each check occurs once and states its remedy. */
+/* doctor's findings on computers that are not available: /proc and /sys are files in a
+ * directory, and measurements are given. Each WARN and FAIL of each check occurs once and states
+ * its remedy. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -28,7 +29,7 @@
 
 static char root[] = "/tmp/doctor.XXXXXX";
 static struct params params;
-static struct doctor simulated, machine; /* they differ only in the back-end */
+static struct doctor simulated, machine; /* the same computer; only the back-ends differ */
 static bool deaf;                        /* nothing is received */
 
 int __real_bus_receive(struct bus *bus, struct bus_message *message);
@@ -111,7 +112,7 @@ static void too_little_locked_memory_is_refused_behind_hardware(void **unused) {
     is(check_locked_memory(&machine), LEVEL_OK, "CAP_IPC_LOCK");
 }
 
-/* Runs in its own process without privileges. */
+/* The check runs in a process of its own without privileges. */
 static void without_its_rights_real_time_is_refused_behind_hardware(void **unused) {
     (void)unused;
     const struct rlimit none = {0};
@@ -140,7 +141,7 @@ static void a_governor_that_saves_power_is_warned_of(void **unused) {
     is(check_governor(&machine), LEVEL_OK, "performance on 2");
     put(CPU "/cpu1/cpufreq/scaling_governor", "powersave");
     is(check_governor(&machine), LEVEL_WARN, "powersave on 1 of 2");
-    params.loop.cpu = 0; /* the other CPU is not the loop's */
+    params.loop.cpu = 0; /* only the governor of the loop's processor matters */
     is(check_governor(&machine), LEVEL_OK, "performance on 1 processor");
 }
 
@@ -232,11 +233,11 @@ static struct wakeups wakeups(int count, int late_count, int64_t late_ns) {
 
 static void wake_ups_are_judged_by_the_deadline_of_the_loop(void **unused) {
     (void)unused;
-    /* a microsecond less than half a period */
+    /* 50 of 5000 wake-ups are late by a microsecond less than half a period */
     struct wakeups good = wakeups(5000, 50, 999 * NS_PER_US);
     is(judge_wakeups(&machine, &good), LEVEL_OK, "p50 3");
     assert_int_equal(good.half, 0);
-    /* more than checks.excluded_pct, 1 % */
+    /* 51 late ones are more than checks.excluded_pct, 1 % */
     struct wakeups late = wakeups(5000, 51, 1000 * NS_PER_US);
     is(judge_wakeups(&machine, &late), LEVEL_WARN, "half a period late");
     struct wakeups missed = wakeups(5000, 1, 2500 * NS_PER_US);
@@ -252,7 +253,7 @@ static void the_histogram_counts_every_wake_up_once(void **unused) {
     struct wakeups w;
     struct error error;
     assert_int_equal(wakeups_measure(&params.loop, 0.2, &w, &error), STATUS_OK);
-    int64_t sum = 0, deadlines = 99; /* 2 ms .. 198 ms */
+    int64_t sum = 0, deadlines = 99; /* deadlines at 2, 4, ..., 198 ms */
     for (int i = 0; i <= WAKEUP_EDGES; i++) sum += w.count[i];
     assert_int_equal(sum, w.late.count);
     /* every deadline is met or missed, however slow this host is */
@@ -307,13 +308,14 @@ static void lcm_is_followed_step_by_step(void **unused) {
     bool other = !system("{ ip link add d0 type dummy || ip tuntap add d0 mode tap; } 2>/dev/null && ip link set d0 up && "
                          "ip addr add 192.0.2.1/24 dev d0");
     if (!other) skip_because("this kernel has no second interface to route to");
-    /* a route by lo beside a network hides the messages from other hosts */
+    /* a route by lo hides the messages of a network's other hosts */
     struct finding f = check_lcm_route(&machine);
     assert_int_equal(f.level, LEVEL_WARN);
     assert_string_equal(f.remedy, "sudo ip route replace 224.0.0.0/4 dev d0");
     json_decref(f.data);
     assert_int_equal(system("ip route del 224.0.0.0/4 dev lo"), 0);
-    f = check_lcm_socket(&machine); /* so it is not recommended */
+    f = check_lcm_socket(&machine); /* where there is a network, the route by lo is not
+                                     * recommended */
     assert_int_equal(f.level, LEVEL_FAIL);
     assert_null(strstr(f.remedy, "dev lo"));
     assert_int_equal(system("ip route add 224.0.0.0/4 dev d0"), 0);
@@ -407,7 +409,7 @@ static void end_nested(struct message *m, size_t at) {
     memcpy(m->bytes + at, &length, sizeof length);
 }
 
-/* Laid out as by the kernel: nested attributes, the statistics beside them. */
+/* Makes a message as the kernel does: nested attributes, and the statistics next to them. */
 static struct message of_controller(const char *kind) {
     struct message m = {.size = NLMSG_SPACE(sizeof(struct ifinfomsg))};
     const struct can_bittiming timing = {.bitrate = 1000000, .sample_point = 750};
@@ -442,7 +444,7 @@ static void the_kernels_answer_is_read_member_by_member(void **unused) {
     assert_close(c.sample_point, 0.75, 1e-12);
     assert_true(c.bus_errors == 1 && c.warnings == 2 && c.passives == 3 && c.bus_offs == 4 && c.arbitration_lost == 5 && c.restarts == 6);
     assert_true(c.rx_dropped == 7 && c.tx_dropped == 8);
-    m = of_controller("vxcan"); /* a vxcan's data have another meaning */
+    m = of_controller("vxcan"); /* these attributes of a vxcan have another meaning */
     assert_true(can_controller_parse(m.bytes, m.size, &c));
     assert_true(!c.known && !c.bitrate_bps && !strcmp(c.kind, "vxcan"));
 }
@@ -452,8 +454,8 @@ static void a_damaged_answer_is_read_no_further_than_it_goes(void **unused) {
     const struct message whole = of_controller("can");
     struct can_controller c;
     for (size_t size = 0; size < whole.size; size++) {
-        unsigned char *part = malloc(size ? size : 1); /* sized so that a sanitizer detects an
-                                                        * overrun */
+        unsigned char *part = malloc(size ? size : 1); /* a buffer of the exact size, in which a
+                                                        * sanitizer detects an overrun */
         memcpy(part, whole.bytes, size);
         assert_false(can_controller_parse(part, size, &c)); /* truncated */
         free(part);
@@ -499,7 +501,7 @@ static void round_trips_are_judged_by_cycle_and_time_out(void **unused) {
     is(judge_round_trips(&machine, &r), LEVEL_FAIL, "too old");
 }
 
-/* A port that is taken and on which nobody listens. */
+/* The port is taken, but nobody listens on it. */
 static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_asked(void **unused) {
     (void)unused;
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
@@ -512,7 +514,7 @@ static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_as
     snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", ntohs(address.sin_port));
     machine.url = url;
     is(check_modbus(&machine), LEVEL_FAIL, "127.0.0.1");
-    struct machine_lock lock; /* held by a running hexid */
+    struct machine_lock lock; /* stands for the lock of a running hexid */
     assert_int_equal(machine_lock(&lock, url, &error), STATUS_OK);
     is(check_modbus(&machine), LEVEL_UNKNOWN, "not asked: ");
     machine_unlock(&lock);
@@ -524,7 +526,7 @@ static void a_device_that_does_not_answer_fails_and_one_that_is_driven_is_not_as
 static void a_log_needs_room_for_its_run(void **unused) {
     (void)unused;
     double rate = log_bytes_per_s(&params);
-    /* docs/service.md: 457 bytes per cycle, other events included */
+    /* docs/service.md has 457 bytes per cycle, which includes other events */
     assert_close(rate * params.loop.period_s, 450.0, 50.0);
     struct disk k = {.directory = "/logs", .room_bytes = rate * 3601.0};
     is(judge_log_room(&machine, &k), LEVEL_OK, "1 hours");
@@ -614,7 +616,8 @@ static void tests_that_the_legs_cannot_make_fail(void **unused) {
     slow_case();
     is(check_tests(&machine), LEVEL_OK, "6, within the limits");
     double tank_pa = params.hydraulics.tank_pa;
-    params.hydraulics.tank_pa = 1e6; /* lifts the platform without any command */
+    params.hydraulics.tank_pa = 1e6; /* such a tank pressure lifts the platform without any
+                                      * command */
     is(check_tests(&machine), LEVEL_OK, "6, within the limits"); /* is not run */
     is(check_tests(&simulated), LEVEL_FAIL, "hydraulics.tank_pa");
     params.hydraulics.tank_pa = tank_pa;
@@ -697,7 +700,7 @@ int main(void) {
         cmocka_unit_test_setup(a_machine_that_would_be_blind_for_long_fails, begin),
         cmocka_unit_test_setup(an_input_that_is_not_wired_is_warned_of_behind_hardware, begin),
         cmocka_unit_test_setup(inputs_with_one_contact_are_warned_of_behind_hardware, begin),
-        /* last, because it stays in its own network namespace */
+        /* the last test, because it stays in its own network namespace */
         cmocka_unit_test_setup(lcm_is_followed_step_by_step, begin),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

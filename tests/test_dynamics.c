@@ -1,5 +1,5 @@
-/* Inverse dynamics of the controller against both engines of the simulation, which share no
- * equation with it. */
+/* Inverse dynamics of the controller against both engines of the simulation, with which it shares
+ * no equation. */
 #include "closed_form_rig.h"
 
 #include "dynamics.h"
@@ -14,7 +14,7 @@ static double motion_of(double time_s, double size, double motion[MOTION_ORDERS]
     return largest;
 }
 
-/* Fills in rate and acceleration by differences of the pose. */
+/* Computes the pose of the motion, and its rate and acceleration by differences. */
 static void motion_at(double time_s, double size, double motion[MOTION_ORDERS][DOFS]) {
     const double h = 1e-4;
     double before[MOTION_ORDERS][DOFS], after[MOTION_ORDERS][DOFS];
@@ -35,8 +35,8 @@ static struct params lopsided(void) {
     return params;
 }
 
-/* Euler angles' rates and accelerations as the twist and its derivative, by differences of the
- * attitude that sim makes of them. */
+/* Computes the twist that belongs to the rates of the Euler angles, by differences of the
+ * simulation's rotation matrix. */
 static void twist_of(double time_s, double size, double twist[DOFS]) {
     const double h = 1e-5;
     double pose[3][MOTION_ORDERS][DOFS], t[2][3][3];
@@ -45,7 +45,7 @@ static void twist_of(double time_s, double size, double twist[DOFS]) {
         rotation_from_angles(pose[k][0][3], pose[k][0][4], pose[k][0][5], t[k]);
     }
     for (int r = 0; r < 3; r++) twist[r] = (pose[1][0][r] - pose[0][0][r]) / (2.0 * h);
-    /* T2 T1' = 1 + 2 h w~ */
+    /* the difference of the rotation matrices: T2 T1' = 1 + 2 h w~ */
     static const int up[3] = {2, 0, 1}, down[3] = {1, 2, 0};
     for (int r = 0; r < 3; r++) {
         double plus = 0.0, minus = 0.0;
@@ -79,7 +79,7 @@ static void forces_are_those_of_the_lagrangian(void **unused) {
         for (int i = 0; i < DOFS; i++) {
             double needed = 0.0;
             for (int j = 0; j < DOFS; j++) needed += (j <= i ? mass[i][j] : mass[j][i]) * (twist[2][j] - twist[0][j]) / (2.0 * h);
-            /* differences are good to 1e-5 of accelerations of 5 m/s^2 on 300 kg */
+            /* tolerance: differences are accurate to 1e-5 of 5 m/s^2, times 300 kg */
             assert_close(needed, load[i], 0.02);
             largest = fmax(largest, fabs(needed));
         }
@@ -89,8 +89,8 @@ static void forces_are_those_of_the_lagrangian(void **unused) {
     }
 }
 
-/* The bodies alone, pushed by these forces for half a second, go where the motion goes. An error of
- * force grows with the square of time: 1 N would be 0.5 mm. ODE's integrator is of first order. */
+/* The bodies alone, driven by these forces for half a second, follow the motion. An error of force
+ * grows with the square of time: 1 N would be 0.5 mm. ODE's integrator is of first order. */
 static void both_engines_follow_the_forces(void **unused) {
     (void)unused;
     for (int engine = ENGINE_ODE; engine <= ENGINE_CLOSED_FORM; engine++) {
@@ -132,7 +132,8 @@ static void what_is_singular_or_no_number_is_refused(void **unused) {
     motion[MOTION_ACCEL][2] = (double)NAN;
     assert_false(dynamics_solve(&d, motion, &course));
     motion[MOTION_ACCEL][2] = 0.0;
-    motion[MOTION_POSE][5] = 0.5 * PI; /* a symmetrical platform turned by a quarter is singular */
+    motion[MOTION_POSE][5] = 0.5 * PI; /* a symmetrical platform rotated by 90 degrees is
+                                        * singular */
     assert_false(dynamics_solve(&d, motion, &course));
     motion[MOTION_POSE][5] = (double)INFINITY;
     assert_false(dynamics_solve(&d, motion, &course));

@@ -1,4 +1,4 @@
-/* The catalogue of effects: claims for every entry, and each law. */
+/* The catalogue of effects: claims about every entry, and about each law. */
 #include "support.h"
 
 #include <dirent.h>
@@ -40,7 +40,8 @@ static void every_effect_says_what_it_is(void **unused) {
     for (int i = 0; effect_table[i]; i++) {
         const struct effect *e = effect_table[i];
         assert_true(i < EFFECTS_MAX);
-        assert_int_equal(effect_find(e->name), i); /* so names are unique as well */
+        assert_int_equal(effect_find(e->name), i); /* finding each by its name shows that names are
+                                                    * unique */
         assert_true(strlen(e->plain) > 0 && strlen(e->law) > 0 && strlen(e->signature) > 0);
         assert_true(key_count(e) > 0);
         for (int k = 0; k < key_count(e); k++) {
@@ -84,7 +85,7 @@ static void neutral_values_add_nothing(void **unused) {
     }
 }
 
-/* Groups of the machine's constants, all of them numbers. */
+/* Groups of the machine's constants; each consists of numbers only. */
 #define GROUP(member) {#member, offsetof(struct machine, member), sizeof ((struct machine *)0)->member}
 static const struct {
     const char *name;
@@ -99,7 +100,7 @@ static void the_machine_is_its_constants_and_its_laws(void **unused) {
     size_t size = sizeof m->params + sizeof m->leg_friction + sizeof m->joint_friction + sizeof m->wrench + sizeof m->opening +
                   sizeof m->command;
     for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) size += groups[g].size;
-    assert_int_equal(size, sizeof *m); /* so no group is missing above */
+    assert_int_equal(size, sizeof *m); /* the sum of all members: no group is missing above */
 }
 
 /* Compares all constants, the laws at a pose and a spool position, and the valves' input. */
@@ -123,7 +124,7 @@ static void neutral_values_leave_the_machine_as_it_is(void **unused) {
         valve_line_send(&line, valve);
         valve_line_receive(&line, 0, received);
         assert_memory_equal(received, valve, sizeof valve);
-        /* A hose's diameter has no meaning without its length. */
+        /* the diameter of a hose has no meaning without its length */
         memcpy(machine.hose.diameter_m, base.hose.diameter_m, sizeof base.hose.diameter_m);
         for (size_t g = 0; g < sizeof groups / sizeof *groups; g++) {
             const double *is = numbers(&machine, groups[g].place), *was = numbers(&base, groups[g].place);
@@ -134,7 +135,7 @@ static void neutral_values_leave_the_machine_as_it_is(void **unused) {
     }
 }
 
-/* Readings after 0.3 s of moving valves. */
+/* Returns the readings after 0.3 s of moving valves. */
 static struct hal_sample moved(const struct params *params, enum engine_kind engine) {
     static const double neutral[DOFS] = {0};
     struct params p = *params;
@@ -156,7 +157,7 @@ static struct hal_sample moved(const struct params *params, enum engine_kind eng
     return sample;
 }
 
-/* Largest differences of lengths and pressures. */
+/* Computes the largest differences of lengths and pressures. */
 static void differences(const struct hal_sample *a, const struct hal_sample *b, double *length_m, double *pressure_pa) {
     *length_m = *pressure_pa = 0.0;
     for (int k = 0; k < LEGS; k++) {
@@ -178,12 +179,12 @@ static void both_engines_have_every_effect(void **unused) {
         struct hal_sample closed = moved(&with, ENGINE_CLOSED_FORM), ode = moved(&with, ENGINE_ODE);
         differences(&closed, &ode, &length_m, &pressure_pa);
         differences(&closed, &base, &own_m, &own_pa);
-        /* the engines differ by this at 0.0625 ms; they detect stiction in the joints a substep
-         * apart */
+        /* tolerance: the engines differ by this much at 0.0625 ms, because they detect stiction in
+         * the joints a substep apart */
         assert_below(length_m, 1e-7);
         assert_below(pressure_pa, 100.0);
         bool seen = own_m > 10.0 * length_m || own_pa > 10.0 * pressure_pa;
-        /* these act on time stamps alone or on sensors that the plant lacks */
+        /* these effects act on time stamps alone, or on sensors that the plant lacks */
         assert_true(seen || !strcmp(effect_table[i]->name, "clock_skew") || !strncmp(effect_table[i]->name, "force_sensor", 12));
     }
 }
@@ -240,7 +241,7 @@ static void viscous_friction_is_taken_off_but_never_below_nothing(void **unused)
     config_default(&base);
     double most = base.hydraulics.viscous_n_s_per_m[0];
     static const struct {
-        double extend, retract; /* relative to the configuration's values */
+        double extend, retract; /* changes relative to the configuration's values */
         int status;
     } cases[] = {{-1.0, -1.0, 0}, {-0.5, 0.0, 0}, {-1.001, 0.0, STATUS_USAGE}, {1.0, -1.001, STATUS_USAGE}};
     for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -262,7 +263,7 @@ static void joint_friction_has_both_parts(void **unused) {
     assert_close(f.viscous, 2.0, 1e-15);
 }
 
-/* Mass matrix and load of the rigid model at one pose and motion. */
+/* Computes the mass matrix and the load of the rigid model at one pose and motion. */
 static void bodies(const struct params *params, double mass[DOFS][DOFS], double load[DOFS]) {
     struct rigid_model m;
     struct rigid_state s;
@@ -301,8 +302,8 @@ static void a_length_sensor_is_right_at_its_zero(void **unused) {
     }
 }
 
-/* Air softens oil, but the configured modulus may itself be too low, so the effective one may
- * exceed it. */
+/* Air softens oil. But the configured modulus may itself be too low, so the effective modulus may
+ * be above it. */
 static void oil_has_the_effective_modulus_above_the_configured_one_too(void **unused) {
     (void)unused;
     static const double modulus_pa[] = {6e8, 1.1e9};
@@ -356,7 +357,7 @@ static void one_leg_alone_can_have_friction(void **unused) {
     struct cylinder_model m;
     struct cylinder_state s = {0};
     cylinder_model_init(&m, &params);
-    assert_false(cylinder_can_stick(&m)); /* on, but without force */
+    assert_false(cylinder_can_stick(&m)); /* the effect is on, but its force is 0 */
     params.effects[effect_find("cylinder_coulomb_friction")].value[1][4] = 80.0;
     for (int leg = 0; leg < LEGS; leg++) assert_true(cylinder_friction(&m, leg, &s, -1, 0.1).dry == (leg == 4 ? 80.0 : 0.0));
     assert_true(cylinder_can_stick(&m));

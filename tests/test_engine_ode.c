@@ -41,7 +41,7 @@ static void uneven_forces(double time_s, double force_n[LEGS]) {
     for (int i = 0; i < LEGS; i++) force_n[i] = WEIGHT_N + 100.0 * sin(2.0 * PI * 4.0 * time_s + i);
 }
 
-/* Length of a leg from the platform's pose alone. */
+/* Returns the length of a leg, computed from the platform's pose alone. */
 static double length_of_pose(const struct sim_geometry *g, const double pose[DOFS], int leg) {
     dMatrix3 x, y, z, zy, rotation;
     dRFromAxisAndAngle(x, 1, 0, 0, pose[DOF_PHI]);
@@ -73,7 +73,7 @@ static void place_puts_every_body_where_the_pose_says(void **state) {
     assert_true(t.kinetic_j == 0.0);
     e->ops->place(e, NEUTRAL, (const double[LEGS]){0});
     e->ops->truth(e, &EMPTY, &t);
-    assert_below(fabs(t.potential_j), 1e-10); /* rounding of 5 kJ */
+    assert_below(fabs(t.potential_j), 1e-10); /* tolerance: rounding of 5 kJ */
     e->ops->destroy(e);
 }
 
@@ -98,9 +98,9 @@ static void energy_balance_closes_under_constant_forces(void **state) {
     e->ops->destroy(e);
 }
 
-/* A step is a straight line: joints that move at speed v around each other separate by (v dt)^2/2r,
- * and each step removes a fifth of the separation. The smallest radius is the platform's, 0.58
- * m. */
+/* A step is a straight line, so joints that move round each other at speed v separate by (v
+ * dt)^2/2r, and each step removes a fifth of the separation. The smallest radius is the platform's,
+ * 0.58 m. */
 static void joints_drift_apart_by_no_more_than_the_steps_curvature(void **state) {
     (void)state;
     struct params p;
@@ -127,8 +127,8 @@ static void joints_drift_apart_by_no_more_than_the_steps_curvature(void **state)
     e->ops->destroy(e);
 }
 
-/* Creep in 10 s under a load that friction holds, after which the load swings. The requirement is 1
- * um. */
+/* Returns the creep of the legs in 10 s under a load that friction withstands: constant for 5 s,
+ * then oscillating. The requirement is 1 um. */
 static double creep_m(const struct params *p, double load_n) {
     struct plant_truth start, t;
     double creep = 0.0;
@@ -157,7 +157,7 @@ static void legs_below_their_capacity_do_not_creep(void **state) {
     print_message("%.2g m\n", creep_m(&p, 198.0));
 }
 
-/* 20 N m about each of 24 axes hold a twist of 8 N per leg. */
+/* 20 N m about each of 24 axes withstand a twist of 8 N per leg. */
 static void joints_below_their_capacity_do_not_creep(void **state) {
     (void)state;
     slow_case();
@@ -168,8 +168,8 @@ static void joints_below_their_capacity_do_not_creep(void **state) {
     print_message("%.2g m\n", creep_m(&p, 8.0));
 }
 
-/* Friction dissipates exactly force times path. The path is summed from lengths a substep apart,
- * which shortens it by a thousandth at most around reversals. */
+/* Friction dissipates exactly force times path. The path is the sum of length changes in each
+ * substep, which cuts off a thousandth at most at reversals. */
 static void sliding_takes_force_times_path(void **state) {
     (void)state;
     const double extend_n = 60.0, retract_n = 40.0;
@@ -213,7 +213,7 @@ static void joint_friction_only_takes_energy(void **state) {
     for (int i = 0; i < 400; i++) {
         e->ops->forced(e, DT_S, nothing);
         e->ops->truth(e, &EMPTY, &t);
-        /* energy is tens of J, kinetic energy of second order */
+        /* tolerance: energy is tens of J, and the kinetic energy is of second order in the step */
         assert_below(t.kinetic_j + t.potential_j, energy_j + 1e-4);
         energy_j = t.kinetic_j + t.potential_j;
     }
@@ -222,7 +222,7 @@ static void joint_friction_only_takes_energy(void **state) {
     e->ops->destroy(e);
 }
 
-/* Dry friction in legs and joints yields the most rows that the engine can have. */
+/* Sets dry friction in legs and joints, with which the engine has the most rows. */
 static void all_frictions(struct params *p) {
     config_default(p);
     set_effect(p, "cylinder_coulomb_friction", 0, 150.0);
@@ -257,7 +257,7 @@ static void no_heap_after_create(void **state) {
     all_frictions(&p);
     long before = heap_calls;
     struct run r = {.engine = engine_at(&p, NEUTRAL), .substeps = 400};
-    /* otherwise ODE's allocations are not counted */
+    /* a sanitizer's allocator hides ODE's allocations */
     if (!SANITIZED) assert_true(heap_calls - before > BODIES_AND_JOINTS);
     before = heap_calls;
     run(&r);
@@ -276,7 +276,8 @@ static void same_run_gives_the_same_bits_in_any_thread(void **state) {
     run(&first);
     bystander->ops->destroy(bystander);
 
-    /* Created in this thread, stepped in the other, after a use that place() must undo. */
+    /* the engine is created in this thread and stepped in the other, after a use that place() must
+     * undo */
     pthread_t thread;
     second.engine = engine_at(&p, NEUTRAL);
     run(&second);
@@ -297,8 +298,8 @@ static void count_message(int number, const char *format, va_list args) {
     solver_messages++;
 }
 
-/* ODE's solver abandons a step silently (no_message). The test counts its messages while sliding
- * and stuck, with all rows present. */
+/* ODE's solver reports a step that it gives up only by a message (no_message). The test counts
+ * these messages while friction slides and sticks, with all rows present. */
 static void solver_never_gives_up_a_step(void **state) {
     (void)state;
     struct params p;

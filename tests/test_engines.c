@@ -1,5 +1,5 @@
-/* Two engines derived independently, 13 bodies with constraints and 6 equations in closed form,
- * agree, and their difference shrinks with the order of the coarser one. */
+/* Two engines that were derived independently, 13 bodies with constraints and 6 equations in closed
+ * form, agree; their difference shrinks with the order of the less exact one. */
 #include "engine.h"
 #include "rigid.h"
 #include "support.h"
@@ -37,8 +37,9 @@ static void holding_forces(const struct params *params, const double pose[DOFS],
     assert_true(rigid_holding_forces(&m, pose, force_n));
 }
 
-/* Motion from rest under the holding forces plus a 4 Hz force with a different amplitude on each
- * leg, so that all six axes move. It starts with a jump. Forces are held over `held` substeps. */
+/* Returns the motion from rest under the holding forces plus a 4 Hz force with a different
+ * amplitude on each leg, so that all six axes move. The force starts with a jump, and is constant
+ * over `held` substeps. */
 static struct plant_truth shaken(const struct engine_ops *ops, const struct params *params, const double pose[DOFS], double duration_s,
                                  double dt_s, int held) {
     static const struct hydraulics_state empty;
@@ -59,7 +60,7 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
     return truth;
 }
 
-/* The requirement is 1e-6 m and 1e-5 rad; second order leaves a hundredth of it. */
+/* The requirement is 1e-6 m and 1e-5 rad; a method of second order stays a hundred times below. */
 static void engines_agree_after_a_second_of_motion(void **unused) {
     (void)unused;
     slow_case();
@@ -80,7 +81,7 @@ static void engines_agree_after_a_second_of_motion(void **unused) {
     }
 }
 
-/* ODE is compared with itself, so that only the step differs; the forces change every 0.5 ms in all
+/* ODE is compared with itself, so that only the step differs. The forces change every 0.5 ms in all
  * three runs. */
 static void half_the_substep_is_a_quarter_of_odes_error(void **unused) {
     (void)unused;
@@ -110,8 +111,8 @@ static void joint_axes_are_the_same_ones(void **unused) {
 
 /* ODE places a reversal at a substep's end, the closed form at its exact time. A substep with the
  * wrong friction changes the speed by up to 2 F dt / m = 2e-5 m/s, of either sign, and a platform
- * without oil does not damp it: the error is of first order, a micrometre after a second and 48
- * reversals. */
+ * without oil does not damp that change. So the error is of first order, a micrometre after a
+ * second and 48 reversals. */
 static void engines_agree_on_sliding_friction(void **unused) {
     (void)unused;
     slow_case();
@@ -126,8 +127,8 @@ static void engines_agree_on_sliding_friction(void **unused) {
     }
 }
 
-/* Every leg carries the same load, a thousandth below and above the friction that holds it, in both
- * directions. */
+/* Every leg carries the same load, a thousandth below or above the friction that withstands it, in
+ * either direction. */
 static void engines_let_go_at_the_same_force(void **unused) {
     (void)unused;
     static const struct engine_ops *const engines[] = {&engine_ode, &engine_closed_form};
@@ -149,7 +150,7 @@ static void engines_let_go_at_the_same_force(void **unused) {
             assert_int_equal(truth.stuck[k], i % 2 == 0);
             if (truth.stuck[k]) assert_below(fabs(truth.rate_mps[k]), 1e-9);
             else assert_true(truth.rate_mps[k] * load_n[i % 4] > 0.0);
-            /* 1e-7 of the leg's load */
+            /* tolerance: 1e-7 of the leg's load */
             if (truth.stuck[k]) assert_close(truth.friction_n[k], -load_n[i % 4], 1e-4);
         }
         e->ops->destroy(e);
@@ -176,8 +177,8 @@ static struct plant_truth driven(struct params params, enum engine_kind engine, 
     return truth;
 }
 
-/* A first-order coupling of bodies and oil shifts the identified inertia by percents
- * (docs/method.md section 4); here it would show as a ratio of 2 and as 1e-5 m. */
+/* Bodies and oil coupled to first order would shift the identified inertia by percents
+ * (docs/method.md, section 4). Here the ratio would be 2, and the error 1e-5 m. */
 static void half_the_substep_is_a_quarter_of_the_whole_plants_error(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -208,7 +209,7 @@ static void plants_agree_with_dry_friction(void **unused) {
 
 /* --- play --- */
 
-/* A plant's machine in either engine, with the forces that hold it at rest. */
+/* The machine of a plant in both engines, with the forces that hold it at rest. */
 struct loose_machine {
     struct params params;
     struct rigid_model rigid;
@@ -239,7 +240,7 @@ static void loose_machine(struct loose_machine *m, double clearance_m, double co
     }
 }
 
-/* Distance by which the rods are ahead of their joints. */
+/* Computes by how much each rod is ahead of its joint. */
 static struct plant_truth look_at_rods(const struct loose_machine *m, int engine, double ahead_m[LEGS]) {
     static const struct hydraulics_state empty;
     struct plant_truth truth;
@@ -252,9 +253,9 @@ static struct plant_truth look_at_rods(const struct loose_machine *m, int engine
     return truth;
 }
 
-/* The platform is held at rest, then leg 1 pulls: its rod leaves the flank, crosses the backlash
- * alone, as fast as the pull beyond its former force allows, and takes the platform along; the
- * other rods stay nearly at their flanks. */
+/* The platform is held at rest, then leg 1 pulls. Its rod leaves the flank, crosses the backlash
+ * alone, as fast as the additional force accelerates it, and takes the platform along; the other
+ * rods stay nearly at their flanks. */
 static void a_rod_crosses_its_play_alike_in_both_engines(void **unused) {
     (void)unused;
     static const struct {

@@ -35,8 +35,8 @@ static void build(struct world *w, uint64_t seed) {
                                         .feature = w->feature[0]};
 }
 
-/* Log density of the residuals, which are normal: their covariance is that of noise and remainder,
- * and of the values by their priors. */
+/* Returns the log density of the residuals. They are normal; their covariance is the sum of noise,
+ * remainder, and the priors of the values. */
 static double density(const struct world *w, const struct covariance_size *size) {
     double c[ROWS][ROWS] = {{0}}, off[ROWS], x[ROWS], sum = 0.0;
     for (int a = 0; a < ROWS; a++) {
@@ -79,8 +79,8 @@ static void values_stay_in_their_range(void **unused) {
     assert_close(change[0], 0.0, 1e-12);
 }
 
-/* A remainder that is the same function of the motion in every piece hides what looks like it,
- * however many pieces there are; one that is new in every piece averages out. */
+/* A remainder that is the same function of the motion in every piece hides effects that look like
+ * it, however many pieces there are; one that differs from piece to piece averages out. */
 static void pieces_that_repeat_are_no_more_evidence(void **unused) {
     (void)unused;
     static const struct covariance_size repeats = {0.0, 1.0, 0.0}, spread = {1.0, 0.0, 0.0};

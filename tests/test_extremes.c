@@ -68,7 +68,7 @@ static enum outcome drive(const struct params *p, struct error *error) {
 }
 
 static enum outcome try_setting(const char *const settings[], int count) {
-    /* doctor's checks and those of the motion do not depend on the engine */
+    /* doctor's checks and the checks of a motion do not depend on the engine */
     bool checks = all && !strcmp(settings[0], "sim.engine=ode");
     struct params p;
     struct trajectory trajectory = {0};
@@ -77,14 +77,14 @@ static enum outcome try_setting(const char *const settings[], int count) {
     if (p.mechanism != MECHANISM_STEWART) return WORKS;
     enum outcome looked = checks ? look(&p) : WORKS;
     if (looked != WORKS) return looked;
-    /* the check simulates the whole test */
+    /* checking the tests simulates all of their duration */
     bool brief = p.tests.ramp_s + p.tests.ramp_out_s + p.tests.duration_s < 60.0;
     if (checks && brief && motion_check_tests(&p, &trajectory, &error)) return said(&error) ? REFUSED : REFUSED_WITHOUT_WORDS;
     p.interlocks = (struct interlock_params){0};
     return drive(&p, &error);
 }
 
-/* Checks a setting in its own process, so that an abort is seen. */
+/* Checks a setting in a process of its own, so that an abort is detected. */
 static void check_setting(const char *setting, const char *engine, int count[]) {
     const char *const settings[] = {engine, setting};
     int status;
@@ -94,7 +94,7 @@ static void check_setting(const char *setting, const char *engine, int count[]) 
     if (!child) {
         const struct rlimit hung = {120, 120};
         setrlimit(RLIMIT_CPU, &hung);
-        /* ODE prints its assertions */
+        /* discards the assertions that ODE prints */
         if (!freopen("/dev/null", "w", stderr)) _exit(100);
         _exit(try_setting(settings, 2));
     }
@@ -149,7 +149,7 @@ static void every_key_at_its_ends_works_or_is_refused_with_the_closed_form(void 
     sweep("sim.engine=closed_form");
 }
 
-/* ODE asserts on a body without mass or inertia; the closed form accepts it. */
+/* ODE aborts on a body without mass or inertia; the closed form accepts such a body. */
 static void a_leg_without_mass_is_refused_by_its_key_or_simulated(void **unused) {
     (void)unused;
     static const char *const keys[] = {"upper_mass_kg", "lower_mass_kg", "upper_inertia_kg_m2", "lower_inertia_kg_m2"};

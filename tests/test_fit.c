@@ -41,7 +41,8 @@ static void draw(struct problem *p, uint64_t *random) {
     for (int a = 0; a < VALUES; a++) p->residual[a] = random_unit(random);
 }
 
-/* Karush-Kuhn-Tucker conditions: zero gradient inside, none that points inward at a bound. */
+/* Karush-Kuhn-Tucker conditions: the gradient is zero inside, and at a bound it does not point
+ * inward. */
 static void box_solution_is_optimal(void **state) {
     (void)state;
     uint64_t random = 11;
@@ -75,10 +76,11 @@ static void two_equal_columns_share_what_one_cannot_take(void **state) {
     for (int a = 0; a < VALUES; a++) p.residual[a] = -1.2 * p.column[0][a];
     p.min[0] = p.min[1] = 0.0, p.max[0] = 1.0, p.max[1] = 0.5;
     assert_true(fit_box(2, VALUES, p.residual, p.pointer, NULL, p.min, p.max, x, NULL));
-    assert_close(x[0] + x[1], 1.2, 1e-6); /* the ridge of 1e-10 keeps the pair solvable */
+    assert_close(x[0] + x[1], 1.2, 1e-6); /* the two columns are parallel, and the ridge of 1e-10
+                                           * keeps them solvable */
 }
 
-/* The prior draws unobservable directions to the middle and leaves observable ones alone. */
+/* A prior takes unobservable directions to its centre and does not change observable ones. */
 static void a_prior_decides_where_the_data_do_not(void **state) {
     (void)state;
     uint64_t random = 7;
@@ -91,7 +93,7 @@ static void a_prior_decides_where_the_data_do_not(void **state) {
     for (int i = 0; i < 3; i++) p.min[i] = -10.0, p.max[i] = 10.0;
     assert_true(fit_box(3, VALUES, p.residual, p.pointer, prior, p.min, p.max, x, NULL));
     assert_close(x[0] + x[1], 1.2, 1e-5);
-    assert_close(x[0], x[1] + 0.4, 1e-3); /* equally far from their priors */
+    assert_close(x[0], x[1] + 0.4, 1e-3); /* both values are equally far from their priors */
     assert_close(x[2], 0.3, 1e-5);
 }
 

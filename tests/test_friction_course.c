@@ -1,5 +1,5 @@
-/* Prior knowledge of dry friction on motions with known reversals, before any force is evaluated,
- * and the scale of its basis functions. */
+/* Friction as it is estimated before any force is evaluated, from motions with known reversals, and
+ * the scale of its basis functions. */
 #include "support.h"
 
 #include "basis_sizes.h"
@@ -11,7 +11,8 @@ enum { RATE = 500, CYCLES = 20, HZ = 4, SAMPLES = CYCLES * RATE / HZ };
 
 static struct params params;
 
-/* Every leg moves in a sinusoid of its own amplitude, all in phase, read with noise. */
+/* Returns a record in which every leg moves in a sinusoid of its own amplitude, all in phase, with
+ * noise of the readings. */
 static struct residual_data *record(const double amplitude_m[LEGS], double noise_m) {
     static struct recording recording;
     static struct residual_data data;
@@ -53,15 +54,15 @@ static void a_leg_is_sure_of_its_direction_but_near_reversals(void **unused) {
             if (c.doubt[i][k] < 0.1 && amplitude_m[k] > 50e-6) assert_true(c.direction[i][k] * truth > 0.0);
             doubt += c.doubt[i][k] / PHASES;
         }
-        if (k == 0) assert_below(doubt, 0.05);          /* at most 75 mm/s */
+        if (k == 0) assert_below(doubt, 0.05);          /* this leg moves at up to 75 mm/s */
         if (k < 3) assert_below(doubt, 0.3);            /* 7.5 mm/s */
-        /* a tenth of the speed at which a leg may stick, and rest */
+        /* this leg moves at a tenth of the speed at which it may stick, or rests */
         if (k >= 4) assert_true(doubt > 0.9);
     }
     residual_free(data);
 }
 
-/* Friction of a leg that does not move is anything up to one newton. */
+/* The friction of a leg that does not move can be anything up to one newton. */
 static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
     (void)unused;
     static struct friction_course c;
@@ -74,14 +75,16 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
         friction_course_covariance(&c, t, k, covariance);
         for (int a = 0; a < t->size; a++) {
             assert_true(covariance[a][a] >= 0.0);
-            /* Parseval's theorem over the row's harmonics */
+            /* Parseval's theorem: the sum over the harmonics is the mean over the time */
             power[k] += covariance[a][a] * (a ? 0.5 : 1.0);
             for (int b = 0; b < a; b++) {
                 assert_close(covariance[a][b], covariance[b][a], 1e-12);
                 assert_true(covariance[a][b] * covariance[a][b] <= covariance[a][a] * covariance[b][b] * (1.0 + 1e-9));
             }
         }
-        if (k) assert_true(power[k] > power[k - 1]); /* uncertainty grows as a leg slows down */
+        if (k)
+            assert_true(power[k] > power[k - 1]); /* the uncertainty of a leg's friction grows as
+                                                      * the leg slows down */
     }
     assert_below(power[0], 0.05);
     assert_below(power[LEGS - 1], 1.0 + 1e-9);
@@ -89,27 +92,27 @@ static void what_is_not_known_is_as_large_as_friction_is(void **unused) {
     residual_free(data);
 }
 
-/* Dahl: after a reversal the state approaches the new direction as exp(-way / length); the basis
- * function is its deviation from there. This is the longest fitted length, on a leg that moves 6
- * mm. */
+/* Dahl's law: after a reversal the state approaches the new direction as exp(-way / length), and
+ * the basis function is its deviation from that direction. This one has the longest fitted length;
+ * the leg moves 6 mm. */
 static void the_last_basis_function_is_a_seal_that_gives_by_a_third_of_a_millimetre(void **unused) {
     (void)unused;
     static const double give_m = 320e-6;
     static struct friction_course c;
     struct residual_data *data = record(amplitude_m, 0.0);
     friction_course_find(&c, &data->test[0], 0.0);
-    for (int i = PHASES / 4 + 6; i < 3 * PHASES / 4 - 6; i++) { /* retracts after the crest */
+    for (int i = PHASES / 4 + 6; i < 3 * PHASES / 4 - 6; i++) { /* the leg retracts after the
+                                                                 * crest */
         double way_m = amplitude_m[0] * (1.0 - sin(2.0 * PI * i / PHASES));
         assert_close(c.basis[BASIS_SIZE - 1][i][0], 2.0 * exp(-way_m / give_m), 0.01);
     }
     residual_free(data);
 }
 
-/* Normal equations whose coefficients are measured directly, each with a deviation of one
- * newton. */
+/* The equations measure each coefficient directly, with a standard deviation of one newton. */
 static void sizes_are_those_of_the_coefficients(void **unused) {
     (void)unused;
-    enum { LOGS = 400 }; /* the equations are those of one log, summed this often */
+    enum { LOGS = 400 }; /* number of times that the equations of one log are added */
     static struct equations e;
     double size[BASIS_SIZE], square = 0.0;
     uint64_t seed = 11;
@@ -121,7 +124,10 @@ static void sizes_are_those_of_the_coefficients(void **unused) {
         with[3] = LOGS * large_n;
         square += large_n * large_n / LEGS;
         for (int i = 0; i < BASIS_SIZE; i++)
-            if (i != 3) with[i] = sqrt(LOGS) * 0.5 * random_unit(&seed); /* less than the noise */
+            if (i != 3)
+                with[i] = sqrt(LOGS) * 0.5 * random_unit(&seed); /* these coefficients
+                                                                          * are smaller than the
+                                                                          * noise */
     }
     assert_true(basis_sizes_find(&e, e.product, size));
     for (int i = 0; i < BASIS_SIZE; i++)

@@ -10,8 +10,8 @@
 #include "gap_rig.h"
 #include "residual.h"
 
-/* The rig's tests use the reference's axes and the configured sensors. Claims that hold for three
- * axes as well run there in half the time. */
+/* The rig runs the reference's axes with the configured sensors. Tests that need no more than three
+ * axes run on three, in half the time. */
 enum { ALL = DOFS, THREE = 3 };
 static struct params params;
 
@@ -85,8 +85,8 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
     recording_free(&r);
 }
 
-/* Without sensors the residual consists of the integrator's 0.1 %, the sampling staircase and the
- * drift that the controller leaves. */
+/* Without sensors the residual has three causes: the integrator's 0.1 %, the steps of the sampling,
+ * and the drift that the controller leaves. */
 static void residuals_of_the_right_model_vanish(void **state) {
     (void)state;
     slow_case();
@@ -102,8 +102,10 @@ static void residuals_of_the_right_model_vanish(void **state) {
         assert_true(residual_evaluate(&d.test[i], &exact, EQUATIONS_ALL, ALL_LEGS, row));
         for (int k = 0; k < LEGS; k++)
             for (int a = 0; a < RESIDUAL_SIZE; a++) {
-                assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* forces are about 500 N */
-                assert_below(fabs(row[k][RESIDUAL_P1][a]), 4e3);     /* pressures are about 1 MPa */
+                assert_below(fabs(row[k][RESIDUAL_FORCE][a]), 1.0);  /* tolerance: forces are about
+                                                                      * 500 N */
+                assert_below(fabs(row[k][RESIDUAL_P1][a]), 4e3);     /* tolerance: pressures are
+                                                                      * about 1 MPa */
                 assert_below(fabs(row[k][RESIDUAL_P2][a]), 4e3);
             }
     }
@@ -112,7 +114,7 @@ static void residuals_of_the_right_model_vanish(void **state) {
 }
 
 /* Readings and the model's sensors are both scaled by 1.02, so the same disagreement is 2 % larger.
- * If it shrank with the scale, that would pass for evidence. */
+ * If residuals shrank as the scale grows, a fit of the scale would gain evidence by that. */
 static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     (void)state;
     slow_case();
@@ -136,7 +138,7 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
                     residual_evaluate(&e.test[i], &scaled, EQUATIONS_ALL, ALL_LEGS, larger));
         for (int k = 0; k < LEGS; k++)
             for (int q = 0; q < RESIDUALS; q++) {
-                /* values are 500 N and 1 MPa */
+                /* tolerance for values of 500 N and 1 MPa */
                 double rounding = q == RESIDUAL_FORCE ? 1e-6 : 1e-3;
                 for (int a = 0; a < RESIDUAL_SIZE; a++) assert_close(larger[k][q][a], scale * row[k][q][a], rounding);
             }
@@ -146,8 +148,8 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     recording_free(&r);
 }
 
-/* A short wide hose is a volume of oil: its oscillation, too fast for the steps, must not make them
- * diverge, because searches pass such values. */
+/* A short wide hose is a volume of oil. Its oscillation is too fast for the steps, but must not
+ * make them diverge, because searches pass through such values. */
 static void a_short_wide_line_is_a_dead_volume(void **state) {
     (void)state;
     slow_case();
@@ -178,8 +180,9 @@ static void a_short_wide_line_is_a_dead_volume(void **state) {
     recording_free(&r);
 }
 
-/* With hysteresis present, the commands' noise is simulated as well, which makes 8 Pa. A slow spool
- * that started off its periodic state made 3 kPa (80 Hz) and 16 kPa (10 Hz). */
+/* With hysteresis in the model, the commands' noise is simulated as well, which makes a difference
+ * of 8 Pa. A slow spool that did not start in its periodic state made 3 kPa (80 Hz) and 16 kPa (10
+ * Hz). */
 static void a_hysteresis_of_no_width_changes_nothing(void **state) {
     (void)state;
     slow_case();
@@ -207,8 +210,8 @@ static void a_hysteresis_of_no_width_changes_nothing(void **state) {
     }
 }
 
-/* In a segment of any motion, too, earlier commands determine a rate-limited spool's position.
- * Pressures vary by 1 MPa; a spool that started at its command left 0.49 MPa. */
+/* In a segment of any motion, too, earlier commands determine the position of a rate-limited spool.
+ * Pressures vary by 1 MPa; a spool that starts at its command would leave 0.49 MPa. */
 static void a_limited_spool_runs_in_before_a_segment(void **state) {
     (void)state;
     struct params limited = params;
@@ -238,10 +241,10 @@ static double force_square(const struct residual_test *t, const struct params *m
     return sum;
 }
 
-/* Rods with 0.5 mm of backlash knock in x at 4 Hz. The forces reveal their position, in a cycle and
- * in a segment, with dry friction as well. A segment's series are slower, so the knocks that they
- * do not resolve are noise of its forces: 0.33 mm in the two longest crossings, of 0.17 s, which
- * are hidden. */
+/* Rods with 0.5 mm of backlash knock in x at 4 Hz. The forces reveal the rods' positions, in a
+ * cycle and in a segment, with dry friction as well. The series of a segment are slower, so knocks
+ * that they do not resolve are noise of its forces: 0.33 mm in the two longest crossings, of 0.17
+ * s, which are hidden. */
 static void forces_tell_where_the_rods_are_in_their_play(void **state) {
     (void)state;
     slow_case();
@@ -265,9 +268,9 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
     }
 }
 
-/* Without backlash, noise of the forces must not pass for it: the normalised squares of 24 segments
- * do not fall by z = 3, whatever the backlash, in all legs or in one. With the raw force balance
- * they fell by 20 at 3 um. */
+/* Without backlash, noise of the forces must not be taken for it: the normalised squares of 24
+ * segments do not fall by z = 3, whatever the backlash, in all legs or in one. With the raw force
+ * balance they fell by 20 at 3 um. */
 static void noise_of_the_forces_is_no_play(void **state) {
     (void)state;
     slow_case();
@@ -309,7 +312,8 @@ static void noise_of_the_forces_is_no_play(void **state) {
         }
 }
 
-/* One leg's own value changes the same results whether computed for that leg alone or for all. */
+/* The results change by the same amount whether one leg's value is computed for that leg alone or
+ * for all. */
 static void one_leg_alone_is_as_among_the_others(void **state) {
     (void)state;
     static const char *const effects[] = {"internal_leakage", "valve_dead_band", "pipeline_dynamics"};
@@ -350,7 +354,7 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
-    machine.payload.mass_kg *= 1.008; /* within the tolerance: no finding */
+    machine.payload.mass_kg *= 1.008; /* within the tolerance of the base, so no finding */
     for (int k = 0; k < LEGS; k++) { /* valves, seals and volumes of oil differ from leg to leg */
         machine.hydraulics.bulk_modulus_pa[k] *= 0.96 + 0.003 * k;
         machine.hydraulics.leakage_m3_per_s_pa[k] *= k % 2 ? 1.04 : 0.97;
@@ -363,11 +367,11 @@ static void a_machine_like_the_model_has_no_gap(void **state) {
     solve(&machine, THREE, &result);
     assert_int_equal(result.verdict, GAP_NO_GAP);
     assert_int_equal(result.effects, 0);
-    /* half of the gain that naming requires */
+    /* limit: half of the gain that is required to name an effect */
     for (int i = 0; i < result.candidates; i++) assert_below(result.candidate[i].gain, 14.0);
 }
 
-/* The base contains each leg's null in the same place, but the result reports the effect's. */
+/* The base contains each leg's null bias too, but the result reports the effect's. */
 static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
     (void)state;
     slow_case();
@@ -384,12 +388,12 @@ static void a_null_bias_of_all_legs_is_reported_as_it_is(void **state) {
     for (int k = 0; k < LEGS; k++) assert_close(result.effect[0].values.value[0][k], bias[k], 0.0005);
 }
 
-/* Bounds of docs/gap.md (How it is proved): values within 10 %, and 1.2 times the noise floor on
- * held-out cycles. */
+/* The bounds are those of docs/gap.md (How it is proved): values within 10 %, and 1.2 times the
+ * noise floor on held-out cycles. */
 static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     (void)state;
-    slow_case();
-    /* tests/test_axis.c and tests/scenarios/gap.sh search with the same code */
+    long_case();
+    /* under sanitizers, tests/test_axis.c and tests/scenarios/gap.sh run the same code */
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params machine = params;
     static struct gap_result result;
@@ -410,7 +414,7 @@ static void hidden_coulomb_friction_is_named_and_the_gap_closes(void **state) {
     assert_below(result.held_out_after.overall, 1.2 * result.noise_floor.overall);
     assert_below(1.3 * result.noise_floor.overall, result.held_out_before.overall);
     assert_true(result.model.effects[effect].on);
-    /* the base's own values remain as given */
+    /* the values of the base stay as configured */
     assert_true(result.model.payload.mass_kg == params.payload.mass_kg);
 }
 
@@ -430,8 +434,8 @@ static void one_leg_with_friction_is_named_as_one_leg(void **state) {
     assert_below(result.effect[0].values.value[0][1], 8.0);
 }
 
-/* Separate friction on each leg could also compensate for a tilt, with more parameters than the two
- * have. */
+/* Separate friction on each leg could also explain a tilt, but it has more parameters than the two
+ * effects. */
 static void friction_and_a_tilt_are_two_effects(void **state) {
     (void)state;
     long_case();
@@ -466,7 +470,7 @@ static void another_controller_is_no_effect(void **state) {
     assert_false(result.simulated);
 }
 
-/* With an argument the cases whose names it matches. */
+/* An argument selects the cases whose names match it. */
 int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_by_what_they_are),

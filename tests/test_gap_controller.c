@@ -1,5 +1,5 @@
-/* Checks whether the configured controller gave the commands, on recordings of that controller made
- * here: its law runs on lengths that follow the references late. */
+/* Checks whether the configured controller made the commands. The recordings are made here by the
+ * controller's own law, on lengths that lag behind the references. */
 #include "support.h"
 
 #include "controller.h"
@@ -47,7 +47,7 @@ static void record(double kff) {
     t->first = SAMPLES / 6, t->end = t->count;
 }
 
-/* Removes the samples of so many seconds. */
+/* Removes the samples from from_s on, for `seconds`. */
 static void lose(double from_s, double seconds) {
     struct recording_test *t = &recording.test[0];
     int kept = 0;
@@ -70,7 +70,7 @@ static void another_gain_differs(void **state) {
     recording_free(&recording);
 }
 
-/* Wherever in the cycle the hole ends, the integrator starts anew with another constant. */
+/* After a gap the integrator starts with another constant, wherever in the cycle the gap ends. */
 static void a_hole_is_no_other_controller(void **state) {
     (void)state;
     double worst = 0.0;
@@ -90,7 +90,7 @@ static void every_lost_sample_is_a_long_step(void **state) {
     struct recording_test *t = &recording.test[0];
     int kept = 0;
     uint64_t seed = 3;
-    /* random_unit() is in -1 .. 1, so 5 % are lost */
+    /* random_unit() is in -1..1, so 5 % of the samples are lost */
     for (int i = 0; i < t->count; i++)
         if (i < 10 || random_unit(&seed) < 0.9) t->sample[kept++] = t->sample[i];
     assert_true(kept < 0.97 * t->count && kept > 0.93 * t->count);
@@ -122,8 +122,8 @@ static void drive(void) {
     plant_destroy(plant);
 }
 
-/* The law's own commands are found again but for the first moments of its low-passes; another
- * payload or another law gives others. */
+/* The law's own commands are found again, except in the first moments of its low-passes; another
+ * payload or another law gives other commands. */
 static void the_law_model_is_known_and_told_from_the_pid(void **state) {
     (void)state;
     struct params before = params;

@@ -21,7 +21,8 @@ static void rig(struct recording *out, const struct params *machine) {
     if (gap_rig(&params, machine, DOFS, out, &error)) fail_msg("%s", error.text);
 }
 
-/* Mean normalised square of a model's residual; the model error is a thousandth of each channel. */
+/* Returns the mean normalised square of a model's residual; the model error is a thousandth of each
+ * channel. */
 static double left(const struct recording *recording, const struct params *model) {
     struct residual_data data;
     struct fit_data fit;
@@ -47,14 +48,14 @@ static void an_effect_in_rig_and_model_leaves_no_residual(void **state) {
         rig(&recording, &machine);
         double without = left(&recording, &params), with = left(&recording, &machine);
         recording_free(&recording);
-        /* 0.1 is what the harmonics leave of a machine without any effect. The rest comes from
-         * stiction, located to a finite resolution, and from jumps of valve and flow beyond the
-         * harmonics, in units of a thousandth of the channel. The time at which a joint knocks is
-         * read from equally slow forces. */
+        /* limits in units of a thousandth of the channel: a machine without any effect leaves 0.1,
+         * because of the harmonics. The remainder is due to stiction, whose times are found with a
+         * finite resolution, and to jumps of valve and flow beyond the harmonics. For backlash the
+         * time of a knock is found from forces that are no faster. */
         double share = strcmp(effect_table[i]->name, "joint_backlash") ? 3e-4 : pow(effect_table[i]->law_error, 2.0);
         if (!(with < 0.7 + share * without)) fail_msg("%s: %g with it in the model, %g without", effect_table[i]->name, with, without);
         bool seen = without > 1.3 * with;
-        /* these act on time stamps alone or on sensors that the rig lacks */
+        /* these effects act on time stamps alone, or on sensors that the rig lacks */
         assert_true(seen || !strcmp(effect_table[i]->name, "clock_skew") || !strncmp(effect_table[i]->name, "force_sensor", 12));
     }
 }

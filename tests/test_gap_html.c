@@ -1,5 +1,5 @@
 /* The gap report: a complete page that escapes foreign text and explains each verdict; gnuplot
- * figures; the message. */
+ * figures; the LCM message. */
 #include "support.h"
 
 #include <ctype.h>
@@ -19,9 +19,9 @@
 #include "units.h"
 
 static struct params params;
-static struct recording measured;      /* the model itself in three tests */
-static struct gap_result named;        /* Coulomb friction of leg 4, and passive joint friction leg
-                                        * by leg */
+static struct recording measured;      /* record of the model itself in three tests */
+static struct gap_result named;        /* result: Coulomb friction of leg 4, and passive joint
+                                        * friction of each leg */
 static struct waves closed_loop, motion;
 
 static void size_of(struct gap_size *s, double size) {
@@ -105,7 +105,7 @@ static void a_rig_that_is_the_model_shows_no_difference(void **unused) {
             for (int leg = 0; leg < LEGS; leg++) {
                 const struct wave *w = &closed_loop.test[i].wave[ch][leg];
                 assert_true(closed_loop.evaluated[ch] && w->noise > 0.0 && closed_loop.variation[ch] > 0.0);
-                /* the same seed yields the same bits */
+                /* simulations with the same seed give the same bits */
                 assert_true(waves_distance(&closed_loop.test[i], w->measured, w->before) == 0.0);
                 assert_true(waves_distance(&closed_loop.test[i], w->measured, w->after) == 0.0);
             }
@@ -120,7 +120,7 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
     assert_true(residual_evaluate(&d.test[1], &params, EQUATIONS_ALL, ALL_LEGS, row));
     for (int leg = 0; leg < LEGS; leg++) {
         const struct wave *w = &motion.test[1].wave[GAP_FORCE][leg];
-        for (int i = 0; i < RESIDUAL_SIZE; i++)            /* rounding of about 1000 N */
+        for (int i = 0; i < RESIDUAL_SIZE; i++)            /* tolerance: rounding of about 1000 N */
             assert_close(w->measured[i] - w->before[i], row[leg][RESIDUAL_FORCE][i], 1e-9);
     }
     assert_false(motion.evaluated[GAP_LENGTH] || motion.evaluated[GAP_VALVE]);
@@ -129,7 +129,7 @@ static void motion_leaves_over_what_the_equations_do(void **unused) {
 
 static void a_distance_is_the_rms_over_a_cycle(void **unused) {
     (void)unused;
-    /* constant 2, sine 4, cosine 2 */
+    /* differences: constant 2, sine 4, cosine 2 */
     double a[SPECTRUM_SIZE] = {3.0, [5] = 4.0}, b[SPECTRUM_SIZE] = {1.0, [6] = -2.0};
     const struct wave_test t = {.omega = 25.0, .from_s = 0.3, .span_s = 2.0 * PI / 25.0};
     assert_close(waves_distance(&t, a, b), sqrt(4.0 + 8.0 + 2.0), 1e-12);
@@ -161,8 +161,8 @@ static bool is_void(const char *name) {
     return !strcmp(name, "img") || !strcmp(name, "meta") || !strcmp(name, "br") || !strcmp(name, "!DOCTYPE");
 }
 
-/* Every tag is closed, in order; no '<' or '>' stands in text or attributes; every attribute's
- * value is quoted. */
+/* Asserts that every tag is closed, in order, that no '<' or '>' stands in text or attributes, and
+ * that every attribute's value is quoted. */
 static void assert_well_formed(const char *page) {
     char open[64][16];
     int depth = 0;
@@ -213,14 +213,15 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     assert_says(page, "Missing in the model");
     assert_says(page, "<h1 class=\"long\">Dry (Coulomb) friction in the cylinders (leg 4 only) and friction in the universal joints "
                       "(each leg its own)</h1>");
-    assert_says(page, "53.0 ± 6.0 N");      /* leg 4 of force_extend_n: 1.5 and 5 % of its law */
+    assert_says(page, "53.0 ± 6.0 N");      /* leg 4 of force_extend_n: a deviation of 1.5 N, and 5
+                                             * % for the law's error */
     assert_says(page, "55 ± 16");        /* leg 6 of coulomb_nm */
     assert_int_equal(count(page, "± is a 95 % interval"), 1);
     assert_says(page, "97 %");              /* share of the gap that is explained */
     assert_says(page, "<code>hydraulics.supply_pa</code>");
     assert_says(page, "<th>mx</th><td>kg</td><td class=\"n\">1.000</td><td class=\"n\">9.000</td><td class=\"n\">+800.00 %</td>");
     assert_says(page, "friction taken off");
-    assert_int_equal(count(page, "<img "), 9); /* six waveforms, three loops */
+    assert_int_equal(count(page, "<img "), 9); /* pictures of six waveforms and three loops */
     assert_int_equal(count(page, "<table class=\"map\">"), 1);
     assert_int_equal(count(page, "<script"), 0);
     assert_int_equal(count(page, "http"), 0);
@@ -259,7 +260,7 @@ static void every_verdict_has_its_first_screen(void **unused) {
     assert_says(page, "<b>Next experiment:</b> repeat z at 0.2 Hz.");
     free(page);
 
-    r.effects = 2; /* the most certain effect is in doubt, the other is not */
+    r.effects = 2; /* the most certain effect is ambiguous, the other is not */
     page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
     assert_says(page, "ither dry (Coulomb) friction in the cylinders (leg 4 only), or ");
     assert_says(page, ", and friction in the universal joints");
@@ -300,7 +301,7 @@ static void what_ranks_above_the_named_one_says_why(void **unused) {
     assert_int_equal(count(page, "<tr class=\"found\"><td class=\"n\">4</td>"), 1);
     free(page);
 
-    /* the named one is the best alone, too */
+    /* the named effect is also the best single one */
     r.candidate[0].effect = effect_find("cylinder_coulomb_friction");
     r.candidate[3].effect = effect_find("cylinder_stribeck_friction");
     page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
@@ -390,7 +391,7 @@ static void the_summary_fits_a_terminal(void **unused) {
     for (size_t i = 7; i < sizeof r.reason - 1; i += 8) r.reason[i] = ' ';
     memcpy(r.next_experiment, r.reason, sizeof r.reason);
     for (int leg = 0; leg < LEGS; leg++) r.effect[1].values.value[0][leg] = -1.23456e-5, r.effect[1].std[0][leg] = 1.2e-11;
-    /* without a deviation none is printed */
+    /* a value without a deviation is printed alone */
     r.effect[0].bound[1][3] = true, r.effect[0].std[1][3] = r.effect[0].values.value[1][3] = 0.0;
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
@@ -420,7 +421,9 @@ static void the_message_keeps_every_number(void **unused) {
     assert_string_equal(m.verdict, "effect_named");
     assert_string_equal(m.effects[0], "cylinder_coulomb_friction");
     assert_string_equal(m.ambiguous_with[0], "external_stiffness");
-    assert_int_equal(m.parameter_count, 2 + 2 * LEGS); /* two keys of one leg, two of each leg */
+    assert_int_equal(m.parameter_count, 2 + 2 * LEGS); /* one leg of the first effect has two
+                                                        * values, six legs of the second have two
+                                                        * each */
     assert_string_equal(m.parameters[1], "cylinder_coulomb_friction.force_retract_n");
     assert_string_equal(m.parameter_units[1], "N");
     assert_true(m.parameter_legs[1] == 4 && m.values_si[1] == 63.0 && m.values_std_si[1] == hypot(1.5, 0.05 * 63.0));

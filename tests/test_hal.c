@@ -1,5 +1,5 @@
-/* The table of back-ends, the simulated one and the fault injector: each fault does exactly what
- * its name says, only in its window and to its leg; and the loop's reaction. */
+/* The table of back-ends, the simulated one and the fault injector: each fault has exactly the
+ * effect of its name, only in its time window and only on its leg; and the loop's reaction. */
 #include "support.h"
 
 #include "hal.h"
@@ -18,7 +18,7 @@ static void every_back_end_is_complete_and_found_by_its_url(void **unused) {
         assert_true(ops->scheme && ops->usage && ops->open && ops->read && ops->write && ops->safe && ops->close);
         snprintf(url, sizeof url, "%s:", ops->scheme);
         assert_ptr_equal(hal_find(url), ops);
-        /* the help shows the URL first */
+        /* the help begins with the URL */
         assert_int_equal(strncmp(ops->usage, url, strlen(url)), 0);
     }
 }
@@ -40,7 +40,6 @@ static void urls_that_name_nothing_are_refused(void **unused) {
         assert_null(hal_find(urls[i]));
         refused(urls[i], STATUS_USAGE, urls[i]);
     }
-    refused("sim:/dev/ttyS0", STATUS_USAGE, "no address");
 }
 
 static void malformed_faults_are_refused_with_the_form_to_write(void **unused) {
@@ -72,7 +71,6 @@ static void a_fault_needs_a_back_end_behind_it_and_says_what_that_says(void **un
     (void)unused;
     refused("fault:drop@1+1;", STATUS_USAGE, "no such back-end");
     refused("fault:drop@1+1;nosuch:", STATUS_USAGE, "nosuch:");
-    refused("fault:drop@1+1;sim:x", STATUS_USAGE, "no address");
     refused("fault:drop@1+1;fault:drop@1;sim:", STATUS_USAGE, "KIND@FROM+LENGTH");
     struct params params = by_hand();
     all_legs(params.actuator.stroke_m, 3.6); /* the plant refuses because no pose is so low */
@@ -88,8 +86,8 @@ struct pair {
     struct params params;
     struct hal *plain, *broken;
     int writes;
-    struct hal_sample healthy, got, before; /* readings of this cycle; the healthy ones of the cycle
-                                             * before */
+    struct hal_sample healthy, got, before; /* readings of this cycle, without and with the fault;
+                                             * healthy readings of the cycle before */
     int status;
     int64_t now_ns;
 };
@@ -110,7 +108,7 @@ static void pair_close(struct pair *p) {
     p->broken->ops->close(p->broken);
 }
 
-/* Reads both; both get the same command, which lifts the platform unevenly. */
+/* Reads both back-ends. Both then get the same command, which lifts the platform unevenly. */
 static void pair_read(struct pair *p, int cycle) {
     p->now_ns = (int64_t)cycle * PERIOD_NS;
     p->before = p->healthy;
@@ -135,7 +133,8 @@ static void assert_same_sample(const struct hal_sample *a, const struct hal_samp
     assert_memory_equal(a->p2_pa, b->p2_pa, sizeof a->p2_pa);
 }
 
-/* Applies a fault to a healthy sample; `before` is the last healthy one before the window. */
+/* Makes of a healthy sample what the fault is expected to; `before` is the last healthy one before
+ * the window. */
 typedef void expectation(struct hal_sample *healthy, const struct hal_sample *before, int64_t now_ns);
 
 static void expect_stale(struct hal_sample *s, const struct hal_sample *before, int64_t now_ns) {
@@ -237,7 +236,7 @@ static void each_fault_does_what_it_says_in_its_window_and_to_its_leg_only(void 
             assert_int_equal(p.status, 0);
             assert_int_equal(pair_write(&p), 0);
         }
-        /* lengths in motion; exchanged ones may happen to be equal */
+        /* the lengths move, but exchanged ones may happen to be equal */
         assert_true(spoiled >= 40 && spoiled <= 50);
         pair_close(&p);
     }
@@ -249,7 +248,7 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
     pair_open(&p, "drop@0.2+0.1,deaf@0.4+0.1");
     for (int n = 0; n < 300; n++) {
         pair_read(&p, n);
-        /* after that the injected one has moved by its old command */
+        /* from cycle 200 on, the machine with the fault has moved by an older command */
         if (n <= 200) assert_same_sample(&p.got, &p.healthy);
         assert_int_equal(p.status, n >= 100 && n < 150 ? -1 : 0);
         assert_int_equal(pair_write(&p), n >= 200 && n < 250 ? -1 : 0);
@@ -261,7 +260,7 @@ static void a_dropped_read_fails_and_a_deaf_device_takes_no_command_but_safe(voi
         pair_read(&p, n);
         if (n < 150) pair_write(&p);
         if (n == 100) p.plain->ops->safe(p.plain), p.broken->ops->safe(p.broken);
-        /* must reach the valves whatever else is broken */
+        /* safe() must reach the valves whatever else fails */
         if (n > 50 && n < 150) p.plain->ops->safe(p.plain), p.broken->ops->safe(p.broken);
     }
     assert_same_sample(&p.got, &p.healthy);
@@ -325,12 +324,13 @@ static void faults_of_order_and_chance_keep_their_promise(void **unused) {
             assert_true(p.got.length_m[0] == p.healthy.length_m[0] || p.got.flags & SAMPLE_STALE);
             if (k == 2) assert_below(fabs(p.got.length_m[1] - p.healthy.length_m[1]), 0.001000001);
         }
-        assert_close(spoilt / 2000.0, share[k], 0.05); /* five standard deviations of 2000 draws */
+        assert_close(spoilt / 2000.0, share[k], 0.05); /* tolerance: five standard deviations of
+                                                        * 2000 draws */
         pair_close(&p);
     }
 }
 
-/* The reference is a plant that gets the faulty valve's commands. */
+/* The reference is a plant that is driven by the commands of the faulty valve. */
 static void a_valve_at_fault_does_what_it_likes_also_when_centred(void **unused) {
     (void)unused;
     for (int k = 0; k < 2; k++) {
@@ -359,7 +359,9 @@ static void faults_add_up_and_each_remembers_its_own_beginning(void **unused) {
     for (int n = 0; n < 300; n++) {
         pair_read(&p, n);
         if (n == 100) first = p.before.length_m[0];
-        if (n == 150) second = p.before.length_m[1]; /* while the first leg is already frozen */
+        if (n == 150)
+            second = p.before.length_m[1]; /* the second fault begins while the first leg
+                                                      * is already frozen */
         double expected[LEGS];
         memcpy(expected, p.healthy.length_m, sizeof expected);
         if (n >= 100 && n < 200) expected[0] = first;
@@ -376,12 +378,13 @@ static void faults_add_up_and_each_remembers_its_own_beginning(void **unused) {
 
 struct outcome {
     uint32_t fault;
-    int cycles;              /* from the start of the window to the fault, both included */
+    int cycles;              /* number of cycles from the start of the window to the fault, both
+                              * included */
     double largest_valve_step;
 };
 
-/* Engaged at 0.1 s, at neutral from 2.1 s, testing z from 2.5 s; the injected faults are in
- * `faults`. */
+/* Runs the loop with these faults: engaged at 0.1 s, at neutral from 2.1 s, testing z from 2.5
+ * s. */
 static struct outcome run_with(const char *faults, double begin_s) {
     struct params params = by_hand();
     struct outcome outcome = {0};
@@ -423,7 +426,11 @@ static struct outcome run_with(const char *faults, double begin_s) {
 static void the_loop_detects_or_rides_out_every_fault(void **unused) {
     (void)unused;
     slow_case();
-    enum { BAD = 5, AGE = 5 }; /* limits.bad_cycles; limits.sensor_age_s in cycles */
+    enum {
+        BAD = 5,
+        AGE = 5
+    }; /* values of limits.bad_cycles, and of limits.sensor_age_s in
+                                * cycles */
     static const struct {
         const char *fault; /* %g: start time */
         uint32_t expected;
@@ -456,8 +463,9 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
         {"inputs_off@%g+1=1", FAULT_EMERGENCY_STOP, 1},
         {"inputs_on@%g+1=16", FAULT_EMERGENCY_STOP, 1},
         {"inputs_off@%g+1=255", FAULT_EMERGENCY_STOP, 1},
-        {"inputs_on@%g+1=15", 0, 0}, /* all inputs are closed */
-        {"supply@%g+1", FAULT_SUPPLY, 40}, /* delays of relay and accumulator, and bad_cycles */
+        {"inputs_on@%g+1=15", 0, 0}, /* these bits mean that all inputs are closed */
+        {"supply@%g+1", FAULT_SUPPLY, 40}, /* limit: the delays of relay and accumulator, and
+                                            * bad_cycles */
         {"pressure@%g+0.008/6=8e6", 0, 0},
     };
     static const double begins[] = {1.2, 2.3, 3.3}; /* engaging, ready, testing */
@@ -472,8 +480,8 @@ static void the_loop_detects_or_rides_out_every_fault(void **unused) {
         }
 }
 
-/* A dead transducer shows as soon as the reference moves; two exchanged ones make the legs' loops
- * work against each other. */
+/* A dead transducer is detected as soon as the reference moves. Two exchanged ones make the legs'
+ * loops work against each other. */
 static void the_loop_detects_dead_and_exchanged_transducers_when_it_moves(void **unused) {
     (void)unused;
     slow_case();
@@ -482,11 +490,11 @@ static void the_loop_detects_dead_and_exchanged_transducers_when_it_moves(void *
         snprintf(faults, sizeof faults, "freeze@1.2+100/%d", leg);
         struct outcome o = run_with(faults, 1.2);
         assert_int_equal(o.fault, FAULT_STANDSTILL);
-        assert_true(o.cycles < 15); /* 2 mm at 0.3 m/s, and bad_cycles */
+        assert_true(o.cycles < 15); /* limit: 2 mm at 0.3 m/s, and bad_cycles */
         snprintf(faults, sizeof faults, "freeze@3.3+100/%d", leg);
         o = run_with(faults, 3.3);
         assert_int_equal(o.fault, FAULT_STANDSTILL);
-        assert_true(o.cycles < 125 + 5); /* within a period of the test */
+        assert_true(o.cycles < 125 + 5); /* limit: a period of the test, and bad_cycles */
         snprintf(faults, sizeof faults, "swap@0.2+100/%d", leg);
         o = run_with(faults, 0.2);
         assert_true(o.fault != 0);

@@ -14,7 +14,7 @@
 
 static const double omega = 2 * PI * 4;
 
-/* Uniform in 0..1; the same sequence in every run. */
+/* Returns a random number, uniform in 0..1; the same sequence in every run. */
 static double random_uniform(uint64_t *state) {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
     return (double)(*state >> 11) / 9007199254740992.0;
@@ -60,8 +60,8 @@ static void fit_recovers_the_signal_it_was_made_from(void **unused) {
         assert_true(harmonics_solve(&h, &fit));
         assert_true(fit.condition < 4);
         for (int c = 0; c < CHANNELS_MAX; c++) {
-            /* values near 10 rounded to 1e-15, squared condition number 4, some hundred samples,
-             * not averaged */
+            /* values near 10 rounded to 1e-15, squared condition number 4, and some hundred samples
+             * whose errors may add up */
             const double tolerance = 1e-12;
             assert_near(fit.constant[c], s[c].constant + s[c].drift_per_s * 1.0, tolerance);
             assert_near(fit.drift_per_s[c], s[c].drift_per_s, tolerance);
@@ -69,13 +69,13 @@ static void fit_recovers_the_signal_it_was_made_from(void **unused) {
                 assert_near(fit.sine[c][k], s[c].sine[k], tolerance);
                 assert_near(fit.cosine[c][k], s[c].cosine[k], tolerance);
             }
-            /* the floor in the header is 1e-8 of values up to 30 */
+            /* the residual's floor, stated in the header, is 1e-8 of values up to 30 */
             assert_near(fit.rms[c], 0.0, 1e-6);
         }
     }
 }
 
-/* Reference: QR by Givens rotations, one row at a time, in extended precision. */
+/* Reference solution: QR by Givens rotations, one row at a time, in extended precision. */
 enum { QR_SIZE = REGRESSORS_MAX };
 
 static void givens_add(long double r[QR_SIZE][QR_SIZE + 1], int n, long double *row) {
@@ -99,8 +99,8 @@ static void givens_solve(long double r[QR_SIZE][QR_SIZE + 1], int n, long double
     }
 }
 
-/* A noisy channel with offset 1000 and drift over a test of ten minutes, in the daemon's
- * doubles. */
+/* The channel is noisy, with an offset of 1000 and a drift, over a test of ten minutes, in the
+ * daemon's doubles. */
 static void normal_equations_agree_with_orthogonal_decomposition_over_600_s(void **unused) {
     (void)unused;
     enum { HARMONICS = 3, N = 2 + 2 * HARMONICS };
@@ -124,8 +124,8 @@ static void normal_equations_agree_with_orthogonal_decomposition_over_600_s(void
     givens_solve(r, N, x);
     assert_true(harmonics_solve(&h, &fit));
     assert_true(fit.condition < 4);
-    /* The phase w t reaches 1.5e4 rad, rounded to 2e-12 rad, which bounds the accuracy of doubles;
-     * its mean over the test is far smaller. */
+    /* The phase w t goes up to 1.5e4 rad and is rounded to 2e-12 rad, which bounds the accuracy of
+     * doubles; the mean of that error over the test is far smaller. */
     assert_near(fit.constant[0], (double)x[0], 1e-12 * 1000);
     assert_near(fit.drift_per_s[0], (double)x[1], 1e-12);
     for (int k = 0; k < HARMONICS; k++) {
@@ -144,7 +144,7 @@ static void a_small_motion_on_a_large_offset_keeps_its_digits(void **unused) {
         harmonics_add(&h, t, &value);
     }
     assert_true(harmonics_solve(&h, &fit));
-    /* each sample is rounded to 1e-10; 2500 of them average */
+    /* each sample is rounded to 1e-10, and 2500 of them are averaged */
     assert_near(fit.sine[0][0], 1.0, 1e-11);
     assert_near(fit.cosine[0][0], 0.0, 1e-11);
 }
@@ -171,8 +171,8 @@ static void rms_is_that_of_the_noise_and_std_the_spread_of_the_coefficients(void
     /* The observed variance of 2 RUNS values has a relative spread of sqrt(2 / (2 RUNS)) = 3.2 %;
      * the tolerance is four of them. */
     assert_near(squares / variances, 1.0, 0.13);
-    /* Mean of RUNS * SAMPLES squares, less the share of the four coefficients: the spread is sqrt(2
-     * / 3e5) = 0.26 %. */
+    /* The rms has RUNS * SAMPLES squares, less the share of the four coefficients: its spread is
+     * sqrt(2 / 3e5) = 0.26 %, and the tolerance four of them. */
     assert_near(rms / RUNS / (noise * noise * (SAMPLES - 4) / SAMPLES), 1.0, 0.0104);
 }
 
@@ -209,8 +209,9 @@ static void what_cannot_be_told_apart_is_refused(void **unused) {
     assert_true(solvable(3, 0.002, 250));
     assert_false(solvable(3, 0.002, 0));
     assert_false(solvable(3, 0.002, 1));
-    assert_false(solvable(3, 0.002, 8));      /* eight unknowns leave no residual */
-    assert_false(solvable(3, 0.0001, 20));    /* 1/125 of a period */
+    assert_false(solvable(3, 0.002, 8));      /* the fit has eight unknowns, so eight samples leave
+                                               * no residual */
+    assert_false(solvable(3, 0.0001, 20));    /* the samples span only 1/125 of a period */
     assert_false(solvable(2, 1.0 / 16, 500)); /* second harmonic at half the sampling rate: its sine
                                                * is zero at every sample */
     assert_false(solvable(1, 0.0, 500));      /* zero sampling period */

@@ -1,5 +1,5 @@
-/* Formats taken apart: pages escape the arguments, and a number that is not known is a dash on a
- * page and on a terminal. */
+/* Pages escape the arguments of a format, and a number that is not known is a dash on a page and on
+ * a terminal. */
 #include "support.h"
 
 #include <stdio.h>

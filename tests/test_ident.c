@@ -9,11 +9,14 @@ static void method_a_recovers_inertia_and_damping_of_a_known_machine(void **unus
     feed_all(id, r);
     assert_true(ident_solve(id));
     const struct method_result *a = &id->result.method_a;
-    /* Forward kinematics stops at 1e-13 m of 4 mm, 2.5e-11 relative, not averaged; times the
-     * largest entries, 10 N s/mm through w = 25. */
+    /* Tolerance: forward kinematics stops at 1e-13 m of 4 mm, a relative error of 2.5e-11, which is
+     * not averaged. It is multiplied by the largest entries, up to friction of 10 N s/mm, divided
+     * by w = 25. */
     assert_below(distance(&a->mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-9 * 272);
     assert_below(distance(&a->bt[0][0], &r->bt[0][0], DOFS * DOFS), 1e-9 * 272 * omega(r, 0));
-    for (int i = 0; i < DOFS; i++) assert_true(a->bt[i][i] > 0); /* the sign of Q */
+    for (int i = 0; i < DOFS; i++)
+        assert_true(a->bt[i][i] > 0); /* damping is positive, so the sign
+                                                                  * of Q is right */
     assert_true(a->condition_number > 1 && a->condition_number < 1.5);
 }
 
@@ -25,7 +28,7 @@ static void each_axis_has_a_frequency_of_its_own(void **unused) {
     struct ident *id = ident_create(r);
     feed_all(id, r);
     assert_true(ident_solve(id));
-    /* (4 / 2 Hz)^2 */
+    /* tolerance as above, times (4 Hz / 2 Hz)^2 */
     assert_below(distance(&id->result.method_a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 4e-9 * 272);
     for (int d = 0; d < DOFS; d++) {
         const struct test_result *t = &id->result.test[d];
@@ -91,7 +94,7 @@ static void what_came_before_the_evaluated_part_changes_no_bit(void **unused) {
     assert_memory_equal(last_result(id), &alone, sizeof alone);
 }
 
-/* Flagged samples contain nonsense here, so that a single used one would show. */
+/* Flagged samples contain nonsense here, so that the use of a single one would show. */
 static void excluded_samples_are_counted_and_never_used(void **unused) {
     (void)unused;
     static const uint32_t flags[] = {SAMPLE_STALE, SAMPLE_LATE, SAMPLE_DROPPED, SAMPLE_INVALID, SAMPLE_OVERRUN, SAMPLE_IO, SAMPLE_FOREIGN};
@@ -123,6 +126,30 @@ static void excluded_samples_are_counted_and_never_used(void **unused) {
     assert_below(distance(&id->result.method_a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-9 * 272);
 }
 
+/* Legs are compared with the reference in the record. If the record has no reference, they are not
+ * compared. */
+static void a_leg_that_is_off_its_reference_is_found(void **unused) {
+    (void)unused;
+    static const double further_m = 4e-3;
+    struct rig *r = rig_create(4, 5);
+    double off_m[2];
+    for (int i = 0; i < r->samples; i++) {
+        r->cycle[0][i].in.length_m[2] -= 20e-3; /* far more than the rig's poses differ from the
+                                                 * reference by themselves */
+        r->cycle[1][i].in.length_m[2] -= 20e-3;
+        r->cycle[1][i].ref[DOF_PSI] = (double)NAN;
+    }
+    for (int k = 0; k < 2; k++) {
+        struct ident *id = ident_create(r);
+        feed_all(id, r);
+        assert_int_equal(id->result.test[0].off_leg, 2);
+        assert_true(id->result.test[1].off_m == 0.0);
+        off_m[k] = id->result.test[0].off_m;
+        for (int i = 0; i < r->samples; i++) r->cycle[0][i].in.length_m[2] -= further_m;
+    }
+    assert_close(off_m[1] - off_m[0], -further_m, 1e-9);
+}
+
 static void a_test_ends_with_its_evaluated_part(void **unused) {
     (void)unused;
     struct rig *r = rig_create(6, 1);
@@ -133,7 +160,7 @@ static void a_test_ends_with_its_evaluated_part(void **unused) {
     assert_true(ident_feed(id, &ramp_out));
     assert_false(ident_feed(id, &ramp_out));
     assert_false(feed_part(id, r, 1, 0, r->samples));
-    assert_true(ident_feed(id, &r->cycle[2][0])); /* the next test without a pause */
+    assert_true(ident_feed(id, &r->cycle[2][0])); /* the next test begins without a pause */
     assert_int_equal(id->result.tests, 2);
     assert_false(last_result(id)->refused);
 }
@@ -164,7 +191,8 @@ static void a_test_without_a_usable_sample_is_not_complete(void **unused) {
     assert_true(isnan(last_result(id)->achieved_amplitude));
 }
 
-/* Foreign data: every second sample, a rate other than the configuration's. */
+/* Data of another program: every second sample is missing, so the rate is not the
+ * configuration's. */
 static void a_slower_rate_is_complete_too(void **unused) {
     (void)unused;
     struct rig *r = rig_create(9, 5);
@@ -181,7 +209,7 @@ static void a_repeated_test_replaces_the_earlier_one(void **unused) {
     (void)unused;
     struct rig *r = rig_create(10, 1);
     struct ident *id = ident_create(r);
-    for (int i = 0; i < r->samples; i++) { /* a first attempt at phi with a wrong amplitude */
+    for (int i = 0; i < r->samples; i++) { /* first, phi is tested with a wrong amplitude */
         struct cycle wrong = r->cycle[0][i];
         wrong.test = 3;
         wrong.dof = DOF_PHI;
@@ -233,6 +261,7 @@ int main(void) {
         cmocka_unit_test(order_of_the_tests_changes_no_bit),
         cmocka_unit_test(what_came_before_the_evaluated_part_changes_no_bit),
         cmocka_unit_test(excluded_samples_are_counted_and_never_used),
+        cmocka_unit_test(a_leg_that_is_off_its_reference_is_found),
         cmocka_unit_test(a_test_ends_with_its_evaluated_part),
         cmocka_unit_test(a_test_cut_short_is_not_complete_and_no_method_uses_it),
         cmocka_unit_test(a_test_without_a_usable_sample_is_not_complete),

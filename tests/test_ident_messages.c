@@ -1,5 +1,5 @@
-/* Results on the wire: every field holds what its name says, and values that were not evaluated are
- * NaN. */
+/* Results on the wire: every field has the value that its name states, and values that were not
+ * evaluated are NaN. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -61,8 +61,7 @@ static void loop_statistics_keep_every_number(void **unused) {
     assert_true(m.exec_p50_us == s.exec_us[0] && m.exec_p99_us == s.exec_us[1]);
     assert_true(m.exec_p999_us == s.exec_us[2] && m.exec_max_us == s.exec_us[3]);
     assert_true(m.pace_ratio == s.pace && m.stalls == 14 && m.longest_stall_s == s.longest_stall_s);
-    s.timed = false; /* a virtual clock stands still within a cycle, so its zeros are no
-                      * measurement */
+    s.timed = false; /* a virtual clock stands still within a cycle, so its zeros measure nothing */
     hexid_loop_stats_2_t_decode(buffer, 0, loop_stats_encode(&s, 99, buffer, CAPACITY), &m);
     assert_true(m.timed == 0 && isnan(m.wake_p50_us) && isnan(m.wake_max_us) && isnan(m.exec_p50_us) && isnan(m.exec_max_us) &&
                 isnan(m.pace_ratio));

@@ -18,7 +18,7 @@ struct report {
 
 static uint64_t state;
 
-/* All magnitudes, and sometimes a number that printing may spoil. */
+/* Returns a number of any magnitude, sometimes one that printing may spoil. */
 static double awkward(void) {
     static const double spoilt[] = {0.1, -0.0, 1.0 / 3, 5, 1e22, 1.2345678901234567e17, DBL_MAX, -DBL_MIN, 5e-324, 1 + DBL_EPSILON};
     int which = random_below(&state, 30);
@@ -49,7 +49,7 @@ static void fill_method(struct method_result *m, double (*source)(void)) {
     m->evaluated = true;
 }
 
-/* Every field filled, tests in reversed order. */
+/* Returns a report with every field filled and the tests in reversed order. */
 static struct report *report_full(double (*source)(void)) {
     static struct report report;
     struct report *r = &report;
@@ -89,7 +89,8 @@ static json_t *member(const json_t *object, const char *key) {
     return value;
 }
 
-/* Bit for bit, so -0.0 is not 0.0. Values that JSON cannot hold are null. */
+/* Asserts that the numbers are equal bit for bit, so -0.0 is not 0.0. Values that JSON cannot
+ * express are null. */
 static void assert_number(const json_t *got, double expected) {
     double value = json_real_value(got);
     if (!isfinite(expected) ? !json_is_null(got) : !json_is_real(got) || memcmp(&value, &expected, sizeof value) != 0)
@@ -98,7 +99,7 @@ static void assert_number(const json_t *got, double expected) {
 
 static void assert_member(const json_t *object, const char *key, double expected) { assert_number(member(object, key), expected); }
 
-/* Every step-th number from there. */
+/* Asserts that the array has `count` numbers: every step-th one of `expected`. */
 static void assert_vector(const json_t *got, const double *expected, int count, int step) {
     assert_true(json_is_array(got));
     assert_int_equal(json_array_size(got), count);
@@ -255,7 +256,8 @@ static void json_errors_are_against_the_nominal_entries(void **unused) {
     static const char *const name[] = {"method_a", "modified_a", "method_b"};
     for (int i = 0; i < DOFS; i++)
         for (int k = 0; k < DOFS; k++) r->id.nominal_mt[i][k] = i + k == 4 || i + k == 3 ? -14.9 : 272.0;
-    r->id.nominal_mt[5][5] = 0; /* nothing to compare with: null */
+    r->id.nominal_mt[5][5] = 0; /* without a nominal value there is nothing to compare with, so the
+                                 * error is null */
     json_t *root = parsed(r);
     for (int m = 0; m < 3; m++) {
         const json_t *errors = member(member(root, "errors_pct"), name[m]);
@@ -297,7 +299,8 @@ static void json_never_has_what_is_not_a_number(void **unused) {
     json_decref(root);
 }
 
-/* Jansson's allocations: number held, and which one fails, -1: none. */
+/* Jansson's allocations: number of blocks in use, number of the request that fails (-1: none), and
+ * number of requests. */
 static int held, fail_at, requests;
 
 static void *counting_malloc(size_t size) {
@@ -311,7 +314,8 @@ static void counting_free(void *memory) {
     free(memory);
 }
 
-/* Only the text remains allocated. */
+/* Makes JSON while counting Jansson's allocations. At the end only the text may remain
+ * allocated. */
 static char *json_counted(const struct report *r, int failing) {
     held = requests = 0;
     fail_at = failing;
@@ -356,7 +360,7 @@ static void print_table(const struct identification *id, char *text, size_t size
     fclose(out);
 }
 
-/* The eight numbers of an entry's row. */
+/* Reads the eight numbers of an entry's row. */
 static void read_row(const char *text, const struct ident_entry *e, double number[8]) {
     char label[20];
     const char *row = text;
@@ -389,7 +393,8 @@ static void table_has_a_row_an_entry_with_its_numbers(void **unused) {
         double number[8], nominal = id->nominal_mt[e->row][e->col];
         double whole = sqrt(fabs(id->nominal_mt[e->row][e->row] * id->nominal_mt[e->col][e->col]));
         read_row(text, e, number);
-        assert_close(number[0], nominal, 0.000501); /* three decimals, the errors two */
+        assert_close(number[0], nominal, 0.000501); /* tolerance: values have three decimals, errors
+                                                     * two */
         for (int m = 0; m < 3; m++) {
             double found = method[m]->mt[e->row][e->col];
             assert_close(number[1 + 2 * m], found, 0.000501);

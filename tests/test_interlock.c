@@ -40,7 +40,7 @@ static void an_open_input_is_a_fault_in_its_first_cycle_and_takes_the_supply_off
             rig_spoilt(&rig, open_inputs, 0);
             assert_int_equal(rig.now.state, STATE_FAULT);
             assert_int_equal(rig.now.first_fault, interlock_table[k].fault);
-            rig_run(&rig, 40); /* 80 ms: relay and accumulator */
+            rig_run(&rig, 40); /* 80 ms: relay and accumulator keep the pressure for so long */
             assert_false(pressure_of(&rig));
             plant_destroy(rig.plant);
         }
@@ -51,7 +51,7 @@ static void an_open_input_refuses_engage_and_says_which(void **unused) {
     struct params params = by_hand();
     for (int k = 0; k < INPUTS; k++) {
         struct rig rig;
-        /* open here because the supply is off */
+        /* the pressure switch is open here, because the supply is off */
         if (interlock_table[k].input == INPUT_SUPPLY) continue;
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_SETTLED, 10);
@@ -63,7 +63,7 @@ static void an_open_input_refuses_engage_and_says_which(void **unused) {
         assert_true(rig.now.in.flags & SAMPLE_OPEN);
         assert_string_equal(supervisor_advice(STATE_SETTLED, platform_wrong(&rig.platform), COMMAND_ENGAGE), interlock_table[k].open);
         rig_run(&rig, 10);
-        assert_int_equal(rig.now.state, STATE_SETTLED); /* and the command is not carried out later
+        assert_int_equal(rig.now.state, STATE_SETTLED); /* the command is not carried out later,
                                                          * when the input closes */
         rig_cycle(&rig, COMMAND_ENGAGE);
         assert_int_equal(rig.now.state, STATE_PRESSURISING);
@@ -71,7 +71,8 @@ static void an_open_input_refuses_engage_and_says_which(void **unused) {
     }
 }
 
-/* Closing the last input does not start the machine. */
+/* An input is open when the automatic run would engage. If it closes later, the machine does not
+ * start. */
 static void an_automatic_run_that_meets_an_open_input_is_over(void **unused) {
     (void)unused;
     struct params params = brisk();
@@ -86,7 +87,7 @@ static void an_automatic_run_that_meets_an_open_input_is_over(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* A failed write makes a sample doubtful, but its inputs remain true. */
+/* A failed write makes a sample doubtful, but its inputs remain valid. */
 static void an_input_opens_also_while_nothing_can_be_written(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -100,7 +101,7 @@ static void an_input_opens_also_while_nothing_can_be_written(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* The last sample does not replace one that was not read. */
+/* A sample that was not read is not replaced by the one before. */
 static void nothing_begins_on_a_doubtful_sample(void **unused) {
     (void)unused;
     static spoiler *const spoil[] = {flagged_io, flagged_invalid, length_not_a_number};
@@ -163,7 +164,7 @@ static void what_is_not_wired_is_not_watched_and_named(void **unused) {
     }
 }
 
-/* Consequences in the same cycle do not become the headline. */
+/* Faults that follow in the same cycle do not become the headline. */
 static void the_emergency_stop_is_the_headline(void **unused) {
     (void)unused;
     struct supervisor s = {0};
@@ -200,7 +201,7 @@ static void assert_line(const struct cycle *c, const char *input) {
     assert_string_equal(line, expected);
 }
 
-/* The fault comes in every state, whether motion is held up or not, and does not come when one
+/* The fault comes in every state, whether the platform is driven or not, and does not come if one
  * contact switches shortly after the other. */
 static void contacts_that_contradict_each_other_are_a_fault_after_the_discrepancy_time(void **unused) {
     (void)unused;
@@ -260,8 +261,8 @@ static void without_pressure_in_time_there_is_a_fault_and_no_motion(void **unuse
     plant_destroy(rig.plant);
 }
 
-/* A welded relay or a stuck dump valve is found at engage, before the platform is driven, and not
- * in an emergency. */
+/* A welded relay or a stuck dump valve is found when the platform is to be engaged, not only in an
+ * emergency. */
 static void pressure_that_does_not_go_with_the_supply_refuses_engage(void **unused) {
     (void)unused;
     for (int output = 0; output < 2; output++) {
@@ -271,14 +272,14 @@ static void pressure_that_does_not_go_with_the_supply_refuses_engage(void **unus
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_SETTLED, 20);
         rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_ENGAGE}, pressure_there, 0);
-        /* another controller's supply may be on */
+        /* without a supply output, another controller may have put the supply on */
         assert_int_equal(rig.platform.request_taken, !output);
         if (output) assert_non_null(strstr(supervisor_advice(STATE_SETTLED, platform_wrong(&rig.platform), COMMAND_ENGAGE), "although"));
         plant_destroy(rig.plant);
     }
 }
 
-/* The supply is on and nothing is driven yet. */
+/* A stuck spool is found while the supply is on and nothing is driven yet. */
 static void a_spool_that_is_stuck_is_found_out_while_the_supply_comes(void **unused) {
     (void)unused;
     static const double stuck[] = {0.02, 0.1, 0.3};
@@ -352,8 +353,8 @@ static void a_stop_while_the_supply_comes_takes_it_off_again(void **unused) {
     }
 }
 
-/* A daemon that dies during a move, on a device that does not centre its valves because a spool
- * sticks. */
+/* Returns how far the platform rises after the daemon has died during a move, on a device that does
+ * not centre its valves because a spool sticks. */
 static double risen_after_death(bool has_power_unit) {
     struct params params = by_hand();
     struct error error;
@@ -392,7 +393,7 @@ static void the_relay_holds_while_the_level_changes_and_no_longer(void **unused)
             power_unit_step(&u, level, dt_s);
             ever |= u.pressure;
         }
-        assert_int_equal(ever, every <= 11); /* 20 ms without a change are tolerated */
+        assert_int_equal(ever, every <= 11); /* the relay stays closed for 20 ms without a change */
         double share = u.share;
         int lost = 0;
         for (; u.pressure; lost++) power_unit_step(&u, level, dt_s);
@@ -422,8 +423,8 @@ static void without_its_pressures_the_platform_is_put_down_slowly_and_then_latch
             int parking = 0;
             for (; rig.now.state == STATE_PARKING; parking++)
                 rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_ENGAGE},
-                                                                         /* nothing interrupts the
-                                                                          * parking */
+                                                                         /* parking takes its full
+                                                                          * time */
                             no_pressures, leg);
             assert_int_equal(rig.now.state, STATE_FAULT);
             assert_int_equal(rig.now.first_fault, FAULT_PRESSURE_SENSOR);

@@ -1,5 +1,5 @@
-/* Friction of a leg that may stick: the force balance's demand is believed as far as it exceeds the
- * noise. */
+/* Friction of a leg that may stick: the part of the force balance that exceeds the noise is taken
+ * for friction. */
 #include "support.h"
 
 #include <string.h>
@@ -9,7 +9,7 @@
 enum { DRAWS = 2000 };
 static const double DRY_N = 100.0;
 
-/* An axis at rest on a level rail: friction or noise accounts for every force. */
+/* Makes an axis on a level rail. At rest, friction or noise accounts for every force. */
 static void make_axis(struct params *params, struct inverse_dynamics *d, double dry_n, double noise_n) {
     config_default(params);
     params->mechanism = MECHANISM_AXIS;
@@ -32,7 +32,7 @@ static double moving(struct inverse_dynamics *d, double speed_mps, double push_n
 
 static double friction_of(struct inverse_dynamics *d, double push_n) { return moving(d, 0.0, push_n); }
 
-/* A model with too much friction removes little of what is only noise. */
+/* If the forces are only noise, a model with too much friction removes little of it. */
 static void noise_is_no_friction(void **unused) {
     (void)unused;
     struct params params;
@@ -44,7 +44,8 @@ static void noise_is_no_friction(void **unused) {
         double push_n = noise_n * random_normal(&seed), left_n = push_n - friction_of(&d, push_n);
         before += push_n * push_n, after += left_n * left_n;
     }
-    assert_true(after > 0.8 * before); /* limits alone leave 0.35 */
+    assert_true(after > 0.8 * before); /* clipping at the friction's limits alone would leave 0.35
+                                        * of it */
 }
 
 static void what_is_sure_is_held(void **unused) {
@@ -58,13 +59,13 @@ static void what_is_sure_is_held(void **unused) {
     assert_close(friction_of(&d, -0.4 * DRY_N), -0.4 * DRY_N, 0.01 * DRY_N);
 }
 
-/* A balance beyond sliding friction is believed by the share F^2 / 3 / (F^2 / 3 + noise^2), within
- * the friction's limit in that direction. */
+/* The estimate is sliding friction plus the share F^2 / 3 / (F^2 / 3 + noise^2) of the balance
+ * beyond it, within the friction's limit in that direction. */
 static void a_balance_is_believed_as_far_as_it_is_sure(void **unused) {
     (void)unused;
     struct params params;
     struct inverse_dynamics d;
-    /* a share of a quarter */
+    /* with this noise the share is a quarter */
     make_axis(&params, &d, DRY_N, DRY_N);
     assert_close(friction_of(&d, 2.0 * DRY_N), 0.5 * DRY_N, 1e-9);
     double viscous = params.hydraulics.viscous_n_s_per_m[0] * 1e-3;
@@ -80,15 +81,16 @@ static void a_balance_is_believed_as_far_as_it_is_sure(void **unused) {
     coulomb->value[1][0] = 0.5 * DRY_N;
     inverse_dynamics_init(&d, &params, 1e-3, 0.0);
     assert_close(friction_of(&d, 5.0 * DRY_N), 2.0 * -friction_of(&d, -5.0 * DRY_N), 1e-9);
-    d.force_std_n[0] = 0.75 * DRY_N; /* as their mean: from the middle on, a quarter */
+    d.force_std_n[0] = 0.75 * DRY_N; /* with this noise the mean force of both directions gives a
+                                      * share of a quarter, counted from the middle */
     assert_close(friction_of(&d, 1.25 * DRY_N), 0.5 * DRY_N, 1e-9);
     coulomb->on = false;
     inverse_dynamics_init(&d, &params, 1e-3, 0.0);
     assert_close(friction_of(&d, DRY_N), 0.0, 1e-9);
 }
 
-/* Friction holds with any force within its limit, seen with noise: the estimate is nearer to the
- * truth than limits alone. */
+/* Friction at rest can be any force within its limit, and is measured with noise: the estimate is
+ * nearer to the truth than clipping at the limits. */
 static void friction_is_found_through_noise(void **unused) {
     (void)unused;
     struct params params;
@@ -108,8 +110,8 @@ static void friction_is_found_through_noise(void **unused) {
 
 enum { INSTANTS = 128 };
 
-/* A rod moves to and fro at 1 Hz by 2 mm either way; the seals' deflection is integrated in small
- * steps. */
+/* Returns the mean deflection of seals, integrated in small steps, while a rod moves to and fro at
+ * 1 Hz by 2 mm either way. */
 static double seal_by_steps(double from_s, double until_s, double distance_m, double *deflection) {
     enum { STEPS = 2000 };
     double mean = 0.0, dt_s = (until_s - from_s) / STEPS;
@@ -130,8 +132,8 @@ static void move_to_and_fro(struct inverse_dynamics_input in[INSTANTS]) {
     }
 }
 
-/* Rms difference of the deflection from that of small steps, which the force contains; a segment
- * starts halfway. */
+/* Returns the rms difference between the deflection and the one integrated in small steps, which
+ * the force contains; a segment starts halfway. */
 static double deflection_error(struct inverse_dynamics *d, bool cycle, double distance_m, double extend_n, double retract_n, double dry_n) {
     static struct inverse_dynamics_input in[INSTANTS];
     double deflection = cycle ? 0.0 : -0.5, square = 0.0, mean[INSTANTS];
@@ -148,9 +150,9 @@ static double deflection_error(struct inverse_dynamics *d, bool cycle, double di
     return sqrt(square);
 }
 
-/* Covers Dahl distances from a tenth of the travel between two instants up to the stroke; the speed
- * between instants is taken as constant. Also with a different force in each direction and beside
- * friction that may hold the leg. */
+/* Covers Dahl distances from a tenth of the travel between two instants up to the stroke, also with
+ * a different force in each direction and beside friction that may hold the leg. The speed between
+ * instants is taken as constant. */
 static void seals_are_deflected_as_by_small_steps(void **unused) {
     (void)unused;
     slow_case();
@@ -190,10 +192,10 @@ static void noise_deflects_no_seals(void **unused) {
         assert_true(inverse_dynamics_seals(&d, 1, false, in));
         square += pow(in[0].deflection[0], 2.0) / DRAWS;
     }
-    assert_below(square, 0.02); /* limits alone leave 0.9 */
+    assert_below(square, 0.02); /* clipping at the limits alone would leave 0.9 */
 }
 
-/* The force depends on the deflection, not on the speed. */
+/* The force of deflected seals depends on the deflection, not on the speed. */
 static void deflected_seals_push_back(void **unused) {
     (void)unused;
     struct params params;

@@ -12,7 +12,8 @@ enum { VALUES = 1800 };
 static const struct remainder noise = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 0.6 * VALUES, .beyond_laws = 0.5};
 static const struct remainder much = {.values = VALUES, .noise = 1.2 * VALUES, .before = 5e4, .after = 4e4, .beyond_laws = 20.0};
 
-/* One effect, found in the equations and in closed loop, for a gap ten times the noise. */
+/* Returns a result with one effect, found in the equations and in closed loop, for a gap ten times
+ * the noise. */
 static struct gap_result found(const char *name) {
     struct gap_result r = {.effects = 1, .simulated = true, .effect[0] = {.effect = effect_find(name), .z = 200.0}};
     r.noise_floor.overall = r.noise_floor.varying = 0.1, r.held_out_before.overall = r.held_out_before.varying = 1.0;
@@ -71,7 +72,8 @@ static void a_constant_that_looks_the_same_is_to_be_checked_first(void **state) 
     }
 }
 
-/* The remainder is measured in units of noise and of the present laws' possible error. */
+/* The remainder is measured in units of the noise and of the possible error of the laws in the
+ * model. */
 static void what_a_law_leaves_is_no_remainder(void **state) {
     (void)state;
     struct gap_result friction = found("cylinder_coulomb_friction");
@@ -81,8 +83,8 @@ static void what_a_law_leaves_is_no_remainder(void **state) {
     assert_verdict(&friction, &left, GAP_UNKNOWN_EFFECT, "remainder");
 }
 
-/* Half of the rows have mean square a, half b, and a law may be off in the latter by this many
- * standard deviations of noise. */
+/* Weighs residuals. Half of them have mean square a, the other half b; in the latter a law may be
+ * off by `law` standard deviations of noise. */
 static double weighed(double a, double b, double law) {
     static double white[VALUES], one[VALUES], error[VALUES];
     for (int i = 0; i < VALUES; i++) {
@@ -97,11 +99,13 @@ static void a_law_excuses_what_is_left_where_it_acts_and_nowhere_else(void **sta
     assert_in_range(1000.0 * weighed(0.5, 0.5, 0.0), 400, 600); /* noise as measured */
     assert_true(weighed(1.2, 1.2, 0.0) > 1.0);
     assert_true(weighed(0.5, 100.0, 0.0) > 1.0);
-    assert_true(weighed(0.5, 100.0, 3.0) < 1.0);  /* less than four times its error */
+    assert_true(weighed(0.5, 100.0, 3.0) < 1.0);  /* the residual, 10, is less than four times the
+                                                   * law's error */
     assert_true(weighed(0.5, 2000.0, 3.0) > 1.0); /* more than that */
-    assert_true(weighed(1.5, 0.5, 3.0) > 1.0);    /* it does not relax the other rows */
+    assert_true(weighed(1.5, 0.5, 3.0) > 1.0);    /* the law does not excuse rows where it does not
+                                                   * act */
     static const double white[] = {2.0, 0.0}, one[] = {1.0, 0.0}, law[] = {0.0, 0.0};
-    /* the other value is not evaluated */
+    /* a value without noise is not evaluated */
     assert_true(goodness_weigh(2, white, one, law) == goodness_weigh(1, white, one, law));
 }
 
@@ -118,19 +122,35 @@ static void one_axis_gets_experiments_that_it_can_make(void **state) {
     offset.effect[0].values.value[0][0] = 120.0, offset.effect[0].values.value[1][0] = 40.0;
     assert_verdict(&offset, &noise, GAP_AMBIGUOUS, "a constant force");
     assert_non_null(strstr(offset.next_experiment, "let go of the load"));
-    offset.model.mechanism = MECHANISM_STEWART; /* a platform's weight and geometry tell a constant
-                                                 * force from friction */
+    offset.model.mechanism = MECHANISM_STEWART; /* a platform's weight and geometry distinguish a
+                                                 * constant force from friction */
     assert_verdict(&offset, &noise, GAP_EFFECT_NAMED, "cylinder_coulomb_friction");
+}
+
+static void dry_friction_of_one_direction_is_perhaps_a_constant_force(void **state) {
+    (void)state;
+    static const char *const dry[] = {"cylinder_coulomb_friction", "cylinder_dahl_friction"};
+    for (size_t i = 0; i < sizeof dry / sizeof *dry; i++) {
+        struct gap_result r = found(dry[i]);
+        config_default(&r.model);
+        r.model.mechanism = MECHANISM_AXIS;
+        r.effect[0].values.value[0][0] = 303.0, r.effect[0].values.value[1][0] = 12.0, r.effect[0].std[0][0] = r.effect[0].std[1][0] = 10.0;
+        assert_verdict(&r, &noise, GAP_AMBIGUOUS, "friction of 158 N beside a constant force of 146 N");
+        assert_non_null(strstr(r.reason, dry[i]));
+        assert_non_null(strstr(r.next_experiment, "an offset stays"));
+        r.effect[0].values.value[1][0] = 300.0;
+        assert_verdict(&r, &noise, GAP_EFFECT_NAMED, dry[i]);
+    }
 }
 
 static void what_remains_refutes_it(void **state) {
     (void)state;
     struct gap_result in_equations = found("valve_lag"), in_simulation = found("valve_lag"), no_run = found("geometry_error");
     assert_verdict(&in_equations, &much, GAP_UNKNOWN_EFFECT, "remainder");
-    /* a small gap: within noise */
+    /* the gap is small, and so is the improvement */
     in_simulation.held_out_before.varying = 0.107, in_simulation.held_out_after.varying = 0.105;
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "valve_lag");
-    /* a constant remainder is reported */
+    /* a remainder that does not vary is reported */
     in_simulation.held_out_after.overall = 9.0, in_simulation.unexplained_fraction = 0.9;
     assert_verdict(&in_simulation, &noise, GAP_EFFECT_NAMED, "what simulation leaves is constant");
     in_simulation.held_out_after.varying = 0.2; /* there was no gap before: the effect made it */
@@ -146,10 +166,10 @@ static void what_remains_refutes_it(void **state) {
 static void what_is_left_far_above_the_noise_refutes_it_in_motion_too(void **state) {
     (void)state;
     struct gap_result r = found("valve_flow_gain"), nothing = {0};
-    /* a small gap: within noise */
+    /* a small gap: the difference is within noise */
     r.simulated = false, r.held_out_before.overall = 0.12, r.held_out_after.overall = 0.119;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
-    /* a large gap: the model's own error */
+    /* a large gap: the remainder is within the model's own error */
     r.held_out_before.overall = 2.0, r.held_out_after.overall = 0.21;
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_flow_gain");
     r.held_out_before.overall = 0.4;
@@ -178,7 +198,8 @@ static void what_is_given_is_of_another_size(void **state) {
     assert_verdict(&r, &left, GAP_NO_GAP, "no more than the effects in the configuration leave");
 }
 
-/* An effect that explains nearly all of a gap is there; two effects imitate that well. */
+/* A single effect that explains nearly all of a gap is present; two effects together can imitate
+ * another one as well. */
 static void a_trace_beside_one_effect_is_said_and_refutes_nothing(void **state) {
     (void)state;
     struct gap_result one = found("valve_dead_band"), two = one;
@@ -212,9 +233,9 @@ static void three_that_are_needed_are_none_of_them(void **state) {
     r.effect[1] = (struct gap_effect){.effect = effect_find("base_tilt"), .z = 150.0};
     r.effect[2] = (struct gap_effect){.effect = effect_find("payload_mass"), .z = 100.0};
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "takes 3");
-    r.effect[2].z = 10.0; /* a trace of a third effect is not needed */
+    r.effect[2].z = 10.0; /* the third effect explains too little to be needed */
     assert_verdict(&r, &noise, GAP_EFFECT_NAMED, "valve_lag, base_tilt and payload_mass");
-    /* the search ended at its limit, however little the last ones weigh */
+    /* the search ended at its limit, so the last effects count although they weigh little */
     r.effects = GAP_EFFECTS;
     for (int k = 1; k < GAP_EFFECTS; k++) r.effect[k].z = 7.0;
     assert_verdict(&r, &noise, GAP_UNKNOWN_EFFECT, "it takes 4 to imitate it");
@@ -228,6 +249,7 @@ int main(void) {
         cmocka_unit_test(what_a_law_leaves_is_no_remainder),
         cmocka_unit_test(a_law_excuses_what_is_left_where_it_acts_and_nowhere_else),
         cmocka_unit_test(one_axis_gets_experiments_that_it_can_make),
+        cmocka_unit_test(dry_friction_of_one_direction_is_perhaps_a_constant_force),
         cmocka_unit_test(what_remains_refutes_it),
         cmocka_unit_test(what_is_left_far_above_the_noise_refutes_it_in_motion_too),
         cmocka_unit_test(what_is_given_is_of_another_size),

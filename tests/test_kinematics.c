@@ -41,7 +41,7 @@ static int recover(const struct kinematics *k, const double start[DOFS], const d
     assert_true(result.converged);
     assert_below(distance(found, pose, DOFS), pose_tolerance);
     ik_lengths(k, found, again);
-    /* its own tolerance plus rounding of 2 m */
+    /* the tolerance of Newton's iteration, plus rounding of 2 m */
     assert_below(distance(again, length, LEGS), 1e-13 + 1e-15);
     assert_below(result.residual_m, 1e-13 + 1e-15);
     return result.iterations;
@@ -59,7 +59,8 @@ static void fk_recovers_pose_from_ik_lengths_from_neutral(void **unused) {
         if (iterations > most) most = iterations;
     }
     print_message("# from neutral: at most %d iterations\n", most);
-    assert_true(most < FK_ITERATIONS); /* quadratic convergence: one to spare */
+    assert_true(most < FK_ITERATIONS); /* convergence is quadratic, so at least one iteration is
+                                        * left over */
 }
 
 static void fk_tracks_a_moving_platform_in_two_iterations(void **unused) {
@@ -70,7 +71,7 @@ static void fk_tracks_a_moving_platform_in_two_iterations(void **unused) {
     for (int n = 0; n < POSES; n++) {
         double pose[DOFS], step[DOFS], next[DOFS];
         random_pose(&seed, 0.1, 0.2, pose);
-        /* 0.1 m/s and 0.2 rad/s for a cycle of 2 ms, the fastest of the tests */
+        /* steps of one cycle of 2 ms at 0.1 m/s and 0.2 rad/s, the fastest motion of the tests */
         random_pose(&seed, 2e-4, 4e-4, step);
         for (int i = 0; i < DOFS; i++) next[i] = pose[i] + step[i];
         int iterations = recover(&k, pose, next);
@@ -105,8 +106,8 @@ static void fk_finds_every_pose_of_the_stroke_from_the_parked_one(void **unused)
     print_message("# from the parked pose: at most %d iterations\n", most);
 }
 
-/* Newton squares an error, 2 e^2 / m, from 1 cm down to rounding; with a wrong Jacobian it would
- * only shrink by a constant factor. */
+/* Newton's method squares an error, to 2 e^2 / m, from 1 cm down to rounding; with a wrong Jacobian
+ * the error would only shrink by a constant factor. */
 static void fk_converges_quadratically_off_neutral(void **unused) {
     (void)unused;
     struct kinematics k = rig();
@@ -116,7 +117,7 @@ static void fk_converges_quadratically_off_neutral(void **unused) {
         random_pose(&seed, 0.1, 0.2, pose);
         random_pose(&seed, 1e-3, 1e-3, offset);
         for (int i = 0; i < DOFS; i++) start[i] = pose[i] + offset[i];
-        assert_true(recover(&k, start, pose) <= 3); /* 1e-3, 1e-6, 1e-12, done */
+        assert_true(recover(&k, start, pose) <= 3); /* the errors are 1e-3, 1e-6 and 1e-12 */
     }
 }
 
@@ -129,7 +130,7 @@ static void hostile_lengths_never_converge_and_leave_the_pose_alone(void **unuse
         for (int set = 1; set < 1 << LEGS; set++) {
             double length[LEGS], pose[DOFS];
             memcpy(pose, start, sizeof pose);
-            /* the others match the pose from which the search starts */
+            /* the other lengths match the pose from which the search starts */
             ik_lengths(&k, start, length);
             for (int i = 0; i < LEGS; i++)
                 if (set & 1 << i) length[i] = bad[b];
@@ -144,15 +145,17 @@ static void unreachable_lengths_do_not_converge(void **unused) {
     (void)unused;
     struct kinematics k = rig();
     double length[LEGS], pose[DOFS] = {0};
-    for (int i = 0; i < LEGS; i++) length[i] = 0.6; /* the joint circles are 0.64 m apart in plan */
+    for (int i = 0; i < LEGS; i++)
+        length[i] = 0.6; /* too short: the joint circles are 0.64 m apart
+                                                     * in plan */
     assert_false(fk_solve(&k, length, pose).converged);
-    /* beyond an upper joint's reach */
+    /* leg 3 ends beyond its upper joint's reach */
     for (int i = 0; i < LEGS; i++) length[i] = k.neutral_length_m[i] + (i == 2 ? 1.5 : 0.0);
     assert_false(fk_solve(&k, length, pose).converged);
     assert_memory_equal(pose, neutral, sizeof pose);
 }
 
-/* Turns T(pose) by a small rotation vector about axes of {B} and returns angles as in types.h. */
+/* Rotates T(pose) by a small rotation vector about axes of {B} and returns angles as in types.h. */
 static void turned(const double pose[DOFS], const double vector[3], double out[DOFS]) {
     double t[3][3], r[3][3], angle = sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
     double c = cos(angle), s = sin(angle), n[3] = {0};
@@ -171,7 +174,7 @@ static void turned(const double pose[DOFS], const double vector[3], double out[D
     out[5] = atan2(r[1][0], r[0][0]);
 }
 
-/* The pose after the twist has acted for `time`. */
+/* Computes the pose after the twist has acted for `time`. */
 static void displaced(const double pose[DOFS], const double twist[DOFS], double time, double out[DOFS]) {
     double vector[3];
     for (int i = 0; i < 3; i++) vector[i] = time * twist[3 + i];
@@ -179,7 +182,7 @@ static void displaced(const double pose[DOFS], const double twist[DOFS], double 
     for (int i = 0; i < 3; i++) out[i] += time * twist[i];
 }
 
-/* Fourth-order difference of the lengths along a twist. */
+/* Computes the legs' rates along a twist, by a fourth-order difference of the lengths. */
 static void rates_by_difference(const struct kinematics *k, const double pose[DOFS], const double twist[DOFS], double rate[LEGS]) {
     const double h = 1e-3, at[4] = {-2 * h, -h, h, 2 * h}, weight[4] = {1, -8, 8, -1};
     memset(rate, 0, LEGS * sizeof *rate);
@@ -203,7 +206,8 @@ static void jacobian_is_the_derivative_of_the_lengths_along_a_twist(void **unuse
             double twist[DOFS] = {0};
             twist[d] = 1.0;
             rates_by_difference(&k, pose, twist, rate);
-            /* h^4 / 30 times a fifth derivative near 1, and rounding of 2 m over h: 1e-12 each */
+            /* tolerance: h^4 / 30 times a fifth derivative near 1, and rounding of 2 m over h, are
+             * 1e-12 each */
             for (int i = 0; i < LEGS; i++) assert_close(j[i][d], rate[i], 1e-11);
         }
     }
@@ -221,7 +225,8 @@ static void wrench_does_the_work_of_the_legs(void **unused) {
         wrench_from_forces(&k, pose, force, wrench);
         rates_by_difference(&k, pose, twist, rate);
         for (int i = 0; i < LEGS; i++) legs_w += force[i] * rate[i], platform_w += wrench[i] * twist[i];
-        /* six legs, the differences' error, a twist up to sqrt 6 */
+        /* tolerance: six legs, forces up to 1e4 N, the differences' error, and a twist up to
+         * sqrt(6) */
         assert_close(legs_w, platform_w, 6 * 1e4 * 1e-11 * 4);
     }
 }
@@ -233,7 +238,8 @@ static void legs_are_1_8310_m_at_neutral(void **unused) {
     ik_lengths(&k, neutral, length);
     for (int i = 0; i < LEGS; i++) {
         assert_close(length[i], k.neutral_length_m[i], 1e-15 * 4);
-        assert_close(length[i], 1.8310, 0.5e-4); /* printed in docs/method.md section 1 */
+        assert_close(length[i], 1.8310, 0.5e-4); /* the value that docs/method.md, section 1,
+                                                  * prints */
     }
 }
 
@@ -251,8 +257,8 @@ static void rotation_is_orthonormal_and_right_handed(void **unused) {
     }
 }
 
-/* Positive angles turn x forward, y right, z down as their names say: roll right, nose up, heading
- * right. */
+/* Positive angles rotate the platform as their names say, with x forward, y right and z down: roll
+ * to the right, nose up, heading to the right. */
 static void rotation_is_yaw_then_pitch_then_roll(void **unused) {
     (void)unused;
     double t[3][3];
@@ -267,7 +273,7 @@ static void rotation_is_yaw_then_pitch_then_roll(void **unused) {
     assert_close(t[2][1], 1.0, 1e-15);
 }
 
-/* After a turn by 120 degrees about z, leg i+2 sees what leg i saw before. */
+/* After a rotation by 120 degrees about z, leg i+2 has the length that leg i had before. */
 static void a_third_of_a_turn_permutes_the_legs(void **unused) {
     (void)unused;
     struct kinematics k = rig();
@@ -348,10 +354,10 @@ static void lengths_and_rates_agree_with_both_engines(void **unused) {
             for (int i = 0; i < LEGS; i++) {
                 double rate = 0.0;
                 for (int d = 0; d < DOFS; d++) rate += j[i][d] * truth.twist[d];
-                /* 10 g for 0.1 ms: it moves, but slowly */
+                /* a fall with 10 g for 0.1 ms: the platform moves, but slowly */
                 assert_below(fabs(truth.rate_mps[i]), 0.1);
-                /* ODE's CFM lets a joint yield 1e-10 m/s per newton; a few under kN give
-                 * 1e-6. */
+                /* ODE's CFM lets a joint yield by 1e-10 m/s per newton; a few joints under a
+                 * kilonewton give 1e-6 */
                 assert_close(rate, truth.rate_mps[i], engines[e] == ENGINE_ODE ? 1e-5 : 1e-13);
             }
         }
@@ -366,10 +372,32 @@ static void refused(struct params params, const char *key) {
     if (!strstr(error.text, key)) fail_msg("no %s in: %s", key, error.text);
 }
 
+/* Turned about by a mirror in its horizontal plane, a platform that stands is one that hangs: legs
+ * are as long in the mirrored pose. */
+static void a_platform_that_hangs_is_one_that_stands_in_a_mirror(void **unused) {
+    (void)unused;
+    static const double mirror[DOFS] = {1, 1, -1, -1, -1, 1};
+    struct params params = defaults();
+    struct kinematics stands, hangs;
+    kinematics_place(&stands, &params);
+    params.geometry.height_m = -params.geometry.height_m;
+    params.payload.center_height_m = -params.payload.center_height_m;
+    kinematics_place(&hangs, &params);
+    uint64_t state = 3;
+    for (int round = 0; round < 100; round++) {
+        double pose[DOFS], mirrored[DOFS], length_m[LEGS], other_m[LEGS];
+        random_pose(&state, 0.2, 0.3, pose);
+        for (int i = 0; i < DOFS; i++) mirrored[i] = mirror[i] * pose[i];
+        ik_lengths(&stands, pose, length_m);
+        ik_lengths(&hangs, mirrored, other_m);
+        for (int i = 0; i < LEGS; i++) assert_true(fabs(length_m[i] - other_m[i]) < 1e-14);
+    }
+}
+
 static void geometry_that_cannot_exist_is_refused(void **unused) {
     (void)unused;
     struct params params = defaults();
-    all_legs(params.actuator.stroke_m, 4.0); /* half of it is longer than the leg */
+    all_legs(params.actuator.stroke_m, 4.0); /* half of the stroke is longer than the leg */
     refused(params, "actuator.stroke_m");
     params = defaults();
     params.geometry.height_m = (double)NAN;
@@ -386,7 +414,7 @@ static void geometry_that_cannot_exist_is_refused(void **unused) {
     refused(params, "geometry.upper_radius_m");
 }
 
-/* 19 degrees from the leg are refused, 21 are not. */
+/* A first axis at 19 degrees from the leg is refused, one at 21 degrees is not. */
 static void a_joints_first_axis_lies_across_its_leg(void **unused) {
     (void)unused;
     struct params params = defaults(), wrong;
@@ -435,6 +463,7 @@ int main(void) {
         cmocka_unit_test(a_mirror_swaps_left_and_right_legs),
         cmocka_unit_test(joints_are_where_the_plant_has_them),
         cmocka_unit_test(lengths_and_rates_agree_with_both_engines),
+        cmocka_unit_test(a_platform_that_hangs_is_one_that_stands_in_a_mirror),
         cmocka_unit_test(geometry_that_cannot_exist_is_refused),
         cmocka_unit_test(a_joints_first_axis_lies_across_its_leg),
     };

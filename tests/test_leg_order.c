@@ -1,5 +1,5 @@
 /* Wrong orders of legs, each found from lengths and forces, with and without a reference, as tests
- * of an axis and as any motion; symmetries of the machine, which only the reference tells. */
+ * of an axis and as any motion; and symmetries of the machine, which only the reference reveals. */
 #include "ident_rig.h"
 
 #include <time.h>
@@ -12,8 +12,8 @@ enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
 
 static struct rig *rig;
 
-/* The place where leg k stands. Numbers 1 .. 15 exchange two legs, 16 .. 20 count from another leg,
- * 21 .. 26 count backwards. */
+/* Writes to place[k] where leg k stands. Numbers 1 .. 15 exchange two legs, 16 .. 20 begin with
+ * another leg, 21 .. 26 count backwards. */
 static void order_of(int number, int place[LEGS]) {
     int n = 1;
     for (int k = 0; k < LEGS; k++) place[k] = k;
@@ -26,14 +26,16 @@ static void order_of(int number, int place[LEGS]) {
     }
 }
 
-/* Orders of both that leave this machine, three equal pairs of legs, as it is. */
+/* True for orders of lengths and forces together that leave this machine as it is, because it has
+ * three equal pairs of legs. */
 static bool symmetry(int number) { return number == 0 || number == 17 || number == 19 || number == 22 || number == 24 || number == 26; }
 
 static void put(const double from[LEGS], const int place[LEGS], double to[LEGS]) {
     for (int k = 0; k < LEGS; k++) to[place[k]] = from[k];
 }
 
-/* A sample of the rig whose pressures all move: both of a leg, without a change of its force. */
+/* Returns a sample of the rig in which both pressures of every leg vary, without a change of its
+ * force. */
 static struct cycle sample(int d, int i) {
     struct cycle c = rig->cycle[d][i];
     for (int k = 0; k < LEGS; k++) {
@@ -44,7 +46,7 @@ static struct cycle sample(int d, int i) {
     return c;
 }
 
-/* Checks the rig's six tests with legs in these places. */
+/* Checks the rig's six tests, with the legs of `target` in the order `number`. */
 static int check(const struct params *params, int number, enum target target, bool reference, bool axes, struct error *error) {
     static const int as_stated[LEGS] = {0, 1, 2, 3, 4, 5};
     struct recording r;
@@ -80,17 +82,17 @@ static void expect_name(const struct error *error, int number, enum target targe
             snprintf(name, sizeof name, "%slegs %d and %d exchanged", what[target], a + 1, place[a] + 1);
             if (!strstr(error->text, name)) fail_msg("\"%s\" does not say \"%s\"", error->text, name);
         }
-    /* On a symmetric machine lengths of another order look as forces of the inverse one,
-     * and one order of both as another. */
+    /* on a symmetric machine, lengths in one order look like forces in the inverse order, and one
+     * order of both like another */
     bool named = strstr(error->text, what[target]) || (target != OF_BOTH && strstr(error->text, "pressures: "));
     if (!named) fail_msg("\"%s\" does not say \"%s\"", error->text, what[target]);
 }
 
-/* step: orders are taken by so many, as any motion takes long to be cut; in `make check` by eight
- * times as many. */
+/* Tries every step-th order, or in `make check` one in sixteen of these, because cutting any motion
+ * takes long. */
 static void each_wrong_order_is_named(bool reference, bool axes, int step) {
     struct error error;
-    if (getenv("CHECK")) step *= 8;
+    if (getenv("CHECK")) step *= 16;
     if (check(&rig->params, 0, OF_BOTH, reference, axes, &error)) fail_msg("as stated: %s", error.text);
     for (enum target target = OF_LENGTHS; target < TARGETS; target++)
         for (int number = 1; number < ORDERS; number += step) {
@@ -130,7 +132,7 @@ static void symmetries_are_listed(void **unused) {
     leg_order_symmetries(&rig->params, text);
     assert_string_equal(text, "leg 1 in place 3, counted on; leg 1 in place 5, counted on; leg 1 in place 2, counted backwards; "
                               "leg 1 in place 4, counted backwards; leg 1 in place 6, counted backwards");
-    /* One joint aside, and no order leaves the machine as it is. */
+    /* With one joint moved aside, no other order gives the same machine. */
     struct params odd = rig->params;
     struct kinematics k;
     kinematics_place(&k, &odd);
@@ -141,7 +143,7 @@ static void symmetries_are_listed(void **unused) {
     assert_string_equal(text, "");
 }
 
-/* The lists of the platform's and the base's joints must be of the same legs. */
+/* The lists of platform joints and of base joints must have the same order of legs. */
 static void lists_that_do_not_belong_together_are_refused_by_name(void **unused) {
     (void)unused;
     for (int number = 1; number < ORDERS; number++) {
@@ -161,7 +163,7 @@ static void lists_that_do_not_belong_together_are_refused_by_name(void **unused)
     }
 }
 
-/* Six tests of 5 s, 500 Hz: all orders in less than 0.2 s of processor time. */
+/* All orders are tried on six tests of 5 s at 500 Hz, in less than 0.2 s of processor time. */
 static void it_is_cheap(void **unused) {
     (void)unused;
     struct recording r;

@@ -65,7 +65,8 @@ static void each_limit_trips_on_every_shipped_machine(void **unused) {
         const struct rig ready = rig;
         for (unsigned c = 0; c < sizeof cases / sizeof *cases; c++) {
             char line[FAULT_LINE_SIZE];
-            rig = ready; /* the controller as before; the machine is held all the while */
+            rig = ready; /* restores the controller; the samples are from a machine that stands
+                          * still */
             for (int n = 0; n < params.limits.bad_cycles + 5 && !rig.now.faults; n++) {
                 struct hal_sample s = ready.now.in;
                 s.time_ns += (n + 1) * PERIOD_NS, s.device_seq += (uint64_t)n + 1;
@@ -80,7 +81,8 @@ static void each_limit_trips_on_every_shipped_machine(void **unused) {
     }
 }
 
-/* Faults of one leg: its valve's cable is cut during a motion, or its transducer freezes. */
+/* The faults of one leg are a valve cable that is cut during a motion, and a transducer that
+ * freezes. */
 static void a_leg_that_does_not_follow_or_move_trips_on_every_shipped_machine(void **unused) {
     (void)unused;
     static const char *const settings[] = {"motion.automatic=false", "sim.engine=closed_form", "motion.engage_s=5", "motion.park_s=5"};
@@ -88,7 +90,7 @@ static void a_leg_that_does_not_follow_or_move_trips_on_every_shipped_machine(vo
         for (int frozen = 0; frozen < 2; frozen++) {
             struct params params = load(machines[m], settings, 4);
             struct rig rig;
-            /* otherwise these would trip first */
+            /* otherwise these limits would trip first */
             params.limits.oscillation_mps2 = 1e3;
             if (!frozen) params.limits.standstill_m = 1.0;
             rig_init(&rig, &params);
@@ -158,7 +160,7 @@ static void patience_in_which_a_leg_goes_far_is_said(void **unused) {
     assert_non_null(strstr(f.found, "one sample that is bad is a fault"));
 }
 
-/* Applies only if the readings come over a bus. */
+/* The warning applies only if the readings come over a bus. */
 static void a_channel_that_ends_below_the_supply_is_said(void **unused) {
     (void)unused;
     static const char *const low[] = {"p1_channel.high=8e6"};

@@ -12,7 +12,7 @@
 
 enum { N = 12 };
 
-/* Uniform in -1..1; the same sequence in every run. */
+/* Returns a random number, uniform in -1..1; the same sequence in every run. */
 static double random_unit(uint64_t *state) {
     *state = *state * 6364136223846793005u + 1442695040888963407u;
     return (double)(int64_t)*state / 9223372036854775808.0;
@@ -30,7 +30,7 @@ static void multiply(int rows, int inner, int columns, const double *a, const do
         }
 }
 
-/* A' A + I / 10: symmetric, eigenvalues from 0.1. */
+/* Makes A' A + I / 10, which is symmetric with eigenvalues of at least 0.1. */
 static void fill_spd(double *s, int n, uint64_t seed) {
     double a[LIN_MAX * LIN_MAX], transposed[LIN_MAX * LIN_MAX];
     fill(a, n * n, seed);
@@ -63,8 +63,8 @@ static void solve_right_recovers_x_in_every_size(void **unused) {
             multiply(m, n, n, x, a, b);
             struct lin_report report = lin_solve_right(n, m, a, b, found);
             assert_int_equal(report.rank, n);
-            /* Backward stable: the error is below the condition number times a few roundings per
-             * size. */
+            /* The method is backward stable: the error is below the condition number times a few
+             * roundings per size. */
             assert_below(distance(x, found, m * n), report.condition * 16 * n * DBL_EPSILON);
         }
 }
@@ -90,7 +90,7 @@ static void spd_and_general_solutions_agree(void **unused) {
     struct lin_report spd = lin_solve_spd(LIN_MAX, M, s, b, x);
     struct lin_report general = lin_solve_right(LIN_MAX, M, s, bt, xt);
     assert_int_equal(spd.rank, LIN_MAX);
-    /* The two condition numbers come from eigenvalues and from singular values. */
+    /* One condition number comes from eigenvalues, the other from singular values. */
     assert_below(fabs(spd.condition / general.condition - 1.0), spd.condition * LIN_MAX * DBL_EPSILON);
     for (int i = 0; i < LIN_MAX; i++)
         for (int j = 0; j < M; j++) assert_below(fabs(x[i * M + j] - xt[j * LIN_MAX + i]), spd.condition * 160 * DBL_EPSILON);
@@ -106,7 +106,7 @@ static void squared_singular_values_are_eigenvalues_of_the_gram_matrix(void **un
     multiply(COLUMNS, ROWS, COLUMNS, transposed, a, gram);
     assert_int_equal(lin_singular_values(ROWS, COLUMNS, a, values), 0);
     assert_int_equal(lin_eigenvalues(COLUMNS, gram, squares), 0);
-    /* Both are accurate to rounding of the largest value. */
+    /* both are accurate to rounding of the largest value */
     for (int i = 0; i < COLUMNS; i++) assert_below(fabs(values[i] * values[i] - squares[COLUMNS - 1 - i]), squares[COLUMNS - 1] * 1e-14);
     assert_int_equal(lin_singular_values(COLUMNS, ROWS, transposed, squares), 0);
     assert_below(distance(values, squares, COLUMNS), values[0] * 1e-14);
@@ -123,7 +123,8 @@ static void condition_of_a_diagonal_matrix_is_its_spread(void **unused) {
 
 static void a_singular_matrix_is_reported_and_solved_with_least_norm(void **unused) {
     (void)unused;
-    /* x1 + x2 = 2 and = 4: the best sum is 3, at least norm 1.5 each */
+    /* the equations x1 + x2 = 2 and x1 + x2 = 4 contradict: the best sum is 3, and the least norm
+     * has 1.5 for each */
     double a[4] = {1, 1, 1, 1}, b[2] = {2, 4}, x[2];
     struct lin_report report = lin_solve_right(2, 1, a, b, x);
     assert_int_equal(report.rank, 1);
@@ -133,7 +134,7 @@ static void a_singular_matrix_is_reported_and_solved_with_least_norm(void **unus
 
 static void an_indefinite_matrix_is_not_solved_as_definite(void **unused) {
     (void)unused;
-    double a[4] = {1, 2, 2, 1}, b[2] = {1, 1}, x[2]; /* eigenvalues 3 and -1 */
+    double a[4] = {1, 2, 2, 1}, b[2] = {1, 1}, x[2]; /* this matrix has the eigenvalues 3 and -1 */
     struct lin_report report = lin_solve_spd(2, 1, a, b, x);
     assert_int_equal(report.rank, 1);
     assert_true(isinf(report.condition));

@@ -54,7 +54,7 @@ static void hear_event(uint64_t seq, const char *kind, const char *text) {
     hear(CHANNEL_EVENT, buffer, event_encode(0, seq, kind, text, buffer, sizeof buffer), 0);
 }
 
-/* The caller frees it with json_decref(). */
+/* Parses the text; the caller frees the result with json_decref(). */
 static json_t *parsed(const struct json_text *j) {
     json_error_t error;
     json_t *root = json_loadb(j->text, j->size, 0, &error);
@@ -108,14 +108,16 @@ static void another_machine_than_the_configured_one_is_noticed(void **unused) {
     (void)unused;
     stretch_m = 0.02;
     hear_cycle(10, 0, 0);
-    /* the lengths round to 1e-16 m, JSON's six digits to 1e-8 m at most */
+    /* tolerance: lengths are rounded to 1e-16 m, JSON's six digits to 1e-8 m at most */
     assert_close(health("misfit_m", 0), stretch_m, 1e-9);
-    hear_cycle(20, FAULT_LEG_RATE, 0); /* here the pose is an older one */
+    hear_cycle(20, FAULT_LEG_RATE, 0); /* with this fault the pose is an older one, and nothing is
+                                        * compared */
     assert_close(health("misfit_m", 0), 0.0, 1e-9);
     stretch_m = 0.0;
 }
 
-/* It keeps 50 cycles per second of the loop's time, and never more than the ring holds. */
+/* The server keeps 50 cycles per second of the loop's time, and never more than the ring has room
+ * for. */
 static void a_flood_of_cycles_is_thinned_and_bounded(void **unused) {
     (void)unused;
     for (uint64_t seq = 1; seq <= 500 * 60; seq++) hear_cycle(seq, 0, (int64_t)seq * 2);
@@ -136,7 +138,7 @@ static void a_new_start_is_noticed_and_clears_what_was_of_the_old_one(void **unu
     for (uint64_t seq = 0; seq < 1000; seq += 10) hear_cycle(seq, 0, (int64_t)seq * 2);
     hear_cycle(1000, FAULT_STROKE, 2000);
     assert_true(state.place[LIVE_FAULT].size > 0);
-    hear_cycle(990, FAULT_STROKE, 2001); /* delayed on its way: no new start */
+    hear_cycle(990, FAULT_STROKE, 2001); /* a delayed message is no new start */
     assert_int_equal((int)health("run", 2001), 1);
     hear_cycle(0, 0, 2010);
     assert_int_equal((int)health("run", 2010), 2);
@@ -155,7 +157,7 @@ static void a_fault_is_known_from_a_cycle_alone_until_one_has_none(void **unused
     assert_int_equal(state.place[LIVE_FAULT].size, 0);
 }
 
-/* A run that ends with its fault sends no cycle of it. */
+/* A run that ends with a fault sends no cycle that has it, only events. */
 static void a_fault_is_known_from_its_events_alone(void **unused) {
     (void)unused;
     hear_cycle(10, 0, 0);
@@ -189,7 +191,7 @@ static void no_message_is_counted_and_kept_out(void **unused) {
         for (int k = 0; k < 5; k++) hear(channels[i], bytes, sizes[k], 0);
     assert_int_equal((int)health("dropped", 0), 25);
     assert_false(state.heard);
-    /* a foreign message: no message of the run counts as lost with it */
+    /* a message of a foreign channel is not counted as dropped */
     hear(CHANNEL_COMMAND, bytes, 10, 0);
     assert_int_equal((int)health("dropped", 0), 25);
 }

@@ -27,7 +27,7 @@ static int remove_directory(void **unused) {
     return rmdir(path);
 }
 
-/* Channel and size of event i of the test log. */
+/* Channel, size, time and data of event i of the test log. */
 static const char *channel_of(int i) { return i % 3 ? "HEXID_STATE" : "SOMEBODY_ELSE"; }
 static int size_of(int i) { return i * 37 % DATA_MAX; }
 static int64_t utime_of(int i) { return 1700000000000000 + 2000 * i; }
@@ -39,7 +39,7 @@ static void write_test_log(void) {
     struct log_writer *w;
     struct error error;
     unsigned char data[DATA_MAX];
-    unlink(file); /* an existing file is set aside */
+    unlink(file); /* log_create() would give an existing file another name */
     assert_int_equal(log_create(&w, file, &error), 0);
     for (int i = 0; i < EVENTS; i++) {
         data_of(i, data);
@@ -65,7 +65,7 @@ static int read_test_log(bool *cut, int64_t *offset) {
     int events = 0;
     assert_int_equal(log_open(&r, file, &error), 0);
     while (log_next(r, &e)) assert_is_event(&e, events++);
-    assert_int_equal(log_next(r, &e), 0); /* and remains at the end */
+    assert_int_equal(log_next(r, &e), 0); /* the reader stays at the end */
     *cut = log_cut(r, offset);
     log_release(r);
     return events;
@@ -95,7 +95,8 @@ static void liblcm_reads_it(void **unused) {
     lcm_eventlog_destroy(log);
 }
 
-/* liblcm's writer tests the reader alone, with sizes around that of its buffer. */
+/* liblcm writes this log, so only the reader is tested. The sizes are around the size of the
+ * reader's buffer. */
 static void events_of_any_size_are_read(void **unused) {
     (void)unused;
     static const int sizes[] = {0, 1, 262144 - 28 - 1, 262144 - 28, 262144 - 27, 3, 5000000, 0, 70, 262143, 10};
@@ -140,7 +141,7 @@ static void store(const unsigned char *bytes, int64_t size) {
     fclose(f);
 }
 
-/* Offset of event i; for EVENTS, the size of the log. */
+/* Returns the offset of event i, or the size of the log for i = EVENTS. */
 static int64_t begin_of(int i) {
     int64_t offset = 0;
     for (int k = 0; k < i; k++) offset += HEADER + (int64_t)strlen(channel_of(k)) + size_of(k);
@@ -165,8 +166,8 @@ static void a_log_cut_anywhere_is_read_up_to_the_cut(void **unused) {
     free(bytes);
 }
 
-/* Another word in the header of event 5: the five events before it are read and the place is
- * named. */
+/* Writes another word into the header of event 5, and asserts that the five events before it are
+ * read and that the place is named. */
 static void assert_stops(int word_offset, uint32_t word) {
     int64_t size, offset;
     bool cut;
@@ -188,7 +189,7 @@ static void lengths_that_cannot_be_end_the_log(void **unused) {
         assert_stops(20, lengths[i]);
         if (lengths[i] > 0 && lengths[i] != 1000) assert_stops(24, lengths[i]);
     }
-    assert_stops(28, 0x48005845); /* a zero in the channel */
+    assert_stops(28, 0x48005845); /* this word puts a zero byte into the channel's name */
 }
 
 static void a_wrong_length_loses_what_follows_it_only(void **unused) {
@@ -207,7 +208,8 @@ static void a_wrong_length_loses_what_follows_it_only(void **unused) {
         assert_int_equal(log_next(r, &e), 1);
         assert_is_event(&e, i);
     }
-    assert_int_equal(log_next(r, &e), 1); /* a byte longer or shorter than before */
+    assert_int_equal(log_next(r, &e), 1); /* the length is off by one, so the event has a byte more
+                                           * or less */
     assert_int_equal(log_next(r, &e), 0);
     assert_true(log_cut(r, &offset));
     log_release(r);
@@ -246,7 +248,7 @@ static void garbage_is_survived(void **unused) {
 
 static void a_length_takes_no_memory_before_its_bytes_are_there(void **unused) {
     (void)unused;
-    /* 64 MiB of data */
+    /* the header announces 64 MiB of data */
     static const unsigned char head[HEADER + 1] = {0xED, 0xA1, 0xDA, 0x01, [23] = 1, [24] = 0x04, [HEADER] = 'A'};
     struct log_reader *r;
     struct log_event e;
@@ -294,7 +296,8 @@ static void what_cannot_be_written_is_named_at_once(void **unused) {
     assert_says(&error, STATUS_IO, "/nowhere/at/all.lcm", "No such file");
     assert_int_equal(log_create(&w, path, &error), STATUS_IO);
     assert_says(&error, STATUS_IO, path, "directory");
-    assert_int_equal(log_create(&w, "/dev/full", &error), 0); /* opens like any other */
+    assert_int_equal(log_create(&w, "/dev/full", &error), 0); /* this device opens like any other
+                                                               * file */
     assert_int_equal(log_write(w, 0, "A", "x", 1, &error), STATUS_IO);
     assert_says(&error, STATUS_IO, "/dev/full", "No space left");
     assert_int_equal(log_write(w, 0, "A", "x", 1, &again), STATUS_IO);
@@ -303,8 +306,8 @@ static void what_cannot_be_written_is_named_at_once(void **unused) {
     assert_int_equal(log_close(w, &again), STATUS_IO);
 }
 
-/* The disk fills up later: the limit of a file's size stands in for it, because write(2) reports
- * both alike. */
+/* The disk fills up later. A limit of the file's size simulates that, because write(2) reports both
+ * alike. */
 static void a_disk_that_fills_up_is_said_and_keeps_what_it_has(void **unused) {
     (void)unused;
     enum { LIMIT = 100000, SIZE = 417 };

@@ -13,7 +13,7 @@
 #include "log_directory.h"
 
 static char directory[] = "/tmp/log_directory.XXXXXX";
-enum { LOG_BYTES = 65536 }; /* whole blocks on any file system */
+enum { LOG_BYTES = 65536 }; /* size of a log, in whole blocks on any file system */
 
 static const char *in(const char *name) {
     static char path[4][PATH_MAX];
@@ -50,7 +50,7 @@ static int empty(void **unused) {
 static void the_oldest_go_until_the_rest_is_within_the_quota(void **unused) {
     (void)unused;
     struct error error;
-    /* ordered by the last write and not by name, because clocks are set */
+    /* the order is by the last write and not by name, because clocks may be set */
     make("2026-01-01T00-00-00Z.lcm", 10);
     make("2026-01-02T00-00-00Z.lcm", 40);
     make("2026-01-02T00-00-00Zb.lcm", 30);
@@ -62,7 +62,7 @@ static void the_oldest_go_until_the_rest_is_within_the_quota(void **unused) {
     assert_true(there("2026-01-03T00-00-00Z.lcm") && there("2026-01-01T00-00-00Z.lcm"));
 }
 
-/* After a wrong clock, the latest run's name and time lie in the past. */
+/* The clock was wrong, so the latest run's name and time are in the past. */
 static void the_order_is_that_of_the_numbers_whatever_the_clock_said(void **unused) {
     (void)unused;
     struct error error;
@@ -70,7 +70,7 @@ static void the_order_is_that_of_the_numbers_whatever_the_clock_said(void **unus
     make("000010_1970-01-01T00-00-09Z.0001.lcm", 900000);
     make("000010_1970-01-01T00-00-09Z.0002.lcm", 899990);
     make("000011_2000-01-01T00-00-00Z.lcm", 800000);
-    make("2030-01-01T00-00-00Z.lcm", 0); /* from an earlier version */
+    make("2030-01-01T00-00-00Z.lcm", 0); /* a name of an earlier version */
     assert_int_equal(log_directory_prune(directory, 4 * LOG_BYTES, NULL, &error), STATUS_OK);
     assert_false(there("2030-01-01T00-00-00Z.lcm"));
     assert_int_equal(log_directory_prune(directory, 3 * LOG_BYTES, NULL, &error), STATUS_OK);
@@ -130,7 +130,8 @@ static void no_part_of_a_run_in_progress_goes(void **unused) {
     make("2026-01-01T00-00-00Z.0001.lcm", 50);
     make("2026-01-01T00-00-00Z.0002.lcm", 40);
     assert_int_equal(log_create(&log, in("2026-01-01T00-00-00Z.0003.lcm"), &error), STATUS_OK);
-    make("2026-01-01T00-00-00Zb.0001.lcm", 30); /* another run of that second, which has ended */
+    make("2026-01-01T00-00-00Zb.0001.lcm", 30); /* another run that began in the same second, and
+                                                 * has ended */
     make("2026-01-01T00-00-00Zb.0002.lcm", 20);
     make("2026-01-02T00-00-00Z.lcm", -10);
     assert_int_equal(log_directory_prune(directory, 1, &left, &error), STATUS_OK);
@@ -138,7 +139,7 @@ static void no_part_of_a_run_in_progress_goes(void **unused) {
     assert_false(there("2026-01-01T00-00-00Zb.0001.lcm") || there("2026-01-01T00-00-00Zb.0002.lcm"));
     assert_int_equal(left, 3 * LOG_BYTES); /* 65,536 bytes each; the present log is empty */
     assert_int_equal(log_close(log, &error), STATUS_OK);
-    /* part by part, once it has ended */
+    /* a log that has ended is deleted part by part */
     assert_int_equal(log_directory_prune(directory, 2 * LOG_BYTES, &left, &error), STATUS_OK);
     assert_true(!there("2026-01-01T00-00-00Z.0001.lcm") && there("2026-01-01T00-00-00Z.0002.lcm"));
     assert_int_equal(left, 2 * LOG_BYTES);

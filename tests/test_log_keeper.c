@@ -30,7 +30,7 @@ static int begin(void **unused) {
     return system(command) || log_directory_create(directory, true, first, sizeof first, &error);
 }
 
-/* All child processes of this test are keepers. */
+/* Waits for all child processes of this test, which are keepers. */
 static int end(void **unused) {
     (void)unused;
     log_keeper_stop(&keeper);
@@ -122,8 +122,8 @@ static void earlier_runs_make_room_and_the_one_in_progress_never_does(void **unu
     assert_int_equal(log_keeper_start(&keeper, first, 4 * OLD_BYTES + OLD_BYTES / 2, &error), STATUS_OK);
     assert_int_equal(log_create(&log, first, &error), STATUS_OK);
     for (int p = 0; p < 3; p++) {
-        /* 5 units where 4.5 are allowed: one is deleted; 6: the others; then none is left to
-         * delete */
+        /* 5 units are more than the 4.5 allowed, so one old log is deleted; at 6 units the others
+         * are; then no old log is left to delete */
         static const int left[] = {4, 3, 4};
         static const bool over[] = {false, false, true};
         assert_int_equal(log_write(log, 0, "CHANNEL", bytes, sizeof bytes, &error), STATUS_OK);
@@ -144,7 +144,7 @@ static void a_part_that_cannot_be_made_can_be_asked_for_again(void **unused) {
     char elsewhere[64];
     snprintf(elsewhere, sizeof elsewhere, "%s.away", directory);
     assert_int_equal(log_keeper_start(&keeper, first, 1, &error), STATUS_OK);
-    assert_int_equal(log_keeper_take(&keeper, 0, &part, &error), 0); /* nobody asked for one */
+    assert_int_equal(log_keeper_take(&keeper, 0, &part, &error), 0); /* no part was asked for */
     assert_int_equal(rename(directory, elsewhere), 0);
     log_keeper_ask(&keeper);
     assert_int_equal(log_keeper_take(&keeper, WAIT_MS, &part, &error), STATUS_IO);
@@ -186,7 +186,8 @@ static void the_process_has_nothing_of_the_daemons_open_and_hears_no_signals(voi
     (void)unused;
     char path[64];
     int files = 0;
-    /* /dev/null three times and the socket; briefly also the part that was sent */
+    /* the keeper has /dev/null three times and the socket open; briefly also the part that was
+     * sent */
     enum { ALL = 4 };
     assert_int_equal(log_keeper_start(&keeper, first, 0, &error), STATUS_OK);
     close(next().file);

@@ -1,5 +1,5 @@
-/* One or several runs in a log: which events separate them, which do not, and which logs contain
- * none. */
+/* One or several runs in a log: which events separate them, which do not, and which logs contain no
+ * run. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -22,7 +22,8 @@ static int begin(void **unused) {
     return log_create(&log_, path, &error);
 }
 
-/* utime_us comes from a clock that started began_s before the daemon. */
+/* Writes cycle `seq`, received at a time (utime_us) of a clock that started began_s before the
+ * daemon. */
 static void cycle_at(uint64_t seq, double began_s) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * PERIOD_NS, .test = -1, .dof = DOF_NONE};
@@ -44,7 +45,7 @@ static int found(void) {
     return runs.count;
 }
 
-/* Returns the cycles of run `run` read alone; -1 if it is refused. */
+/* Reads run `run` alone, and returns its number of cycles; -1 if it is refused. */
 static int read_alone(int run) {
     struct log_reader *reader;
     struct log_event e;
@@ -61,7 +62,7 @@ static void a_run_is_one_whatever_it_has_lost(void **unused) {
     event("config", "a");
     cycles(0, 500, 1, 0);
     cycles(700, 900, 1, 0);
-    event("config", "a"), event("part", "2"); /* joined with its next part */
+    event("config", "a"), event("part", "2"); /* the log was joined with its next part */
     cycles(900, 1200, 1, 0);
     cycle_at(1199, 0); /* received twice */
     cycles(1200, 1300, 1, 0);
@@ -74,7 +75,7 @@ static void a_run_is_one_whatever_it_has_lost(void **unused) {
 
 static void a_number_that_goes_back_begins_another_run(void **unused) {
     (void)unused;
-    cycles(300, 1000, 10, 5.0); /* as received by lcm-logger */
+    cycles(300, 1000, 10, 5.0); /* lcm-logger began to receive during the run */
     cycles(0, 2000, 10, 60.0);
     cycles(0, 100, 10, 90.0);
     assert_int_equal(found(), 3);
@@ -127,7 +128,8 @@ static void a_cycle_that_is_damaged_begins_nothing(void **unused) {
 static void a_sample_that_is_older_than_a_failed_read_begins_nothing(void **unused) {
     (void)unused;
     cycles(0, 2000, 1, 0);
-    for (uint64_t seq = 2000; seq < 2020; seq++) { /* a failed read, then old samples */
+    for (uint64_t seq = 2000; seq < 2020; seq++) { /* a failed read, and then two old samples, again
+                                                    * and again */
         int64_t now_ns = (int64_t)seq * PERIOD_NS, age_ns = seq % 3 ? 3 * NS_PER_S : 0;
         struct cycle c = {.seq = seq, .in.time_ns = now_ns - age_ns, .in.age_ns = age_ns, .test = -1, .dof = DOF_NONE};
         unsigned char buffer[STATE_MESSAGE_MAX];
@@ -167,6 +169,48 @@ static void parts_out_of_their_order_are_refused(void **unused) {
     assert_non_null(strstr(error.text, "its parts are not in the order of their numbers"));
 }
 
+/* Writes `count` runs of 10 cycles, each with another configuration, as the recorder does when
+ * gains are changed. */
+static void sets(int count) {
+    char text[32];
+    for (int i = 0; i < count; i++) {
+        snprintf(text, sizeof text, "kp: %d", i);
+        event("config", text);
+        cycles(10 * (uint64_t)i, 10 * (uint64_t)i + 10, 1, 0);
+    }
+}
+
+static void forty_sets_of_gains_are_forty_runs(void **unused) {
+    (void)unused;
+    sets(40);
+    assert_int_equal(found(), 40);
+    assert_false(runs.mixed || runs.more || runs.disordered);
+    for (int run = 1; run <= 40; run++) assert_int_equal(read_alone(run), 10);
+    assert_int_equal(read_alone(0), -1);
+    assert_non_null(strstr(error.text, "is of 40 runs of the daemon, with different configurations; take one with --run N (1: 0.0 s; 2: "));
+    assert_non_null(strstr(error.text, "; ...)"));
+}
+
+static void so_are_forty_joined_runs_of_one_configuration(void **unused) {
+    (void)unused;
+    for (int i = 0; i < 40; i++) event("config", "a"), cycles(0, 100, 1, 60.0 * i);
+    assert_int_equal(found(), 40);
+    assert_false(runs.mixed);
+    assert_int_equal(read_alone(40), 100);
+}
+
+static void of_too_many_runs_the_first_can_be_read(void **unused) {
+    (void)unused;
+    sets(LOG_RUNS_MAX + 3);
+    assert_int_equal(found(), LOG_RUNS_MAX);
+    assert_true(runs.more && !runs.mixed);
+    assert_int_equal(read_alone(1), 10);
+    assert_int_equal(read_alone(LOG_RUNS_MAX), 10); /* without the runs after it */
+    assert_int_equal(read_alone(0), -1);
+    assert_non_null(strstr(error.text, "is of more than 1024 runs of the daemon"));
+    assert_null(strstr(error.text, "at the same time"));
+}
+
 static int make_file(void **unused) {
     (void)unused;
     int file = mkstemp(path);
@@ -186,8 +230,12 @@ int main(void) {
         cmocka_unit_test_setup(a_run_whose_beginning_was_not_heard_has_another_clock, begin),
         cmocka_unit_test_setup(a_cycle_that_is_damaged_begins_nothing, begin),
         cmocka_unit_test_setup(a_sample_that_is_older_than_a_failed_read_begins_nothing, begin),
-        cmocka_unit_test(two_machines_at_once_are_refused), /* begins each of its logs itself */
+        cmocka_unit_test(two_machines_at_once_are_refused), /* this test begins each of its logs
+                                                             * itself */
         cmocka_unit_test_setup(parts_out_of_their_order_are_refused, begin),
+        cmocka_unit_test_setup(forty_sets_of_gains_are_forty_runs, begin),
+        cmocka_unit_test_setup(so_are_forty_joined_runs_of_one_configuration, begin),
+        cmocka_unit_test_setup(of_too_many_runs_the_first_can_be_read, begin),
     };
     return cmocka_run_group_tests(tests, make_file, remove_file);
 }

@@ -19,9 +19,9 @@ enum { PERIOD_NS = 2000000, RING = 1 << 14 };
 /* ---- the clock ---- */
 
 static int64_t monotonic_ns = 123456789;
-static int64_t late_ns;      /* lateness of the next sleep */
+static int64_t late_ns;      /* lateness of the next sleep's end */
 static int interruptions;    /* interruptions of the next sleep */
-static int64_t told_ns;      /* last deadline given to it */
+static int64_t told_ns;      /* deadline of the last sleep */
 
 int clock_gettime(clockid_t id, struct timespec *t) {
     (void)id;
@@ -48,7 +48,7 @@ int clock_nanosleep(clockid_t id, int flags, const struct timespec *until, struc
 
 /* ---- the back-end ---- */
 
-/* Six legs whose speed is the valve's command; counts the calls. */
+/* A back-end of six legs whose speed is the valve's command; it counts its calls. */
 struct fake {
     struct hal hal;
     double length_m[LEGS], valve[LEGS];
@@ -83,7 +83,7 @@ static int fake_write(struct hal *hal, const struct hal_command *command) {
 static void fake_safe(struct hal *hal) {
     struct fake *f = (struct fake *)hal;
     f->safes++;
-    f->powered = f->write_fails; /* if writes fail, its supply stays on for a while */
+    f->powered = f->write_fails; /* if writes fail, the machine's supply stays on for a while */
     memset(f->valve, 0, sizeof f->valve);
 }
 
@@ -95,12 +95,13 @@ struct bench {
     struct params params;
     struct ring records;
     struct fake fake;
-    struct hal *hal; /* the fake one, or sim: */
+    struct hal *hal; /* back-end of the loop: the fake one, or sim: */
     struct loop loop;
     struct cycle last;
 };
 
-/* `url` NULL: the fake back-end, parked. */
+/* Prepares a loop on the back-end of `url`, or on the fake one, with a parked platform, if it is
+ * NULL. */
 static void bench_init(struct bench *b, const struct params *params, const char *url, uint64_t seed, enum clock_kind clock,
                        uint64_t capacity) {
     struct error error = {0};
@@ -144,7 +145,7 @@ static void cycles_stand_on_the_grid_of_the_period(void **unused) {
     bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
     int64_t zero_ns = monotonic_ns;
     for (int n = 0; n < 1000; n++) {
-        late_ns = n % 7 * 100000; /* never a whole period */
+        late_ns = n % 7 * 100000; /* late, but never by a whole period */
         interruptions = n % 3;
         int64_t wanted_late_ns = late_ns;
         assert_true(bench_cycle(&b));
@@ -162,7 +163,8 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
     (void)unused;
     static const int64_t late[] = {PERIOD_NS - 1, PERIOD_NS, PERIOD_NS + 1, 3 * PERIOD_NS - 1, 3 * PERIOD_NS, 20 * PERIOD_NS + 777};
     struct params params = by_hand();
-    params.loop.overrun_limit = 100; /* larger delays would not be believed */
+    params.loop.overrun_limit = 100; /* high, because otherwise the larger delays would be a
+                                      * fault */
     for (unsigned k = 0; k < sizeof late / sizeof *late; k++) {
         struct bench b;
         int64_t missed = late[k] / PERIOD_NS;
@@ -177,8 +179,9 @@ static void missed_deadlines_are_skipped_and_flagged_not_caught_up(void **unused
         for (int n = 1; n < 5; n++) {
             int64_t before_ns = monotonic_ns;
             bench_cycle(&b);
-            assert_int_equal(told_ns, zero_ns + (5 + missed + n) * PERIOD_NS); /* on the old grid */
-            /* in the future: no burst */
+            assert_int_equal(told_ns, zero_ns + (5 + missed + n) * PERIOD_NS); /* deadlines stay on
+                                                                                * the old grid */
+            /* the deadline is in the future, so cycles do not follow in a burst */
             assert_true(told_ns > before_ns);
             assert_int_equal(b.last.in.flags, 0);
             assert_int_equal(b.last.seq, 5 + n); /* the reference counts cycles */
@@ -203,8 +206,8 @@ static void overrun_limit_late_cycles_in_a_row_are_a_fault(void **unused) {
     bench_end(&b);
 }
 
-/* Five cycles miss ten deadlines. Two reads lie closer together than their deadlines if the first
- * of them was later in its own period. */
+/* Five cycles miss ten deadlines. Two reads are closer together than their deadlines if the first
+ * read was later in its own period. */
 static void deadlines_are_counted_on_the_grid_not_between_reads(void **unused) {
     (void)unused;
     static const int64_t late[] = {3 * PERIOD_NS - 1, 2 * PERIOD_NS, 3 * PERIOD_NS - 1, 2 * PERIOD_NS, 3 * PERIOD_NS - 1};
@@ -330,7 +333,7 @@ static void a_full_ring_costs_a_record_and_not_the_deadline(void **unused) {
     assert_int_equal(b.fake.reads, 10);
     for (uint64_t n = 0; n < 4; n++) assert_true(ring_pop(&b.records, &c) && c.seq == n);
     bench_cycle(&b);
-    assert_int_equal(b.last.seq, 10); /* the gap is visible */
+    assert_int_equal(b.last.seq, 10); /* the lost records leave a gap in seq */
     bench_end(&b);
 }
 
@@ -375,7 +378,7 @@ static void an_abort_does_not_wait_for_a_reader_that_is_gone(void **unused) {
     assert_int_equal(loop_start(&b.loop, REALTIME_OFF, &error), STATUS_OK);
     while (ring_count(&b.records) < 4) sched_yield();
     atomic_store(&b.loop.abort, true);
-    loop_join(&b.loop); /* would hang if the loop waited */
+    loop_join(&b.loop); /* the loop would wait for ever if it waited for the recorder */
     assert_true(atomic_load(&b.loop.ended));
     bench_end(&b);
 }
@@ -445,7 +448,7 @@ static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unus
             mailbox_post(&b.loop.requests, n % 2 ? COMMAND_ENGAGE : COMMAND_START);
             assert_true(n < 3000);
         }
-        /* only roughly, because valves act as legs and the integral is at work */
+        /* tolerance: wide, because valves act as legs and the integral is at work */
         assert_close(b.last.pose[DOF_Z], params.motion.park_z_m, 1e-2);
         bench_end(&b);
     }
@@ -489,14 +492,15 @@ static void abort_ends_at_once_with_the_valves_centred(void **unused) {
     bench_init(&b, &params, NULL, 1, CLOCK_VIRTUAL, 4);
     bench_until(&b, STATE_READY);
     atomic_store(&b.loop.abort, true);
-    assert_false(bench_cycle(&b)); /* not one cycle more */
+    assert_false(bench_cycle(&b)); /* the loop does not run another cycle */
     bench_end(&b);
 }
 
-/* Must return from a refusal; every machine refuses a processor that does not exist. */
+/* loop_start() must return if real time is refused. Every machine refuses a processor that does not
+ * exist. */
 static void real_time_that_is_refused_runs_nothing_when_required(void **unused) {
     (void)unused;
-    pid_t child = fork(); /* locked memory stays with the process */
+    pid_t child = fork(); /* in a child process, because locked memory stays with the process */
     if (child == 0) {
         static struct bench b;
         struct params params = by_hand();
@@ -510,7 +514,7 @@ static void real_time_that_is_refused_runs_nothing_when_required(void **unused) 
         loop_quit(&b.loop);
         if (loop_start(&b.loop, REALTIME_TRY, &error)) _exit(3);
         loop_join(&b.loop);
-        /* it ran and reports what was refused */
+        /* the loop ran and reports what was refused */
         if (!b.loop.realtime || !b.loop.realtime_error.text[0] || b.fake.reads != 1) _exit(4);
         _exit(0);
     }
@@ -556,7 +560,7 @@ static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void 
         assert_int_equal(b.fake.safes, safes + 1);
         assert_memory_equal(b.fake.valve, (double[LEGS]){0}, sizeof b.fake.valve);
     }
-    bench_cycle(&b); /* a failure is known in the cycle after it */
+    bench_cycle(&b); /* a failed write is known in the next cycle */
     assert_int_equal(b.last.first_fault, FAULT_IO);
     bench_end(&b);
 
@@ -566,10 +570,10 @@ static void a_command_that_cannot_be_written_centres_the_valves_and_faults(void 
     bench_cycle(&b);
     b.fake.write_fails = false;
     bench_cycle(&b);
-    assert_true(b.last.in.flags & SAMPLE_IO); /* the identifier excludes it */
+    assert_true(b.last.in.flags & SAMPLE_IO); /* so that the identifier excludes the sample */
     bench_cycle(&b);
     assert_int_equal(b.last.in.flags, 0);
-    assert_int_equal(b.last.state, STATE_READY); /* a single failed write is ridden out */
+    assert_int_equal(b.last.state, STATE_READY); /* a single failed write changes no state */
     bench_end(&b);
 }
 

@@ -55,8 +55,8 @@ static bool set_gain(struct params *p, int i, double decades) {
     return true;
 }
 
-/* From a tenth to a thousand times the shipped gain (kd from 0.001 to 1 s/m), refused gains shake
- * the platform and accepted ones hold it. The proposed replacement holds it. */
+/* Gains range from a tenth to a thousand times the shipped one (kd from 0.001 to 1 s/m). Refused
+ * gains shake the platform; accepted ones, and the proposed replacement, hold it. */
 static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
     (void)unused;
     slow_case();
@@ -90,7 +90,8 @@ static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
                   table[1][0], table[0][1], table[0][0]);
 }
 
-/* The same holds for an effect that was found and configured, and for the machine itself. */
+/* Effects that were found and configured, and the machine's own parameters, can make the loop
+ * unstable as gains can. */
 static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
     (void)unused;
     slow_case();
@@ -124,7 +125,7 @@ static void the_machine_and_its_effects_are_in_the_loop(void **unused) {
     }
 }
 
-/* On a field bus each command takes effect a cycle later. */
+/* On a field bus each command takes effect a cycle later, as with a command delay of a cycle. */
 static void a_bus_is_a_delay_of_one_cycle(void **unused) {
     (void)unused;
     struct params p = load(NULL, NULL), late = load(NULL, "effects.command_delay.delay_s=0.002");
@@ -155,7 +156,7 @@ static void a_pose_in_which_the_loop_is_unstable_is_warned_of(void **unused) {
     assert_false(shakes(&p, tilted));
 }
 
-/* Stiff oil makes the controller cut its force feedback, so the model must do the same. */
+/* With stiff oil the controller reduces its force feedback, and the model must do the same. */
 static void the_loop_of_a_parked_platform_has_the_controllers_own_feedback(void **unused) {
     (void)unused;
     struct params p = load(NULL, "effects.command_delay.delay_s=0.002");
@@ -186,8 +187,8 @@ static void a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits
     assert_int_equal(loop_check_run(&c, false, &error), STATUS_OK);
 }
 
-/* Half-way up the paper's machine is less damped than at neutral. With this kpf it shook there for
- * 0.6 s, three seeds of six, and neutral alone would pass. */
+/* Half-way up, the paper's machine is less damped than at neutral. With this kpf it shook there for
+ * 0.6 s, with three seeds of six; judged at neutral alone, kpf would pass. */
 static void noise_is_judged_on_the_way_up_too(void **unused) {
     (void)unused;
     struct params p = load(NULL, "control.kpf=3.4e-5");
@@ -208,7 +209,8 @@ static void noise_is_judged_on_the_way_up_too(void **unused) {
     assert_int_equal(c.state, LOOP_DAMPED);
 }
 
-/* A platform of 4 t in the geometry of a flight simulator with the default's controller. */
+/* Returns a platform of 4 t in the geometry of a flight simulator, with the controller of the
+ * default configuration. */
 static struct params four_tonnes(void) {
     struct params p = load("config/simulator.yaml", NULL), usual = load(NULL, NULL);
     p.payload.mass_kg = 4000.0;
@@ -229,7 +231,7 @@ static void follow(const char *remedy, struct params *p) {
     if (config_override(p, "test", &one, 1, &error)) fail_msg("%s: %s", remedy, error.text);
 }
 
-/* Applying doctor's proposals until there are none leads to a loop that holds the platform. */
+/* Applying doctor's proposals until it has no more leads to a loop that holds the platform. */
 static void whoever_follows_the_proposals_gets_through(void **unused) {
     (void)unused;
     slow_case();
@@ -252,19 +254,19 @@ static void whoever_follows_the_proposals_gets_through(void **unused) {
     assert_false(shakes(&p, neutral));
 }
 
-/* A pole that does not oscillate, and one next to half the sampling frequency. */
+/* Checks a pole that does not oscillate, and one next to half the sampling frequency. */
 static void poles_that_do_not_oscillate_and_fast_ones_are_seen(void **unused) {
     (void)unused;
     slow_case();
     struct params p = load(NULL, "control.kd=1000");
     struct loop_check c = loop_check(&p, false);
     assert_int_equal(c.state, LOOP_UNSTABLE);
-    p = load(NULL, "control.tf=0"); /* samples alone, no filter */
+    p = load(NULL, "control.tf=0"); /* without the filter, only the sampling limits kd */
     p.control.kd = 1.0;
     c = loop_check(&p, false);
     assert_true((c.state == LOOP_UNSTABLE) == shakes(&p, neutral));
     p = load(NULL, "control.kp=0");
-    p.control.ki = 0.0; /* it drifts but no pole grows, which is following_error's task */
+    p.control.ki = 0.0; /* the platform drifts but no pole grows; following_error detects that */
     assert_true(loop_check(&p, false).neutral.known);
 }
 
@@ -305,6 +307,35 @@ static void the_law_model_is_told_of_the_buss_delay(void **unused) {
     }
 }
 
+/* The finding names both a wrong kff and a delay that is not set. */
+static void the_law_model_is_told_of_kff_too(void **unused) {
+    (void)unused;
+    struct params p = load(NULL, "control.law=model");
+    p.control.kff = 100.0;
+    const struct doctor d = {.params = &p, .machine = true};
+    struct finding f = check_feed_forward(&d);
+    assert_int_equal(f.level, LEVEL_WARN);
+    assert_true(strstr(f.found, "moves too far") && strstr(f.found, "control.delay_s 0:"));
+    assert_true(strstr(f.remedy, "set control.kff to ") && strstr(f.remedy, "; set control.delay_s to 0.002"));
+    json_decref(f.data);
+}
+
+/* Doctor fails a delay that `hexid run` refuses when it prepares the law. */
+static void a_delay_beyond_the_laws_horizon_is_a_failure(void **unused) {
+    (void)unused;
+    struct params p = load(NULL, "control.law=model");
+    p.control.delay_s = 0.09;
+    const struct doctor d = {.params = &p};
+    struct finding f = check_feed_forward(&d);
+    assert_int_equal(f.level, LEVEL_FAIL);
+    assert_non_null(strstr(f.found, "are more than 32 cycles"));
+    json_decref(f.data);
+    p.control.law = CONTROL_PID;
+    f = check_feed_forward(&d);
+    assert_int_equal(f.level, LEVEL_OK);
+    json_decref(f.data);
+}
+
 int main(int argc, char **argv) {
     all = argc > 1 && !strcmp(argv[1], "all");
     const struct CMUnitTest tests[] = {
@@ -320,6 +351,8 @@ int main(int argc, char **argv) {
         cmocka_unit_test(poles_that_do_not_oscillate_and_fast_ones_are_seen),
         cmocka_unit_test(feed_forward_is_held_against_the_valve),
         cmocka_unit_test(the_law_model_is_told_of_the_buss_delay),
+        cmocka_unit_test(the_law_model_is_told_of_kff_too),
+        cmocka_unit_test(a_delay_beyond_the_laws_horizon_is_a_failure),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,7 +6,9 @@
 #include <stdlib.h>
 
 #include "closed_form.h"
+#include "loop_found.h"
 #include "loop_survey.h"
+#include "machine_found.h"
 #include "loop_tune.h"
 #include "pid.h"
 #include "recording_check.h"
@@ -72,7 +74,8 @@ static void advance(struct linear *l) {
     else closed_form_rk4(l->machine, &l->machine->state, l->dt_s, &drive, &l->machine->state);
 }
 
-/* Central differences with steps small against the working point and large against rounding. */
+/* Differentiates by central differences, whose steps are small against the working point and large
+ * against rounding. */
 static void differentiate(struct linear *l, int size) {
     static const double step[4] = {1e3, 1e3, 1e-5, 1e-3}, control_step[4] = {1e-4, 1e-6, 1.0, 1e-7};
     double at[CLOSED], from[CLOSED], to[CLOSED], valve[LEGS];
@@ -91,7 +94,7 @@ static void differentiate(struct linear *l, int size) {
     set(l, at);
 }
 
-/* Gaussian elimination with row pivots. */
+/* Solves the equations by Gaussian elimination with row pivots. */
 static void solve(int n, double complex a[CLOSED][CLOSED], double complex *b) {
     for (int c = 0; c < n; c++) {
         int pivot = c;
@@ -130,7 +133,7 @@ static double complex pole_near(const struct linear *l, double complex guess) {
             for (int c = 0; c < l->size; c++) a[r][c] = l->map[r][c] - (r == c ? z : 0.0);
         solve(l->size, a, x);
         grown = x[most] / before[most];
-        /* now nearer to it than to any other */
+        /* the guess is now nearer to this pole than to any other */
         if (n % 10 == 9) z += 1.0 / grown, grown = HUGE_VAL;
     }
     return clog(z) / l->dt_s;
@@ -159,7 +162,9 @@ static void work_out(struct surveyed *s) {
         l->machine->state.hydraulics.cylinder[leg] = (struct cylinder_state){.p1_pa = 3.4e6, .p2_pa = 6.6e6, .spool = -0.07};
         pid_reset(&l->pid[leg], l->neutral_m[leg], 500.0);
     }
-    for (int i = 0; i < 5000; i++) cycle(l); /* ten seconds: five time constants of the integral */
+    for (int i = 0; i < 5000; i++)
+        cycle(l); /* runs ten seconds, five time constants of the
+                                              * integral */
 }
 
 static int survey(struct surveyed *s, struct error *error) {
@@ -205,8 +210,8 @@ static struct surveyed *surveyed_default(void) {
     return &s;
 }
 
-/* A machine unlike the configuration: heavier, softer oil, one leg with air in it and one with dead
- * volume, more friction, slower valves. */
+/* Surveys a machine unlike the configuration: heavier, softer oil, one leg with air in it and one
+ * with dead volume, more friction, slower valves. */
 static struct surveyed *surveyed_other(void) {
     static struct surveyed s;
     struct error error;
@@ -251,7 +256,7 @@ static void and_of_a_machine_that_is_not_as_configured(void **unused) {
 
 static bool oscillates(double complex s) { return fabs(cimag(s)) > 1.0 && -creal(s) < 0.95 * cabs(s); }
 
-/* Guesses from a quarter of the survey's frequency upwards must lead to no lower pole that
+/* Asserts that guesses from a quarter of the survey's frequency upwards lead to no lower pole that
  * oscillates. */
 static void check_loop(struct surveyed *s) {
     double hz = loop_survey_loop_hz(&s->survey), least = HUGE_VAL;
@@ -277,9 +282,9 @@ static void and_with_another_machine_in_it(void **unused) {
     check_loop(surveyed_other());
 }
 
-/* Gains from a survey are those of the machine that was surveyed, though the configuration says
- * another one: kp and kpf within a fifth, and on the machine itself they keep the margins to 1 dB
- * and 5 degrees. */
+/* Gains from a survey suit the machine that was surveyed, even if the configuration describes
+ * another one. kp and kpf are within a fifth, and on the machine itself they keep the margins to 1
+ * dB and 5 degrees. */
 static void gains_from_a_survey_are_those_of_the_machine(void **unused) {
     (void)unused;
     slow_case();
@@ -304,13 +309,40 @@ static void gains_from_a_survey_are_those_of_the_machine(void **unused) {
     assert_close(standing.phase_deg.value, found.after.phase_deg.value, 5.0);
 }
 
+/* The survey's oil and delay go into the configuration that control reads: leg 3 has air in it, leg
+ * 5 a dead volume, which softens it as soft oil does; the valves are later by 1.09 ms. */
+static void what_a_survey_found_goes_into_the_configuration(void **unused) {
+    (void)unused;
+    slow_case();
+    struct surveyed *s = surveyed_other();
+    static struct machine_found found;
+    struct test_params *t = &found.params.tests;
+    memset(&found, 0, sizeof found);
+    found.params = loop_found_params(&s->configured, &s->survey);
+    snprintf(t->trajectory, sizeof t->trajectory, "survey");
+    t->repeat = MULTISINE_PASSES;
+    assert_true(machine_found_is_survey(&found.params));
+    machine_found_survey(&s->survey, &found);
+    for (int leg = 0; leg < LEGS; leg++) {
+        print_message("# leg %d: oil %.3g Pa, valve %.3g m^3/s\n", leg + 1, found.params.hydraulics.bulk_modulus_pa[leg],
+                      found.params.hydraulics.valve_flow_m3_per_s[leg]);
+        if (leg == 4) continue;
+        assert_close(found.params.hydraulics.bulk_modulus_pa[leg] / s->params.hydraulics.bulk_modulus_pa[leg], 1.0, 0.05);
+        assert_close(found.params.hydraulics.valve_flow_m3_per_s[leg] / s->params.hydraulics.valve_flow_m3_per_s[leg], 1.0, 0.05);
+    }
+    assert_true(found.params.hydraulics.bulk_modulus_pa[4] < 0.7e9);
+    assert_close(found.params.control.delay_s, 1.09e-3, 0.3e-3);
+    assert_false(machine_found_is_survey(&found.params));
+    assert_true(!*t->trajectory && t->repeat == 1);
+}
+
 static void what_the_pressures_do_not_show_is_no_number(void **unused) {
     (void)unused;
     slow_case();
     static struct surveyed s;
     struct error error;
     s.params = s.configured = brisk();
-    s.noise_pa = 3e6; /* 150 times the sensors' */
+    s.noise_pa = 3e6; /* 150 times the sensors' noise */
     if (survey(&s, &error)) fail_msg("%s", error.text);
     assert_true(isnan(s.survey.leg[2].stiffness) && isfinite(s.survey.leg[1].stiffness));
     assert_true(!s.survey.determined && isnan(s.survey.mode[0].hz) && isnan(loop_survey_oil_hz(&s.survey)) &&
@@ -345,6 +377,7 @@ int main(void) {
                                        cmocka_unit_test(the_loops_lowest_pole_pair_is_within_5_pct_of_the_linearised_loops),
                                        cmocka_unit_test(and_with_another_machine_in_it),
                                        cmocka_unit_test(gains_from_a_survey_are_those_of_the_machine),
+                                       cmocka_unit_test(what_a_survey_found_goes_into_the_configuration),
                                        cmocka_unit_test(what_the_pressures_do_not_show_is_no_number),
                                        cmocka_unit_test(samples_lost_in_every_pass_are_said)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,5 +1,5 @@
-/* The gains that hexid tune finds, and their margins against the nonlinear machine. With
- * configuration files as arguments, the margins of these. */
+/* The gains that hexid tune finds, and their margins against the nonlinear machine. Arguments are
+ * configuration files; then only their margins are measured. */
 #include "support.h"
 
 #include <complex.h>
@@ -10,9 +10,9 @@
 #include "loop_tune.h"
 
 static const double neutral[DOFS] = {0};
-static const double GAIN_DB = 3.0, PHASE_DEG = 10.0; /* by so much a measured margin may differ */
-static const double END_DEG = 15.0; /* at the ends of the strokes, where the legs differ and their
-                                     * modes mix: 11 degrees of 20 machines */
+static const double GAIN_DB = 3.0, PHASE_DEG = 10.0; /* tolerance of a measured margin */
+static const double END_DEG = 15.0; /* tolerance at the ends of the strokes, where the legs differ
+                                     * and their modes mix; 20 machines had at most 11 degrees */
 
 static struct params load(const char *path, const char *setting) {
     struct params p;
@@ -44,8 +44,8 @@ enum { SETTLE = 2000, WINDOW = 5000 };
 static const double SINE = 1e-3;
 
 /* Measures the gain of a mode's loop at its valve commands: a sine is added to the controller's own
- * command, and the gain is the controller's answer to what the valves get. The frequency is moved
- * to whole periods in the window. */
+ * command, and the gain is the controller's part divided by the whole command. The frequency is
+ * moved to whole periods in the window. */
 static double complex measured_gain(const struct params *p, const struct loop_place *place, int mode, double *hz) {
     static const double none[LEGS] = {0};
     struct loop_rig r;
@@ -93,8 +93,8 @@ static void compare_mode(const struct params *p, const struct loop_place *place,
     }
 }
 
-/* The platform holds just below the predicted margins in their worst poses, and shakes just
- * above. */
+/* Checks that the platform is steady just below the predicted margins, in their worst poses, and
+ * shakes just above. */
 static void compare_limits(const struct params *p, const struct loop_standing *s, const char *name) {
     double size_m = 1.25e-4 * p->actuator.stroke_m[0];
     for (int above = 0; above < 2; above++) {
@@ -137,8 +137,8 @@ static void measured_margins_are_the_predicted_ones(void **unused) {
     for (int i = 0; i < file_count; i++) compare(files[i]);
 }
 
-/* Two derivations: with the gains raised by the gain margin, or the delay by the phase margin, a
- * pole of the sampled loop (loop_poles.h) lies on the limit of stability, at the margin's
+/* Two derivations agree: with the gains raised by the gain margin, or the delay by the phase
+ * margin, a pole of the sampled loop (loop_poles.h) lies on the limit of stability, at the margin's
  * frequency. */
 static void a_margin_ends_where_a_pole_becomes_unstable(void **unused) {
     (void)unused;
@@ -171,9 +171,8 @@ static void delay_is_a_margin_too(void **unused) {
         assert_true(loop_place_find(&place, &p, neutral, 0.0));
         double delay_s = HUGE_VAL;
         for (int mode = 0; mode < DOFS; mode++) delay_s = fmin(delay_s, predicted(&p, &place, mode).delay_s);
-        if (delay_s > (LOOP_DELAY_MOST - 1) * p.loop.period_s)
-            continue; /* beyond what loop_poles.h
-                                                                          * computes */
+        /* loop_poles.h cannot compute so long a delay */
+        if (delay_s > (LOOP_DELAY_MOST - 1) * p.loop.period_s) continue;
         for (int above = 0; above < 2; above++) {
             assert_true(loop_place_find(&place, &p, neutral, delay_s * (above ? 1.03 : 0.97)));
             struct loop_worst worst = loop_place_worst(&place, &p);
@@ -201,7 +200,8 @@ static void tuned_gains_reach_what_is_wanted(void **unused) {
     }
 }
 
-/* A user's platform of 4 t with the default controller: unstable before, and good after. */
+/* A user's platform of 4 t with the default controller is unstable before, and stable with its own
+ * gains. */
 static void a_heavy_platform_with_the_default_gains_gets_its_own(void **unused) {
     (void)unused;
     slow_case();
@@ -214,7 +214,7 @@ static void a_heavy_platform_with_the_default_gains_gets_its_own(void **unused) 
     assert_false(loop_rig_shakes(&p, neutral, 1e-4));
 }
 
-/* Slow valves, air in the oil; and a bus's delay costs gain. */
+/* Slow valves or air in the oil limit a loop, and a bus's delay lowers its gains. */
 static void what_limits_a_loop_is_named(void **unused) {
     (void)unused;
     slow_case();

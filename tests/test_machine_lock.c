@@ -21,7 +21,8 @@ enum { NOBODY = 65534, SOMEBODY = 65533 }; /* user ids */
 
 static struct error error;
 
-/* Machines of this test process alone, because others may run beside it. */
+/* Returns URLs of machines that only this process uses, because other tests may run at the same
+ * time. */
 static const char *tcp(const char *host) {
     static char url[2][100];
     static int at;
@@ -99,7 +100,7 @@ static void what_is_put_in_front_of_a_machine_does_not_count(void **unused) {
 
 /* ---- users ---- */
 
-/* Another user's process that holds the first of these slots until it is ended. */
+/* A process of another user that occupies the first of these slots until it is ended. */
 struct other {
     pid_t process;
     int end;
@@ -149,7 +150,7 @@ static void a_stranger_is_named_and_not_waited_for(void **unused) {
         assert_int_equal(machine_lock(&l, can(), &error), STATUS_OK);
         assert_int_equal(l.doubt.status, STATUS_UNSAFE);
         assert_non_null(strstr(l.doubt.text, who));
-        /* ours beside it counts */
+        /* beside a stranger's lock our own counts */
         if (slots < HOST_LOCK_SLOTS) assert_int_equal(status_of(can()), STATUS_UNSAFE);
         machine_unlock(&l);
         finish(stranger);
@@ -191,12 +192,12 @@ static void who_may_write_a_device_has_its_lock_and_nobody_else(void **unused) {
     assert_int_equal(l.doubt.status, STATUS_UNSAFE);
     machine_unlock(&l);
     assert_int_equal(chown(name, NOBODY, SOMEBODY) || chmod(name, 0620), 0);
-    assert_int_equal(status_of(url), STATUS_UNSAFE); /* the group now permits it */
+    assert_int_equal(status_of(url), STATUS_UNSAFE); /* the group now permits access to the lock */
     finish(stranger);
     close(master), close(slave);
 }
 
-/* Nobody empties this queue, so its holder cannot be asked for his identity. */
+/* Nobody empties this queue, so the lock's holder cannot be asked for an identity. */
 static void who_does_not_say_who_he_is_is_a_stranger(void **unused) {
     (void)unused;
     char name[40];
@@ -213,7 +214,7 @@ static void who_does_not_say_who_he_is_is_a_stranger(void **unused) {
     finish(stranger);
 }
 
-/* More attempts than the C library and the kernel allow to wait in a queue. */
+/* There are more attempts than the C library and the kernel allow to wait in a queue. */
 static void a_lock_counts_however_often_it_is_asked_for(void **unused) {
     (void)unused;
     enum { QUEUE = 4096, BETWEEN = 64 };

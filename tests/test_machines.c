@@ -1,5 +1,5 @@
-/* Claims that hold for one machine hold for others: the three of config/ and random ones with six
- * different joints, legs and axes of inertia. */
+/* Claims that are true for one machine are true for others: the three of config/ and random ones
+ * with six different joints, legs and axes of inertia. */
 #include "closed_form_rig.h"
 
 #include "kinematics.h"
@@ -18,8 +18,8 @@ static struct params machine_of(const char *file) {
     return params;
 }
 
-/* A file's machine with every number slightly off: joints by 3 % of the upper ones' distance, the
- * legs' values by 20 %. */
+/* Returns a file's machine with every number slightly off: joints by 3 % of the upper ones'
+ * distance, the legs' values by 20 %. */
 static struct params machine_at_random(const char *file, uint64_t *seed) {
     struct params p = machine_of(file);
     struct kinematics k;
@@ -51,7 +51,7 @@ static struct kinematics kinematics_of(const struct params *p) {
     return k;
 }
 
-/* A pose within a tenth of the upper joints' distance and 0.1 rad. */
+/* Draws a pose within a tenth of the upper joints' distance and 0.1 rad. */
 static void pose_near(const struct kinematics *k, uint64_t *seed, double pose[DOFS]) {
     for (int i = 0; i < DOFS; i++) pose[i] = (i < 3 ? 0.1 * k->arm_m : 0.1) * random_unit(seed);
 }
@@ -81,7 +81,8 @@ static void core_and_plant_have_the_joints_where_the_drawing_has_them(void **unu
     }
 }
 
-/* The short form and its own points give the same lengths to the last bit. */
+/* A geometry given by circles, and the same geometry given by its points, have the same lengths to
+ * the last bit. */
 static void circles_and_their_points_are_one_machine(void **unused) {
     (void)unused;
     for (int i = 0; i < FILES; i++) {
@@ -116,7 +117,8 @@ static void lengths_give_the_pose_back(void **unused) {
     }
 }
 
-/* Two derivations of the 13 bodies' mass matrix: closed form (A1)-(A6) and the simulation's. */
+/* Two derivations of the 13 bodies' mass matrix agree: the closed form (A1)-(A6) and the
+ * simulation's. */
 static void the_nominal_matrix_is_that_of_the_simulated_bodies(void **unused) {
     (void)unused;
     uint64_t seed = 3;
@@ -140,8 +142,8 @@ static void the_nominal_matrix_is_that_of_the_simulated_bodies(void **unused) {
     }
 }
 
-/* Moves for 0.2 s from rest under the holding forces plus a tenth of them at 4 Hz, with another
- * phase on every leg. */
+/* Returns the state after 0.2 s from rest, under the holding forces plus a tenth of them at 4 Hz,
+ * with another phase on every leg. */
 static struct plant_truth shaken(const struct engine_ops *ops, const struct params *params) {
     static const struct hydraulics_state empty;
     static const double neutral[DOFS], dt_s = 6.25e-5;
@@ -161,8 +163,8 @@ static struct plant_truth shaken(const struct engine_ops *ops, const struct para
     return truth;
 }
 
-/* ODE's joints and 13 bodies against 6 equations: the step's order and the parts' inertia about the
- * leg leave 1e-7 of the motion. */
+/* ODE has joints and 13 bodies, the closed form 6 equations. They differ by 1e-7 of the motion,
+ * because of the step's order and the parts' inertia about the leg. */
 static void both_engines_move_alike(void **unused) {
     (void)unused;
     slow_case();
@@ -181,8 +183,8 @@ static void both_engines_move_alike(void **unused) {
     }
 }
 
-/* The worst pose lies within the strokes and is as bad as reported; legs nearly in planes through z
- * barely hold yaw. */
+/* The worst pose is within the strokes and is as bad as reported. Legs that lie nearly in planes
+ * through z withstand hardly any yaw moment. */
 static void the_workspace_says_how_well_the_legs_hold(void **unused) {
     (void)unused;
     struct params p = machine_of("config/simulator.yaml");
@@ -192,7 +194,7 @@ static void the_workspace_says_how_well_the_legs_hold(void **unused) {
     assert_int_equal(w.reached, w.corners);
     assert_true(w.nearest == 1.0 && w.worst_condition >= w.neutral_condition);
     ik_lengths(&k, w.worst_pose, length_m);
-    for (int i = 0; i < LEGS; i++) /* a pose within the strokes */
+    for (int i = 0; i < LEGS; i++) /* the pose is within the strokes */
         assert_true(length_m[i] > p.limits.length_min_m[i] - 1e-6 && length_m[i] < p.limits.length_max_m[i] + 1e-6);
     ik_jacobian(&k, w.worst_pose, j);
     for (int i = 0; i < LEGS; i++)
@@ -208,7 +210,7 @@ static void the_workspace_says_how_well_the_legs_hold(void **unused) {
     for (int i = 0; i < LEGS; i++)
         for (int r = 3; r < DOFS; r++) j[i][r] /= k.arm_m;
     assert_int_equal(lin_singular_values(LEGS, DOFS, j[0], value), 0);
-    /* the legs barely hold where the search ended */
+    /* in the pose where the search ended, the legs withstand hardly any yaw moment */
     assert_below(value[DOFS - 1] / value[0], 0.02);
 }
 

@@ -1,4 +1,5 @@
-/* Every mechanism of the table is whole, and what its file says agrees. */
+/* Every mechanism of the table is complete, and the statements in its file agree with each
+ * other. */
 #include "support.h"
 
 #include <string.h>
@@ -37,7 +38,8 @@ static void it_is_within_the_arrays_and_has_its_words(void **unused) {
 }
 
 /* A mechanism that is not driven has no survey and no closed loop; one without a pose has no
- * inertia matrix. Otherwise a command would go on where the table has nothing for it. */
+ * inertia matrix. The commands for these must refuse it, because the table has no functions for
+ * them. */
 static void its_refusals_are_complete(void **unused) {
     (void)unused;
     for (const struct mechanism *const *m = mechanism_table; *m; m++) {
@@ -64,8 +66,8 @@ static void its_masses_are_keys_of_the_configuration(void **unused) {
     }
 }
 
-/* A CSV column belongs to numbered legs or to one leg; the column that marks a mechanism is no
- * other's. */
+/* A CSV column belongs to numbered legs or to one leg; the column that marks a mechanism belongs to
+ * no other one. */
 static void its_columns_are_its_own(void **unused) {
     (void)unused;
     for (const struct mechanism *const *m = mechanism_table; *m; m++) {
@@ -82,7 +84,8 @@ static void its_columns_are_its_own(void **unused) {
 }
 
 /* At rest at neutral, the force for an acceleration of one leg is that leg's column of the mass
- * matrix. Two derivations: Newton's pose and the bodies' equations, and factors of the matrix. */
+ * matrix. The two are derived differently: by Newton's pose and the bodies' equations, and by
+ * factors of the matrix. */
 static void its_forces_are_its_mass_times_acceleration(void **unused) {
     (void)unused;
     for (int i = 0; mechanism_table[i]; i++) {
@@ -102,7 +105,7 @@ static void its_forces_are_its_mass_times_acceleration(void **unused) {
             in.leg[l][2] = 1.0;
             assert_true(m->forces(&d, &in, &legs, force_n));
             in.leg[l][2] = 0.0;
-            /* rounding of forces of 1e3 N, and of a pose known to 1e-12 m */
+            /* tolerance: rounding of forces of 1e3 N, and of a pose known to 1e-12 m */
             for (int k = 0; k < m->legs; k++) assert_close(force_n[k] - rest_n[k], mass[k][l], 1e-7);
         }
     }

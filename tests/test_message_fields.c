@@ -1,5 +1,5 @@
-/* Messages field by field, of the types that no run's log contains; tests/scenarios/export.sh reads
- * those of a log. */
+/* Reads messages field by field, of the types that no run's log contains; tests/scenarios/export.sh
+ * reads the types of a log. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -98,7 +98,7 @@ static void a_message_cut_anywhere_or_too_long_is_none(void **unused) {
     struct message m = {0};
     int size = encode_gap();
     for (int cut = 0; cut < size; cut++) {
-        /* exact size, so that a sanitizer sees an overrun */
+        /* a block of the exact size, so that a sanitizer detects an overrun */
         unsigned char *exact = malloc((size_t)cut + 1);
         memcpy(exact, buffer, (size_t)cut);
         assert_false(message_read(CHANNEL_GAP, exact, cut, &m));
@@ -109,8 +109,8 @@ static void a_message_cut_anywhere_or_too_long_is_none(void **unused) {
     assert_null(m.type);
 }
 
-/* Text i is reached by skipping those before it, so an unbounded count would take quadratic
- * time. */
+/* The n-th text is reached by skipping those before it, so reading an unlimited number would take
+ * quadratic time. */
 static void counts_have_a_bound(void **unused) {
     (void)unused;
     enum { MANY = ELEMENTS_MAX + 1 };

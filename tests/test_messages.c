@@ -26,7 +26,7 @@ static uint64_t random_bits(uint64_t *state) {
     return *state;
 }
 
-/* Any bit pattern: infinities, NaNs with payloads, subnormal numbers. */
+/* Returns a number with any bit pattern: infinities, NaNs with payloads, subnormal numbers. */
 static double random_double(uint64_t *state) {
     uint64_t bits = random_bits(state);
     double number;
@@ -79,7 +79,8 @@ static void state_comes_back_bit_for_bit(void **unused) {
     }
 }
 
-/* Uses the generated decoder, because swapping two fields in both directions would cancel out. */
+/* The generated decoder is used, because two fields swapped by both own functions would not
+ * show. */
 static void every_field_of_a_state_is_what_its_name_says(void **unused) {
     (void)unused;
     uint64_t state = 2;
@@ -152,7 +153,8 @@ static void a_state_takes_no_heap(void **unused) { /* sanitizers have an allocat
     skip_because(OWN_ALLOCATOR);
 }
 #else
-static volatile int allocations; /* the compiler would assume that malloc() changes nothing else */
+static volatile int allocations; /* volatile, because the compiler would assume that malloc()
+                                  * changes nothing else */
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
 void *malloc(size_t size) { return allocations++, __libc_malloc(size); }
@@ -255,7 +257,8 @@ static void stop_and_park_come_back_and_nothing_else_is_a_command(void **unused)
     int size = command_encode(COMMAND_STOP, 3, buffer);
     for (int cut = 0; cut < size; cut++) assert_false(command_decode(buffer, cut, &c));
     assert_false(command_decode(buffer, size + 1, &c));
-    for (int i = 16; i < 20; i++) { /* the word's length: negative, huge */
+    for (int i = 16; i < 20; i++) { /* these bytes are the word's length, which becomes negative or
+                                     * huge */
         buffer[i] ^= 0x80;
         assert_false(command_decode(buffer, size, &c));
         buffer[i] ^= 0x80;
@@ -264,7 +267,7 @@ static void stop_and_park_come_back_and_nothing_else_is_a_command(void **unused)
     assert_false(command_decode(buffer, size, &c));
 }
 
-/* Copies into blocks of exactly the message's size. */
+/* Decodes a copy in a block of exactly the message's size. */
 static bool test_result_good(const unsigned char *message, int size, struct test_summary *r) {
     unsigned char *exact = malloc(size ? (size_t)size : 1);
     memcpy(exact, message, (size_t)size);
@@ -304,7 +307,7 @@ static int test_result_message(unsigned char *buffer, int capacity) {
     .values_std_si = (numbers), .ambiguous_count = 1, .ambiguous_with = (words), .simulated = 1, .noise_floor_ratio = 0.1,       \
     .held_out_before_ratio = 0.5, .held_out_after_ratio = 0.2
 
-/* earlier: in the type of versions before statements. */
+/* earlier: encode it in the type of versions before statements. */
 static int gap_message(bool earlier, unsigned char *buffer, int capacity) {
     char *words[] = {(char *)(uintptr_t)"one", (char *)(uintptr_t)"", (char *)(uintptr_t)"three"};
     double numbers[] = {1, 2, 3};
@@ -353,14 +356,14 @@ static void a_damaged_result_is_refused(void **unused) {
                 for (int byte = 0; byte < 4; byte++) bad[at + byte] = (unsigned char)((uint32_t)lengths[i] >> (24 - 8 * byte));
                 refused += which ? !gap_good(bad, size, &g) : !test_result_good(bad, size, &t);
             }
-    assert_true(refused > 13 * 7); /* the lengths and counts alone */
+    assert_true(refused > 13 * 7); /* at least all 7 values in the 13 lengths and counts */
 }
 
-/* The lists are empty, so nothing after the count reveals it. */
+/* The lists are empty, so no data after the count contradict it. */
 static void a_negative_count_and_no_boolean_are_refused(void **unused) {
     (void)unused;
     char *empty = (char *)(uintptr_t)"";
-    double numbers[] = {0.0}; /* liblcm copies none of them but accepts no NULL */
+    double numbers[] = {0.0}; /* liblcm copies none of these numbers, but accepts no NULL */
     int8_t legs[] = {0};
     hexid_gap_t m = {.verdict = empty,
                      .reason = empty,
@@ -372,7 +375,7 @@ static void a_negative_count_and_no_boolean_are_refused(void **unused) {
                      .values_std_si = numbers};
     unsigned char buffer[1000];
     struct gap_summary g;
-    enum { COUNTS = 3, FIRST = 8 + 8 + 3 * 5 }; /* behind type, time and three strings */
+    enum { COUNTS = 3, FIRST = 8 + 8 + 3 * 5 }; /* the counts follow type, time and three strings */
     int size = hexid_gap_t_encode(buffer, 0, sizeof buffer, &m);
     assert_true(gap_good(buffer, size, &g));
     for (int i = 0; i < COUNTS; i++) {
@@ -382,7 +385,7 @@ static void a_negative_count_and_no_boolean_are_refused(void **unused) {
         memset(count, 0, 4);
     }
     assert_true(gap_good(buffer, size, &g));
-    buffer[FIRST + 4 * COUNTS] = 2; /* neither true nor false */
+    buffer[FIRST + 4 * COUNTS] = 2; /* the value is neither true nor false */
     assert_false(gap_good(buffer, size, &g));
 }
 

@@ -1,5 +1,5 @@
-/* Method C's verdict on results whose errors have the stated covariance: true results pass but for
- * the stated share, impossible ones fail by name. */
+/* Method C's verdict on results whose errors have the stated covariance: right results pass, except
+ * for the stated share of false alarms, and impossible ones fail by name. */
 #include "support.h"
 
 #include "method_c_verdict.h"
@@ -17,7 +17,8 @@ struct result {
     struct estimate estimate;
 };
 
-/* A machine whose payload has these values, as method C finds it without error. */
+/* Returns the result of a machine whose payload has these values, as method C would find it without
+ * error. */
 static struct result *result_of(const double payload[PAYLOAD_VALUES]) {
     static struct result result;
     static const double neutral[DOFS] = {0};
@@ -60,7 +61,7 @@ static struct verdict judge(struct result *r) {
         .result = &r->found, .equations = &r->equations, .estimate = &r->estimate, .nominal = (const double (*)[DOFS])r->nominal});
 }
 
-/* Nearly normal numbers of variance 1: sum of twelve uniform ones. */
+/* Returns a nearly normal number of variance 1: a sum of twelve uniform ones. */
 static double normal(uint64_t *seed) {
     double sum = 0.0;
     for (int i = 0; i < 12; i++) sum += 0.5 * random_unit(seed);
@@ -72,7 +73,7 @@ static void draw(struct result *r, uint64_t *seed) {
 }
 
 static const double body[PAYLOAD_VALUES] = {180, 0, 0, 0, 13, 13, 24};
-/* A plate without thickness is at the border of what a body can be. */
+/* A plate without thickness is the limit of what a body can be. */
 static const double plate[PAYLOAD_VALUES] = {180, 0, 0, 0, 12, 12, 24};
 
 static void expect(struct result *r, const char *words) {
@@ -93,7 +94,7 @@ static void true_results_fail_in_less_than_the_stated_share(void **unused) {
             draw(r, &seed);
             failed += judge(r).status != VERDICT_PASS;
         }
-        /* Three standard deviations of the count above its mean at the stated share. */
+        /* limit: three standard deviations above the mean number of false alarms */
         double most = trials * METHOD_C_FALSE_ALARMS;
         assert_below(failed, most + 3.0 * sqrt(most));
     }
@@ -124,7 +125,8 @@ static void a_matrix_that_is_not_of_one_body_fails(void **unused) {
 
 static void friction_that_drives_fails_from_its_share_of_the_level_on(void **unused) {
     (void)unused;
-    /* 6 checks share 0.005, twelve frictions share one of them: one-sided normal quantile 3.81. */
+    /* Six checks share the level of 0.005, and the twelve frictions share one check's part: the
+     * one-sided normal quantile is 3.81. */
     for (int leg = 0; leg < LEGS; leg++) {
         struct result *r = result_of(body);
         char words[80];
@@ -134,7 +136,7 @@ static void friction_that_drives_fails_from_its_share_of_the_level_on(void **unu
         snprintf(words, sizeof words, "viscous friction of leg %d is negative", leg + 1);
         expect(r, words);
         r = result_of(body);
-        /* A constant error of the force is not friction. */
+        /* a constant error of the force is not friction */
         r->estimate.value[UNKNOWN_DRY + 2 * leg] = -500, r->estimate.value[UNKNOWN_DRY + 2 * leg + 1] = 501;
         assert_int_equal(judge(r).status, VERDICT_PASS);
         r->estimate.value[UNKNOWN_DRY + 2 * leg] = -500 - 8 * DRY_STD;
@@ -143,8 +145,8 @@ static void friction_that_drives_fails_from_its_share_of_the_level_on(void **unu
     }
 }
 
-/* The squares of Student's t with 19 degrees of freedom have the mean 1.118 and the variance
- * 3.00. At a sixth of 0.005 the normal quantile is 3.14. */
+/* The squares of Student's t with 19 degrees of freedom have mean 1.118 and variance 3.00. The
+ * normal quantile of a sixth of 0.005 is 3.14. */
 static void rows_that_scatter_by_more_than_their_noise_fail(void **unused) {
     (void)unused;
     for (int beyond = 0; beyond < 2; beyond++) {
@@ -157,14 +159,14 @@ static void rows_that_scatter_by_more_than_their_noise_fail(void **unused) {
     struct result *r = result_of(body);
     r->equations.free = 600, r->equations.cycles = HUGE_VAL, r->equations.rest = 600 + 3.3 * sqrt(1200.0);
     expect(r, "the forces do not fit the model");
-    /* rounding errors that six tests of 100 rows repeat, with half of the variance */
+    /* rounding errors that repeat in six tests of 100 rows each, with half of the variance */
     r->equations.repeating = 6 * 2.0 * 50 * 50;
     assert_int_equal(judge(r).status, VERDICT_PASS);
     r->equations.rest = 600 + 3.3 * sqrt(1200.0 + r->equations.repeating);
     expect(r, "the forces do not fit the model");
 }
 
-/* Errors whose estimates scatter by 0.0045, with a prior of 0.005 and a deviation of 0.0022. */
+/* The estimates have a prior of 0.005 and a deviation of 0.0022, so they scatter by 0.0045. */
 static void a_systematic_error_beyond_its_tolerance_fails_by_its_name(void **unused) {
     (void)unused;
     struct result *r = result_of(body);
@@ -172,12 +174,12 @@ static void a_systematic_error_beyond_its_tolerance_fails_by_its_name(void **unu
     assert_int_equal(judge(r).status, VERDICT_PASS);
     r->found.systematic[SYSTEMATIC_P1_GAIN + 2].value = -0.023;
     expect(r, "gain of P1, leg 3: -2.3 %");
-    /* The data tell next to nothing about it. */
+    /* the data have almost no information about this error */
     r->found.systematic[SYSTEMATIC_P1_GAIN + 2] = (struct systematic_found){-0.02, 0.0049, 0.005};
     assert_int_equal(judge(r).status, VERDICT_PASS);
 }
 
-/* The direction in which the matrix is negative is the worst of all. */
+/* The matrix is negative in one direction, which makes that direction the worst of all. */
 static void a_matrix_that_is_not_definite_fails(void **unused) {
     (void)unused;
     struct result *r = result_of(body);

@@ -22,7 +22,7 @@ static void modified_a_replaces_the_couplings_by_their_mean_with_the_nominal_sig
     }
 }
 
-/* Test results computed from matrices and motions: F = -w^2 M x + B xdot on the fundamental. */
+/* Computes test results from matrices and motions: F = -w^2 M x + B xdot on the fundamental. */
 static void exact_results(const struct rig *r, struct test_result result[DOFS]) {
     for (int d = 0; d < DOFS; d++) {
         struct test_result *t = &result[d];
@@ -45,7 +45,7 @@ static void pointers(const struct test_result result[DOFS], const struct test_re
 
 static void viscous_legs_have_the_damping_of_the_method(void **unused) {
     (void)unused;
-    /* docs/method.md, 4, b = 2000 N s/m */
+    /* values of docs/method.md, section 4, for b = 2000 N s/m */
     static const double neutral[DOFS] = {0}, diagonal[DOFS] = {1186, 1186, 9630, 1323, 1323, 552};
     struct rig *r = rig_create(19, 1);
     struct test_result result[DOFS];
@@ -60,14 +60,14 @@ static void viscous_legs_have_the_damping_of_the_method(void **unused) {
     }
     exact_results(r, result);
     struct method_result a = method_a(test);
-    /* read off a simulation there */
+    /* tolerance: those values were read off a simulation */
     for (int i = 0; i < DOFS; i++) assert_below(fabs(a.bt[i][i] / diagonal[i] - 1), 1e-3);
 }
 
 static double complex phasor(const double coefficient[2]) { return CMPLX(coefficient[0], coefficient[1]); }
 
-/* x = Im(X exp(i w t)): test d's fundamentals as columns, rotated back by the tested axis's
- * phase. */
+/* Makes the tests' fundamentals columns, x = Im(X exp(i w t)), each rotated back by the phase of
+ * its tested axis. */
 static void turned(const struct test_result result[DOFS], double complex x[DOFS][DOFS], double complex f[DOFS][DOFS]) {
     for (int d = 0; d < DOFS; d++) {
         double complex back = cexp(CMPLX(0, -carg(phasor(result[d].pose[d]))));
@@ -94,12 +94,12 @@ static void method_b_maps_acceleration_in_phase_to_wrench_in_phase(void **unused
         for (int d = 0; d < DOFS; d++) {
             double wrench = 0;
             for (int k = 0; k < DOFS; k++) wrench -= b.mt[i][k] * w * w * creal(x[k][d]);
-            assert_close(wrench, creal(f[i][d]), 1e-10); /* rounding of 700 N */
+            assert_close(wrench, creal(f[i][d]), 1e-10); /* tolerance: rounding of 700 N */
         }
 }
 
-/* F = (-w^2 M + i w B)(P + i Q), in phase: -w^2 M P - w B Q. So method B is off by B Q P^-1 / w,
- * where Q is unwanted motion in quadrature. */
+/* F = (-w^2 M + i w B)(P + i Q) has the in-phase part -w^2 M P - w B Q. So method B is off by B Q
+ * P^-1 / w, where Q is unwanted motion in quadrature. */
 static void damping_biases_method_b_by_unwanted_motion_in_quadrature(void **unused) {
     (void)unused;
     struct rig *r = rig_create(13, 1);
@@ -118,10 +118,11 @@ static void damping_biases_method_b_by_unwanted_motion_in_quadrature(void **unus
                 bias += (b.mt[i][k] - r->mt[i][k]) * creal(x[k][d]);
                 predicted += r->bt[i][k] * cimag(x[k][d]) / w;
             }
-            assert_close(bias, predicted, 1e-14); /* rounding of 272 kg times 4 mm */
+            assert_close(bias, predicted, 1e-14); /* tolerance: rounding of 272 kg times 4 mm */
             largest = fmax(largest, fabs(predicted));
         }
-    assert_true(largest > 1e-3); /* kg m; 0.1 % of 272 kg at 4 mm: large enough to be predicted */
+    assert_true(largest > 1e-3); /* kg m, 0.1 % of 272 kg at 4 mm: the bias is large enough to be
+                                  * predicted */
 }
 
 static void without_damping_or_quadrature_method_b_is_exact(void **unused) {
@@ -138,7 +139,8 @@ static void without_damping_or_quadrature_method_b_is_exact(void **unused) {
     assert_below(distance(&method_b(test).mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11);
     memcpy(r->bt, own, sizeof own);
     for (int d = 0; d < DOFS; d++)
-        for (int i = 0; i < DOFS; i++) { /* every axis in phase or antiphase with the tested one */
+        for (int i = 0; i < DOFS; i++) { /* every axis moves in phase or antiphase with the tested
+                                          * one */
             double *coefficient = r->pose[d][i][0], *tested = r->pose[d][d][0], share = (i + d) % 2 ? 0.05 : -0.05;
             if (i != d) coefficient[0] = share * tested[0], coefficient[1] = share * tested[1];
         }
@@ -157,7 +159,7 @@ static void condition_is_one_for_perfect_tests_and_singular_ones_give_no_number(
     exact_results(r, result);
     assert_close(method_a(test).condition_number, 1, 1e-14);
     assert_close(method_b(test).condition_number, 1, 1e-14);
-    test[DOF_Y] = &result[DOF_X]; /* the x test in place of the y test: nothing moved y */
+    test[DOF_Y] = &result[DOF_X]; /* the x test takes the place of the y test, so no test moves y */
     struct method_result singular[] = {method_a(test), method_b(test)};
     for (int m = 0; m < 2; m++) {
         assert_false(singular[m].evaluated);
@@ -179,7 +181,7 @@ static void tests_of_different_frequencies_can_be_combined(void **unused) {
     assert_below(distance(&a.mt[0][0], &r->mt[0][0], DOFS * DOFS), 1e-11);
 }
 
-/* Ratio of observed to predicted variance, entry by entry. */
+/* Sums for the ratio of observed to predicted variance of each entry. */
 struct spread {
     double observed[DOFS * DOFS], predicted[DOFS * DOFS];
     int runs;
@@ -193,9 +195,9 @@ static void spread_add(struct spread *s, const double *value, const double *trut
     s->runs++;
 }
 
-/* An observed variance has a relative spread of sqrt(2 / runs): five of them for the worst of 36
- * entries. The mean over all has at least six independent ones, as many as rows: four of their
- * spread. */
+/* An observed variance has a relative spread of sqrt(2 / runs). The worst of 36 entries may be off
+ * by five of these spreads. The mean over all entries contains at least six independent ones, as
+ * many as there are rows, and may be off by four of its spreads. */
 static void assert_spread(const struct spread *s, const char *name) {
     double one = sqrt(2.0 / s->runs), mean = 0;
     for (int i = 0; i < DOFS * DOFS; i++) {
@@ -223,14 +225,14 @@ static void predicted_std_is_the_spread_over_noisy_coefficients(void **unused) {
     uint64_t state = 3;
     exact_results(r, exact);
     pointers(exact, test);
-    struct method_result biased = method_b(test); /* method B's own expectation, including its
-                                                   * bias */
+    struct method_result biased = method_b(test); /* what method B finds without noise, including
+                                                   * its bias */
     pointers(noisy, test);
     for (int run = 0; run < 4000; run++) {
         for (int d = 0; d < DOFS; d++) {
             noisy[d] = exact[d];
             for (int i = 0; i < DOFS; i++) {
-                /* Equal effect: 0.1 % of the amplitude and of the corresponding wrench. */
+                /* noise of equal effect: 0.1 % of the amplitude, and of the corresponding wrench */
                 noisy[d].pose_std[i] = 1e-3 * amplitude(r, i);
                 noisy[d].wrench_std[i] = 1e-3 * pow(omega(r, 0), 2) * r->mt[i][i] * amplitude(r, i);
             }
@@ -246,8 +248,8 @@ static void predicted_std_is_the_spread_over_noisy_coefficients(void **unused) {
     assert_spread(&b, "Mt of method B");
 }
 
-/* The whole chain with white noise of the paper's sensors: 50 um / sqrt(12) on lengths, 20 kPa /
- * sqrt(3) on pressures. */
+/* Runs the whole chain with white noise of the paper's sensors: 50 um / sqrt(12) on lengths, 20 kPa
+ * / sqrt(3) on pressures. */
 static void predicted_std_is_the_spread_over_noisy_sensors(void **unused) {
     (void)unused;
     slow_case();

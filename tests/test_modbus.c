@@ -28,7 +28,7 @@ static void readings_come_back_to_the_resolution_of_their_registers(void **unuse
     for (int i = 0; i < LEGS; i++) {
         r.length_m[i] = 1.431 + 0.1234567 * i;
         r.p1_pa[i] = 1.2345e6 * i - 1e5;
-        r.p2_pa[i] = 3.2e7 - 1e6 * i; /* 32 MPa fits in i16 kPa */
+        r.p2_pa[i] = 3.2e7 - 1e6 * i; /* up to 32 MPa, which 16 bits of kPa can express */
     }
     modbus_put_reading(&p, &r, registers);
     modbus_get_reading(&p, registers, &back);

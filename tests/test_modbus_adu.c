@@ -1,12 +1,12 @@
-/* Modbus requests in a stream: whole, in parts, several at once, and invalid ones. Bytes are those
- * of the standard's examples. */
+/* Modbus requests in a stream: whole, in parts, several at once, and invalid ones. The bytes are
+ * from the standard's examples. */
 #include "support.h"
 
 #include <string.h>
 
 #include "modbus_adu.h"
 
-/* Transaction, protocol 0, length, unit 1; then the PDU. */
+/* The frames on TCP: transaction, protocol 0, length, unit 1; then the PDU. */
 static const uint8_t read_three[] = {0x15, 0x01, 0, 0, 0, 6, 1, 3, 0x00, 0x6b, 0x00, 0x03};
 static const uint8_t write_two[] = {0x15, 0x02, 0, 0, 0, 11, 1, 16, 0x00, 0x01, 0x00, 0x02, 4, 0x00, 0x0a, 0x01, 0x02};
 static const uint8_t exchange[] = {0, 1, 0, 0, 0, 17, 1, 23, 0, 3, 0, 6, 0, 14, 0, 3, 6, 0, 255, 0, 255, 0, 255};
@@ -23,8 +23,8 @@ static void a_whole_request_is_taken_apart(void **unused) {
     assert_int_equal(adu_take_tcp(exchange, sizeof exchange, &a), ADU_REQUEST);
 }
 
-/* A client that sends byte by byte: nothing is accepted before the last byte, and then exactly
- * once. */
+/* A client sends byte by byte: nothing is accepted before the last byte, and then the request
+ * exactly once. */
 static void part_of_a_request_waits_for_the_rest(void **unused) {
     (void)unused;
     struct adu a;
@@ -66,7 +66,8 @@ static void another_protocol_is_discarded_and_what_follows_is_taken(void **unuse
     }
 }
 
-/* Unit and function take 2 bytes, the longest PDU and the unit 254. */
+/* Unit and function take 2 bytes, the longest PDU with the unit 254; other lengths cannot be
+ * right. */
 static void a_length_that_cannot_be_breaks_the_stream(void **unused) {
     (void)unused;
     for (unsigned length = 0; length < 65536; length++) {
@@ -78,7 +79,7 @@ static void a_length_that_cannot_be_breaks_the_stream(void **unused) {
     }
 }
 
-/* The header states more or fewer bytes than the function has. */
+/* The header states more or fewer bytes than the function's request has. */
 static void a_length_that_is_not_the_functions_is_discarded(void **unused) {
     (void)unused;
     static const struct {
@@ -96,7 +97,7 @@ static void a_length_that_is_not_the_functions_is_discarded(void **unused) {
         }
 }
 
-/* The server answers it with exception 3. */
+/* The framing accepts a wrong byte count, and the server answers it with exception 3. */
 static void a_byte_count_that_is_not_the_quantitys_is_a_request(void **unused) {
     (void)unused;
     uint8_t bytes[sizeof exchange];
@@ -158,7 +159,7 @@ static void a_wrong_checksum_is_waited_out_and_discarded(void **unused) {
     }
 }
 
-/* Its length is unknown, so the silence ends it. */
+/* The length of such a request is unknown, so it ends with the silence. */
 static void a_serial_request_with_an_unknown_function_is_taken_in_the_silence(void **unused) {
     (void)unused;
     static const uint8_t pdu[] = {0x41, 1, 2, 3};
@@ -172,8 +173,8 @@ static void a_serial_request_with_an_unknown_function_is_taken_in_the_silence(vo
     assert_memory_equal(a.pdu, pdu, sizeof pdu);
 }
 
-/* Junk of any length and kind found on shared lines must not swallow the following request, nor
- * require a silence. */
+/* The junk is of lengths and kinds found on shared lines. It must not swallow the following
+ * request, nor require a silence. */
 static void a_request_behind_junk_is_found_without_a_silence(void **unused) {
     (void)unused;
     static const struct {
@@ -208,7 +209,7 @@ static void a_request_behind_junk_is_found_without_a_silence(void **unused) {
     }
 }
 
-/* Bytes that look like a request inside an incomplete one belong to it. */
+/* Bytes inside an incomplete request belong to it, even if they look like a request. */
 static void a_request_that_grows_is_not_cut_by_what_it_carries(void **unused) {
     (void)unused;
     uint8_t pdu[ADU_PDU_MAX] = {16, 0, 0x15, 0, 6, 12}, bytes[ADU_MAX];

@@ -1,5 +1,5 @@
 /* The Modbus back-end in one process with a device whose silence the test controls, and the line
- * below it. No claim depends on a clock except on the one that it is about. */
+ * below it. Only claims about a time-out depend on a clock. */
 #include "support.h"
 
 #include <arpa/inet.h>
@@ -44,18 +44,20 @@ struct fake {
     int listener, port;
     _Atomic bool held, hang_up; /* hang_up: closes the connection instead of the next answer */
     sem_t asked, go;
-    _Atomic int valve, first;   /* leg 1 in the last function 23, and in the first one of this
-                                 * connection */
-    _Atomic int supply;         /* value in the last function 23 */
+    _Atomic int valve, first;   /* command of leg 1 in the last function 23, and in the first one of
+                                 * this connection */
+    _Atomic int supply;         /* supply output in the last function 23 */
     _Atomic int greeted;        /* number of claims */
     _Atomic int cycles;         /* number of functions 23 */
     _Atomic int foreign;        /* number of writes by others that it reports */
-    _Atomic bool owned, usurped; /* another master owns it: at the claim, in a cycle */
-    int watchdog_ms, longer_ms; /* the configured time, and the excess that it reads back */
+    _Atomic bool owned, usurped; /* another master owns the device at the claim; another one takes
+                                  * it over in a cycle */
+    int watchdog_ms, longer_ms; /* the configured time, and the excess of the time that is read
+                                 * back */
     uint16_t sample;
     _Atomic bool twin;          /* a second device answers each function 23 as well */
     _Atomic int refuses;        /* the device's exception to function 3; 0: none */
-    _Atomic int behind;         /* each answer belongs to a command this many before */
+    _Atomic int behind;         /* number of commands by which each answer is behind */
     long byte_ns;               /* gap between bytes of an answer to function 23; 0: none */
 };
 
@@ -84,7 +86,7 @@ static void fill(struct fake *f, const uint8_t *request, uint8_t *out) {
     } else put(out, address == MODBUS_WATCHDOG_MS ? f->watchdog_ms + f->longer_ms : f->foreign);
 }
 
-/* Exception 6 for anyone but its master. */
+/* True if the device answers with exception 6, because another master owns it. */
 static bool refused(const struct fake *f, const uint8_t *request) {
     return (request[MBAP] == FUNCTION_WRITE && f->owned) || (request[MBAP] == FUNCTION_EXCHANGE && f->usurped);
 }
@@ -157,7 +159,7 @@ static void fake_start(struct fake *f) {
     assert_int_equal(pthread_create(&f->thread, NULL, fake_thread, f), 0);
 }
 
-/* Ends the fake device; its clients are gone by then. */
+/* Ends the fake device, after its clients have disconnected. */
 static void fake_stop(struct fake *f) {
     shutdown(f->listener, SHUT_RDWR);
     pthread_join(f->thread, NULL);
@@ -166,7 +168,7 @@ static void fake_stop(struct fake *f) {
     sem_destroy(&f->go);
 }
 
-/* The back-end, with the test as its loop, and its device. */
+/* A back-end, whose loop is the test, and its device. */
 struct session {
     struct fake device;
     struct params params;
@@ -179,7 +181,8 @@ static int session_open(struct session *s) {
     char url[64];
     fake_start(&s->device);
     config_default(&s->params);
-    /* The longest that the configuration allows, so that no command of these tests is too old. */
+    /* Both are at the maximum that the configuration allows, so that no command of these tests is
+     * too old. */
     s->params.limits.sensor_age_s = s->sensor_age_s > 0.0 ? s->sensor_age_s : 1.0;
     s->params.device.watchdog_s = s->watchdog_s > 0.0 ? s->watchdog_s : 10.0;
     snprintf(url, sizeof url, "modbus:tcp://127.0.0.1:%d", s->device.port);
@@ -193,7 +196,7 @@ static void command_motion(struct session *s) {
     s->hal->ops->write(s->hal, &moving);
 }
 
-/* From a command of motion on, which it received, the device is silent until released. */
+/* Lets the device receive a command of motion, and then stay silent until it is released. */
 static void session_hold(struct session *s) {
     s->device.held = true;
     command_motion(s);
@@ -211,7 +214,7 @@ static void session_end(struct session *s) {
 }
 
 /* While the device is silent, the loop commands full opening for longer than any queue, then the
- * centre. The device must receive the centre next: a replaced command is never sent. */
+ * centre. The device must receive the centre next, because a replaced command is never sent. */
 static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -221,7 +224,7 @@ static void a_command_that_safe_has_replaced_is_never_sent(void **unused) {
     for (int i = 0; i < 20; i++) command_motion(&s);
     s.hal->ops->safe(s.hal);
     sem_post(&s.device.go);
-    /* as the loop does in every cycle that does not drive */
+    /* calls safe(), as the loop does in every cycle that does not drive */
     while (sem_trywait(&s.device.asked)) s.hal->ops->safe(s.hal);
     int told = s.device.valve;
     session_release(&s);
@@ -265,7 +268,7 @@ static void a_command_from_before_a_new_connection_is_never_sent(void **unused) 
     assert_int_equal(s.device.first, 0);
 }
 
-/* The answer is complete and of the right transaction but belongs to another command. */
+/* The answer is complete and has the right transaction, but belongs to another command. */
 static void an_answer_to_another_command_is_refused(void **unused) {
     (void)unused;
     struct session s = {.device.behind = 1};
@@ -286,7 +289,8 @@ static void a_machine_with_another_master_is_refused(void **unused) {
     assert_int_equal(s.device.cycles, 0);
 }
 
-/* SAFETY: a watchdog with another time than set cannot be relied on to stop the machine. */
+/* SAFETY: if the watchdog reads back with another time than was set, it cannot be relied on to stop
+ * the machine. */
 static void a_watchdog_that_reads_back_as_another_one_is_refused(void **unused) {
     (void)unused;
     struct session s = {.device.longer_ms = 1};
@@ -312,14 +316,14 @@ static uint32_t cycle_flags(struct session *s) {
     return flags;
 }
 
-/* Each is reported once; earlier writes do not concern this master. */
+/* Each write by others is reported once; earlier writes do not concern this master. */
 static void what_others_wrote_is_told_with_the_next_sample(void **unused) {
     (void)unused;
     struct session s = {.device.foreign = 65535};
     char text[100];
     session_begin(&s);
     uint32_t alone = cycle_flags(&s) | cycle_flags(&s), after = 0;
-    s.device.foreign = 0; /* one more: the count has 16 bits */
+    s.device.foreign = 0; /* one more write, because the count has 16 bits */
     while (!(cycle_flags(&s) & SAMPLE_FOREIGN)) continue;
     for (int i = 0; i < 5; i++) after |= cycle_flags(&s);
     s.hal->ops->describe(s.hal, text, sizeof text);
@@ -329,7 +333,7 @@ static void what_others_wrote_is_told_with_the_next_sample(void **unused) {
     assert_string_equal(text, "another master tried to command this machine");
 }
 
-/* The refusal itself is reported, even if the next claim would be granted again. */
+/* The refusal itself is reported, even if the next claim would succeed again. */
 static void a_command_refused_for_another_master_is_told(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -344,10 +348,11 @@ static void a_command_refused_for_another_master_is_told(void **unused) {
     session_end(&s);
 }
 
-/* The daemon was away for so long that another master has the machine: it never writes again. */
+/* The daemon was away for so long that another master has the machine, so the daemon never writes
+ * again. */
 static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
     (void)unused;
-    /* ten time-outs in a row are a lost connection; so is one refusal */
+    /* ten time-outs in a row count as a lost connection, and so does one refusal */
     struct session s = {.sensor_age_s = 0.05};
     struct hal_sample sample = {0};
     char text[100];
@@ -365,10 +370,10 @@ static void a_machine_that_has_another_master_by_now_is_told(void **unused) {
     int written_later = s.device.cycles;
     session_end(&s);
     assert_string_equal(text, "another master commands this machine");
-    assert_true(written_later <= written + 1); /* one may have been under way */
+    assert_true(written_later <= written + 1); /* a write may have been under way */
 }
 
-/* The loop takes longer than the watchdog to start: the machine is kept meanwhile. */
+/* The loop takes longer than the watchdog to start; meanwhile the claim is kept. */
 static void the_machine_is_kept_until_the_loop_begins(void **unused) {
     (void)unused;
     struct session s = {.watchdog_s = 0.02};
@@ -379,7 +384,7 @@ static void the_machine_is_kept_until_the_loop_begins(void **unused) {
     assert_int_equal(valve, 0);
 }
 
-/* SAFETY: the device's watchdog guards against a stopped loop, so nothing else may feed it. */
+/* SAFETY: the device's watchdog detects a stopped loop, so nothing else may reset it. */
 static void the_machine_is_not_kept_for_a_loop_that_has_stopped(void **unused) {
     (void)unused;
     static const struct timespec many_watchdogs = {.tv_nsec = 200000000};
@@ -394,7 +399,7 @@ static void the_machine_is_not_kept_for_a_loop_that_has_stopped(void **unused) {
     assert_int_equal(later, cycles);
 }
 
-/* Waiting at the end has a time-out as well. */
+/* Waiting for the device at the end has a time-out as well. */
 static void close_ends_though_the_device_is_silent(void **unused) {
     (void)unused;
     struct session s = {0};
@@ -406,7 +411,7 @@ static void close_ends_though_the_device_is_silent(void **unused) {
     session_end(&s);
 }
 
-/* Highest SCHED_FIFO priority among the other threads of this process, 0: none. */
+/* Returns the highest SCHED_FIFO priority among the other threads of this process, 0: none. */
 static int highest_priority(void) {
     DIR *tasks = opendir("/proc/self/task");
     int highest = 0;
@@ -420,8 +425,8 @@ static int highest_priority(void) {
     return highest;
 }
 
-/* The test's thread is the loop. Once the device is asked, the back-end's thread has started its
- * work. */
+/* Returns the priority of the back-end's thread while the test's thread, which is its loop, has
+ * priority `own`. When the device gets a request, the back-end's thread has started its work. */
 static int priority_below(int own) {
     struct session s = {0};
     struct hal_sample sample;
@@ -446,8 +451,8 @@ static void the_thread_is_real_time_only_when_the_loop_is(void **unused) {
     assert_int_equal(found, 9);
 }
 
-/* 70 bytes 50 ms apart take 3.5 s, each within 0.1 s of the one before: a time-out restarted by
- * every byte would last as long. */
+/* An answer of 70 bytes takes 3.5 s, with 50 ms between bytes. A time-out that every byte restarts
+ * would not end it, because each byte comes within 0.1 s of the one before. */
 static void an_answer_that_trickles_is_given_up(void **unused) {
     (void)unused;
     struct fake f = {.byte_ns = 50000000};
@@ -492,7 +497,8 @@ static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void *
     assert_non_null(strstr(text, "two devices"));
 }
 
-/* Half a second without an answer is a server gone without a word: the connection is made again. */
+/* Half a second without an answer means that the server has gone without closing the connection,
+ * which is then made again. */
 static void a_device_that_is_silent_for_long_is_connected_to_again(void **unused) {
     (void)unused;
     struct session s = {.sensor_age_s = 0.05};
@@ -507,8 +513,8 @@ static void a_device_that_is_silent_for_long_is_connected_to_again(void **unused
     assert_true(claims >= 2);
 }
 
-/* Two latches far apart: the command between them was held for too long, however fresh the second
- * sample is. */
+/* Two latches are far apart: the command between them was in force for too long, however fresh the
+ * second sample is. */
 static void a_sample_latched_off_the_grid_is_late(void **unused) {
     (void)unused;
     static const struct timespec ten_periods = {.tv_nsec = 20000000};
@@ -532,7 +538,8 @@ static void the_last_word_is_the_centre(void **unused) {
     assert_int_equal(s.device.valve, 0);
 }
 
-/* Threads of this process, as /proc has them, that block what may be sent to end it. */
+/* Returns the number of this process's threads that block the signals by which it is ended (from
+ * /proc). */
 static int threads_without_signals(void) {
     static const int ends[] = {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGALRM};
     DIR *tasks = opendir("/proc/self/task");
@@ -561,10 +568,11 @@ static void no_signal_interrupts_the_thread_that_talks(void **unused) {
     assert_int_equal(during, before + 1);
 }
 
-/* A slow device first answers an earlier request and then the present one. */
+/* A slow device first answers an earlier request, and then the present one. */
 static void a_device_that_is_late_is_no_second_one(void **unused) {
     (void)unused;
-    struct session s = {.sensor_age_s = 0.02}; /* the connection is abandoned after 0.5 s of them */
+    struct session s = {.sensor_age_s = 0.02}; /* after 0.5 s of such time-outs the connection is
+                                                * abandoned */
     struct hal_sample sample;
     uint32_t flags = 0;
     session_begin(&s);
@@ -604,7 +612,7 @@ static uint16_t crc(const uint8_t *data, size_t size) {
     return c;
 }
 
-/* A serial line whose device's end the test holds. */
+/* A serial line; the test is the device at its end. */
 struct serial {
     int device;
     struct modbus_link *link;
@@ -645,7 +653,8 @@ static void a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one(void **
     uint16_t read[MODBUS_READ] = {0};
     serial_open(&s, 115200);
     int first = serial_exchange(&s, read);
-    serial_answer(&s, 77); /* to the first request, when nobody waits for it any more */
+    serial_answer(&s, 77); /* answers the first request, when nobody waits for that answer any
+                            * more */
     int second = serial_exchange(&s, read);
     serial_close(&s);
     assert_int_equal(first, -1);
@@ -653,7 +662,7 @@ static void a_late_answer_on_a_serial_line_is_not_taken_for_the_next_one(void **
     assert_int_not_equal(read[0], 77);
 }
 
-/* Does not depend on the machine's speed: the silence is a lower bound. */
+/* The claim does not depend on the machine's speed, because the silence is a lower bound. */
 static void a_request_waits_for_the_silence_after_what_was_before(void **unused) {
     (void)unused;
     static const int bauds[] = {1200, 115200};
@@ -671,7 +680,7 @@ static void a_request_waits_for_the_silence_after_what_was_before(void **unused)
     }
 }
 
-/* Reads the device's n-th request. */
+/* Reads the next request at the device's end; false if the line has ended. */
 static bool serial_request(const struct serial *s, uint8_t request[8]) {
     for (size_t got = 0; got < 8;) {
         ssize_t n = read(s->device, request + got, 8 - got);
@@ -681,7 +690,7 @@ static bool serial_request(const struct serial *s, uint8_t request[8]) {
     return true;
 }
 
-/* The first answer is corrupted. */
+/* Answers two requests; the first answer is corrupted. */
 static void *answers_badly_at_first(void *argument) {
     static const uint8_t who[] = {1, 3, 4, 0x48, 0x45, 0, MODBUS_MAP_VERSION};
     const struct serial *s = argument;
@@ -712,7 +721,7 @@ static int greet_with(void *(*device)(void *), struct error *error) {
     assert_int_equal(pthread_create(&thread, NULL, device, &s), 0);
     int status = modbus_link_greet(s.link, "rtu:line", who, error);
     if (!status) assert_int_equal(who[0], MODBUS_IS_HEXID);
-    modbus_link_close(s.link); /* the line is hung up: the device's read ends */
+    modbus_link_close(s.link); /* hangs up, so that the read at the device's end returns */
     pthread_join(thread, NULL);
     close(s.device);
     return status;

@@ -1,6 +1,6 @@
 /* The whole Modbus back-end and the whole device at the ends of a serial line that the test
  * carries: it echoes, loses requests, or is as strict about silence as a device may be. Measured
- * times are lower bounds only, so a slow host changes nothing. */
+ * times are lower bounds only, so they do not depend on the host's speed. */
 #include "support.h"
 
 #include <fcntl.h>
@@ -28,18 +28,18 @@ struct line {
     struct hal *hal;
     struct device *device;
     struct error error;
-    int wire[ENDS], kept[ENDS];    /* the test's side; its other ends, kept open so that no end
-                                    * hangs up */
+    int wire[ENDS], kept[ENDS];    /* the test's ends of both lines; the other ends, kept open so
+                                    * that no line hangs up */
     char name[ENDS][64];
     pthread_t wire_thread, device_thread;
     _Atomic bool wire_stop, device_stop;
     bool echoes_to_device;
-    int64_t strict_ns;             /* silence that a request needs to be heard; 0: none */
-    _Atomic int lose;              /* number of the next requests to lose */
+    int64_t strict_ns;             /* silence that the device requires before a request; 0: none */
+    _Atomic int lose;              /* number of requests to lose from now on */
     _Atomic int requests, claims, lost;
-    uint8_t request[ADU_MAX];      /* the part received so far */
+    uint8_t request[ADU_MAX];      /* the part of a request received so far */
     size_t filled;
-    int64_t answered_ns;           /* time before the last byte of an answer was handed on */
+    int64_t answered_ns;           /* time before the last byte of an answer was passed on */
 };
 
 static void wire_open(struct line *l, int end) {
@@ -53,7 +53,7 @@ static void wire_open(struct line *l, int end) {
     assert_true(l->kept[end] >= 0);
 }
 
-/* Size of the request that starts here; 0: not known yet. */
+/* Returns the size of the request that starts here; 0: not known yet. */
 static size_t request_size(const uint8_t *request, size_t filled) {
     size_t head = filled < 2 ? 0 : request[1] == FUNCTION_EXCHANGE ? 11 : request[1] == FUNCTION_WRITE ? 7 : 6;
     if (!head || filled < head) return 0;
@@ -154,7 +154,8 @@ static uint32_t line_cycles(struct line *l, int count) {
     return flags;
 }
 
-/* The device receives each of its own answers, which are no requests of the master. */
+/* The device receives each of its own answers, and must not take them for requests of the
+ * master. */
 static void an_adapter_of_the_device_that_hears_itself_disturbs_nothing(void **unused) {
     (void)unused;
     struct line l = {.echoes_to_device = true};
@@ -178,8 +179,8 @@ static void a_device_that_misses_the_first_request_is_asked_again(void **unused)
     assert_int_equal(lost, 1);
 }
 
-/* The loss costs two periods, however old a reading may be; half a second of silence would mean a
- * new connection. */
+/* The loss costs two periods, however old a reading may be; half a second of silence would cost the
+ * connection. */
 static void a_request_lost_on_the_line_does_not_cost_the_connection(void **unused) {
     (void)unused;
     struct line l = {0};
@@ -207,8 +208,8 @@ static void a_strict_device_hears_every_request_where_the_period_has_room(void *
     assert_int_equal(lost, 0);
 }
 
-/* If the host stalls between answer and request, the device may hear it by chance; the test then
- * tries again. */
+/* If the host stalls between answer and request, the device may accept the request by chance; the
+ * test then tries again. */
 static void a_strict_device_is_refused_where_the_period_has_no_room(void **unused) {
     (void)unused;
     struct line l = {.strict_ns = ns_from_seconds(modbus_silence_s(BAUD))};

@@ -40,7 +40,7 @@ static void pass(struct rig *r, int ms) {
 
 static void put(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
 
-/* Returns 0 or the negative exception. */
+/* Sends a request. Returns 0 or the negative exception. */
 static int ask(struct rig *r, const struct modbus_peer *from, const uint8_t *request, size_t size) {
     memset(r->answer, 0xee, sizeof r->answer);
     r->size = modbus_server_answer(&r->server, from, request, size, r->now_ns, r->answer);
@@ -50,7 +50,7 @@ static int ask(struct rig *r, const struct modbus_peer *from, const uint8_t *req
     return -r->answer[1];
 }
 
-/* Returns the register, or FAILED plus the exception. */
+/* Returns the register's value, or FAILED plus the exception. */
 static int read_one(struct rig *r, unsigned address) {
     uint8_t request[5] = {FUNCTION_READ};
     put(request + 1, address), put(request + 3, 1);
@@ -78,7 +78,7 @@ static int claim(struct rig *r, const struct modbus_peer *from, uint32_t token, 
     return write_values(r, from, MODBUS_WATCHDOG_MS, MODBUS_CLAIMED, claimed);
 }
 
-/* One cycle as the daemon sends it. */
+/* Sends one cycle's request as the daemon does. */
 static int command(struct rig *r, const struct modbus_peer *from, uint32_t token, uint16_t number, double opening) {
     const struct hal_command sent = {.valve = {opening, opening, opening, opening, opening, opening}, .supply = number % 2};
     uint16_t written[MODBUS_WRITTEN];
@@ -166,7 +166,7 @@ static void anybody_elses_write_moves_nothing_and_is_counted(void **unused) {
     rig_free(&r);
 }
 
-/* A second daemon asks, and the first one does not even notice. */
+/* A second daemon asks for the machine, and the first one does not notice. */
 static void a_claim_of_an_owned_machine_is_refused_without_a_trace(void **unused) {
     (void)unused;
     struct rig r;
@@ -182,7 +182,7 @@ static void a_claim_of_an_owned_machine_is_refused_without_a_trace(void **unused
     rig_free(&r);
 }
 
-/* Exact to the millisecond; the former master is then a stranger. */
+/* The time is exact to the millisecond. The former master then has no rights. */
 static void a_master_silent_for_the_watchdogs_time_can_be_replaced(void **unused) {
     (void)unused;
     struct rig r;
@@ -199,7 +199,7 @@ static void a_master_silent_for_the_watchdogs_time_can_be_replaced(void **unused
     rig_free(&r);
 }
 
-/* Nobody else claimed it, so it continues. */
+/* Nobody else has claimed the machine, so the master continues. */
 static void a_master_that_was_silent_is_still_the_master(void **unused) {
     (void)unused;
     struct rig r;
@@ -208,7 +208,7 @@ static void a_master_that_was_silent_is_still_the_master(void **unused) {
     command(&r, &first, TOKEN, 1, 1.0);
     pass(&r, 500);
     assert_int_equal(command(&r, &first, TOKEN, 2, 0.0), 0);
-    /* the state in which the command found it */
+    /* the status at the time when the command came */
     assert_int_equal(reading(&r).status, MODBUS_SILENT);
     rig_free(&r);
 }
@@ -223,8 +223,8 @@ static void who_only_reads_loses_the_machine(void **unused) {
     rig_free(&r);
 }
 
-/* The connection was lost and restored within the watchdog's time; the old one, half open, has no
- * owner. */
+/* The connection was lost and made again within the watchdog's time. The old connection, half open,
+ * no longer belongs to the owner. */
 static void the_same_token_takes_the_machine_over_to_a_new_connection(void **unused) {
     (void)unused;
     struct rig r;
@@ -267,15 +267,15 @@ static void a_new_master_finds_the_valves_centred_and_the_devices_own_watchdog(v
     assert_int_equal(write_values(&r, &second, MODBUS_TOKEN, 2, token), 0);
     assert_int_equal(read_one(&r, MODBUS_VALVE), 0);
     assert_int_equal(read_one(&r, MODBUS_WATCHDOG_MS), OWN_WATCHDOG_MS);
-    pass(&r, 100); /* the swing dies out */
+    pass(&r, 100); /* the oscillation decays */
     double held_m = length_m(&r);
     pass(&r, 100);
     assert_close(length_m(&r), held_m, 1e-3);
     rig_free(&r);
 }
 
-/* The former owner was silent for the watchdog time that it set last. Its last command would hold
- * for longer, but ends with the hand-over. */
+/* The former owner was silent for the watchdog's time that it set last. By the time in force when
+ * it was sent, its last command would act for longer, but it ends with the hand-over. */
 static void a_hand_over_ends_a_command_that_still_holds(void **unused) {
     (void)unused;
     struct rig r;
@@ -320,7 +320,7 @@ static void nobody_can_read_the_token(void **unused) {
     rig_free(&r);
 }
 
-/* SAFETY: tries every value. */
+/* SAFETY: all values are tried. */
 static void a_watchdog_outside_its_bounds_is_refused(void **unused) {
     (void)unused;
     struct rig r;
@@ -346,8 +346,8 @@ static void a_claim_with_a_bad_watchdog_claims_nothing(void **unused) {
     rig_free(&r);
 }
 
-/* While the valves are driven it can only become shorter; a claim by the same master does not
- * circumvent this. */
+/* While the valves are driven the watchdog can only become shorter; a claim by the same master does
+ * not circumvent this. */
 static void a_watchdog_becomes_longer_only_while_the_valves_are_centred(void **unused) {
     (void)unused;
     struct rig r;
@@ -390,7 +390,8 @@ static void what_is_the_devices_to_say_cannot_be_written(void **unused) {
     rig_free(&r);
 }
 
-/* Every span of two registers and every address: exception 2 exactly for missing ones. */
+/* Reads every span of two registers and every address; exactly the missing ones give exception
+ * 2. */
 static void registers_that_are_not_there_are_an_exception(void **unused) {
     (void)unused;
     struct rig r;

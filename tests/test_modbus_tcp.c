@@ -12,7 +12,7 @@
 #include "backends.h"
 #include "device.h"
 
-/* A question for registers 0 and 1. */
+/* A request for registers 0 and 1. */
 static const uint8_t question[] = {0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 2};
 enum { ANSWER = 13, PATIENCE_MS = 60000 /* far beyond what any host needs */ };
 
@@ -83,11 +83,11 @@ static void a_client_alone_is_answered(void **unused) {
     ask(fd, 1);
     bool answered = comes(fd, POLLIN) && recv(fd, answer, sizeof answer, MSG_WAITALL) == ANSWER;
     close(fd);
-    if (!answered) _exit(1); /* the device's thread never ends */
+    if (!answered) _exit(1); /* exits, because the device's thread would never end */
     served_end(&s);
 }
 
-/* The answers to 2000 questions are more than both buffers hold. */
+/* The answers to 2000 requests are more than both buffers have room for. */
 static void a_client_that_reads_no_answers_is_cut_off(void **unused) {
     (void)unused;
     struct served s = {0};

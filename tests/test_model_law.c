@@ -1,5 +1,5 @@
-/* The control law `model` on the simulated machine: what it follows, with what it knows and where
- * it is wrong about the machine, and how it hands over to the PID. */
+/* The control law `model` on the simulated machine: how well it follows with a right and with a
+ * wrong model of the machine, and how it hands over to the PID. */
 #include "support.h"
 
 #include "control_rig.h"
@@ -25,7 +25,7 @@ static void rub(struct params *params, double force_n) {
     set_effect(params, "cylinder_coulomb_friction", 1, force_n);
 }
 
-/* Greatest errors of all six tests. */
+/* Largest errors of all six tests. */
 struct worst {
     double amplitude_pct, phase_deg, unwanted_pct;
 };
@@ -47,7 +47,7 @@ static struct control_figures drive(const struct params *machine, const struct p
     return f;
 }
 
-/* Frequencies of 0.1, 0.2 and 0.37 of the lowest oil column, with the sensors' noise. */
+/* The frequencies are 0.1, 0.2 and 0.37 of the lowest oil column's, with the sensors' noise. */
 static void six_sines(enum engine_kind engine) {
     static const double hz[3] = {2.0, 4.0, 8.0};
     for (int n = getenv("CHECK") ? 2 : 0; n < 3; n++) {
@@ -112,7 +112,7 @@ static void a_delay_and_a_dead_band_that_are_known_do_not_count(void **unused) {
     assert_below(worst_of(&f).phase_deg, 0.5);
 }
 
-/* Machines that are far from what the controller knows are driven without shaking and without a
+/* Machines that are far from the controller's model are driven without shaking and without a
  * fault. */
 static void what_is_wrong_by_far_is_still_stable(void **unused) {
     (void)unused;
@@ -130,7 +130,7 @@ static void what_is_wrong_by_far_is_still_stable(void **unused) {
     }
 }
 
-/* One cycle of a law at neutral, on a move, with these pressures. */
+/* Runs one cycle of the law at neutral, in a move, with these pressures. Returns its doubts. */
 static uint32_t doubts_of(struct params *params, double p1_pa, double p2_pa, double rate_mps, uint32_t suspect) {
     struct kinematics k;
     struct model_law law;
@@ -172,7 +172,7 @@ static void a_delay_beyond_its_horizon_is_refused(void **unused) {
     assert_int_equal(platform_init(&platform, &params, &error), STATUS_OK);
 }
 
-/* A back-end centres the valve of a command that is no number. */
+/* A back-end centres a valve whose command is NaN, so the law must not turn NaN into a number. */
 static void a_command_that_is_no_number_stays_none(void **unused) {
     (void)unused;
     struct params params = sines(CONTROL_MODEL, ENGINE_CLOSED_FORM, 4.0);
@@ -183,9 +183,9 @@ static void a_command_that_is_no_number_stays_none(void **unused) {
     assert_int_equal(kinematics_init(&k, &params, &error), STATUS_OK);
     assert_int_equal(model_law_init(&law, &params, &k, &error), STATUS_OK);
     pid_reset(&pid, 1.6, 0.0);
-    assert_true(isnan(model_law_command(&law, 0, &pid, 1.6, (double)NAN, 0.0)));
+    assert_true(isnan(model_law_command(&law, &params.control, 0, &pid, 1.6, (double)NAN, 0.0)));
     pid_reset(&pid, 1.6, 0.0);
-    assert_true(model_law_command(&law, 0, &pid, 3.0, 1.6, 0.0) == params.control.output_limit);
+    assert_true(model_law_command(&law, &params.control, 0, &pid, 3.0, 1.6, 0.0) == params.control.output_limit);
 }
 
 /* Drives a test of x, and takes leg 3's pressure away for a while from its middle on. */
@@ -197,7 +197,7 @@ static void the_hand_over_has_no_bump(void **unused) {
     struct plant *plant = plant_create(&params, 1, &error);
     struct cycle c = {0}, before = {0};
     params.tests.duration_s = 4.0;
-    params.limits.bad_cycles = 1000; /* the sensor's fault would park the platform */
+    params.limits.bad_cycles = 1000; /* high, because the sensor's fault would park the platform */
     double usual = 0.0, at_change = 0.0, last_error_m = 0.0;
     bool handed = false, back = false;
     assert_int_equal(platform_init(&platform, &params, &error), STATUS_OK);

@@ -28,7 +28,7 @@ static double rests(double t_s) { return fmod(t_s, 10.0) < 5.0 ? sine(t_s) : 0.0
 static double sweep(double t_s) { return sin(2.0 * PI * (0.3 * t_s + 0.05 * t_s * t_s)); }
 static double still(double t_s) { return 0.0 * t_s; }
 
-/* Records so many seconds along a path, with a force and sensor noise. */
+/* Records a motion along a path for `seconds`, with a force and sensor noise. */
 static void record(struct recording *r, path *along, double seconds, double stated_hz) {
     uint64_t state = 3;
     struct error error;
@@ -61,12 +61,12 @@ static void a_sinusoid_is_told_from_other_motions(void **unused) {
     assert_false(steady(sweep, 1.0, 1.0));
     assert_false(steady(still, 1.0, 1.0));
     assert_false(steady(sine, 1.0, (double)NAN));
-    assert_true(steady(distorted, 1.0, 1.0)); /* a weak loop's motion if stated; otherwise another
-                                               * motion */
+    assert_true(steady(distorted, 1.0, 1.0)); /* the distorted motion of a weak loop, if its
+                                               * frequency is stated; otherwise another motion */
     assert_false(steady(distorted, 3.0, 1.0));
 }
 
-/* Segments follow one another inside the record, none at rest, each with its margins. */
+/* Segments follow one another inside the record, each with its margins; no segment is at rest. */
 static void segments_cover_what_moves(void **unused) {
     (void)unused;
     struct recording r;
@@ -92,7 +92,7 @@ static void segments_cover_what_moves(void **unused) {
 
 static double two_tones(double t_s) { return sin(2.0 * PI * 1.7 * t_s) + 0.5 * sin(2.0 * PI * 2.9 * t_s); }
 
-/* Logged in bursts: the motion is the same, and so are its segments. */
+/* A record in bursts has the same motion, and so the same segments. */
 static void a_record_in_bursts_is_cut_as_it_moves(void **unused) {
     (void)unused;
     static const double lasts_s[] = {5.0, 2.0, 1.5}, every_s[] = {5.0, 5.0, 4.0};
@@ -109,7 +109,8 @@ static void a_record_in_bursts_is_cut_as_it_moves(void **unused) {
         t->count = t->end = kept;
         if (motion_cut(&r, 0, &error)) fail_msg("%g s of %g s: %s", lasts_s[n], every_s[n], error.text);
         if (!n) whole_s = t->segment_s;
-        assert_close(t->segment_s, whole_s, 0.2 * whole_s); /* a bin of the shortest segments */
+        assert_close(t->segment_s, whole_s, 0.2 * whole_s); /* tolerance: one bin of the shortest
+                                                             * segments */
         recording_free(&r);
     }
     step_s = 1e-3;
@@ -125,13 +126,13 @@ static void what_is_too_short_or_still_is_refused(void **unused) {
     assert_int_equal(r.tests, 1);
     recording_free(&r);
     record(&r, sweep, 20.0, 1.0);
-    /* two of three are lost */
+    /* two of three samples are lost */
     for (int i = 0; i < r.test[0].count; i++) r.test[0].sample[i].refused = i % 3 ? REFUSED_LATE : REFUSED_NOT;
     assert_int_equal(motion_cut(&r, 0, &error), STATUS_USAGE);
     recording_free(&r);
 }
 
-/* A short record with slow sampling: the samples limit the band but suffice for every segment's
+/* In a short record with slow sampling, the samples limit the band, but suffice for every segment's
  * series. */
 static void a_slow_rate_limits_the_band(void **unused) {
     (void)unused;
@@ -141,7 +142,7 @@ static void a_slow_rate_limits_the_band(void **unused) {
     step_s = 0.01;
     record(&r, sweep, 8.0, 1.0);
     step_s = 1e-3;
-    /* occasionally one is lost */
+    /* occasionally a sample is lost */
     for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].refused = REFUSED_LATE;
     if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
@@ -160,7 +161,8 @@ static void a_segment_knows_its_acceleration(void **unused) {
     double needed[LEGS][RESIDUAL_SIZE], square = 0.0, off = 0.0;
     record(&r, sweep, 20.0, 1.0);
     if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
-    for (int i = 0; i < r.test[0].count; i++) { /* the force that a mass without friction needs */
+    for (int i = 0; i < r.test[0].count; i++) { /* the force is what a mass without friction
+                                                 * needs */
         double t = i * step_s, phase = 2.0 * PI * (0.3 * t + 0.05 * t * t), w = 2.0 * PI * (0.3 + 0.1 * t);
         r.test[0].sample[i].force_n[0] = params.axis.mass_kg * AMPLITUDE_M * (0.2 * PI * cos(phase) - w * w * sin(phase));
     }
@@ -183,8 +185,8 @@ static void a_segment_knows_its_acceleration(void **unused) {
     recording_free(&r);
 }
 
-/* Differences from the recorded path away from the ends, of the series alone and with the fast
- * motion added: the maximum for the length, the rms for the rate, which a corner does not have. */
+/* Differences from the recorded path away from its ends, of the series alone and with the fast
+ * motion added. Lengths have the maximum; rates have the rms, because a corner has no rate. */
 struct differences {
     double series_m, length_m, series_mps, rate_mps;
 };
@@ -211,7 +213,8 @@ static struct differences differ(const struct recording *r, path *along) {
     return d;
 }
 
-/* About every half second lost_s are missing, shifted by shift_s. */
+/* Returns the differences for a record with a gap of lost_s about every half second, shifted by
+ * shift_s. */
 static struct differences differ_without(path *along, double lost_s, double shift_s) {
     struct recording r;
     record(&r, along, 7.0, 1.0);
@@ -226,21 +229,21 @@ static struct differences differ_without(path *along, double lost_s, double shif
 }
 
 /* At a triangle's corners a series of 4.4 Hz is off by 0.5 mm and a third of the speed. Local lines
- * with windows of 19 ms either way blunt them by 0.1 mm (20 mm/s times a quarter of that), of 30 ms
- * by 0.15 mm. */
+ * over 19 ms to either side round the corners by 0.1 mm (20 mm/s times a quarter of that), over 30
+ * ms by 0.15 mm. */
 static void what_the_series_lacks_is_in_the_fast_motion(void **unused) {
     (void)unused;
     struct differences d = differ_without(triangle, 0.0, 0.0);
     assert_true(d.series_m > 4e-4 && d.series_mps > 6e-3);
     assert_below(d.length_m, 1.1e-4);
     assert_below(d.rate_mps, 2.6e-3);
-    /* lost on the straight parts; then around the corners */
+    /* gaps on the straight parts, then at the corners */
     d = differ_without(triangle, 0.06, 0.0);
     assert_below(d.length_m, 1.1e-4);
     assert_below(d.rate_mps, 2.6e-3);
     d = differ_without(triangle, 0.06, 0.25);
     assert_true(d.length_m < d.series_m && d.rate_mps < d.series_mps);
-    /* three samples per window */
+    /* each window has three samples */
     step_s = 0.01;
     d = differ_without(triangle, 0.0, 0.0);
     step_s = 1e-3;
@@ -252,7 +255,7 @@ static void what_the_series_lacks_is_in_the_fast_motion(void **unused) {
     assert_below(d.rate_mps, 5e-5);
 }
 
-/* The motion in a gap at a corner is unknown; a gap between two corners hides nothing. */
+/* The motion in a gap at a corner is unknown; a gap between two corners hides nothing unknown. */
 static void a_gap_is_bridged_where_the_motion_goes_on(void **unused) {
     (void)unused;
     static const struct {

@@ -1,5 +1,5 @@
-/* The nominal inertia matrix against the paper, against the kinetic energy of the thirteen bodies,
- * and in its limits. */
+/* The nominal inertia matrix agrees with the paper, with the kinetic energy of the thirteen bodies,
+ * and with its limits. */
 #include "support.h"
 
 #include "lin.h"
@@ -27,8 +27,8 @@ static const double neutral[DOFS] = {0};
 
 static void neutral_matrix_is_that_of_the_papers_tables(void **unused) {
     (void)unused;
-    /* docs/method.md section 3: Tables 1 and 2 in (A1)-(A6), computed by another program; three
-     * decimals. */
+    /* docs/method.md, section 3: Tables 1 and 2 inserted into (A1)-(A6) by another program, to
+     * three decimals */
     const double expected[DOFS][DOFS] = {{272.009, 0, 0, 0, 14.915, 0}, {0, 272.009, 0, -14.915, 0, 0}, {0, 0, 272.392, 0, 0, 0},
                                          {0, -14.915, 0, 30.688, 0, 0}, {14.915, 0, 0, 0, 30.688, 0},   {0, 0, 0, 0, 0, 53.221}};
     struct machine m = machine_default();
@@ -40,7 +40,7 @@ static void neutral_matrix_is_that_of_the_papers_tables(void **unused) {
 static void a_payload_3_mm_higher_gives_the_papers_printed_matrix(void **unused) {
     (void)unused;
     struct machine m = machine_default();
-    /* docs/method.md section 3: the printed h is rounded */
+    /* the h that the paper prints is rounded (docs/method.md, section 3) */
     m.params.payload.center_height_m = 0.1632;
     struct error error;
     assert_int_equal(kinematics_init(&m.kinematics, &m.params, &error), 0);
@@ -51,7 +51,7 @@ static void a_payload_3_mm_higher_gives_the_papers_printed_matrix(void **unused)
     int row, column, rows = 0;
     assert_int_equal(fscanf(table, "%*[^\n]"), 0);
     while (fscanf(table, " %*[^,],%d,%d,%*f,%*f,%*f,%*f,%lf,%*[^\n]", &row, &column, &nominal) == 3) {
-        /* Izz, which is independent of h, is 0.11 % off in print */
+        /* tolerance: the paper's Izz, which is independent of h, is off by 0.11 % */
         assert_below(fabs(mt[row - 1][column - 1] / nominal - 1), 1.2e-3);
         rows++;
     }
@@ -59,7 +59,7 @@ static void a_payload_3_mm_higher_gives_the_papers_printed_matrix(void **unused)
     assert_int_equal(rows, 10);
 }
 
-/* Position of a leg's upper joint, its length and direction, from the geometry alone. */
+/* Computes a leg's length and direction from the geometry alone. */
 static void leg_at(const struct kinematics *k, int leg, const double pose[DOFS], double *length_m, double n[3]) {
     double t[3][3], square = 0;
     rotation_from_angles(pose[3], pose[4], pose[5], t);
@@ -72,8 +72,8 @@ static void leg_at(const struct kinematics *k, int leg, const double pose[DOFS],
     for (int r = 0; r < 3; r++) n[r] /= *length_m;
 }
 
-/* Kinetic energy by differences of positions: payload m v^2/2 + w' I w / 2, leg ma Ldot^2/2 + g(L)
- * Omega^2/2. */
+/* Returns the kinetic energy by differences of positions: payload m v^2/2 + w' I w / 2, leg ma
+ * Ldot^2/2 + g(L) Omega^2/2. */
 static double kinetic_energy(const struct machine *m, const double pose[DOFS], const double rate[DOFS]) {
     const double step = 1e-5;
     const struct payload_params *p = &m->params.payload;
@@ -105,7 +105,8 @@ static double kinetic_energy(const struct machine *m, const double pose[DOFS], c
     return energy;
 }
 
-/* [velocity; angular velocity in {B}] from pose rates: omega = T P(b) bdot. */
+/* Computes the twist, velocity and angular velocity in {B}, from pose rates: omega = T P(b)
+ * bdot. */
 static void twist_from_rate(const double pose[DOFS], const double rate[DOFS], double twist[DOFS]) {
     double t[3][3], sp = sin(pose[3]), cp = cos(pose[3]), st = sin(pose[4]), ct = cos(pose[4]);
     const double body[3] = {rate[3] - st * rate[5], cp * rate[4] + ct * sp * rate[5], -sp * rate[4] + ct * cp * rate[5]};
@@ -116,8 +117,8 @@ static void twist_from_rate(const double pose[DOFS], const double rate[DOFS], do
     }
 }
 
-/* An asymmetric machine, since symmetry could hide errors: joints near their circles, an off-centre
- * payload, six different legs. */
+/* Returns an asymmetric machine, because symmetry could hide errors: joints near their circles, an
+ * off-centre payload, six different legs. */
 static struct machine machine_at_random(uint64_t *state) {
     struct machine m = machine_default();
     struct error error;
@@ -153,7 +154,8 @@ static void matrix_gives_the_kinetic_energy_of_all_bodies_in_any_pose(void **unu
         nominal_matrix(&m.params, &m.kinematics, pose, mt);
         for (int r = 0; r < DOFS; r++)
             for (int c = 0; c < DOFS; c++) energy += twist[r] * mt[r][c] * twist[c] / 2;
-        /* Central differences over 1e-5 s: truncation 1e-10, rounding 1e-11. */
+        /* tolerance: central differences over 1e-5 s have a truncation of 1e-10 and a rounding of
+         * 1e-11 */
         assert_below(fabs(energy / kinetic_energy(&m, pose, rate) - 1), 1e-8);
     }
 }

@@ -12,7 +12,7 @@
 
 static char directory[] = "/tmp/notify.XXXXXX", path[64], abstract[64];
 
-/* A manager that listens on this name; "@" marks one without a file. */
+/* Opens a manager's socket with this name; "@" marks one without a file. */
 static int listen_on(const char *name) {
     struct sockaddr_un at = {.sun_family = AF_UNIX};
     memcpy(at.sun_path, name, strlen(name));
@@ -65,7 +65,7 @@ static void both_kinds_of_names_are_heard(void **unused) {
         assert_int_equal(notify_open(&n, &error), STATUS_OK);
         notify_send(&n, "READY=1");
         hears(manager, "READY=1");
-        notify_alive(&n); /* no watchdog was requested */
+        notify_alive(&n); /* sends nothing, because no watchdog was requested */
         hears(manager, NULL);
         notify_close(&n);
         close(manager);
@@ -84,7 +84,7 @@ static void a_sign_of_life_comes_twice_in_the_time_allowed(void **unused) {
     hears(manager, "WATCHDOG=1");
     notify_alive(&n);
     hears(manager, NULL);
-    n.alive_ns -= n.every_ns; /* as if that time had passed */
+    n.alive_ns -= n.every_ns; /* as if the interval between two messages had passed */
     notify_alive(&n);
     hears(manager, "WATCHDOG=1");
     notify_close(&n);
@@ -118,10 +118,11 @@ static void a_manager_that_takes_nothing_holds_nobody_up(void **unused) {
     struct error error;
     int manager = listen_on(path);
     assert_int_equal(notify_open(&n, &error), STATUS_OK);
-    /* more than any socket's queue holds */
+    /* more messages than any socket's queue has room for */
     for (int i = 0; i < 100000; i++) notify_send(&n, "STATUS=settled");
     close(manager);
-    notify_send(&n, "STATUS=settled"); /* nobody listens: no signal, no exit */
+    notify_send(&n, "STATUS=settled"); /* nobody listens any more: this causes neither a signal nor
+                                        * an exit */
     notify_close(&n);
 }
 

@@ -1,7 +1,9 @@
-/* Operators' requests against a loop that reads them when told to: a stop is never lost, whatever
- * comes with it, and no operator who leaves abandons a moving machine. */
+/* Operators' requests to a loop that reads them when the test lets it: a stop is never lost,
+ * whatever comes with it, and an operator who leaves never leaves a moving machine behind. */
 #include "support.h"
 
+#include "config.h"
+#include "gains.h"
 #include "operator.h"
 #include "units.h"
 
@@ -43,7 +45,7 @@ static void ask(uint64_t peer, enum command command, int64_t now_ns) { ask_as(pe
 static enum command asked(void) { return mailbox_read(&loop.requests).command; }
 static uint32_t posted(void) { return mailbox_read(&loop.requests).id; }
 
-/* Expects the last answer to go to this peer with this outcome. */
+/* Asserts that the last answer went to this peer with this outcome. */
 static void expect(uint64_t peer, enum outcome outcome) {
     assert_true(answers > 0);
     assert_int_equal(answered[(answers - 1) % ANSWERS].peer, peer);
@@ -77,7 +79,7 @@ static void a_move_does_not_take_the_place_of_a_stop(void **unused) {
         ask(A, stops[i], 2);
         ask(B, COMMAND_START, 3);
         expect(B, OUTCOME_REFUSED);
-        operator_tick(&operator, 2 * NS_PER_S); /* the loop stalls, for however long */
+        operator_tick(&operator, 2 * NS_PER_S); /* the loop stalls, however long */
         ask(B, COMMAND_START, 2 * NS_PER_S);
         assert_int_equal(asked(), stops[i]);
         loop_acts(STATE_PARKING, true);
@@ -146,8 +148,8 @@ static void what_moves_comes_from_who_may_move_it_alone(void **unused) {
     }
 }
 
-/* Anybody sends ten thousand requests per second that are refused: each is answered, and the
- * terminal shows five per second and their number. */
+/* Somebody without the right sends ten thousand requests per second. Each is refused with an
+ * answer, and the terminal shows five per second and their number. */
 static void refusals_are_answered_and_do_not_flood_the_terminal(void **unused) {
     (void)unused;
     begin(STATE_READY);
@@ -158,6 +160,118 @@ static void refusals_are_answered_and_do_not_flood_the_terminal(void **unused) {
     assert_non_null(strstr(last_said, "commands before it"));
     ask_as(B, false, COMMAND_ENGAGE, 4 * NS_PER_S);
     assert_null(strstr(last_said, "before it"));
+}
+
+static struct gain_change change_of(double kp) {
+    struct gain_change c = {.digest = config_digest(&params), .from = gains_of(&params.control), .to = gains_of(&params.control)};
+    c.to.value[GAIN_KP] = kp;
+    return c;
+}
+
+static void set_as(uint64_t peer, const struct gain_change *c, int64_t now_ns) {
+    operator_take(&operator, peer, &(struct command_request){.id = 7, .command = COMMAND_SET, .sets = true, .change = *c}, true, now_ns);
+}
+
+/* The loop's gains are those that it drives with; the test acts as the loop. */
+static void begin_with_gains(enum state state) {
+    begin(state);
+    struct gains gains = gains_of(&params.control);
+    gains_box_put(&loop.present, &gains);
+}
+
+static const char *answered_text(void) { return answered[(answers - 1) % ANSWERS].a.text; }
+
+static void gains_are_told_and_set(void **unused) {
+    (void)unused;
+    begin_with_gains(STATE_READY);
+    ask(A, COMMAND_SET, 1); /* a question: nothing is posted */
+    expect(A, OUTCOME_DONE);
+    assert_string_equal(answered_text(), "sim control.kp=40 control.ki=20 control.kd=0 control.kff=2 control.kpf=2e-05");
+    assert_int_equal(posted(), 0);
+    struct gain_change c = change_of(45.0);
+    struct gains asked_for;
+    set_as(A, &c, 2);
+    assert_int_equal(asked(), COMMAND_SET);
+    assert_true(gains_box_get(&loop.gains, &asked_for) && asked_for.value[GAIN_KP] == 45.0);
+    gains_box_put(&loop.present, &c.to);
+    loop_acts(STATE_READY, true);
+    operator_tick(&operator, 3);
+    expect(A, OUTCOME_DONE);
+    assert_non_null(strstr(answered_text(), "control.kp=45 "));
+    assert_true(answered[(answers - 1) % ANSWERS].a.lease_s == 0.0);
+}
+
+/* A set is not posted if its client computed another loop, or if it changes a gain by too much. */
+static void gains_of_another_loop_or_too_far_away_are_refused(void **unused) {
+    (void)unused;
+    static const char *const why[] = {"configuration is not this machine's", "changed in between", "factor of 1.4", "factor of 1.4",
+                                      "from 0"};
+    for (int i = 0; i < 5; i++) {
+        begin_with_gains(STATE_READY);
+        struct gain_change c = change_of(45.0);
+        if (i == 0) c.digest++;
+        if (i == 1) c.from.value[GAIN_KPF] *= 1.1;
+        if (i == 2) c.to.value[GAIN_KP] = 57.0;
+        if (i == 3) c.to.value[GAIN_KP] = (double)NAN;
+        if (i == 4) c.to.value[GAIN_KD] = 0.01;
+        set_as(A, &c, 1);
+        expect(A, OUTCOME_REFUSED);
+        if (!strstr(answered_text(), why[i])) fail_msg("%d: %s", i, answered_text());
+        assert_int_equal(posted(), 0);
+    }
+}
+
+/* SAFETY: a set never takes the place of a stop, and one that the loop does not see is taken back
+ * without a stop, which could end another operator's motion. */
+static void a_stop_comes_before_gains(void **unused) {
+    (void)unused;
+    begin_with_gains(STATE_READY);
+    struct gain_change c = change_of(45.0);
+    ask(A, COMMAND_PARK, 1);
+    set_as(B, &c, 2);
+    expect(B, OUTCOME_REFUSED);
+    assert_int_equal(asked(), COMMAND_PARK);
+    begin_with_gains(STATE_READY);
+    set_as(A, &c, 1);
+    ask(B, COMMAND_STOP, 2);
+    assert_int_equal(asked(), COMMAND_STOP);
+    loop_acts(STATE_READY, true);
+    operator_tick(&operator, 3);
+    expect(B, OUTCOME_DONE);
+    assert_true(answered[(answers - 2) % ANSWERS].peer == A && answered[(answers - 2) % ANSWERS].a.outcome == OUTCOME_REFUSED);
+    begin_with_gains(STATE_READY);
+    set_as(A, &c, 1);
+    operator_tick(&operator, NS_PER_S); /* the loop stands still */
+    expect(A, OUTCOME_REFUSED);
+    assert_int_equal(asked(), COMMAND_NONE);
+}
+
+/* The loop had read the set when the stop came: the gains are changed, and that is what is said. */
+static void gains_that_were_changed_are_told_whatever_came_behind(void **unused) {
+    (void)unused;
+    begin_with_gains(STATE_READY);
+    struct gain_change c = change_of(45.0);
+    set_as(A, &c, 1);
+    ask(B, COMMAND_STOP, 2);
+    gains_box_put(&loop.present, &c.to);
+    loop_acts(STATE_READY, true);
+    operator_tick(&operator, 3);
+    bool told = false;
+    for (int i = 0; i < 2; i++) told = told || strstr(answered[(answers - 1 - i) % ANSWERS].a.text, "control.kp=45 ");
+    assert_true(told);
+}
+
+/* In motion nothing enters the mailbox, so that nothing has to be taken back from it. */
+static void gains_are_not_asked_of_a_loop_in_motion(void **unused) {
+    (void)unused;
+    static const enum state moving[] = {STATE_INIT, STATE_PRESSURISING, STATE_ENGAGING, STATE_TESTING, STATE_PARKING, STATE_FAULT};
+    for (unsigned i = 0; i < sizeof moving / sizeof *moving; i++) {
+        begin_with_gains(moving[i]);
+        struct gain_change c = change_of(45.0);
+        set_as(A, &c, 1);
+        expect(A, OUTCOME_REFUSED);
+        assert_int_equal(posted(), 0);
+    }
 }
 
 static void a_lease_that_ran_out_parks_until_the_loop_has_seen_it(void **unused) {
@@ -173,7 +287,7 @@ static void a_lease_that_ran_out_parks_until_the_loop_has_seen_it(void **unused)
     expect(B, OUTCOME_REFUSED);
     operator_tick(&operator, 2 * lease_ns + 1);
     assert_int_equal(asked(), COMMAND_PARK);
-    mailbox_post(&loop.requests, COMMAND_STOP); /* replaces it in the mailbox */
+    mailbox_post(&loop.requests, COMMAND_STOP); /* a stop replaces the park in the mailbox */
     operator_tick(&operator, 2 * lease_ns + 2);
     assert_int_equal(asked(), COMMAND_PARK);
     ask(A, COMMAND_NONE, 2 * lease_ns + 2); /* too late */
@@ -196,7 +310,7 @@ static void the_end_of_a_connection_that_holds_a_lease_parks(void **unused) {
     operator_gone(&operator, A, 4);
     assert_int_equal(asked(), COMMAND_PARK);
     mailbox_post(&loop.requests, COMMAND_STOP);
-    operator_tick(&operator, 5); /* until it is seen */
+    operator_tick(&operator, 5); /* the park is posted again until the loop has seen it */
     assert_int_equal(asked(), COMMAND_PARK);
 }
 
@@ -250,14 +364,14 @@ static void a_request_whose_client_went_away_is_taken_back(void **unused) {
     for (int i = 0; i < 2; i++) {
         begin(moves[i].state);
         ask(A, moves[i].command, 1);
-        operator_gone(&operator, A, 2); /* before the loop has read it */
+        operator_gone(&operator, A, 2); /* the client leaves before the loop has read its request */
         assert_int_equal(asked(), moves[i].instead);
-        ask(B, COMMAND_START, 3); /* no motion takes its place */
+        ask(B, COMMAND_START, 3); /* no command that moves may replace the stop or park */
         assert_int_equal(asked(), moves[i].instead);
         begin(moves[i].state);
         ask(A, moves[i].command, 1);
         loop_acts(moves[i].command == COMMAND_ENGAGE ? STATE_PRESSURISING : STATE_TESTING, true);
-        operator_gone(&operator, A, 2); /* after the loop has acted */
+        operator_gone(&operator, A, 2); /* the client leaves after the loop has acted */
         assert_int_equal(asked(), COMMAND_PARK);
     }
 }
@@ -302,6 +416,11 @@ int main(void) {
         cmocka_unit_test(stops_of_many_at_once_are_all_done),
         cmocka_unit_test(what_moves_comes_from_who_may_move_it_alone),
         cmocka_unit_test(refusals_are_answered_and_do_not_flood_the_terminal),
+        cmocka_unit_test(gains_are_told_and_set),
+        cmocka_unit_test(gains_of_another_loop_or_too_far_away_are_refused),
+        cmocka_unit_test(a_stop_comes_before_gains),
+        cmocka_unit_test(gains_that_were_changed_are_told_whatever_came_behind),
+        cmocka_unit_test(gains_are_not_asked_of_a_loop_in_motion),
         cmocka_unit_test(a_lease_that_ran_out_parks_until_the_loop_has_seen_it),
         cmocka_unit_test(the_end_of_a_connection_that_holds_a_lease_parks),
         cmocka_unit_test(each_who_set_it_in_motion_answers_for_it),

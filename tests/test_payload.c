@@ -11,8 +11,8 @@ struct given {
     double entry[MATRIX_ENTRIES], covariance[MATRIX_ENTRIES][MATRIX_ENTRIES];
 };
 
-/* The configured legs and a body with these values; the matrix is uncertain by one part in a
- * thousand. */
+/* Makes the matrix of the configured legs and a body with these values; it is uncertain by one part
+ * in a thousand. */
 static void machine_with(struct given *g, const double value[PAYLOAD_VALUES]) {
     static const double neutral[DOFS] = {0};
     static const int inertia[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
@@ -76,7 +76,7 @@ static void the_stated_deviations_are_those_of_the_errors(void **unused) {
 
 static void what_no_body_can_have_is_said_and_the_nearest_given(void **unused) {
     (void)unused;
-    /* zz above xx + yy */
+    /* the inertia zz is above xx + yy */
     static const double impossible[PAYLOAD_VALUES] = {143, 0.0, 0.0, 0.0, 2, 2, 9, 0, 0, 0};
     struct given g;
     machine_with(&g, impossible);
@@ -85,7 +85,8 @@ static void what_no_body_can_have_is_said_and_the_nearest_given(void **unused) {
     assert_true(p.evaluated && !p.possible);
     assert_close(p.value[PAYLOAD_INERTIA + 2], 9.0, 1e-6);
     assert_true(near[0] > 0.0 && near[0] + near[1] >= near[2] * (1.0 - 1e-9));
-    assert_close(near[0] + near[1], near[2], 1e-3);  /* as flat as a body can be */
+    assert_close(near[0] + near[1], near[2], 1e-3);  /* the nearest body is as flat as a body can
+                                                      * be */
     assert_below(near[2], 9.0);
     assert_close(p.nearest[PAYLOAD_MASS], 143.0, 1.0);
 }
@@ -99,7 +100,8 @@ static void a_mass_that_nothing_determines_is_no_result(void **unused) {
     assert_false(payload_find(&g.params, &g.kinematics, g.entry, g.covariance).evaluated);
 }
 
-/* Against the simulation's bodies with a changed payload; {M} stays at the configured centre. */
+/* The matrix agrees with the simulation's bodies for a changed payload; {M} stays at the configured
+ * centre. */
 static void the_matrix_in_any_pose_is_that_of_the_simulated_bodies(void **unused) {
     (void)unused;
     static const char *const of_center[3] = {"x_m", "y_m", "z_m"};

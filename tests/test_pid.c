@@ -27,7 +27,8 @@ static void equal_pressures_push_with_the_rod_area(void **unused) {
     struct params params = defaults();
     struct cylinder_areas areas = cylinder_areas(&params.actuator);
     double d = params.actuator.rod_diameter_m[0], rod_m2 = PI * d * d / 4;
-    assert_close(leg_force(&areas, 0, 5e6, 5e6), 5e6 * rod_m2, 1e-8); /* rounding of 15 kN */
+    assert_close(leg_force(&areas, 0, 5e6, 5e6), 5e6 * rod_m2, 1e-8); /* tolerance: rounding of 15
+                                                                       * kN */
     /* docs/method.md section 5 */
     assert_close(areas.a2_m2[0] / areas.a1_m2[0], 0.49, 0.005);
     assert_true(leg_force(&areas, 0, 1e6, 0.0) > 0.0 && leg_force(&areas, 0, 0.0, 1e6) < 0.0);
@@ -35,7 +36,7 @@ static void equal_pressures_push_with_the_rod_area(void **unused) {
 
 /* ---- pid ---- */
 
-/* The formula of the header, implemented again. */
+/* State of the header's formula, implemented again. */
 struct law {
     double integral, d, flp, e_prev, ref_prev, u;
     bool saturated;
@@ -62,7 +63,7 @@ static void pid_is_the_law_of_its_header(void **unused) {
     for (int run = 0; run < 200; run++) {
         struct control_params g = {.kp = 20, .ki = 50, .kd = 0.2, .kff = 1, .kpf = 1e-5, .tf = 5e-3, .tp = 0.05, .output_limit = 0.5};
         double *const gains[] = {&g.kp, &g.ki, &g.kd, &g.kff, &g.kpf, &g.tf, &g.tp, &g.output_limit};
-        /* zero to twice the gain */
+        /* gains from zero to twice the default */
         for (int k = 0; k < 8; k++) *gains[k] *= 1 + random_unit(&seed);
         g.integral_limit = 0.3;
         double length = 1.8 + 0.2 * random_unit(&seed), force = 5e3 * random_unit(&seed), span = run % 2 ? 0.002 : 0.02;
@@ -73,7 +74,8 @@ static void pid_is_the_law_of_its_header(void **unused) {
             double ref = length + span * sin(0.05 * n) + span * 0.1 * random_unit(&seed), at = length + 0.5 * span * random_unit(&seed);
             double f = force + 500 * random_unit(&seed);
             double u = pid_step(&pid, &g, dt_s, ref, at, f);
-            /* The same sums in another order: rounding of e / dt times kd and kff, 1 / dt = 500. */
+            /* tolerance: the same sums in another order, with rounding of e / dt times kd and kff,
+             * 1 / dt = 500 */
             assert_close(u, law_step(&law, &g, ref, at, f), 1e-11);
             assert_true(fabs(u) <= g.output_limit);
             *(law.saturated ? &saturated : &free_running) += 1;
@@ -82,15 +84,17 @@ static void pid_is_the_law_of_its_header(void **unused) {
     assert_true(saturated > 1000 && free_running > 1000); /* both branches were exercised */
 }
 
-/* Largest overshoot of a leg that moves with the valve, 0.5 m/s at full opening, after a step of
- * 0.3 m. */
+/* Returns the largest overshoot, after a step of 0.3 m, of a leg that moves with the valve at 0.5
+ * m/s at full opening. */
 static double overshoot(bool anti_windup) {
     struct params params = defaults();
     struct pid pid;
     double length = 1.5, largest = 0.0, goal = 1.8;
     pid_reset(&pid, length, 0.0);
     for (int n = 0; n < 5000; n++) {
-        if (!anti_windup) pid.saturated = false; /* only the clamp is left */
+        if (!anti_windup)
+            pid.saturated = false; /* without anti-windup, only the integral's clamp
+                                                  * remains */
         length += 0.5 * dt_s * pid_step(&pid, &params.control, dt_s, goal, length, 0.0);
         largest = fmax(largest, length - goal);
     }
@@ -109,10 +113,10 @@ static void the_integral_does_not_wind_up_while_the_valve_is_wide_open(void **un
     pid_step(&pid, &params.control, dt_s, 1.8, 1.5, 0.0);
     double once = pid.integral;
     for (int n = 0; n < 1000; n++) pid_step(&pid, &params.control, dt_s, 1.8, 1.5, 0.0);
-    assert_true(pid.saturated && pid.integral == once); /* one step entered before saturation was
-                                                         * known */
+    assert_true(pid.saturated && pid.integral == once); /* one step was integrated before saturation
+                                                         * was known */
     pid_step(&pid, &params.control, dt_s, 1.8, 1.81, 0.0);
-    assert_true(pid.integral < once); /* it unwinds at once */
+    assert_true(pid.integral < once); /* the integral decreases at once */
 }
 
 static void pid_reset_is_bumpless_whatever_came_before(void **unused) {
@@ -136,10 +140,10 @@ static void a_static_force_does_not_open_the_valve(void **unused) {
     double u = 0.0;
     pid_reset(&pid, 1.8, 0.0);
     u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
-    /* at once, against the force */
+    /* the command acts against the force at once */
     assert_close(u, -params.control.kpf * 5000.0 / (1.0 + dt_s / params.control.tp), 1e-12);
     for (int n = 0; n < (int)(params.control.tp / dt_s) * 40; n++) u = pid_step(&pid, &params.control, dt_s, 1.8, 1.8, 5000.0);
-    /* 40 time constants later: e^-39 and the filter's rounding */
+    /* after 40 time constants only e^-39 and the filter's rounding are left */
     assert_below(fabs(u), params.control.kpf * 5000.0 * 1e-14);
 }
 
@@ -177,8 +181,8 @@ static void watch(struct watch *w, const double pose[DOFS]) {
     w->seen++;
 }
 
-/* amplitude x (envelopes x sine)'': product rule with |s'| <= 1.5/T, |s''| <= 6/T^2; half a percent
- * for the finite step. */
+/* Returns a bound of (amplitude x envelopes x sine)'': the product rule with |s'| <= 1.5/T and
+ * |s''| <= 6/T^2, and half a percent for the finite step. */
 static double largest_test_acceleration(const struct test_params *t, enum dof dof) {
     double amplitude = t->amplitude[dof], w = 2 * PI * t->hz[dof], a = t->ramp_s, b = t->ramp_out_s;
     return 1.005 * amplitude * (w * w + 2 * w * 1.5 * (1 / a + 1 / b) + 6 / (a * a) + 6 / (b * b) + 2 * 1.5 * 1.5 / (a * b));
@@ -187,7 +191,7 @@ static double largest_test_acceleration(const struct test_params *t, enum dof do
 static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
-    /* each axis with its own values */
+    /* each axis has its own frequency and amplitude */
     for (int dof = 0; dof < DOFS; dof++) t.hz[dof] -= 0.3 * dof, t.amplitude[dof] *= 1.0 - 0.1 * dof;
     for (int dof = 0; dof < DOFS; dof++) {
         struct reference r;
@@ -199,7 +203,8 @@ static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused
             struct reference_sample s = reference_step(&r, &t, dt_s);
             double time = tick * dt_s, q = fmin(fmax(time / 0.5, 0.0), 1.0), p = fmin(fmax((time - 1.25) / 0.25, 0.0), 1.0);
             double envelope = q * q * (3 - 2 * q) * (1 - p * p * (3 - 2 * p));
-            assert_true(s.test_time_s == tick * dt_s); /* exact, without accumulated rounding */
+            assert_true(s.test_time_s == tick * dt_s); /* the time is exact, without accumulated
+                                                        * rounding */
             for (int i = 0; i < DOFS; i++)
                 assert_close(s.pose[i], i == dof ? t.amplitude[dof] * envelope * sin(2 * PI * t.hz[dof] * time) : 0.0, 1e-16);
             watch(&w, s.pose);
@@ -215,7 +220,7 @@ static void the_reference_of_a_test_is_its_formula_at_whole_cycles(void **unused
         assert_int_equal(count[PHASE_SETTLE], 150);
         assert_int_equal(count[PHASE_RAMP_IN], 250);
         assert_int_equal(count[PHASE_EVALUATE], 375);
-        assert_int_equal(count[PHASE_RAMP_OUT], 126); /* the last one at rest at neutral */
+        assert_int_equal(count[PHASE_RAMP_OUT], 126); /* the last sample is at rest at neutral */
         assert_below(w.largest_acceleration, largest_test_acceleration(&t, (enum dof)dof));
     }
 }
@@ -238,7 +243,7 @@ static void durations_that_are_no_whole_cycles_are_rounded_to_one(void **unused)
     assert_int_equal(count[PHASE_RAMP_OUT], 51);
 }
 
-/* Such a test remains if a trajectory was named but is missing. */
+/* A run has such a test if a trajectory was named but is missing. */
 static void a_test_of_no_axis_no_multisine_and_no_trajectory_stays_at_neutral(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
@@ -265,7 +270,9 @@ static void a_test_stopped_at_any_instant_ramps_out_smoothly(void **unused) {
         reference_test(&r, DOF_Z, NULL, &t, dt_s);
         for (int n = 0;; n++) {
             if (n == stop) reference_stop(&r), left = out + 1;
-            if (n == stop + 10) reference_stop(&r); /* a second stop does not start anew */
+            if (n == stop + 10)
+                reference_stop(&r); /* a second stop does not start the ramp-out
+                                                     * again */
             struct reference_sample s = reference_step(&r, &t, dt_s);
             watch(&w, s.pose);
             if (n >= stop) assert_int_equal(s.phase, PHASE_RAMP_OUT);
@@ -284,9 +291,9 @@ static double weighed(const double v[DOFS], double arm_m) {
     return sqrt(square);
 }
 
-/* A move from any pose, rate and acceleration is continuous in acceleration, stays within its
- * limits or initial values, takes no longer than these require, and ends exactly at the target at
- * rest. Differences of the poses give rates and accelerations. */
+/* A move from any pose, rate and acceleration is continuous in acceleration, keeps its limits or
+ * its initial values, takes no longer than these require, and ends exactly at the target at rest.
+ * Rates and accelerations are differences of the poses. */
 static void a_move_from_any_motion_keeps_its_limits_and_ends_at_rest(void **unused) {
     (void)unused;
     struct test_params t = defaults().tests;
@@ -317,8 +324,8 @@ static void a_move_from_any_motion_keeps_its_limits_and_ends_at_rest(void **unus
             assert_true(s.phase == PHASE_NONE);
             assert_below(weighed(v, arm_m), fmax(l.rate_mps, v0 + 4.0 / 27.0 * a0 * brake_s) * (1 + 1e-9) + 1e-9);
             assert_below(weighed(a, arm_m), most * (1 + 1e-6) + 1e-6);
-            /* no step: at most the polynomials' third derivative times a cycle, and the last
-             * cycle's share of it */
+            /* the acceleration has no step: it changes by at most the polynomials' third derivative
+             * times a cycle, plus as much for the cycle before */
             double travel_s = r.mode == REFERENCE_MOVE ? r.travel_s : l.duration_s;
             double third = fmax(60 * 1.3 / pow(fmax(travel_s, 0.2), 3), (4 * a0 + 6 * v0 / fmax(brake_s, 0.25)) / fmax(brake_s, 0.25));
             if (!s.done) assert_below(weighed(jerk, arm_m), 2.0 * third * dt_s + 1e-6);
@@ -406,7 +413,7 @@ static void a_stop_or_park_in_testing_is_a_row_that_ramps_out_and_no_other_row_d
         }
 }
 
-/* Tells whether a driven state can be reached from `from` without this trigger. */
+/* True if a driven state can be reached from `from` without this trigger. */
 static bool drives_without(enum state from, enum trigger missing) {
     bool reached[STATES] = {false};
     reached[from] = true;
@@ -427,7 +434,8 @@ static void nothing_moves_before_reset_good_sensors_and_engage(void **unused) {
     assert_false(drives_without(STATE_INIT, TRIGGER_SENSORS_GOOD));
     assert_false(drives_without(STATE_INIT, TRIGGER_ENGAGE));
     assert_false(drives_without(STATE_SETTLED, TRIGGER_ENGAGE));
-    assert_true(drives_without(STATE_FAULT, TRIGGER_NONE)); /* the search does find the way */
+    assert_true(drives_without(STATE_FAULT, TRIGGER_NONE)); /* the search finds a way if no trigger
+                                                             * is missing */
     for (int s = 0; s < STATES; s++) {
         bool driven = s == STATE_ENGAGING || s == STATE_READY || s == STATE_TESTING || s == STATE_PARKING;
         assert_int_equal(supervisor_drives((enum state)s), driven);
@@ -445,7 +453,8 @@ static void the_bucket_rides_out_fewer_than_limit_bad_samples(void **unused) {
     }
     struct supervisor s = {0};
     for (int n = 0; n < 1000; n++) {
-        assert_false(supervisor_judge(&s, FAULT_IO, 2)); /* every second sample is bad, for ever */
+        assert_false(supervisor_judge(&s, FAULT_IO, 2)); /* every second sample is bad, without an
+                                                          * end */
         assert_false(supervisor_judge(&s, 0, 2));
     }
     assert_int_equal(s.faults, 0);
@@ -463,10 +472,12 @@ static void faults_stay_and_the_first_is_the_headline(void **unused) {
     assert_int_equal(s.faults | s.first_fault, 0);
     assert_string_equal(fault_name(s.first_fault), "none");
     supervisor_judge(&s, FAULT_FOLLOWING | FAULT_LEG_RATE, 1);
-    assert_string_equal(fault_name(s.first_fault), "leg_rate"); /* one headline, not two */
+    assert_string_equal(fault_name(s.first_fault), "leg_rate"); /* only one of the two faults is the
+                                                                 * headline */
     supervisor_clear(&s);
     supervisor_judge(&s, FAULT_MASTER | FAULT_SENSOR_INVALID | FAULT_STROKE | fault_leg(2), 1);
-    assert_string_equal(fault_name(s.first_fault), "second_master"); /* the cause of the others */
+    assert_string_equal(fault_name(s.first_fault), "second_master"); /* this fault is the cause of
+                                                                      * the others */
 }
 
 static void counters_do_not_overflow_in_months(void **unused) {
@@ -496,7 +507,8 @@ static void every_fault_has_a_cause_and_a_remedy(void **unused) {
         assert_true(strlen(cause) < FAILURE_TEXT_SIZE - 1 && strlen(remedy) < FAILURE_TEXT_SIZE - 1);
         if (f->fault == FAULT_OVERRUN) assert_non_null(strstr(cause, "12 deadlines missed in a row, the longest by 24 ms"));
         failure_explain(f->fault, 1, 0.004, true, cause, remedy);
-        assert_non_null(strstr(remedy, "start the run again")); /* an automatic run has ended */
+        assert_non_null(strstr(remedy, "start the run again")); /* the remedy of an automatic run,
+                                                                 * which has ended */
     }
 }
 
@@ -512,8 +524,50 @@ static void every_fault_state_and_command_has_a_name(void **unused) {
     assert_string_equal(command_names[COMMAND_RESET], "reset");
 }
 
+/* A step after a change of the gains has the output that the old gains would have given, at rest
+ * with any reading; then the new gains act. */
+static void gains_change_without_a_bump(void **unused) {
+    (void)unused;
+    struct control_params from, to;
+    uint64_t seed = 4;
+    struct params p;
+    config_default(&p);
+    from = to = p.control;
+    from.kd = 0.3, to.kd = 0.2, to.kp = 60.0, to.ki = 11.0, to.kpf = 1.1e-5;
+    for (int n = 0; n < 200; n++) {
+        struct pid old, changed;
+        struct pid_reading r = {1.8, 3000.0, 0.0};
+        pid_reset(&old, 1.8, 2000.0);
+        for (int i = 0; i < 50; i++) pid_step(&old, &from, dt_s, 1.8, 1.8 + 1e-4 * random_unit(&seed), 2500.0 + 300.0 * random_unit(&seed));
+        old.feedback_cut = n % 2 ? 0.4 : 0.0;
+        r.length_m += 1e-4 * random_unit(&seed), r.force_n += 300.0 * random_unit(&seed);
+        changed = old;
+        assert_true(pid_change(&changed, &from, &to, dt_s, &r));
+        assert_close(pid_step(&changed, &to, dt_s, 1.8, r.length_m, r.force_n), pid_step(&old, &from, dt_s, 1.8, r.length_m, r.force_n),
+                     1e-12);
+    }
+}
+
+/* Where the integral would leave its limits nothing changes. */
+static void no_room_in_the_integral_no_change(void **unused) {
+    (void)unused;
+    struct params p;
+    config_default(&p);
+    struct control_params to = p.control;
+    struct pid c, before;
+    to.kp = 20.0;
+    pid_reset(&c, 1.8, 0.0);
+    c.ref_m = 1.82; /* 20 mm off: the integral would have to hold 0.4 */
+    before = c;
+    assert_false(pid_change(&c, &p.control, &to, 0.002, &(struct pid_reading){.length_m = 1.8}));
+    assert_memory_equal(&c, &before, sizeof c);
+    assert_false(pid_change(&c, &p.control, &to, 0.002, &(struct pid_reading){.length_m = (double)NAN}));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gains_change_without_a_bump),
+        cmocka_unit_test(no_room_in_the_integral_no_change),
         cmocka_unit_test(equal_pressures_push_with_the_rod_area),
         cmocka_unit_test(pid_is_the_law_of_its_header),
         cmocka_unit_test(the_integral_does_not_wind_up_while_the_valve_is_wide_open),

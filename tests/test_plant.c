@@ -40,12 +40,13 @@ static void starts_at_rest_on_the_lower_stops_without_a_jump(void **unused) {
         assert_true(start.length_m[k] < m.leg[k].length_min_m);
         assert_close(start.length_m[k], m.leg[k].length_min_m, 1e-4);
         assert_true(start.p1_pa[k] == params.hydraulics.tank_pa && start.p2_pa[k] == params.hydraulics.tank_pa);
-        assert_true(start.friction_n[k] > 0.0); /* the end stop's force */
+        assert_true(start.friction_n[k] > 0.0); /* friction_n includes the end stop's force */
     }
     for (int i = 0; i < 500; i++) plant_step(plant, (const double[LEGS]){0});
     struct plant_truth end = truth_of(plant);
     assert_below(distance(start.pose, end.pose, DOFS), 1e-12);
-    assert_below(distance(start.p1_pa, end.p1_pa, LEGS), 0.1); /* pressures are millions of Pa */
+    assert_below(distance(start.p1_pa, end.p1_pa, LEGS), 0.1); /* tolerance: pressures are millions
+                                                                * of Pa */
     assert_close(end.time_s, 1.0, 1e-12);
     plant_destroy(plant);
 }
@@ -53,7 +54,7 @@ static void starts_at_rest_on_the_lower_stops_without_a_jump(void **unused) {
 static void another_machine_settles_as_well(void **unused) {
     (void)unused;
     struct params params = defaults();
-    params.geometry.upper_half_angle_rad = 0.5; /* another machine, because nothing may be tuned to
+    params.geometry.upper_half_angle_rad = 0.5; /* another geometry, because nothing may be tuned to
                                                  * the first */
     all_legs(params.actuator.stroke_m, 0.5);
     params.hydraulics.tank_pa = 1e5;
@@ -68,12 +69,13 @@ static void an_impossible_machine_is_refused_by_name(void **unused) {
     (void)unused;
     struct params params = defaults();
     struct error error = {0};
-    all_legs(params.actuator.stroke_m, 3.2); /* shortest leg 0.23 m between joints 1.8 m apart */
+    all_legs(params.actuator.stroke_m, 3.2); /* the shortest leg is 0.23 m, but its joints are 1.8 m
+                                              * apart */
     assert_null(plant_create(&params, 1, &error));
     assert_int_equal(error.status, STATUS_USAGE);
     assert_non_null(strstr(error.text, "actuator.stroke_m"));
     params = defaults();
-    params.hydraulics.tank_pa = 1e6; /* lifts the platform without any command */
+    params.hydraulics.tank_pa = 1e6; /* this tank pressure lifts the platform without any command */
     assert_null(plant_create(&params, 1, &error));
     assert_non_null(strstr(error.text, "hydraulics.tank_pa"));
 }
@@ -127,8 +129,8 @@ static void positive_valves_extend_and_raise(void **unused) {
     plant_destroy(plant);
 }
 
-/* Steady rest: the valve replaces the leakage, P1 = Ps - P2 (equal ports), A1 P1 - A2 P2 is the
- * load (docs/method.md, 5: -0.075). */
+/* At steady rest the valve replaces the leakage: P1 = Ps - P2 (equal ports), and A1 P1 - A2 P2 is
+ * the load (docs/method.md, section 5: -0.075). */
 static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -158,7 +160,7 @@ static void at_rest_the_valve_feeds_the_leakage(void **unused) {
     plant_destroy(plant);
 }
 
-/* Random full-scale commands with NaN and infinity among them for 40 s: everything stays finite,
+/* Random full-scale commands, some of them NaN or infinite, for 40 s: everything stays finite,
  * within the stops and above vacuum. */
 static void hostile_commands_break_nothing(void **unused) {
     (void)unused;
@@ -180,7 +182,7 @@ static void hostile_commands_break_nothing(void **unused) {
             plant_step(plant, valve);
             struct plant_truth now = truth_of(plant);
             for (int k = 0; k < LEGS; k++) {
-                /* 272 kg at 2 m/s compress one stop of 2e7 N/m by 7 mm */
+                /* tolerance: 272 kg at 2 m/s compress one stop of 2e7 N/m by 7 mm */
                 assert_true(now.length_m[k] > m.leg[k].length_min_m - 0.01 && now.length_m[k] < m.leg[k].length_max_m + 0.01);
                 assert_true(now.p1_pa[k] >= VACUUM_PA && now.p2_pa[k] >= VACUUM_PA);
                 assert_true(now.p1_pa[k] < 1e8 && now.p2_pa[k] < 1e8);
@@ -206,7 +208,7 @@ static void a_nan_command_centres_the_valve(void **unused) {
     plant_destroy(b);
 }
 
-/* A noisy feedback loop: the sensors affect the motion, so every bit depends on the seed. */
+/* Runs a noisy feedback loop: the sensors affect the motion, so every bit depends on the seed. */
 static struct plant_truth noisy_run(uint64_t seed, struct hal_sample *last) {
     struct params params = defaults();
     params.sensors.enabled = true;
@@ -268,8 +270,8 @@ static void lengths_come_in_steps_of_the_encoder(void **unused) {
     plant_destroy(plant);
 }
 
-/* 25 mV peak to peak at 16 MPa per 10 V, before 12 bits over +-10 V: uniform noise of 40 kPa, steps
- * of 7.8 kPa. */
+/* The noise is 25 mV peak to peak at 16 MPa per 10 V, before 12 bits over +-10 V: uniform noise of
+ * 40 kPa, steps of 7.8 kPa. */
 static void pressures_have_the_noise_and_the_codes_of_the_rig(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -288,13 +290,13 @@ static void pressures_have_the_noise_and_the_codes_of_the_rig(void **unused) {
         sum += error, square += error * error, product += error * last;
         last = error;
     }
-    /* exact: each code has the probability of the noise that rounds to it */
+    /* exact moments: each code has the probability of the noise that rounds to it */
     double mean = 0.0, variance = 0.0;
     for (double c = floor((truth - noise) / code); c * code < truth + noise; c++) {
         double share = fmax(0.0, fmin((c + 0.5) * code, truth + noise / 2) - fmax((c - 0.5) * code, truth - noise / 2)) / noise;
         mean += share * (c * code - truth), variance += share * (c * code - truth) * (c * code - truth);
     }
-    /* four standard deviations of each estimate */
+    /* tolerance: four standard deviations of each estimate */
     assert_close(sum / count, mean, 4 * sqrt(variance / count));
     assert_close(square / count / variance, 1.0, 4 * 0.9 / sqrt(count));
     assert_close((product / count - mean * mean) / variance, 0.0, 4 / sqrt(count));
@@ -306,7 +308,7 @@ static void the_converter_saturates_at_its_range(void **unused) {
     struct params params = defaults();
     struct hal_sample sample;
     params.sensors.enabled = true;
-    params.sensors.pressure_full_scale_pa = 4e6; /* below the 5 MPa of plant_place */
+    params.sensors.pressure_full_scale_pa = 4e6; /* less than the 5 MPa that plant_place() sets */
     struct plant *plant = create(&params, 1);
     plant_place(plant, (const double[DOFS]){0});
     plant_measure(plant, &sample);

@@ -2,6 +2,8 @@
  * requests at any instant. */
 #include "platform_rig.h"
 
+#include "gains.h"
+
 /* ---- the run ---- */
 
 static void door_opens(struct hal_sample *sample, int which) {
@@ -24,7 +26,7 @@ static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
         if (c->phase == PHASE_EVALUATE) {
             assert_int_equal(c->dof, params.tests.order[c->test]);
             evaluated[c->test]++;
-            /* a lag of 10 degrees at 4 Hz is 0.7 of 4 mm */
+            /* tolerance: a lag of 10 degrees at 4 Hz is 0.7 mm of 4 mm */
             assert_below(distance(c->pose, c->ref, DOFS), 1e-3);
         }
         assert_int_equal(c->test >= 0, c->phase != PHASE_NONE);
@@ -41,8 +43,8 @@ static void automatic_run_tests_every_axis_and_ends_put_down(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* The supply is asked for after motion.rest_s, counted from when the sensors are trusted. A door
- * that opens meanwhile ends what is automatic. */
+/* The supply is requested motion.rest_s after the sensors are first trusted. A door that opens
+ * meanwhile ends the automatic run. */
 static void an_automatic_run_rests_before_the_supply(void **unused) {
     (void)unused;
     struct params params = brisk();
@@ -73,6 +75,101 @@ static void nothing_moves_without_engage(void **unused) {
     plant_destroy(rig.plant);
 }
 
+/* ---- gains that change ---- */
+
+static void rig_set(struct rig *rig, const struct gains *gains) {
+    rig_request(rig, (struct request){.id = ++rig->id, .command = COMMAND_SET, .gains = *gains}, NULL, 0);
+}
+
+static struct gains other_gains(const struct params *p) {
+    struct gains g = gains_of(&p->control);
+    g.value[GAIN_KP] *= 1.35, g.value[GAIN_KI] *= 0.75, g.value[GAIN_KFF] *= 1.2, g.value[GAIN_KPF] *= 0.72;
+    return g;
+}
+
+/* The commands of the cycle in which the gains change are those that the old gains would have
+ * given; both laws. The platform stays where it is, and the later cycles have the new gains. */
+static void gains_change_without_a_bump(void **unused) {
+    (void)unused;
+    for (int law = CONTROL_PID; law <= CONTROL_MODEL; law++) {
+        struct params params = by_hand();
+        static struct rig rig;
+        static struct platform twin;
+        struct cycle c;
+        params.control.law = (enum control_law)law;
+        rig_init(&rig, &params);
+        rig_bring(&rig, STATE_READY, 1000);
+        struct gains gains = other_gains(&params);
+        struct hal_sample sample = {.time_ns = rig.cycles * PERIOD_NS, .device_seq = (uint64_t)rig.cycles + 1};
+        plant_measure(rig.plant, &sample);
+        twin = rig.platform;
+        platform_step(&twin, &sample, (struct request){.id = rig.id}, &c);
+        rig_step(&rig, &sample, (struct request){.id = ++rig.id, .command = COMMAND_SET, .gains = gains});
+        assert_true(rig.platform.request_taken);
+        assert_true(gains_equal(&rig.now.gains, &gains));
+        /* the reference force that the model's feedback has varies by its low-pass alone at rest */
+        for (int i = 0; i < LEGS; i++) assert_close(rig.now.out.valve[i], c.out.valve[i], law == CONTROL_PID ? 1e-12 : 1e-6);
+        rig_run(&rig, 500);
+        assert_int_equal(rig.now.state, STATE_READY);
+        assert_true(gains_equal(&rig.now.gains, &gains));
+        plant_destroy(rig.plant);
+    }
+}
+
+/* SAFETY: neither in motion, nor with a fault or a doubtful sample, nor twice in a second, nor by
+ * more than a factor of 1.4. */
+static void gains_do_not_change_where_something_moves_or_is_wrong(void **unused) {
+    (void)unused;
+    static const enum state moving[] = {STATE_INIT, STATE_PRESSURISING, STATE_ENGAGING, STATE_TESTING, STATE_PARKING};
+    struct params params = by_hand();
+    struct gains as_configured = gains_of(&params.control), gains = other_gains(&params);
+    static struct rig rig;
+    for (unsigned i = 0; i < sizeof moving / sizeof *moving; i++) {
+        rig_init(&rig, &params);
+        if (moving[i] != STATE_INIT) rig_bring(&rig, moving[i], 2);
+        rig_set(&rig, &gains);
+        assert_false(rig.platform.request_taken);
+        assert_true(gains_equal(&rig.now.gains, &as_configured));
+        plant_destroy(rig.plant);
+    }
+    rig_init(&rig, &params);
+    rig_bring(&rig, STATE_READY, 1000);
+    rig_request(&rig, (struct request){.id = ++rig.id, .command = COMMAND_SET, .gains = gains}, flagged_invalid, 0);
+    assert_false(rig.platform.request_taken);
+    struct gains far = gains, none = {.value = {(double)NAN}};
+    far.value[GAIN_KPF] = 1.5 * as_configured.value[GAIN_KPF];
+    rig_set(&rig, &far);
+    assert_false(rig.platform.request_taken);
+    rig_set(&rig, &none);
+    assert_false(rig.platform.request_taken);
+    rig_set(&rig, &gains);
+    assert_true(rig.platform.request_taken);
+    rig_run(&rig, 400);
+    rig_set(&rig, &as_configured); /* within the second */
+    assert_false(rig.platform.request_taken);
+    rig_run(&rig, 200);
+    rig_set(&rig, &as_configured);
+    assert_true(rig.platform.request_taken);
+    rig_cycle(&rig, COMMAND_PARK); /* a park works as ever */
+    assert_int_equal(rig.now.state, STATE_PARKING);
+    plant_destroy(rig.plant);
+}
+
+/* Put down, the gains change for the next time; engaging begins anew with them. */
+static void gains_change_where_the_platform_is_put_down(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    static struct rig rig;
+    struct gains gains = other_gains(&params);
+    rig_init(&rig, &params);
+    rig_bring(&rig, STATE_SETTLED, 10);
+    rig_set(&rig, &gains);
+    assert_true(rig.platform.request_taken);
+    rig_bring(&rig, STATE_READY, 500);
+    assert_true(gains_equal(&rig.now.gains, &gains));
+    plant_destroy(rig.plant);
+}
+
 /* ---- before and after ---- */
 
 static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
@@ -86,7 +183,7 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
     assert_int_equal(rig.now.state, STATE_INIT);
     rig_run(&rig, 2);
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
-    spoil_cycles(&rig, flagged_io, 1); /* bad samples tolerated in init do not count now */
+    spoil_cycles(&rig, flagged_io, 1); /* bad samples from init do not count any more */
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     plant_destroy(rig.plant);
 
@@ -96,13 +193,13 @@ static void init_waits_for_the_sensors_and_then_gives_up(void **unused) {
     spoil_cycles(&rig, flagged_io, 3000);
     rig_cycle(&rig, COMMAND_RESET);
     rig_run(&rig, 200);
-    /* not engaging: a fault ends the automatic run */
+    /* the platform is not engaged again, because a fault ends the automatic run */
     assert_int_equal(rig.now.state, STATE_SETTLED);
     plant_destroy(rig.plant);
 }
 
-/* A device that spoils one sample in `apart` never shows enough good ones in a row, and its bad
- * ones never outnumber them. */
+/* If a device spoils one sample in `apart`, there are never enough good samples in a row, but the
+ * bad ones never outnumber the good ones. */
 static void a_device_that_is_bad_now_and_then_does_not_hold_init_for_ever(void **unused) {
     (void)unused;
     static const int apart[] = {2, 7, 49};
@@ -143,7 +240,8 @@ static void engage_starts_where_the_platform_is(void **unused) {
     struct params params = by_hand();
     uint64_t seed = 5;
     struct rig rig;
-    params.motion.engage_s = 4.0; /* for up to 0.4 m above neutral, and tilted */
+    params.motion.engage_s = 4.0; /* long enough for moves from 0.4 m above neutral, and tilted
+                                   * ones */
     for (int n = 0; n < 25; n++) {
         double pose[DOFS];
         struct plant_truth truth;
@@ -153,7 +251,7 @@ static void engage_starts_where_the_platform_is(void **unused) {
         plant_place(rig.plant, pose);
         rig_bring(&rig, STATE_ENGAGING, 0);
         plant_get_truth(rig.plant, &truth);
-        /* a sensor's resolution and a cycle of settling */
+        /* tolerance: a sensor's resolution and a cycle of settling */
         assert_below(distance(rig.now.ref, truth.pose, DOFS), 1e-3);
         rig_until(&rig, STATE_READY);
         assert_below(distance(rig.now.pose, (double[DOFS]){0}, DOFS), 2e-3);
@@ -173,7 +271,7 @@ static void after_a_fault_at_any_instant_it_can_be_engaged_again_and_put_down(vo
         rig_bring(&rig, held[n % HELD], random_below(&seed, n % HELD == 1 ? 100 : 900));
         spoil_cycles(&rig, bad[n % BAD].spoil, params.limits.bad_cycles);
         rig_trip(&rig, bad[n % BAD].spoil);
-        rig_run(&rig, random_below(&seed, 300)); /* it sinks or rises a little */
+        rig_run(&rig, random_below(&seed, 300)); /* the platform sinks or rises a little */
         rig_cycle(&rig, COMMAND_RESET);
         rig_until(&rig, STATE_SETTLED);
         rig_cycle(&rig, COMMAND_ENGAGE);
@@ -195,7 +293,8 @@ static void park_at_any_instant_of_a_test_ramps_out_and_puts_down(void **unused)
     struct rig rig;
     params.tests.count = 1;
     rig_init(&rig, &params);
-    /* cycles of the move: a quarter of a second in which the acceleration fades, then the way */
+    /* cycles of a move down: a quarter of a second in which the acceleration ends, then the way
+     * itself */
     const int down = 10 + (int)((0.25 + reference_park_s(&params.motion, params.motion.park_s)) / params.loop.period_s);
     for (int n = 0; n < 30; n++) {
         rig.params.tests.order[0] = (enum dof)(n % DOFS);
@@ -221,18 +320,20 @@ static void stop_ends_the_test_and_start_takes_it_up_again(void **unused) {
     struct params params = by_hand();
     struct rig rig;
     rig_init(&rig, &params);
-    rig_bring(&rig, STATE_TESTING, 1000); /* in the second test, of about 526 cycles each */
+    rig_bring(&rig, STATE_TESTING, 1000); /* a cycle in the second test, because a test has about
+                                           * 526 cycles */
     assert_int_equal(rig.now.test, 1);
     rig_cycle(&rig, COMMAND_STOP);
     rig_run(&rig, 150);
     assert_int_equal(rig.now.state, STATE_READY);
     rig_run(&rig, 500);
-    assert_int_equal(rig.now.state, STATE_READY); /* held until the next request */
+    assert_int_equal(rig.now.state, STATE_READY); /* the platform stays in READY until the next
+                                                   * request */
     rig_cycle(&rig, COMMAND_START);
     assert_int_equal(rig.now.state, STATE_TESTING);
     assert_int_equal(rig.now.test, 1);
     rig_until(&rig, STATE_READY);
-    rig_cycle(&rig, COMMAND_START); /* all are done: restarts with the first */
+    rig_cycle(&rig, COMMAND_START); /* all tests are done, so the first one is run again */
     assert_int_equal(rig.now.test, 0);
     plant_destroy(rig.plant);
 }
@@ -257,11 +358,11 @@ static void a_request_is_acted_upon_once(void **unused) {
     struct rig rig;
     rig_init(&rig, &params);
     const struct request engage = {.id = 7, .command = COMMAND_ENGAGE}, park = {.id = 8, .command = COMMAND_PARK};
-    /* came during init: too early, and it is not taken later */
+    /* this request came too early, during init, and is not taken later */
     for (int n = 0; n < 200; n++) rig_request(&rig, engage, NULL, 0);
     assert_int_equal(rig.now.state, STATE_SETTLED);
     rig_request(&rig, park, NULL, 0);
-    rig_request(&rig, engage, NULL, 0); /* now with a new id */
+    rig_request(&rig, engage, NULL, 0); /* the same request with a new id is taken */
     assert_int_equal(rig.now.state, STATE_PRESSURISING);
     for (int n = 0; n < 500; n++) rig_request(&rig, engage, NULL, 0);
     for (int n = 0; n < 5; n++) rig_request(&rig, engage, flagged_io, 0);
@@ -287,14 +388,14 @@ static void hostile_commands_do_nothing(void **unused) {
             rig_request(&rig, (struct request){.id = ++rig.id, .command = (enum command)values[n]}, NULL, 0);
             assert_int_equal(rig.now.state, held[h]);
         }
-        rig_cycle(&rig, COMMAND_PARK); /* and do not block the next one */
+        rig_cycle(&rig, COMMAND_PARK); /* these requests do not block the next one */
         assert_int_equal(rig.now.state, STATE_PARKING);
         plant_destroy(rig.plant);
     }
 }
 
-/* Three minutes of random requests with occasional bad samples: check_always holds, and the
- * platform never jerks. */
+/* Three minutes of random requests with occasional bad samples: the claims of check_always() are
+ * true, and the platform never jerks. */
 static void random_requests_never_bump_the_platform(void **unused) {
     (void)unused;
     slow_case();
@@ -320,7 +421,7 @@ static void random_requests_never_bump_the_platform(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* Arbitrary bits from the sensors, mixed with good ones: check_always holds. */
+/* Any bits from the sensors, mixed with good samples: the claims of check_always() are true. */
 static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
     (void)unused;
     slow_case();
@@ -345,7 +446,7 @@ static void garbage_from_the_sensors_never_reaches_the_valves(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* Differences of the reference in driven cycles give rates and accelerations of z. */
+/* Rates and accelerations of z, as differences of the reference in driven cycles. */
 struct z_motion {
     double last, rate, most_mps, most_mps2, most_step_mps2, accel;
     int cycles;
@@ -359,8 +460,8 @@ static void watch_z(struct z_motion *m, const struct rig *rig) {
     m->last = z, m->rate = rate, m->accel = accel, m->cycles++;
 }
 
-/* 0.46 m in a second: the move takes as long as its limits require. A stop at any instant of it
- * reverses it without a step in rate or acceleration. */
+/* Moving 0.46 m in a second is impossible, so the move takes as long as its limits require. A stop
+ * at any instant of it turns it back without a step in rate or acceleration. */
 static void a_move_keeps_its_limits_whatever_duration_is_asked_for(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -380,7 +481,7 @@ static void a_move_keeps_its_limits_whatever_duration_is_asked_for(void **unused
         assert_int_equal(rig.now.faults, 0);
         assert_below(m.most_mps, params.motion.rate_mps * (1 + 1e-9));
         assert_below(m.most_mps2, params.motion.accel_mps2 * (1 + 1e-6));
-        /* the jerk of a brake of 0.25 s: 4 a0 / B + 6 v0 / B^2 */
+        /* limit: the jerk of braking within 0.25 s, 4 a0 / B + 6 v0 / B^2 */
         assert_below(m.most_step_mps2, 8 * params.motion.accel_mps2 / 0.25 * params.loop.period_s);
         assert_true(most_z >= -0.2);
         plant_destroy(rig.plant);
@@ -391,6 +492,9 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(automatic_run_tests_every_axis_and_ends_put_down),
         cmocka_unit_test(an_automatic_run_rests_before_the_supply),
+        cmocka_unit_test(gains_change_without_a_bump),
+        cmocka_unit_test(gains_do_not_change_where_something_moves_or_is_wrong),
+        cmocka_unit_test(gains_change_where_the_platform_is_put_down),
         cmocka_unit_test(nothing_moves_without_engage),
         cmocka_unit_test(init_waits_for_the_sensors_and_then_gives_up),
         cmocka_unit_test(a_device_that_is_bad_now_and_then_does_not_hold_init_for_ever),

@@ -1,9 +1,9 @@
-/* The controller's limits: readings beyond limits, late or missing end in a fault, and no earlier
- * than they must. */
+/* The controller's limits: readings that are beyond limits, late or missing end in a fault, and not
+ * before they must. */
 #include "platform_rig.h"
 
-/* A fault holds still until the reset whatever is requested and however good the samples; after it
- * the platform waits to be engaged. */
+/* Asserts that a fault keeps the platform still until the reset, whatever is requested and however
+ * good the samples; then the platform waits to be engaged. */
 static void assert_stays_still_until_reset(struct rig *rig) {
     static const enum command tempting[] = {COMMAND_ENGAGE, COMMAND_START, COMMAND_STOP, COMMAND_PARK, COMMAND_NONE};
     uint32_t faults = rig->now.faults, headline = rig->now.first_fault;
@@ -48,7 +48,7 @@ static void flagged_foreign_and_not_read(struct hal_sample *s, int cycle) {
     *s = (struct hal_sample){.flags = SAMPLE_FOREIGN | SAMPLE_IO};
 }
 
-/* In every state, also at rest, and however tolerant the limits are. */
+/* This applies in every state, also at rest, and however tolerant the limits are. */
 static void another_master_trips_at_the_first_sample_that_says_so(void **unused) {
     (void)unused;
     static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
@@ -84,7 +84,7 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
                     rig_spoilt(&rig, bad[b].spoil, n);
                     if (!parks(bad[b].headline)) assert_memory_equal(kept.valve, rig.now.out.valve, sizeof kept.valve);
                     assert_true(rig.now.out.enable);
-                    /* the identifier excludes it */
+                    /* so that the identifier excludes the sample */
                     assert_true(rig.now.in.flags & (SAMPLE_INVALID | SAMPLE_IO));
                 }
                 rig_run(&rig, 10);
@@ -101,7 +101,7 @@ static void fewer_bad_samples_are_ridden_out_with_the_command_held(void **unused
 static void a_leg_that_does_not_follow_trips(void **unused) {
     (void)unused;
     struct params params = by_hand();
-    params.limits.standstill_m = 1.0; /* otherwise this would trip first */
+    params.limits.standstill_m = 1.0; /* otherwise this limit would trip first */
     for (int leg = 0; leg < LEGS; leg++) {
         struct rig rig;
         int beyond = 0;
@@ -109,7 +109,8 @@ static void a_leg_that_does_not_follow_trips(void **unused) {
         rig_bring(&rig, STATE_ENGAGING, 100);
         rig.cut_leg = leg;
         while (rig.now.state == STATE_ENGAGING) {
-            double ref = rig.platform.leg_ref_m[leg]; /* the reference for the next sample */
+            double ref = rig.platform.leg_ref_m[leg]; /* reference with which the next sample is
+                                                       * compared */
             rig_cycle(&rig, COMMAND_NONE);
             if (fabs(ref - rig.now.in.length_m[leg]) > params.limits.following_m) beyond++;
         }
@@ -119,14 +120,14 @@ static void a_leg_that_does_not_follow_trips(void **unused) {
     }
 }
 
-/* A transducer dies while the platform moves. Without this limit its leg would follow an
- * unreachable reference to the end stop. */
+/* A transducer fails while the platform moves. Without this limit its leg would be driven to the
+ * end stop, because the reading never reaches the reference. */
 static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **unused) {
     (void)unused;
     slow_case();
     struct params params = by_hand();
     static const enum state moving[] = {STATE_ENGAGING, STATE_TESTING, STATE_PARKING};
-    params.tests.order[0] = DOF_Z; /* moves all legs by 3.6 mm */
+    params.tests.order[0] = DOF_Z; /* a test of z moves all legs by 3.6 mm */
     for (int m = 0; m < 3; m++)
         for (int leg = 0; leg < LEGS; leg++) {
             struct rig rig;
@@ -146,13 +147,13 @@ static void a_length_that_stands_still_trips_before_its_leg_has_gone_far(void **
             assert_int_equal(rig.now.first_fault, FAULT_STANDSTILL);
             assert_true(rig.platform.still_high_m[leg] - rig.platform.still_low_m[leg] > params.limits.standstill_m);
             double held_s = params.limits.bad_cycles * params.loop.period_s;
-            /* valves stay open at 0.4 m/s */
+            /* limit: until the fault, valves stay open at 0.4 m/s */
             assert_below(astray, 2 * params.limits.standstill_m + 0.4 * held_s);
             plant_destroy(rig.plant);
         }
 }
 
-/* The range of the swing counts, wherever it lies relative to the frozen reading. psi moves all
+/* The range of the reference counts, wherever it lies relative to the frozen reading. psi moves all
  * legs by 2.5 mm from end to end. */
 static void a_length_that_stands_still_in_a_test_trips_within_a_period(void **unused) {
     (void)unused;
@@ -197,7 +198,7 @@ static void a_leg_with_much_dry_friction_does_not_stand_still_for_long_enough_to
     plant_destroy(rig.plant);
 }
 
-/* Each length is possible for its leg; together they fit no pose. */
+/* Sets lengths that are possible for each leg, but together fit no pose. */
 static void no_such_platform(struct hal_sample *s, int cycle) {
     (void)cycle;
     for (int i = 0; i < LEGS; i++) s->length_m[i] = i % 2 ? 2.2 : 1.45;
@@ -207,7 +208,7 @@ static void lengths_that_fit_no_pose_trip(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
-    /* otherwise these would trip first */
+    /* otherwise these limits would trip first */
     params.limits.leg_rate_mps = params.limits.following_m = params.limits.standstill_m = 1e6;
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_READY, 10);
@@ -224,7 +225,7 @@ static void commanded_by_another_unread(struct hal_sample *s, int cycle) {
     (void)cycle, *s = (struct hal_sample){.flags = SAMPLE_FOREIGN | SAMPLE_IO};
 }
 
-/* In any state, and whatever else is wrong with that sample. */
+/* The fault comes in any state, and whatever else is wrong with that sample. */
 static void a_second_master_is_a_fault_at_its_first_frame(void **unused) {
     static const enum state states[] = {STATE_INIT, STATE_SETTLED, STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
     (void)unused;
@@ -262,13 +263,13 @@ static void overrun_limit_in_a_row_trips_and_one_less_does_not(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* After 16 ms without the loop at the platform's top speed: the loop was away and the leg kept its
- * rate limit; the supply's relay is still closed. */
+/* The loop is away for 16 ms while the platform moves at its top speed. The leg kept its rate
+ * limit, and the supply's relay is still closed. */
 static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
-    /* otherwise these would trip first */
+    /* otherwise these limits would trip first */
     params.loop.overrun_limit = 100, params.limits.following_m = 0.05;
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_ENGAGING, 500); /* the middle of the move */
@@ -276,7 +277,7 @@ static void a_missed_deadline_is_no_leg_rate_fault(void **unused) {
     struct hal_sample sample = {.flags = SAMPLE_OVERRUN};
     plant_measure(rig.plant, &sample);
     double moved = fabs(sample.length_m[0] - rig.platform.length_m[0]);
-    /* it would be a jump for one period */
+    /* for a single period this would be a jump */
     assert_true(moved > 2 * params.limits.leg_rate_mps * params.loop.period_s);
     for (int n = 0; n < 20; n++) {
         sample.time_ns = (rig.cycles + 8) * PERIOD_NS;
@@ -319,7 +320,7 @@ static void a_stale_sample_trips_once_it_is_too_old(void **unused) {
             rig_given(&rig, &last);
         }
         assert_int_equal(rig.now.first_fault, FAULT_SENSOR_AGE);
-        /* ages 2, 4, ... 10 ms are young enough; the next bad_cycles are not */
+        /* samples of 2, 4, ... 10 ms are young enough; the next bad_cycles ones are too old */
         assert_int_equal(cycles, (int)(params.limits.sensor_age_s / params.loop.period_s + 0.5) + params.limits.bad_cycles);
         plant_destroy(rig.plant);
     }

@@ -8,7 +8,7 @@
 #include "monotonic.h"
 #include "poll_any.h"
 
-enum { PIPES = 33, COUNT = 2 * PIPES + 2 }; /* as many entries as the daemon has, and more */
+enum { PIPES = 33, COUNT = 2 * PIPES + 2 }; /* at least as many entries as the daemon has */
 
 static int reader[PIPES], writer[PIPES];
 static struct rlimit before;
@@ -29,7 +29,7 @@ static void close_pipes(void) {
 
 static void limit(rlim_t most) { assert_int_equal(setrlimit(RLIMIT_NOFILE, &(struct rlimit){most, before.rlim_max}), 0); }
 
-/* Every second entry is free, as the daemon's places are. */
+/* Makes entries. Every second one is free, as the daemon's places are. */
 static void entries(struct pollfd p[COUNT]) {
     for (int i = 0; i < COUNT; i++)
         p[i] = (struct pollfd){.fd = i % 2 || i / 2 >= PIPES ? -1 : reader[i / 2], .events = POLLIN, .revents = 99};
@@ -60,7 +60,7 @@ static double processor_s(void) {
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
-/* poll(2) itself would end such a wait at once, and a loop around it would spin. */
+/* poll(2) itself would fail at once instead of waiting, and a loop around it would spin. */
 static void a_wait_lasts_as_long_below_the_limit_and_does_not_spin(void **unused) {
     (void)unused;
     struct pollfd p[COUNT];
@@ -70,7 +70,8 @@ static void a_wait_lasts_as_long_below_the_limit_and_does_not_spin(void **unused
     double used_s = processor_s();
     int64_t begun_ms = monotonic_ms();
     assert_int_equal(poll_any(p, COUNT, 300, NULL), 0);
-    assert_true(monotonic_ms() - begun_ms >= 299); /* 1 ms: both ends of the wait are rounded */
+    assert_true(monotonic_ms() - begun_ms >= 299); /* tolerance of 1 ms, because both ends of the
+                                                    * wait are rounded */
     assert_below(processor_s() - used_s, 0.1);
     close_pipes();
 }
@@ -89,7 +90,7 @@ static void a_signal_ends_the_wait(void **unused) {
         limit(most);
         entries(p);
         sigprocmask(SIG_BLOCK, &alarm_only, NULL);
-        raise(SIGALRM); /* pending, so it comes as soon as the wait lets it */
+        raise(SIGALRM); /* the signal is pending, and is delivered as soon as the wait permits it */
         assert_int_equal(poll_any(p, COUNT, 60000, &none), -1);
         assert_int_equal(errno, EINTR);
         sigprocmask(SIG_UNBLOCK, &alarm_only, NULL);
@@ -97,7 +98,8 @@ static void a_signal_ends_the_wait(void **unused) {
     close_pipes();
 }
 
-/* Without descriptors for a look, only trying shows what is ready. */
+/* If poll(2) may not look at any descriptor, trying each one is the only way to find those that are
+ * ready. */
 static void with_a_limit_of_nothing_all_are_tried(void **unused) {
     (void)unused;
     struct pollfd p[COUNT];

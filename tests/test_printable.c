@@ -22,7 +22,7 @@ static void what_a_terminal_obeys_is_replaced(void **unused) {
     is_printed("a\nb\rc\td\be\x7f", "a?b?c?d?e?");
     is_printed("\xc2\x9b"
                "31m\xc2\x80\xc2\x9f",
-               "?31m??"); /* C1: CSI in one character */
+               "?31m??"); /* a C1 control code: CSI as one character */
     is_printed("\xe2\x80\xae"
                "gpj.exe\xe2\x81\xa6\xe2\x80\xa8",
                "?gpj.exe??");
@@ -33,7 +33,8 @@ static void what_is_no_utf8_is_replaced_byte_by_byte(void **unused) {
     is_printed("\x9b"
                "31m\xff\xfe",
                "?31m??");
-    is_printed("\xc0\xaf\xc1\xbf", "????");                 /* not the shortest form */
+    is_printed("\xc0\xaf\xc1\xbf", "????");                 /* UTF-8 that is not the shortest
+                                                             * form */
     is_printed("\xe0\x80\x9b\xf0\x80\x80\x9b", "???????");
     is_printed("\xed\xa0\x80", "???");                      /* surrogate */
     is_printed("\xf4\x90\x80\x80\xf8\x88\x80\x80\x80", "?????????");

@@ -1,5 +1,5 @@
-/* A recording that contradicts its configuration is refused with the reason: a plug in the wrong
- * socket is no physical effect. Missing samples are left out. */
+/* A recording that contradicts its configuration is refused with the reason, because a plug in the
+ * wrong socket is no physical effect. Missing samples are left out. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -140,7 +140,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
     }
 }
 
-/* All six tests one after the other, as one recording of any motion. */
+/* Returns all six tests one after the other, as one recording of any motion. */
 static struct recording in_a_row(void) {
     struct recording r;
     struct error error;
@@ -161,7 +161,8 @@ static struct recording in_a_row(void) {
     return r;
 }
 
-/* For a third of the time the legs move against the reference, but overall they follow it. */
+/* For a third of the time the legs move in the direction opposite to the reference, but overall
+ * they follow it. */
 static void a_reference_is_judged_by_the_whole_record(void **unused) {
     (void)unused;
     slow_case();
@@ -199,7 +200,7 @@ static void another_machine_is_refused(void **unused) {
         if (i == 1) other.payload.mass_kg = 4000.0;
         if (i == 2) all_legs(other.actuator.piston_diameter_m, 0.2);
         r.params = &other;
-        /* the forces that this cylinder would produce from these pressures */
+        /* forces that this cylinder would have at these pressures */
         for (int n = 0; i == 2 && n < r.tests; n++)
             for (int j = 0; j < r.test[n].count; j++)
                 for (int k = 0; k < LEGS; k++) {
@@ -222,13 +223,15 @@ static void stamps_that_stand_still_are_no_clock(void **unused) {
     (void)unused;
     struct recording r = copy();
     double std;
-    assert_true(fabs(recording_clock(&r, &std) - 1.0) < 1e-6); /* stamps of whole nanoseconds */
+    assert_true(fabs(recording_clock(&r, &std) - 1.0) < 1e-6); /* tolerance: time stamps are whole
+                                                                * nanoseconds */
     stand_still(&r);
     assert_true(isnan(recording_clock(&r, &std)));
     recording_free(&r);
 }
 
-/* Played faster: 4 Hz become 4.125, halfway between two frequencies of the search. */
+/* The recording is played faster: 4 Hz become 4.125 Hz, halfway between two frequencies of the
+ * search. */
 static void any_frequency_that_the_configuration_states_is_accepted(void **unused) {
     (void)unused;
     struct error error = {0};
@@ -241,7 +244,7 @@ static void any_frequency_that_the_configuration_states_is_accepted(void **unuse
     recording_free(&r);
 }
 
-/* A file's statements about the motion are measured before they are believed. */
+/* A frequency that a file states is measured before it is used. */
 static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
     (void)unused;
     slow_case();
@@ -257,8 +260,8 @@ static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
     }
 }
 
-/* A loop that settles throughout a test drifts in phase without a change of frequency: the
- * reference shows that, and without one the second half does. */
+/* If a loop settles throughout a test, its phase drifts without a change of frequency. The
+ * reference shows that; without a reference, the second half of the test does. */
 static void legs_that_settle_move_at_the_frequency_of_the_reference(void **unused) {
     (void)unused;
     const double turned_rad = 0.3, settled_s = 1.0, most_off[] = {2e-4, 1e-9};
@@ -307,8 +310,8 @@ static void what_is_as_it_should_be_is_accepted(void **unused) {
     }
 }
 
-/* Without commands the chambers are not evaluated, and effects visible only there are not
- * blamed. */
+/* Without commands the chambers are not evaluated, and an effect that shows only in them is not
+ * named. */
 static void without_commands_forces_alone_are_explained(void **unused) {
     (void)unused;
     slow_case();
@@ -329,8 +332,8 @@ static void without_commands_forces_alone_are_explained(void **unused) {
     recording_free(&r);
 }
 
-/* One row in a hundred is lost: cycles that miss more than a tenth do not count, and the sampling
- * period is that between the gaps. */
+/* One row in a hundred is lost: cycles that lack more than a tenth do not count, and the sampling
+ * period is taken between the gaps. */
 static void lost_samples_do_not_change_the_sampling(void **unused) {
     (void)unused;
     struct error error;
@@ -353,12 +356,13 @@ static void lost_samples_do_not_change_the_sampling(void **unused) {
     assert_true(spectrum_measure(&whole, room, &clean.test[0], CYCLES_ALL) && spectrum_measure(&gaps, room, &r.test[0], CYCLES_ALL));
     assert_true(gaps.cycles < whole.cycles && gaps.cycles >= whole.cycles - 3);
     for (int k = 0; k < LEGS; k++)
-        for (int a = 1; a < 5; a++) /* within the sensor's step over the root of the samples */
+        for (int a = 1; a < 5; a++) /* tolerance: the sensor's step, divided by the root of the
+                                     * number of samples */
             assert_close(gaps.mean[CHANNEL_LENGTH][k][a], whole.mean[CHANNEL_LENGTH][k][a], 50e-6 / sqrt(2000.0) * 5.0);
     recording_free(&r);
 }
 
-/* The six tests, and z again at half the frequency. */
+/* The second run has z again at half the frequency, after six tests of the first. */
 static void a_second_run_has_tests_of_its_own(void **unused) {
     (void)unused;
     slow_case();
@@ -376,16 +380,17 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     assert_int_equal(r.tests, DOFS + 1);
     assert_true(last->run == 1 && last->test == DOFS && last->dof == DOF_Z);
     assert_true(last->frequency_hz == second.hz[DOF_Z] && last->amplitude == second.amplitude[DOF_Z]);
-    /* the legs move at the run's frequency, not at the model's */
+    /* the legs move at the frequency of their run, not of the model */
     if (recording_check(&r, &error)) fail_msg("%s", error.text);
     double first_mt[DOFS][DOFS], both_mt[DOFS][DOFS];
     assert_true(replay_identify(&params, &clean, first_mt) && replay_identify(&params, &r, both_mt));
-    for (int i = 0; i < DOFS; i++) /* from the first run alone */
+    for (int i = 0; i < DOFS; i++) /* the matrix is from the first run alone */
         for (int j = 0; j < DOFS; j++) assert_close(both_mt[i][j], first_mt[i][j], 1e-9 * fabs(first_mt[i][i]));
     recording_free(&r);
 }
 
-/* At any rate the number of samples is bounded, and each quarter of the recording contributes. */
+/* At any rate the number of samples that are kept is limited, and each quarter of the recording
+ * contributes. */
 static void a_long_recording_is_kept_from_all_over_it(void **unused) {
     (void)unused;
     slow_case();

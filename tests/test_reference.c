@@ -1,4 +1,4 @@
-/* The motion that the reference announces: pose, rate, acceleration and jerk ahead of time. */
+/* The reference announces its motion ahead of time: pose, rate, acceleration and jerk. */
 #include "support.h"
 
 #include "reference.h"
@@ -33,7 +33,7 @@ static struct reference moving(void) {
 
 enum { KINDS = 6 };
 
-/* A reference of each kind at its start. */
+/* Returns a reference of each kind at its start. */
 static struct reference reference_of(int kind, const struct trajectory *trajectory, struct test_params *t) {
     struct reference r = moving();
     t->multisine = kind == 3;
@@ -62,7 +62,7 @@ static void what_it_announces_comes(void **unused) {
             struct reference_sample s = next(&r, kind, n, &t);
             reference_motion(&r, &t, dt_s, 0.0, now);
             assert_true(distance(now[MOTION_POSE], s.pose, DOFS) == 0.0);
-            if (kind == 5 && n > 240 && n < 250) continue; /* nobody can announce the stop */
+            if (kind == 5 && n > 240 && n < 250) continue; /* a stop cannot be announced */
             reference_motion(&r, &t, dt_s, 5.0 * dt_s, ahead);
             struct reference later = r;
             for (int k = 0; k < 5; k++) s = reference_step(&later, &t, dt_s);
@@ -86,8 +86,8 @@ static bool jumps(const struct trajectory *trajectory, const struct reference *r
     return false;
 }
 
-/* The central difference's error is its step's square over 6 times a derivative two orders higher,
- * at most 1e5 m/s^5 here, and rounding over the step. */
+/* Tolerance: a central difference has an error of its step's square over 6 times a derivative two
+ * orders higher, at most 1e5 m/s^5 here, and rounding divided by the step. */
 static void every_order_is_the_derivative_of_the_one_before(void **unused) {
     (void)unused;
     struct test_params t = quick_tests();
@@ -122,7 +122,8 @@ static void a_move_is_continuous_in_acceleration(void **unused) {
     assert_close(distance(before[MOTION_ACCEL], r.accel_from, DOFS), 0.0, 1e-15);
     for (int n = 0; n < 4000; n++, memcpy(before, now, sizeof now)) {
         reference_motion(&r, &t, dt_s, 0.5e-3 * n, now);
-        /* the jerk is a polynomial on either side of a joint, so the larger one bounds a step */
+        /* between the pieces of the polynomial the jerk may jump, so the larger one bounds the
+         * change */
         for (int i = 0; i < DOFS && n; i++)
             assert_below(fabs(now[MOTION_ACCEL][i] - before[MOTION_ACCEL][i]),
                          1.05 * 0.5e-3 * fmax(fabs(now[MOTION_JERK][i]), fabs(before[MOTION_JERK][i])) + 1e-3 * 0.5e-3);

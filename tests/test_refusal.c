@@ -1,4 +1,4 @@
-/* Reasons for which samples and tests are excluded: each has its words, and a sample gets the right
+/* Reasons for which samples and tests are excluded: each has a text, and a sample gets the right
  * one. */
 #include "support.h"
 
@@ -7,7 +7,7 @@
 
 static struct params params;
 
-/* A cycle of the evaluated part in which every value is a number. */
+/* Returns a cycle of the evaluated part in which every value is a number. */
 static struct cycle whole(void) {
     struct cycle c = {.test_time_s = 1.0, .phase = PHASE_EVALUATE};
     all_legs(c.in.length_m, 1.4), all_legs(c.in.p1_pa, 2e6), all_legs(c.in.p2_pa, 1e6);
@@ -61,12 +61,12 @@ static void a_recorded_sample_has_the_reason_of_its_cycle(void **unused) {
     assert_int_equal(recording_sample_of(&params, &c).refused, REFUSED_OVERRUN);
     c = whole(), c.test_time_s = (double)NAN;
     assert_int_equal(recording_sample_of(&params, &c).refused, REFUSED_NO_NUMBER);
-    /* neither a pressure nor a reading of a force */
+    /* the leg has neither a pressure nor a measured force */
     c = whole(), c.in.p1_pa[3] = c.force_n[3] = (double)NAN;
     assert_int_equal(recording_sample_of(&params, &c).refused, REFUSED_NO_NUMBER);
 }
 
-/* A channel that the log has is needed in every sample; one that it never has is not. */
+/* A channel that the log has must be valid in every sample; one that the log never has need not. */
 static void a_channel_that_the_log_lacks_excludes_nothing(void **unused) {
     (void)unused;
     for (int has = 0; has < 2; has++) {

@@ -1,4 +1,4 @@
-/* Readings at rest before the supply comes on are the sensors' zeros. */
+/* Readings at rest before the supply comes on are zero errors of the sensors. */
 #include "support.h"
 
 #include "rest.h"
@@ -23,7 +23,7 @@ static struct params machine(void) {
     return params;
 }
 
-/* Noise of 2e4 / sqrt(3) Pa rms over 400 samples. */
+/* The tolerance follows from noise of 2e4 / sqrt(3) Pa rms over 400 samples. */
 static void pressures_read_their_zeros(void **unused) {
     (void)unused;
     enum { SAMPLES = 400 };
@@ -45,7 +45,7 @@ static void pressures_read_their_zeros(void **unused) {
     }
 }
 
-/* Once the supply has been on, chambers may hold pressure, however the state is called. */
+/* Once the supply has been on, chambers may be under pressure, whatever the state is. */
 static void what_comes_after_the_supply_does_not_count(void **unused) {
     (void)unused;
     struct params params = machine();
@@ -60,7 +60,7 @@ static void what_comes_after_the_supply_does_not_count(void **unused) {
     assert_int_equal(rest_find(&r, &params).samples, 98);
 }
 
-/* A log's later part may begin after a park. */
+/* A later part of a log may begin after a park, with chambers under pressure. */
 static void a_log_that_begins_later_has_no_rest(void **unused) {
     (void)unused;
     struct params params = machine();
@@ -89,7 +89,7 @@ static void a_short_rest_finds_nothing(void **unused) {
     assert_true(params.found.retracted_std_m == 0.0 && found.zero_std_pa[0][0] == 0.0);
 }
 
-/* Lengths at the stops count where the configuration has them. */
+/* Lengths at the stops are used if the configuration has the retracted lengths. */
 static void legs_on_their_stops_read_their_zeros(void **unused) {
     (void)unused;
     struct params params = machine();

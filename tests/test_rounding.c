@@ -16,9 +16,9 @@ static struct recording_test make(double frequency_hz, struct recording_sample *
     return (struct recording_test){.frequency_hz = frequency_hz, .sample = sample, .count = SAMPLES, .end = SAMPLES};
 }
 
-/* Measured square of the rounding error in the mean cycle's first eight harmonics, in excess of the
- * scatter, divided by the predicted one; for sinusoids near this amplitude with this much
- * vibration, whose middle settles by so much from cycle to cycle. */
+/* Returns the square of the rounding error in the mean cycle's first eight harmonics, in excess of
+ * the scatter, divided by the predicted one. The sinusoids have about this amplitude and this much
+ * vibration, and their middle settles exponentially by settles_m. */
 static double rounding_over_predicted(double hz, double amplitude_m, double shaken_m, double settles_m) {
     static struct recording_sample sample[SAMPLES];
     const double step_m = 50e-6;
@@ -54,8 +54,8 @@ static double rounding_over_predicted(double hz, double amplitude_m, double shak
     return found / predicted;
 }
 
-/* Below 2 mm the rounding errors' tones fall on the harmonics themselves, above they are aliased
- * onto them; vibration reduces both. */
+/* Below 2 mm, tones of the rounding errors coincide with harmonics; above, they are aliased onto
+ * harmonics. Vibration reduces both. */
 static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     (void)state;
     slow_case();
@@ -63,13 +63,13 @@ static void quantisation_in_step_is_as_large_as_predicted(void **state) {
     static const double amplitude_m[] = {0.3e-3, 3.4e-3}, shaken_m[] = {0.0, 4e-6, 9e-6};
     for (int i = 0; i < 2; i++)
         for (int j = 0; j < 3; j++) assert_close(rounding_over_predicted(4.0, amplitude_m[i], shaken_m[j], 0.0), 1.0, 0.35);
-    /* cycles of a non-integer number of samples: aliased errors average out, the others remain */
+    /* a cycle is no whole number of samples: aliased errors average out, the others remain */
     assert_close(rounding_over_predicted(3.0, amplitude_m[0], 0.0, 0.0), 1.0, 0.35);
     assert_close(rounding_over_predicted(3.97, amplitude_m[0], 0.0, 0.0), 1.0, 0.35);
 }
 
 /* A machine that settles by two steps in the first second moves much, but most cycles of the test
- * come later and do not dither. Their errors repeat as if nothing had settled. */
+ * come later and have no dither. Their errors repeat as if nothing had settled. */
 static void settling_is_no_dither(void **state) {
     (void)state;
     slow_case();

@@ -1,7 +1,7 @@
 /* The loop thread must not touch the heap, take a lock, or make a system call other than to sleep.
- * Each is a trap that ends a child process; deliberate violations prove that the traps work. The
- * allocator and lock functions of this program override the C library's and forward to them unless
- * a cycle is running. */
+ * Each of these is a trap that ends a child process; deliberate violations prove that the traps
+ * work. The allocator and lock functions of this program override the C library's and forward to
+ * them unless a cycle is running. */
 #include "support.h"
 
 #include <dlfcn.h>
@@ -91,7 +91,7 @@ void free(void *block) {
 
 /* ---- system calls ---- */
 
-/* From now on this thread may only sleep, read the time, yield (virtual time, full ring) and
+/* Lets this thread from now on only sleep, read the time, yield (virtual time, full ring) and
  * end. */
 static void forbid_system_calls(void) {
     static const int allowed[] = {SCMP_SYS(clock_nanosleep), SCMP_SYS(clock_gettime), SCMP_SYS(sched_yield), SCMP_SYS(rt_sigreturn),
@@ -107,16 +107,17 @@ static void forbid_system_calls(void) {
 
 struct run {
     enum engine_kind engine;
-    bool effects;            /* all effects that are off by default are on */
+    bool effects;            /* switches on all effects that are off by default */
     enum clock_kind clock;
     int cycles;
     const char *url;
     enum control_law law;
-    void (*sin)(void);       /* called in the middle of the run, as if by the loop */
+    void (*sin)(void);       /* violation that is called in the middle of the run, as if by the
+                              * loop */
 };
 
-/* Switches every effect on at a twentieth of its typical size: all code runs, and the machine still
- * moves. */
+/* Switches every effect on at a twentieth of its typical size, so that all code runs and the
+ * machine still moves. */
 static void switch_effects_on(struct params *params) {
     for (int e = 0; effect_table[e]; e++) effect_at(effect_table[e], 0.05, &params->effects[e]);
 }
@@ -157,7 +158,7 @@ static void run_cycles(const struct run *run, bool system_calls_too) {
     _exit(driven || run->sin ? ENDED_WELL : BROKEN);
 }
 
-/* Returns the child's status as from waitpid. */
+/* Returns the child's status as waitpid() does. */
 static int outcome(const struct run *run, bool system_calls_too) {
     int status = -1;
     pid_t child = fork();
@@ -178,7 +179,7 @@ static const struct run runs[] = {
     {ENGINE_CLOSED_FORM, false, CLOCK_PACED, 200, "sim:", CONTROL_PID, NULL},
     /* faults and the cycles after them */
     {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 2000, "fault:nan@0.5+0.004/2,drop@1+0.006,stale@2+1;sim:", CONTROL_PID, NULL},
-    /* the law that knows the machine, with friction and dead band, and its hand-over */
+    /* control by the machine's model, with friction and dead band, and its hand-over to the PID */
     {ENGINE_CLOSED_FORM, true, CLOCK_VIRTUAL, 2000, "sim:", CONTROL_MODEL, NULL},
     {ENGINE_CLOSED_FORM, false, CLOCK_VIRTUAL, 5000, "fault:pressure_nan@3+0.006/2,drop@4+0.006;sim:", CONTROL_MODEL, NULL},
 };
@@ -251,7 +252,7 @@ static void the_system_call_trap_trips(void **unused) {
     for (unsigned i = 0; i < sizeof sins / sizeof *sins; i++) {
         int status = outcome_of_sin(sins[i], true);
         assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS);
-        /* harmless without the trap */
+        /* without the trap the violation is harmless */
         assert_int_equal(outcome_of_sin(sins[i], false), ENDED_WELL);
     }
 }

@@ -14,7 +14,7 @@ static void burst(struct hal_sample *s, int leg) { s->p2_pa[leg] = 20e6; }
 
 /* ---- stop ---- */
 
-/* After a stop in any state, also a repeated one, nothing speeds up or starts by itself, and the
+/* After a stop in any state, also a repeated one, nothing accelerates or starts by itself, and the
  * platform comes to rest. */
 static void a_stop_in_any_state_leads_to_rest(void **unused) {
     (void)unused;
@@ -39,7 +39,7 @@ static void a_stop_in_any_state_leads_to_rest(void **unused) {
             memcpy(last, rig.now.ref, sizeof last);
             rig_cycle(&rig, n % 100 == 50 ? COMMAND_STOP : COMMAND_NONE);
             assert_true(rig.now.state != STATE_ENGAGING);
-            /* the ramp-out and no more */
+            /* limit: the ramp-out takes no longer */
             if (rig.now.state == STATE_TESTING) assert_true(n < (int)(0.5 * 500));
             still = rig.now.out.enable && distance(last, rig.now.ref, DOFS) > 0.0 ? 0 : still + 1;
         }
@@ -83,7 +83,7 @@ static void nothing_is_run_without_ramps(void **unused) {
     }
 }
 
-/* The paper's machine rests at 1.4310 m. */
+/* The paper's machine rests at leg lengths of 1.4310 m. */
 static void nothing_is_run_whose_rest_is_a_fault(void **unused) {
     (void)unused;
     static const struct {
@@ -93,6 +93,7 @@ static void nothing_is_run_whose_rest_is_a_fault(void **unused) {
         {"limits.length_min_m=1.432", "leg 1 is 1.431 m"},
         {"limits.length_min_m=[1.4,1.4,1.4,1.432,1.4,1.4]", "leg 4"},
         {"actuator.mid_stroke_m=-0.01", "leg 1 is 1.421 m"},
+        {"geometry.height_m=-1.64", "the platform hangs"},
     };
     for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct params params;
@@ -103,8 +104,8 @@ static void nothing_is_run_whose_rest_is_a_fault(void **unused) {
     }
 }
 
-/* On either side of 0.1 s, for each key alone and for a slow loop; the message names the keys to
- * change and the time. */
+/* Covers both sides of 0.1 s, for each key alone and for a slow loop. The message names the keys to
+ * change, and the time. */
 static void nothing_is_run_that_could_move_blindly_for_long(void **unused) {
     (void)unused;
     static const char slow[] = "loop.period_s=0.01", steps[] = "sim.substeps=40";
@@ -188,7 +189,7 @@ static void far_too_old(struct hal_sample *s, int cycle) { (void)cycle, s->age_n
 static void in_vain(struct hal_sample *s, int leg) { s->p2_pa[leg] = -3e5; }
 static void too_short(struct hal_sample *s, int leg) { s->length_m[leg] = 1.4; }
 
-/* The value is that of the first or the last bad cycle; limit and key stand beside it in units for
+/* The value belongs to the first or the last bad cycle; limit and key follow it, in units for
  * people. */
 static void a_fault_says_value_limit_and_key(void **unused) {
     (void)unused;
@@ -224,14 +225,14 @@ static void a_fault_says_value_limit_and_key(void **unused) {
     plant_destroy(rig.plant);
 }
 
-/* Control faults caused by the machine itself: a valve with a cut cable and a frozen transducer. */
+/* The machine itself causes these faults: a valve's cable is cut, or a transducer is frozen. */
 static void a_leg_that_does_not_follow_says_how_far_it_is_off(void **unused) {
     (void)unused;
     struct params params = by_hand();
     struct rig rig;
     char line[FAULT_LINE_SIZE];
     double off_mm = 0.0;
-    params.limits.standstill_m = 1.0; /* otherwise this would trip first */
+    params.limits.standstill_m = 1.0; /* otherwise this limit would trip first */
     rig_init(&rig, &params);
     rig_bring(&rig, STATE_ENGAGING, 100);
     rig.cut_leg = 2;
@@ -257,7 +258,8 @@ static void an_unstable_loop_is_among_the_causes_of_what_it_trips(void **unused)
     }
 }
 
-/* The same sample for ever with fresh time stamps: only the device's own counter shows it. */
+/* The same sample comes again and again with fresh time stamps; only the device's own counter
+ * reveals it. */
 static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -272,7 +274,7 @@ static void a_device_that_hangs_behind_fresh_time_stamps_is_found_out(void **unu
         assert_true(rig.now.in.flags & SAMPLE_STALE);
     }
     assert_int_equal(rig.now.first_fault, FAULT_SENSOR_AGE);
-    assert_int_equal(cycles, 10); /* 10 ms and bad_cycles */
+    assert_int_equal(cycles, 10); /* limit: 10 ms and bad_cycles */
     plant_destroy(rig.plant);
 }
 
@@ -307,7 +309,7 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
         rig_given(&rig, &sample);
         assert_int_equal(rig.now.first_fault, away >= rig.params.loop.overrun_limit ? FAULT_OVERRUN : 0);
         plant_destroy(rig.plant);
-        /* the same with a sample latched earlier */
+        /* the same absence, but with a sample latched earlier */
         rig_init(&rig, &params);
         rig_bring(&rig, STATE_READY, 0);
         sample = rig.now.in;
@@ -318,7 +320,8 @@ static void a_loop_that_was_away_for_long_does_not_go_on(void **unused) {
     }
 }
 
-/* From any state, after any time with the valves centred, wherever it has sunk to. */
+/* The platform may be engaged from any state, after any time with the valves centred, at any height
+ * to which it has sunk. */
 static void engaging_again_after_a_fault_is_bumpless(void **unused) {
     (void)unused;
     slow_case();
@@ -349,9 +352,10 @@ static void engaging_again_after_a_fault_is_bumpless(void **unused) {
         }
     }
     print_message("# reference off by %.2g m or rad, valves step by %.4f, then by %.4f a cycle\n", reference, valve_first, valve_later);
-    assert_below(reference, 5e-6);   /* one cycle from the start of the move */
+    assert_below(reference, 5e-6);   /* limit: one cycle from the start of the move */
     assert_below(valve_first, 0.005);
-    /* a quantum of the length, 50 um, is 0.002 of the valve; the rest damps the pressures */
+    /* limit: mostly for the damping of the pressures; a step of the length, 50 um, moves a valve by
+     * only 0.002 of its opening */
     assert_below(valve_later, 0.03);
     plant_destroy(rig.plant);
 }
@@ -360,7 +364,7 @@ static void engaging_again_after_a_fault_is_bumpless(void **unused) {
 
 enum { SAMPLES = 1000 };
 
-/* A leg's sinusoid; from sample `from` on, `what` happens to leg 3. */
+/* Evaluates a leg's sinusoid; from sample `from` on, `what` happens to leg 3. */
 enum happening { NOTHING, FROZEN, JUMP, DRIFT, WEAKER, MISSING };
 static struct testimony testify_of(const bool moves[LEGS], double frequency_hz, double period_s, enum happening what, int from) {
     static struct witness w;
@@ -403,7 +407,8 @@ static void a_steady_motion_wanders_not_at_all_at_any_rate(void **unused) {
         for (int p = 0; p < 3; p++) {
             if (frequency_hz[f] * period_s[p] > 0.2) continue;
             struct testimony t = testify(frequency_hz[f], period_s[p], NOTHING, 0);
-            /* a block is up to a sample longer or shorter: 150 N 2 / 100 samples, twice */
+            /* limit: a block is up to a sample longer or shorter, so 150 N 2 / 100 samples,
+             * twice */
             assert_below(t.force_n, 6.0);
             assert_below(t.length_m, 4e-5);
             assert_true((double)t.still_samples * period_s[p] * frequency_hz[f] < 0.5);
@@ -413,7 +418,7 @@ static void a_steady_motion_wanders_not_at_all_at_any_rate(void **unused) {
 
 static void each_witness_sees_its_fault_and_names_its_leg(void **unused) {
     (void)unused;
-    /* a whole period of eight before and after it */
+    /* a whole period of the eight comes before and after the event */
     for (int from = 130; from < SAMPLES - 150; from += 60) {
         struct testimony t = testify(4.0, 0.002, FROZEN, from);
         assert_true(t.still_leg == 2 && t.still_samples == SAMPLES - from && t.length_leg == 2);
@@ -424,7 +429,8 @@ static void each_witness_sees_its_fault_and_names_its_leg(void **unused) {
     }
     struct testimony t = testify(4.0, 0.002, DRIFT, 0);
     assert_true(t.force_leg == 2);
-    assert_close(t.force_n, 100 * 0.25 * 7, 15.0); /* from the first of eight periods to the last */
+    assert_close(t.force_n, 100 * 0.25 * 7, 15.0); /* the change from the first of eight periods to
+                                                    * the last */
 }
 
 static void samples_left_out_do_not_blind_the_witnesses(void **unused) {

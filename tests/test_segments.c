@@ -1,5 +1,5 @@
-/* A recording is cut into rest, steady motion and other motion by its lengths alone, for any
- * motion, rate and sensor. */
+/* A recording is cut into rest, steady motion and other motion by its lengths alone, whatever the
+ * motion, the rate and the sensor. */
 #include "support.h"
 
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 static const double TURN = 2.0 * 3.14159265358979323846;
 static struct error error;
 
-/* A machine's motion: metres over time. */
+/* Returns the position of a machine, m, at a time. */
 typedef double motion(double t_s);
 
 struct sensor {
@@ -29,7 +29,7 @@ static double normal(uint64_t *state) {
     return sum;
 }
 
-/* Two legs; the second moves by half in the opposite direction. */
+/* The recordings have two legs; the second moves by half in the opposite direction. */
 enum { TEST_LEGS = 2 };
 static struct recording_test measure(motion *m, const struct sensor *s) {
     uint64_t state = 4;
@@ -95,7 +95,7 @@ static double ramp(double t_s, double from_s, double until_s) {
     return share * share * (3.0 - 2.0 * share);
 }
 
-/* Rest 3 s, ramp 1 s, 10 s of 4 Hz, ramp 1 s, rest. */
+/* Rests for 3 s, moves at 4 Hz for 10 s between ramps of 1 s, and rests again. */
 static double test_cycle(double t_s) { return 4e-3 * (ramp(t_s, 3, 4) - ramp(t_s, 14, 15)) * sin(TURN * 4.0 * (t_s - 3.0)); }
 
 static void a_test_with_ramps_and_rests(void **unused) {
@@ -157,7 +157,8 @@ static void sines_in_succession_are_told_apart(void **unused) {
     slow_case();
     EXPECT(stepped_sine, &good, {'S', 1.0, 6.0, 0.2}, {'S', 3.0, 12.0, 0.1}, {'S', 7.5, 0, 0});
     EXPECT(pauses, &good, {'S', 2.0, 6.0, 0.05}, {'R', 0, 9.0, 0.05}, {'S', 2.0, 0, 0});
-    EXPECT(stumble, &good, {'S', 2.5, 20, 0.01}); /* for a quarter of a cycle */
+    EXPECT(stumble, &good, {'S', 2.5, 20, 0.01}); /* the motion stands still for a quarter of a
+                                                   * cycle */
     EXPECT(two_amplitudes, &good, {'S', 2.0, 8.0, 0.3}, {'S', 2.0, 0, 0});
 }
 
@@ -184,11 +185,11 @@ static void what_does_not_repeat_is_not_steady(void **unused) {
         expect("motion", motions[i], &coarse, (const struct expected[]){{'M', 0, 0, 0}}, 1);
     }
     EXPECT(slow_chirp, &minute, {'M', 0, 0, 0});
-    /* at first by less than 0.3 % of its final amplitude */
+    /* at first the motion is below 0.3 % of its final amplitude */
     EXPECT(swell, &minute, {'R', 0, 0.5, 0.2}, {'M', 0, 0, 0});
 }
 
-/* 1 s at each place, 0.2 s from one to the next. */
+/* Stays for 1 s at each place, and takes 0.2 s to the next. */
 static double steps(double t_s) {
     static const double place[] = {0, 5e-3, -2e-3, 8e-3, 1e-3, -6e-3, 3e-3, 9e-3};
     int i = (int)(t_s / 1.2);
@@ -206,7 +207,7 @@ static void steps_are_rests_and_moves(void **unused) {
     expect("steps", steps, &s, e, 15);
 }
 
-/* Half a second of a steady motion is lost. */
+/* Half a second of a steady motion is lost, and later two seconds. */
 static void a_hole_is_no_rest(void **unused) {
     (void)unused;
     struct recording_test t = measure(from_the_start, &good);
@@ -240,7 +241,7 @@ static void a_machine_that_stands_still_rests(void **unused) {
     EXPECT(nothing, &coarse, {'R', 0, 20, 0.01});
 }
 
-/* Defects that no recording should have, and those of a hostile one. */
+/* Covers defects that no recording should have, and defects of a hostile one. */
 static void too_little_is_one_segment(void **unused) {
     (void)unused;
     struct recording_test t = measure(from_the_start, &good);
@@ -266,7 +267,7 @@ static void too_little_is_one_segment(void **unused) {
     free(t.sample);
 }
 
-/* A column with holes: no five values in a row. */
+/* A column with gaps has no five values in a row. */
 static void noise_that_cannot_be_measured_is_nan_but_steps_are(void **unused) {
     (void)unused;
     const double nan = (double)NAN, still[] = {1.0, 1.0, 1.0, 1.0, nan, 1.0, 1.0, 1.0},
@@ -290,7 +291,8 @@ static void noise_and_steps_of_a_sensor_are_seen(void **unused) {
         struct recording_test t = measure(from_the_start, &sensors[i]);
         struct noise n = noise_measure(t.count, t.sample->length_m, sizeof *t.sample / sizeof(double));
         double rms = sqrt(sensors[i].noise_m * sensors[i].noise_m + sensors[i].step_m * sensors[i].step_m / 12.0);
-        /* the median of blocks of 32 is 4 % low, and steps of a slow sine are not quite white */
+        /* tolerance: the median of blocks of 32 is 4 % low, and steps of a slow sine are not quite
+         * white */
         assert_close(n.rms / rms, 1.0, 0.15);
         assert_close(n.step, sensors[i].step_m, 1e-9);
         free(t.sample);

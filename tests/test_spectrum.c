@@ -29,7 +29,7 @@ static void spectrum_recovers_a_waveform_at_any_frequency(void **state) {
         for (int i = 0; i < SAMPLES; i++) sample[i].length_m[2] = wave(omega * sample[i].test_time_s);
         assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
         spectrum_value(s.mean[CHANNEL_LENGTH][2], s.harmonics, omega, phase / omega, value);
-        assert_close(value[0], wave(phase), 1e-9); /* rounding of a 33x33 system */
+        assert_close(value[0], wave(phase), 1e-9); /* tolerance: rounding of a 33x33 system */
         assert_close(value[1], omega * (cos(phase) + 1.5 * sin(3.0 * phase)), 1e-7);
         assert_close(value[2], omega * omega * (-sin(phase) + 4.5 * cos(3.0 * phase)), 1e-5);
         assert_below(s.noise[CHANNEL_LENGTH][2], 1e-9);
@@ -43,11 +43,11 @@ static void a_drift_leaves_no_harmonics(void **state) {
     struct spectrum s;
     for (int i = 0; i < SAMPLES; i++) sample[i].p1_pa[0] = 100.0 * sample[i].test_time_s;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
-    /* 25 samples per cycle: a sample's step is 0.2 */
+    /* tolerance: the drift is 0.2 from one sample to the next */
     for (int a = 1; a < 9; a++) assert_below(fabs(s.mean[CHANNEL_P1][0][a]), 0.25);
 }
 
-/* The means of independent draws spread by the stated std. */
+/* The means of independent draws have the stated standard deviation. */
 static void noise_is_measured_from_the_spread_of_cycles(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -63,13 +63,13 @@ static void noise_is_measured_from_the_spread_of_cycles(void **state) {
             square += s.mean[CHANNEL_P1][k][a] * s.mean[CHANNEL_P1][k][a];
             expected += s.std[CHANNEL_P1][k][a] * s.std[CHANNEL_P1][k][a];
         }
-    /* 192 values: either sum has a standard deviation of 0.1 */
+    /* tolerance: for 192 values, either sum has a standard deviation of 0.1 */
     assert_close(square / expected, 1.0, 0.35);
     assert_close(s.noise[CHANNEL_P1][0], 1.0 / sqrt(3.0), 0.02);
 }
 
-/* Every harmonic has a correlation of 0.7 from cycle to cycle, so the mean's variance is 1.7 / 0.3
- * of that of independent cycles. */
+/* Every harmonic has a correlation of 0.7 from cycle to cycle, so the variance of the mean is 1.7 /
+ * 0.3 times as large as with independent cycles. */
 static void what_lasts_from_cycle_to_cycle_counts_in_the_means(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -79,8 +79,8 @@ static void what_lasts_from_cycle_to_cycle_counts_in_the_means(void **state) {
     double square = 0.0, expected = 0.0;
     for (int draw = 0; draw < 40; draw++) {
         double part[1 + 2 * SPECTRUM_HARMONICS] = {0}, basis[1 + 2 * SPECTRUM_HARMONICS];
-        for (int i = -20 * 125; i < SAMPLES; i++) { /* twenty cycles ahead, to forget the initial
-                                                     * state */
+        for (int i = -20 * 125; i < SAMPLES; i++) { /* begins twenty cycles earlier, to forget the
+                                                     * initial state */
             if (i % 125 == 0)
                 for (int a = 1; a < 17; a++) part[a] = 0.7 * part[a] + random_unit(&random);
             if (i < 0) continue;
@@ -98,8 +98,8 @@ static void what_lasts_from_cycle_to_cycle_counts_in_the_means(void **state) {
     assert_true(square / expected > 0.6 && square / expected < 2.5);
 }
 
-/* The motion's own amplitude may change within a minute; this is no noise of the other
- * harmonics. */
+/* The amplitude of the motion itself may change within a minute; that change is no noise of the
+ * other harmonics. */
 static void a_harmonic_that_drifts_does_not_spoil_the_others(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -145,17 +145,18 @@ static void bad_samples_are_left_out_and_a_cycle_that_has_too_many(void **state)
     for (int i = 260; i < 300; i += 4) sample[i].refused = REFUSED_LATE;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 20);
-    sample[310].refused = sample[320].refused = REFUSED_LATE; /* now too many are missing */
+    sample[310].refused = sample[320].refused = REFUSED_LATE; /* with these, too many samples are
+                                                               * missing */
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 19);
-    /* 10 ms: the 16th harmonic's period is 7.8 */
+    /* the gap is 10 ms, longer than the 16th harmonic's period of 7.8 ms */
     for (int i = 400; i < 404; i++) sample[i].refused = REFUSED_LATE;
     assert_true(spectrum_measure(&s, room, &t, CYCLES_ALL));
     assert_int_equal(s.cycles, 18);
 }
 
-/* The amplitude settles and rings in the first second, which is no tone; a pump tone of a fiftieth
- * of that is one. */
+/* The amplitude oscillates in the first second and settles, which is no tone; a pump's tone is
+ * found even if it is a fiftieth as large. */
 static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
     (void)state;
     static struct recording_sample sample[SAMPLES];
@@ -173,7 +174,7 @@ static void what_fades_is_no_line_and_what_stays_is_one(void **state) {
         struct tone tone = tone_in(&s, &t, CHANNEL_LENGTH);
         if (pump) {
             assert_close(tone.hz, 83.3, 0.2);
-            /* half-way between two bins: 15 % less */
+            /* tolerance: half-way between two bins a tone seems 15 % smaller */
             assert_close(tone.rms, 2e-4 / sqrt(2.0), 0.22e-4);
         }
         assert_true(pump ? tone.power > 30.0 : tone.power < 6.0);

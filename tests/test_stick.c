@@ -54,7 +54,7 @@ static void held_basis_stops_dependent_rows_too(void **unused) {
     for (int k = 0; k < 30; k++) assert_below(fabs(dot6(row[k], x)), 1e-12);
 }
 
-/* Ten seconds under a load on every leg; returns the largest change of a leg's length. */
+/* Returns the largest change of a leg's length in ten seconds under a load on every leg. */
 static double creep(const struct params *params, double load_n) {
     const double pose[DOFS] = {0.02, -0.01, -0.05, 0.03, -0.02, 0.05};
     double force[LEGS];
@@ -74,7 +74,7 @@ static void legs_below_their_capacity_do_not_creep(void **unused) {
     struct params params = defaults();
     set_effect(&params, "cylinder_coulomb_friction", 0, 300.0);
     set_effect(&params, "cylinder_coulomb_friction", 1, 100.0);
-    /* held exactly, although 1 um would do */
+    /* the legs do not move at all, although 1 um would be accepted */
     assert_below(creep(&params, 295.0), 1e-12);
     assert_below(creep(&params, -95.0), 1e-12);
 }
@@ -85,7 +85,8 @@ static void joints_below_their_capacity_do_not_creep(void **unused) {
     struct params params = defaults();
     set_effect(&params, "passive_joint_friction", 0, 5.0);
     assert_below(creep(&params, 2.0), 1e-12);
-    assert_below(0.01, creep(&params, 4.0)); /* 24 axes of 5 N m hold about 20 N at the platform */
+    assert_below(0.01, creep(&params, 4.0)); /* 24 axes of 5 N m withstand about 20 N at the
+                                              * platform */
 }
 
 /* All legs carry the same load at neutral, so the platform can only rise or sink. Returns its
@@ -109,17 +110,17 @@ static void slip_starts_at_the_capacity_of_each_direction(void **unused) {
     set_effect(&params, "cylinder_coulomb_friction", 0, 300.0);
     set_effect(&params, "cylinder_coulomb_friction", 1, 100.0);
     sim_geometry_init(&g, &params);
-    /* mz of docs/method.md section 3 */
+    /* the value of mz in docs/method.md, section 3 */
     double per_newton = LEGS * params.geometry.height_m / g.neutral_length_m[0] / 272.392;
     assert_below(fabs(rise(&params, 299.9)), 1e-12);
     assert_below(fabs(rise(&params, -99.9)), 1e-12);
-    /* the legs rotate a little in 10 ms */
+    /* tolerance: the legs rotate a little in 10 ms */
     assert_close(rise(&params, 310.0), 10.0 * per_newton, 1e-4 * 10.0 * per_newton);
     assert_close(rise(&params, -110.0), -10.0 * per_newton, 1e-4 * 10.0 * per_newton);
 }
 
-/* Forces that make every leg reverse repeatedly, constant over 1 ms so that the substep does not
- * matter. */
+/* Applies forces that make every leg reverse repeatedly; they are constant over 1 ms, so that the
+ * substep does not matter. */
 static void shaken(const struct params *params, double dt, double scale, struct plant_truth *end, double *work, double path[LEGS]) {
     double hold[LEGS], force[LEGS], last[LEGS];
     int per_ms = (int)round(1e-3 / dt);
@@ -154,8 +155,8 @@ static void dry_friction_takes_force_times_path(void **unused) {
     shaken(&params, SUBSTEP_S / 4, 300.0, &end, &work, path);
     for (int k = 0; k < LEGS; k++) heat += 60.0 * path[k];
     assert_true(heat > 1.0);
-    /* the path lacks each leg's return within the substep of its reversal: 1 nm at 5 m/s^2, 50
-     * times, times 60 N */
+    /* tolerance: the path lacks each leg's return within the substep of its reversal, 1 nm at 5
+     * m/s^2, 50 times, times 60 N */
     assert_close(end.kinetic_j + end.potential_j + heat, work, 1e-5);
 }
 
@@ -169,13 +170,14 @@ static void reversals_fall_where_they_must_whatever_the_substep(void **unused) {
         if (!joints) set_effect(&params, "cylinder_coulomb_friction", 1, 90.0);
         shaken(&params, SUBSTEP_S, 300.0, &coarse, &work, path);
         shaken(&params, SUBSTEP_S / 4, 300.0, &fine, &work, path);
-        /* Releases fall on a substep's start, as the forces do; a stop is located to 1 nm/s, some
-         * hundred times. */
+        /* Tolerance: a leg is released at the start of a substep, when the forces change too; a
+         * stop is located to 1 nm/s, some hundred times. */
         assert_below(distance(coarse.pose, fine.pose, DOFS), 2e-8);
     }
 }
 
-/* All 24 axes reverse at once in a vertical motion: none may stay held and lock the others. */
+/* All 24 axes reverse at once in a vertical motion: none may stay held, because it would lock the
+ * others. */
 static void axes_that_stop_together_are_let_go_together(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -218,7 +220,7 @@ static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unuse
     plant_destroy(plant);
 }
 
-/* In either engine, with and without backlash: the force of deflected seals adds to the holding
+/* In either engine, with and without backlash, the force of deflected seals adds to the holding
  * force. */
 static void a_stuck_leg_carries_its_seals_too(void **unused) {
     (void)unused;
@@ -263,13 +265,13 @@ static void legs_that_have_come_to_rest_stay_there(void **unused) {
     end = truth_of(plant);
     assert_below(1e-4, distance(start.length_m, rested.length_m, LEGS));
     for (int k = 0; k < LEGS; k++) assert_true(rested.stuck[k]);
-    /* the stop is located to 1 nm/s, and no drift may remain */
+    /* the stop is located to 1 nm/s, and afterwards nothing may drift */
     assert_below(distance(rested.length_m, end.length_m, LEGS), 1e-14);
     plant_destroy(plant);
 }
 
-/* One leg or its joints are blocked while the others swing freely: the constraint must hold through
- * every velocity term. */
+/* One leg or its joints are blocked while the others swing freely. All terms with velocities must
+ * be right to keep the constraint. */
 static void a_held_leg_keeps_its_length_while_the_others_move(void **unused) {
     (void)unused;
     struct params params = defaults();
@@ -285,7 +287,7 @@ static void a_held_leg_keeps_its_length_while_the_others_move(void **unused) {
         plant_step_forced(plant, SUBSTEP_S, force);
         now = truth_of(plant);
         assert_true(now.stuck[2] && !now.stuck[0]);
-        assert_below(fabs(now.rate_mps[2]), 1e-9); /* error of one RK4 step, until the next */
+        assert_below(fabs(now.rate_mps[2]), 1e-9); /* tolerance: error of one RK4 step */
         path += SUBSTEP_S * fabs(now.rate_mps[0]);
     }
     assert_true(path > 0.1);

@@ -1,4 +1,4 @@
-/* Words of a survey's result for people, and the figures of its predictions. */
+/* Texts of a survey's result, and the figures of its predictions. */
 #include "support.h"
 
 #include <math.h>
@@ -54,7 +54,7 @@ static void a_mode_that_rings_is_remarked_with_what_to_look_at(void **unused) {
     assert_printed(printed((double)NAN, 0.5, true), "HARDLY DAMPED", false);
 }
 
-/* A matrix whose entries all have a deviation of 1 %, but for one. */
+/* Returns a matrix whose entries all have a deviation of 1 %, except one. */
 static struct method_result matrix(int row, int column, double pct) {
     struct method_result m = {.evaluated = true};
     for (int i = 0; i < DOFS; i++)
@@ -68,7 +68,9 @@ static void predicted_figures_are_of_all_draws(void **unused) {
     const struct method_result found[] = {matrix(0, 4, 9.0), matrix(0, 4, 5.0), matrix(2, 2, 7.0)};
     struct excitation e = excitation_of(3, found);
     assert_float_equal(e.worst_pct, 7.0, 1e-12);
-    assert_true(e.row == DOF_X && e.column == DOF_THETA); /* the last draw's is z */
+    assert_true(e.row == DOF_X && e.column == DOF_THETA); /* in the last draw the worst entry is
+                                                           * that of z, so the last draw alone does
+                                                           * not decide */
     assert_float_equal(e.axis_pct[DOF_X], 5.0, 1e-12);
     assert_float_equal(e.axis_pct[DOF_THETA], 5.0, 1e-12);
     assert_float_equal(e.axis_pct[DOF_Z], 3.0, 1e-12);

@@ -1,5 +1,5 @@
-/* Systematic errors are undone: readings that a machine with such errors makes of known pressures
- * and lengths, written with phasors, come back as what they were. */
+/* Systematic errors are corrected: readings that a machine with such errors makes of known
+ * pressures and lengths, computed with phasors, become the known values again. */
 #include "support.h"
 
 #include <complex.h>
@@ -42,7 +42,8 @@ static struct world *begin(uint64_t seed) {
     return w;
 }
 
-/* Makes the readings. Pressures are read a skew earlier than the lengths of the same sample. */
+/* Makes the readings. Pressures are read earlier than the lengths of the same sample, by the
+ * skew. */
 static void read_all(struct world *w) {
     double neutral_m, inertance, resistance;
     for (int k = 0; k < LEGS; k++) {
@@ -95,8 +96,8 @@ static void readings_come_back_as_lengths_and_pressures(void **unused) {
     }
 }
 
-/* The noise of a pressure grows, and the oil weighs, as a metre of pipe makes them: both against a
- * difference quotient. */
+/* A metre of pipe increases the noise of a pressure, and the inertia of the oil; both are compared
+ * with a difference quotient. */
 static void a_pipe_weighs_and_amplifies(void **unused) {
     (void)unused;
     static struct series found;
@@ -115,7 +116,8 @@ static void a_pipe_weighs_and_amplifies(void **unused) {
         }
         double inertance, resistance;
         cylinder_pipe(1.0, w->params.hydraulics.pipe_bore_m, &inertance, &resistance);
-        /* The rest is the oil's weight, in step with the acceleration, and its resistance. */
+        /* The remainder is the inertia of the oil, in phase with the acceleration, and its
+         * resistance. */
         double complex friction = resistance * s * (c->a1_m2 * c->a1_m2 + c->a2_m2 * c->a2_m2) * phasor(w->length[k], 1);
         for (int port = 0; port < PORTS; port++) {
             double area = port ? -c->a2_m2 : c->a1_m2;

@@ -1,5 +1,5 @@
-/* The statements of each effect's file about other effects and the base: each is present once and
- * is usable by hexid and the reader. */
+/* The statements of each effect's file about other effects and the base: each is present once, and
+ * hexid and the reader can use it. */
 #include "support.h"
 
 #include <stdio.h>
@@ -43,7 +43,8 @@ static void what_an_effect_is_parallel_to_can_be_fitted(void **state) {
                 fail_msg("%s: parallel_to[%d] is not in the base", effect_table[i]->name, k);
 }
 
-/* Springs within the stated tolerance are no finding; without a tolerance they are an effect. */
+/* Springs within the stated tolerance are part of the base; without a tolerance they are an
+ * effect. */
 static void springs_of_the_tolerance_are_in_the_base(void **state) {
     (void)state;
     struct params model = platform;
@@ -106,7 +107,7 @@ static const char *between(const struct mechanism *mechanism, int i, int j) {
     return text;
 }
 
-/* Passes the options in backquotes as `hexid run` takes them. */
+/* Asserts that `hexid run` accepts the options in backquotes. */
 static void assert_runs(const char *text) {
     char options[GAP_TEXT], setting[GAP_TEXT];
     const char *open = strchr(text, '`'), *settings[1] = {setting};
@@ -133,7 +134,7 @@ static void options_of_an_experiment_are_those_of_a_run(void **state) {
             if (i != j) assert_runs(between(&mechanism_stewart, i, j));
 }
 
-/* hexid does not drive it, and it has one direction. */
+/* Asserts that a text suits one axis: hexid does not drive it, and it has one direction. */
 static void assert_of_one_axis(const char *text) {
     static const char *const foreign[] = {"`", "--", "control.", "platform", " x ", " y ", " z ", "phi", "theta", "psi", "payload"};
     for (size_t k = 0; k < sizeof foreign / sizeof *foreign; k++)
@@ -178,8 +179,8 @@ static void assert_machine(const struct params *p, const char *effect, const str
     if (machine_check(&machine, &error)) fail_msg("%s %s = %g, leg %d: %s", effect, v->name, value, v->leg, error.text);
 }
 
-/* Holds beside the lightest base as well: a fit whose step would make a leg's inertia negative gets
- * stuck. */
+/* Every value that an effect may have gives a possible machine, even on the lightest base: a fit
+ * gets stuck if a step makes a leg's inertia negative. */
 static void what_an_effect_may_be_leaves_a_machine(void **unused) {
     (void)unused;
     static const bool found[EFFECTS_MAX];

@@ -1,5 +1,5 @@
 /* Motions other than a sinusoid of one axis: splines, their files, the reference and the platform
- * that follow them, and the check beforehand. */
+ * that follow them, and the check before a run. */
 #include "platform_rig.h"
 
 #include <stdio.h>
@@ -16,7 +16,7 @@ static struct trajectory_knot knots[KNOTS];
 static char path[40];
 static struct error error;
 
-/* Knots along a wave of each axis, unevenly sampled: two periods of x in 4 s. */
+/* The knots lie on a wave of each axis, at uneven times: two periods of x in 4 s. */
 static double wave(int axis, double t_s) { return 0.01 * (axis + 1) * sin(PI * t_s + 0.4 * axis); }
 static double wave_rate(int axis, double t_s) { return 0.01 * (axis + 1) * PI * cos(PI * t_s + 0.4 * axis); }
 
@@ -48,8 +48,8 @@ static void a_trajectory_goes_through_its_poses(void **unused) {
     }
 }
 
-/* Error of a cubic spline, 5/384 h^4 |f''''| with h = 0.16 s, away from open ends; if closed,
- * everywhere. */
+/* Tolerance: the error of a cubic spline is 5/384 h^4 |f''''| with h = 0.16 s, away from open ends;
+ * everywhere if the spline is closed. */
 static void between_them_it_is_the_wave_they_are_of(void **unused) {
     (void)unused;
     for (int passes = 1; passes <= 2; passes++) {
@@ -63,8 +63,8 @@ static void between_them_it_is_the_wave_they_are_of(void **unused) {
     }
 }
 
-/* Second differences of a smooth curve change by h times its third derivative per step; a jump of
- * the second derivative would remain. */
+/* From step to step, the second differences of a smooth curve change by h times its third
+ * derivative. A jump of the second derivative would not shrink with h. */
 static void pose_rate_and_acceleration_are_continuous(void **unused) {
     (void)unused;
     static const double h = 1e-3;
@@ -90,7 +90,7 @@ static void a_natural_end_has_no_acceleration_and_goes_straight_on(void **unused
         for (int k = 0; k < 3; k++) trajectory_at(&t, 4.0 * end + 0.01 * (k - 1), at[k]);
         for (int axis = 0; axis < DOFS; axis++) {
             assert_close(at[2][axis] - at[1][axis], at[1][axis] - at[0][axis], 2e-6);
-            /* natural ends bend it a little */
+            /* tolerance: the natural ends bend the spline a little */
             assert_close((at[1][axis] - at[0][axis]) / 0.01, wave_rate(axis, 0.0), 0.03 * (axis + 1));
         }
     }
@@ -103,8 +103,8 @@ static void a_parabola_of_three_knots(void **unused) {
     struct trajectory_knot three[3] = {{.time_s = 0}, {.time_s = 1, .pose = {1}}, {.time_s = 2}};
     struct trajectory t = {.knots = 3, .passes = 1, .knot = three};
     assert_true(trajectory_bend(&t));
-    assert_close(three[1].bend[DOF_X], -3.0, 1e-12); /* 4 b = 6 (-1 - 1) */
-    t.passes = 2; /* closed: 4 a + 2 b = 12, 2 a + 4 b = -12 */
+    assert_close(three[1].bend[DOF_X], -3.0, 1e-12); /* the knots give 4 b = 6 (-1 - 1) */
+    t.passes = 2; /* a closed spline has 4 a + 2 b = 12 and 2 a + 4 b = -12 */
     assert_true(trajectory_bend(&t));
     assert_close(three[0].bend[DOF_X], 6.0, 1e-12);
     assert_close(three[1].bend[DOF_X], -6.0, 1e-12);
@@ -189,8 +189,7 @@ static void whatever_else_is_refused_with_line_and_remedy(void **unused) {
     trajectory_free(&t);
 }
 
-/* Random changes to bytes of a good file: it is refused, or its poses are finite at every
- * instant. */
+/* A good file with random changes of bytes is refused, or its poses are finite at every instant. */
 static void no_file_makes_a_pose_that_is_no_number(void **unused) {
     (void)unused;
     slow_case();
@@ -221,7 +220,7 @@ static void no_file_makes_a_pose_that_is_no_number(void **unused) {
 
 /* ---- reference ---- */
 
-/* Second differences over dt^2: accelerations that the legs must be able to follow. */
+/* Second differences divided by dt^2: accelerations that the legs must be able to follow. */
 struct watch {
     int seen;
     double last[DOFS], before[DOFS], acceleration, rate;
@@ -236,8 +235,9 @@ static void watch(struct watch *w, const double pose[DOFS]) {
     w->seen++;
 }
 
-/* The motion's pose, rate and acceleration are within 0.06, 0.2 and 0.6 (0.25 where a natural end
- * goes straight on for a ramp), the envelope's within 1, 3 and 24 (0.5 s). Product rule. */
+/* Bounds by the product rule. Pose, rate and acceleration of the motion are within 0.06, 0.2 and
+ * 0.6 (pose 0.25 where a natural end continues straight during a ramp), those of the envelope
+ * within 1, 3 and 24 (ramps of 0.5 s). */
 static const double rate_most = 0.25 * 3.0 + 0.2, acceleration_most = 0.25 * 24.0 + 2.0 * 3.0 * 0.2 + 0.7;
 
 static struct test_params half_second_ramps(void) {
@@ -327,7 +327,7 @@ static struct params gently(void) {
     return params;
 }
 
-/* The wave's poses, a fifth as large. */
+/* Returns a trajectory with the wave's poses, a fifth as large. */
 static struct trajectory gentle(int passes) {
     struct trajectory t = sampled(passes);
     for (int i = 0; i < KNOTS; i++)
@@ -376,7 +376,8 @@ static void without_the_trajectory_it_asks_for_it_stays_at_neutral(void **unused
     plant_destroy(rig.plant);
 }
 
-/* At any instant a stop leads back to neutral and a park down; neither jerks (platform_rig.h). */
+/* At any instant a stop returns the platform to neutral and a park lowers it; neither jerks
+ * (platform_rig.h). */
 static void stop_and_park_in_the_middle_act_as_in_any_test(void **unused) {
     (void)unused;
     slow_case();
@@ -431,7 +432,7 @@ static void each_limit_refuses_by_its_name(void **unused) {
     (void)unused;
     slow_case();
     struct params params = brisk();
-    /* neutral 1.8307 m; 4 mm of z are 3.6 mm of a leg */
+    /* at neutral a leg is 1.8307 m long; 4 mm of z are 3.6 mm of a leg */
     all_legs(params.limits.length_max_m, 1.8332);
     assert_refused(&params, NULL, "test z|leg |length 1.83|limit 1.8332 (limits.length_max_m)");
     params = brisk();
@@ -444,11 +445,11 @@ static void each_limit_refuses_by_its_name(void **unused) {
     for (int k = 0; k < LEGS; k++) params.hydraulics.valve_flow_m3_per_s[k] *= k == 4 ? 0.1 : 1.0;
     assert_refused(&params, NULL, "leg 5|rate|flow, by hydraulics.valve_flow_m3_per_s");
     params.tests.multisine = true;
-    /* with equal frequencies their shares of a leg might cancel */
+    /* with equal frequencies the axes' shares of a leg's motion might cancel */
     for (int d = 0; d < DOFS; d++) params.tests.hz[d] = 4.0 + d;
     assert_refused(&params, NULL, "test multisine|leg 5|scale all amplitudes by 0.");
     params = brisk();
-    params.limits.force_n = 100.0; /* less than the weight */
+    params.limits.force_n = 100.0; /* the limit is less than the weight */
     assert_refused(&params, NULL, "force|limit|100|at rest|no smaller motion would do|payload.mass_kg|hexid doctor");
 }
 
@@ -466,8 +467,8 @@ static void the_scale_it_gives_is_the_largest_that_does(void **unused) {
     }
 }
 
-/* The motion rests at its ends and is far away in between: returning within the ramp-out takes more
- * than the motion itself. */
+/* The motion rests at its ends and is far away in between, so returning within the ramp-out takes
+ * more speed than the motion itself. */
 static void a_stop_in_the_middle_is_checked_too(void **unused) {
     (void)unused;
     slow_case();
@@ -482,7 +483,7 @@ static void a_stop_in_the_middle_is_checked_too(void **unused) {
     if (motion_check(&params, &t, &error)) fail_msg("%s", error.text);
 }
 
-/* Largest speed of any leg between two cycles if the test is stopped at any tick. */
+/* Returns the largest speed of any leg between two cycles, for a stop of the test at any tick. */
 static double fastest(const struct params *params, const struct trajectory *t, enum dof dof) {
     struct kinematics k;
     struct reference r;
@@ -504,7 +505,8 @@ static double fastest(const struct params *params, const struct trajectory *t, e
     return most;
 }
 
-/* Accepted at the limit, refused 2 % beyond it: the check does not simulate all repetitions. */
+/* Asserts that a motion is accepted at the limit and refused 2 % beyond it, although the check does
+ * not simulate all repetitions. */
 static void assert_limited_at(struct params *params, const struct trajectory *t, enum dof dof) {
     double most = fastest(params, t, dof);
     params->limits.leg_rate_mps = 1.001 * most;
@@ -518,14 +520,15 @@ static void what_repeats_is_checked_as_if_all_of_it_were(void **unused) {
     slow_case();
     struct params params = gently();
     struct trajectory t = {.knots = 11, .passes = 30, .knot = knots};
-    /* passes far shorter than the ramp-out, to and fro about a distant place */
+    /* the passes are far shorter than the ramp-out, and go to and fro about a distant place */
     for (int i = 0; i < 11; i++)
         knots[i] = (struct trajectory_knot){.time_s = 0.01 * i, .pose = {[DOF_Z] = 0.05 + 0.5e-3 * cos(0.2 * PI * i)}};
     knots[10].pose[DOF_Z] = knots[0].pose[DOF_Z];
     assert_true(trajectory_bend(&t));
     params.tests.ramp_s = params.tests.ramp_out_s = 2.0;
     assert_limited_at(&params, &t, DOF_NONE);
-    /* periods of a few cycles, none covering all phases; the end falls within one */
+    /* the periods have a few cycles, so that no period covers all phases; the end falls within a
+     * period */
     for (int i = 0; i < 2; i++) {
         params = brisk();
         params.tests.order[0] = DOF_Z, params.tests.count = 1;

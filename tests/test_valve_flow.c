@@ -1,12 +1,13 @@
-/* The flow equations of the controller against those of the simulated cylinder, which they
- * invert. */
+/* The flow equations of the controller invert the simulated cylinder's, and are compared with
+ * them. */
 #include "support.h"
 
 #include "cylinder.h"
 #include "kinematics.h"
 #include "valve_flow.h"
 
-/* Effects that the law knows, none of them neutral, another value on each leg. */
+/* Returns a machine with effects that the law takes into account, all different from neutral, with
+ * another value on each leg. */
 static struct params uneven(void) {
     struct params params;
     config_default(&params);
@@ -59,7 +60,7 @@ static void the_opening_makes_the_rate_of_force(void **unused) {
     assert_true(both[0] > 500 && both[1] > 500);
 }
 
-/* An explicit step of 10 us leaves 1e-4 of the change. */
+/* Tolerance: an explicit step of 10 us has an error of 1e-4 of the change. */
 static void pressures_advance_as_in_the_cylinder(void **unused) {
     (void)unused;
     struct params params = uneven();
@@ -83,7 +84,7 @@ static void pressures_advance_as_in_the_cylinder(void **unused) {
     }
 }
 
-/* No oil passes the valve: the sum of both chambers' compressed volumes stays. */
+/* No oil passes the valve, so the sum of both chambers' compressed volumes stays the same. */
 static void a_load_moves_the_shut_piston(void **unused) {
     (void)unused;
     struct params params = uneven();

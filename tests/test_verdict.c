@@ -3,7 +3,7 @@
 
 #include "verdict.h"
 
-/* A computed limit is met within a rounding or two: 1e-15 of 100 % against limits of 1 % and
+/* A computed limit is exact to a rounding or two: 1e-15 of 100 %, compared with limits of 1 % and
  * more. */
 static const double inside = 1 - 1e-9, outside = 1 + 1e-9;
 
@@ -13,11 +13,12 @@ struct run {
     struct params params;
     struct identification id;
     int64_t cycles, overruns;
+    enum verdict_status method_c;
 };
 
 static double amplitude(const struct params *p, int dof) { return p->tests.amplitude[dof]; }
 
-/* A flawless run: six perfect tests, a plain inertia matrix. */
+/* Returns a faultless run: six perfect tests, a plain inertia matrix. */
 static struct run *good_run(void) {
     static struct run run;
     struct run *r = &run;
@@ -45,7 +46,7 @@ static struct verdicts judge_all(const struct run *r) {
     const struct run_facts facts = facts_of(r);
     struct verdicts v = {.run = verdict_of_data(&r->params, &r->id, &facts),
                          .method_a = verdict_of_matrix(&r->params, &r->id, &r->id.method_a, "method A"),
-                         .method_c = {.status = VERDICT_PASS}};
+                         .method_c = {.status = r->method_c}};
     verdict_of_run(&v, &r->params, &r->id, &facts);
     return v;
 }
@@ -63,7 +64,7 @@ static void assert_passes_with_a_note(const struct run *r, const char *words) {
     assert_true(v.notes == 1 && strstr(v.note[0], words));
 }
 
-/* Expects exactly one reason, whose text contains `words`. */
+/* Asserts that there is exactly one reason, whose text contains `words`. */
 static void assert_one_reason(const struct run *r, enum verdict_status status, const char *words) {
     struct verdict v = judge(r);
     if (v.status != status) fail_msg("%s, not %s: %s", verdict_names[v.status], verdict_names[status], words);
@@ -109,13 +110,28 @@ static void unwanted_motion_is_limited_in_every_axis_of_every_test(void **unused
         }
 }
 
+static void a_leg_off_its_reference_is_limited_on_both_sides(void **unused) {
+    (void)unused;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        struct run *r = good_run();
+        struct test_result *t = &r->id.test[2];
+        t->off_leg = 3;
+        t->off_m = sign * r->params.checks.reference_off_m;
+        assert_passes(r);
+        t->off_m *= outside;
+        assert_one_reason(r, VERDICT_FAIL, sign < 0 ? "test z: leg 4 is -3.0 mm off" : "test z: leg 4 is +3.0 mm off");
+        t->off_m = (double)NAN;
+        assert_one_reason(r, VERDICT_FAIL, "test z: leg 4");
+    }
+}
+
 static void excluded_samples_are_limited_in_every_test(void **unused) {
     (void)unused;
     for (int d = 0; d < DOFS; d++) {
         struct run *r = good_run();
         struct test_result *t = &r->id.test[d];
         r->params.checks.excluded_pct = 1;
-        /* share of all evaluated samples, not of those left */
+        /* the share counts all evaluated samples, not only those that are left */
         t->samples = SAMPLES - 25, t->excluded = 25;
         assert_passes(r);
         t->samples = SAMPLES - 26, t->excluded = 26;
@@ -133,7 +149,7 @@ static void overruns_are_limited(void **unused) {
     assert_one_reason(r, VERDICT_FAIL, "1.01 % of the cycles overran, limit 1 %: a core of its own (loop.cpu), or a longer loop.period_s");
 }
 
-/* The asymmetry on either side of the diagonal, with either sign. */
+/* The asymmetry is on either side of the diagonal, with either sign. */
 static void asymmetry_is_limited_in_every_pair_of_entries(void **unused) {
     (void)unused;
     for (int i = 0; i < DOFS; i++)
@@ -151,13 +167,33 @@ static void asymmetry_is_limited_in_every_pair_of_entries(void **unused) {
         }
 }
 
+/* Method A judges itself by its symmetry alone; where method C passes, it is the better judge. */
+static void a_matrix_far_from_method_c_fails_its_method_and_not_the_run(void **unused) {
+    (void)unused;
+    for (int passes = 0; passes <= 1; passes++)
+        for (int i = 0; i < DOFS; i++) {
+            struct run *r = good_run();
+            struct method_result *c = &r->id.method_c.matrix;
+            *c = r->id.method_a;
+            r->method_c = passes ? VERDICT_PASS : VERDICT_FAIL;
+            double (*mt)[DOFS] = r->id.method_a.mt, limit = r->params.checks.symmetry_pct / 100;
+            mt[i][i] = c->mt[i][i] * (1 + limit * inside);
+            assert_int_equal(judge_all(r).method_a.status, VERDICT_PASS);
+            mt[i][i] = c->mt[i][i] * (1 + limit * outside);
+            assert_int_equal(judge_all(r).method_a.status, passes ? VERDICT_FAIL : VERDICT_PASS);
+            assert_int_equal(judge_all(r).run.status, passes ? VERDICT_PASS : VERDICT_FAIL);
+            c->mt[i][i] = (double)NAN; /* not determined */
+            assert_int_equal(judge_all(r).method_a.status, VERDICT_PASS);
+        }
+}
+
 static void a_matrix_that_is_not_positive_definite_fails(void **unused) {
     (void)unused;
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < i; j++) {
             struct run *r = good_run();
             double (*mt)[DOFS] = r->id.method_a.mt, border = sqrt(mt[i][i] * mt[j][j]);
-            /* smallest eigenvalue +-1e-8, its rounding 1e-13 */
+            /* the smallest eigenvalue is +-1e-8, its rounding 1e-13 */
             mt[i][j] = mt[j][i] = border * inside;
             assert_passes(r);
             mt[i][j] = mt[j][i] = border * outside;
@@ -190,7 +226,7 @@ static void an_incomplete_test_is_not_evaluated(void **unused) {
         snprintf(words, sizeof words, "test %s excluded: %s (0 samples)", dof_names[d], refusals[REFUSED_INCOMPLETE].why);
         *t = (struct test_result){
             .dof = (enum dof)d, .amplitude = t->amplitude, .achieved_amplitude = (double)NAN, .refused = REFUSED_INCOMPLETE};
-        /* over a fraction of a period */
+        /* these means are over a fraction of a period, and are not judged */
         for (int leg = 0; leg < LEGS; leg++) t->witness.mean_n[leg] = 1e6;
         assert_one_reason(r, VERDICT_NOT_EVALUATED, words);
     }
@@ -242,7 +278,8 @@ static void reasons_beyond_the_last_place_still_count(void **unused) {
     for (int i = 0; i < VERDICT_REASONS; i++) assert_int_equal(strlen(v.reason[i]), VERDICT_TEXT - 1);
 }
 
-/* Method A's checks judge method A: a run with a result of method C has that one's verdict. */
+/* Method A's checks judge method A only: a run that has a result of method C has the verdict of
+ * method C. */
 static void the_run_has_the_verdict_of_method_c_where_that_has_a_result(void **unused) {
     (void)unused;
     struct run *r = good_run();
@@ -257,22 +294,23 @@ static void the_run_has_the_verdict_of_method_c_where_that_has_a_result(void **u
     verdict_add(&v.method_c, VERDICT_FAIL, "impossible");
     verdict_of_run(&v, &r->params, &r->id, &facts);
     assert_true(v.run.status == VERDICT_FAIL && v.run.reasons == 1 && !strcmp(v.run.reason[0], "impossible"));
-    /* the data are everybody's */
+    /* checks of the data apply to both methods */
     r->overruns = CYCLES;
     assert_int_equal(judge(r).status, VERDICT_FAIL);
 }
 
-/* All six tests are good for method A, and method C contradicts the machine: that is no pass. */
+/* All six tests are good for method A, but method C contradicts the machine, so the run does not
+ * pass. */
 static void a_run_that_method_c_refused_is_not_evaluated_and_says_why(void **unused) {
     (void)unused;
     struct run *r = good_run();
     error_set(&r->id.no_method_c, STATUS_USAGE, "another machine");
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "method C: another machine");
     assert_int_equal(judge_all(r).method_a.status, VERDICT_PASS);
-    /* at 4 Hz and 2 ms 750 samples are the six cycles that it needs */
+    /* method C needs six cycles, which are 750 samples at 4 Hz and 2 ms */
     for (int d = 0; d < DOFS; d++) r->id.test[d].samples = 700;
     assert_passes_with_a_note(r, "another machine");
-    /* without a complete test there is nothing that it should have evaluated */
+    /* without a complete test method C has nothing to evaluate */
     r->id.tests = 0, r->id.method_a.evaluated = false;
     struct verdict v = judge(r);
     for (int i = 0; i < v.reasons; i++) assert_null(strstr(v.reason[i], "another machine"));
@@ -291,7 +329,7 @@ static void entries_that_method_c_leaves_open_in_tests_of_few_axes_are_not_evalu
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
 }
 
-/* Nobody stated what the amplitude should be, so a note says that nothing was judged by it. */
+/* No amplitude was requested, so a note states that nothing was judged by it. */
 static void an_amplitude_without_a_reference_is_not_judged(void **unused) {
     (void)unused;
     struct run *r = good_run();
@@ -303,7 +341,7 @@ static void an_amplitude_without_a_reference_is_not_judged(void **unused) {
     assert_non_null(strstr(v.note[0], "no reference"));
     r->id.test[4].asked_amplitude = r->id.test[4].amplitude;
     assert_int_equal(judge(r).status, VERDICT_FAIL);
-    /* The reference is what was asked for, whatever amplitude the configuration (-c) has. */
+    /* The reference is the requested amplitude, whatever the configuration (-c) has. */
     r = good_run();
     for (int d = 0; d < DOFS; d++) r->id.test[d].amplitude *= 3;
     assert_passes(r);
@@ -323,7 +361,7 @@ static void print_gives_status_and_reasons(void **unused) {
     assert_string_equal(text, "verdict   fail\n          first 1\n          second\n          (a note)\n");
 }
 
-/* Friction of one group is off, then an entry of the matrix as well, less far. */
+/* The friction of one group of parts is off; then an entry of the matrix is off too, by less. */
 static void a_machine_that_changes_on_the_way_is_noted_and_a_matrix_that_does_fails(void **unused) {
     (void)unused;
     struct run *r = good_run();
@@ -343,9 +381,11 @@ int main(void) {
         cmocka_unit_test(a_good_run_passes_without_a_reason),
         cmocka_unit_test(amplitude_is_limited_on_both_sides),
         cmocka_unit_test(unwanted_motion_is_limited_in_every_axis_of_every_test),
+        cmocka_unit_test(a_leg_off_its_reference_is_limited_on_both_sides),
         cmocka_unit_test(excluded_samples_are_limited_in_every_test),
         cmocka_unit_test(overruns_are_limited),
         cmocka_unit_test(asymmetry_is_limited_in_every_pair_of_entries),
+        cmocka_unit_test(a_matrix_far_from_method_c_fails_its_method_and_not_the_run),
         cmocka_unit_test(a_matrix_that_is_not_positive_definite_fails),
         cmocka_unit_test(a_matrix_with_what_is_not_a_number_fails),
         cmocka_unit_test(an_incomplete_test_is_not_evaluated),

@@ -1,5 +1,5 @@
-/* A known weight is weighed by the legs. The truth is statics at neutral, written here with the
- * drawing's angles: each leg carries H / L of its force upwards. */
+/* A known weight is weighed by the legs. The expected readings follow from statics at neutral,
+ * written here with the drawing's angles: each leg carries H / L of its force upwards. */
 #include "support.h"
 
 #include "weighing.h"
@@ -7,19 +7,19 @@
 enum { TESTS = 6, CYCLES = 2000, STEPS = 2000 };
 static const double WEIGHT_KG = 80.0, G = 9.80665;
 
-/* The machine and what its sensors make of it. */
+/* The machine, and the errors of its sensors. */
 struct scale {
     struct params params;
     double length_m, rise; /* length of each leg at neutral, and H / L */
     double gain[2][LEGS], zero_pa[2][LEGS];
-    double joint_m;        /* leg 1 is read so much too long */
-    double extra_kg[TESTS];/* what a test with the weight carries beside it */
+    double joint_m;        /* excess of the reading of leg 1's length */
+    double extra_kg[TESTS];/* mass that a test with the weight carries in addition */
     double drift_pa[2][LEGS]; /* change of the zeros in the log with the weight */
     struct rest_found rest[2];
     struct method_c friction;
-    int extends[2];        /* steps of each STEPS in which the legs extend, without and with the
-                            * weight; in the others they retract */
-    double dry_n[2];       /* dry friction of each leg, extending and retracting */
+    int extends[2];        /* number of steps, of STEPS, in which the legs extend, without and with
+                            * the weight; in the others they retract */
+    double dry_n[2];       /* dry friction of each leg, when it extends and when it retracts */
 };
 
 static void scale_init(struct scale *s) {
@@ -33,8 +33,8 @@ static void scale_init(struct scale *s) {
     s->rise = g->height_m / s->length_m;
 }
 
-/* Makes a cycle in which the legs carry a mass: they share it unequally, and the pressures on the
- * rod side are other ones in each test. */
+/* Makes a cycle in which the legs carry a mass. The legs share it unequally, and the pressures on
+ * the rod side differ from test to test. */
 static struct cycle carrying(const struct scale *s, double mass_kg, int test, bool with, int step, uint64_t *seed) {
     const struct actuator_params *p = &s->params.actuator;
     struct cycle c = {.test = test, .dof = (enum dof)test, .phase = PHASE_EVALUATE};
@@ -45,11 +45,12 @@ static struct cycle carrying(const struct scale *s, double mass_kg, int test, bo
         int extends = s->extends[with], phase = step % STEPS;
         bool out = phase < extends;
         friction_n += extends ? (out ? s->dry_n[0] : -s->dry_n[1]) : 0.0;
-        /* a saw of 1 um; a length of the whole cycle leaves the lift as it is */
+        /* a sawtooth of 1 um, too small to change the share of a leg's force that lifts */
         double saw_m = extends ? 1e-6 * (out ? (double)phase / extends : (double)(STEPS - phase) / (STEPS - extends)) : 0.0;
         double p2 = 4e6 + (with ? -2e4 * (k + 1) : 0.0) + 1e5 * test;
         double p1 = (mass_kg * G * share / s->rise + friction_n + a2 * p2) / a1;
-        double noise_n = 50.0 * random_unit(seed); /* moves both chambers and no force */
+        double noise_n = 50.0 * random_unit(seed); /* noise of both chambers that does not change
+                                                    * the force */
         p1 += noise_n / a1, p2 += noise_n / a2;
         c.in.p1_pa[k] = (1.0 + s->gain[0][k]) * p1 + s->zero_pa[0][k] + with * s->drift_pa[0][k];
         c.in.p2_pa[k] = (1.0 + s->gain[1][k]) * p2 + s->zero_pa[1][k] + with * s->drift_pa[1][k];
@@ -80,7 +81,7 @@ static struct weighing_found weighed(const struct scale *s) {
     return found;
 }
 
-/* Zeros and dry friction are in both logs. */
+/* Both logs have the same zeros and dry friction. */
 static void a_weight_reads_its_mass_whatever_zeros_and_friction_are(void **unused) {
     (void)unused;
     struct scale s;
@@ -94,7 +95,8 @@ static void a_weight_reads_its_mass_whatever_zeros_and_friction_are(void **unuse
     assert_close(found.std_kg, 0.0, 1e-6);
 }
 
-/* Shares are taken from readings, so they are off by the gains themselves: 0.01 of 0.01. */
+/* Tolerance: shares are computed from readings, so the gains themselves are in them, 0.01 of
+ * 0.01. */
 static void its_error_is_that_of_the_gains_by_their_shares(void **unused) {
     (void)unused;
     struct scale s;
@@ -113,8 +115,8 @@ static void its_error_is_that_of_the_gains_by_their_shares(void **unused) {
     assert_close(s.params.found.weight_error, expected, 2e-4);
 }
 
-/* Six readings with a sum of squares of 10 kg^2 about their mean: 10 / 5 / 6 kg^2, times 5 / 3 by
- * Student's distribution. */
+/* Six readings with a sum of squares of 10 kg^2 about their mean have a variance of 10 / 5 / 6
+ * kg^2, times 5 / 3 by Student's distribution. */
 static void the_tests_scatter_gives_the_deviation(void **unused) {
     (void)unused;
     struct scale s;
@@ -125,7 +127,8 @@ static void the_tests_scatter_gives_the_deviation(void **unused) {
     assert_close(found.std_kg, sqrt(10.0 / 5.0 / 6.0 * 5.0 / 3.0), 1e-4);
 }
 
-/* A zero of leg 1 turns all directions; the deviation holds the square of what that does. */
+/* A zero error of leg 1 changes the direction of all legs; the deviation includes the square of its
+ * effect. */
 static void a_zero_of_a_length_is_in_the_deviation(void **unused) {
     (void)unused;
     struct scale s;
@@ -140,7 +143,8 @@ static void a_zero_of_a_length_is_in_the_deviation(void **unused) {
     assert_below(std, 6.0 * fabs(off));
 }
 
-/* Lets both logs rest, the second one with its zeros drifted; the rests are that exact. */
+/* Gives both logs a rest, with zeros that have drifted before the second one. std_pa: deviation of
+ * the zeros at rest. */
 static void rest_before(struct scale *s, double std_pa) {
     s->rest[0].samples = s->rest[1].samples = 100;
     for (int k = 0; k < LEGS; k++)
@@ -150,8 +154,9 @@ static void rest_before(struct scale *s, double std_pa) {
         }
 }
 
-/* 2 kPa on the rodless side of leg 3 are 2e3 A1 H / L / g; without rests they stay within the
- * deviation, with exact ones they are taken off, with rests as good as the drift half of them. */
+/* 2 kPa on the rodless side of leg 3 are 2e3 A1 H / L / g. Without rests they stay in the reading,
+ * within its deviation. Exact rests take all of them off, and rests that are as uncertain as the
+ * drift take half. */
 static void zeros_that_drift_are_taken_off_as_far_as_rests_show_them(void **unused) {
     (void)unused;
     struct scale s;
@@ -175,15 +180,16 @@ static void zeros_that_drift_are_taken_off_as_far_as_rests_show_them(void **unus
 }
 
 /* Legs that extend for 1100 of 2000 steps instead of 900 have a fifth of their dry friction more in
- * the mean; only the mean of both directions counts. The way over ten steps is told wrong near a
- * reversal: 1 %. */
+ * the mean. Only the mean of both directions counts. Near a reversal the direction over ten steps
+ * is wrong, which makes 1 %. */
 static void dry_friction_of_legs_that_extend_for_longer_is_taken_off(void **unused) {
     (void)unused;
     struct scale s;
     scale_init(&s);
     s.extends[0] = 900, s.extends[1] = 1100, s.dry_n[0] = 30.0, s.dry_n[1] = 50.0;
     double kg = LEGS * s.rise * 0.2 * 40.0 / G;
-    assert_close(weighed(&s).reading_kg, WEIGHT_KG + kg, 1e-3); /* without a word of friction */
+    assert_close(weighed(&s).reading_kg, WEIGHT_KG + kg, 1e-3); /* no friction is given, so none is
+                                                                 * taken off */
     for (int k = 0; k < LEGS; k++) s.friction.dry[k][0] = 30.0, s.friction.dry[k][1] = 50.0;
     struct weighing_found found = weighed(&s);
     print_message("dry friction adds %.3f kg, %.3f kg are taken off\n", kg, found.friction_kg);
@@ -210,15 +216,15 @@ static void logs_in_the_wrong_order_and_few_tests_are_refused(void **unused) {
     assert_non_null(strstr(error.text, "3 tests"));
     assert_int_equal(weighing_find(&log[0], &log[1], &s.params, (struct weight){2.0 * WEIGHT_KG, 0.0}, &s.friction, &found, &error),
                      STATUS_USAGE);
-    /* a test that was broken off in the second log is none that both have */
+    /* a test that was stopped early in the second log does not count as common to both */
     with.test[0].samples /= 2, with.test[1].samples /= 2, with.test[2].samples /= 2;
     assert_int_equal(weighing_find(&log[0], &log[1], &s.params, (struct weight){WEIGHT_KG, 0.0}, &s.friction, &found, &error),
                      STATUS_USAGE);
     assert_non_null(strstr(error.text, "3 tests"));
 }
 
-/* 20 kPa of pressure that one chamber kept are no drift of zeros within 1 kPa, and a weight of 1 kg
- * is lost in that drift. */
+/* 20 kPa of pressure that remained in one chamber are no drift of zeros within 1 kPa, and a weight
+ * of 1 kg is less than what that drift hides. */
 static void rests_under_pressure_and_weights_too_light_are_refused(void **unused) {
     (void)unused;
     static struct weighing without, with;
@@ -238,7 +244,8 @@ static void rests_under_pressure_and_weights_too_light_are_refused(void **unused
     assert_non_null(strstr(error.text, "P2 of leg 5"));
 }
 
-/* Samples with a flag, and readings that are no numbers, do not count; a test begun anew does. */
+/* Samples with a flag, and readings that are no numbers, do not count; a test that begins again
+ * replaces the first. */
 static void a_repeated_test_replaces_the_first(void **unused) {
     (void)unused;
     static struct weighing w;

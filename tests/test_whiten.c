@@ -1,4 +1,4 @@
-/* Residuals in units of their noise. */
+/* Residuals in units of the standard deviation of their noise. */
 #include "support.h"
 
 #include "inverse_dynamics.h"
@@ -8,7 +8,7 @@
 enum { CYCLES = 10, SAMPLES = 125, UNSTEADY_LEG = 1, STEADY_LEG = 4 };
 static const double PRESSURE_NOISE_PA = 1e4;
 
-/* Six sinusoids with noise alone. */
+/* Makes a test of six sinusoids with noise alone. */
 static void make_test(struct residual_test *t) {
     static double cycle[PHASES * SPECTRUM_SIZE];
     *t = (struct residual_test){.legs = LEGS,
@@ -54,14 +54,14 @@ static void a_chamber_on_its_way_says_little(void **unused) {
     double scatter_pa = 2e6;
     make_test(&t);
     t.std[CHANNEL_P2][UNSTEADY_LEG][0] = t.spectrum.std[CHANNEL_P2][UNSTEADY_LEG][0] = scatter_pa / sqrt(CYCLES);
-    /* noise of 300 Pa, three times the model error of 70 Pa */
+    /* the noise is 300 Pa and the model error 70 Pa, so 2 MPa are thousands of deviations */
     assert_true(fabs(white_p2(&t, STEADY_LEG, scatter_pa)) > 1000.0);
-    /* one deviation of its own scatter */
+    /* the residual is one deviation of its own scatter */
     assert_close(fabs(white_p2(&t, UNSTEADY_LEG, scatter_pa)), 1.0, 0.01);
 }
 
 /* With few cycles, twice the expected spread of noise may be chance: a mean with twice the
- * deviation keeps at least half its weight. Counted as drift, it would have a fifth. */
+ * deviation keeps at least half its weight. If it counted as drift, it would keep a fifth. */
 static void cycles_of_noise_are_steady(void **unused) {
     (void)unused;
     struct residual_test t;
@@ -73,8 +73,9 @@ static void cycles_of_noise_are_steady(void **unused) {
     assert_true(weight > 0.5 && weight < 1.0);
 }
 
-/* White noise of both pressures, seventeen coefficients of all that the samples contain; and the
- * leg's mass times the acceleration that a wrong length implies. */
+/* The deviation of a force comes from white noise of both pressures, over the seventeen
+ * coefficients of all that the samples contain, and from the leg's mass times the acceleration that
+ * a wrong length implies. */
 static void a_force_is_as_sure_as_its_pressures(void **unused) {
     (void)unused;
     struct residual_test t;

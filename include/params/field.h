@@ -7,7 +7,7 @@
 
 /* A kind of channel between the field and hexid, leg by leg: si = si_min + (raw - raw_min) /
  * (raw_max - raw_min) (si_max - si_min) + offset. Readings outside low..high (SI, offset included)
- * are implausible. A 4-20 mA or 0-10 V sensor behind a node only has other numbers. */
+ * are implausible. A 4-20 mA or 0-10 V sensor behind a node only needs other numbers. */
 struct channel_params {
     double raw_min[LEGS], raw_max[LEGS]; /* raw values on the bus at si_min and at si_max */
     double si_min[LEGS], si_max[LEGS];
@@ -24,7 +24,8 @@ struct can_params {
     double bitrate_bps;
     double heartbeat_s;           /* period of the heartbeats of every node and of the daemon; three
                                    * missing in a row mean that the sender is lost */
-    /* Identity that the nodes below must report (0x1000, 0x1018:1, :2), rounded; -1: any. */
+    /* Identity that a node must report (objects 0x1000, 0x1018:1, 0x1018:2). Values are rounded to
+     * integers; -1: any identity is accepted. */
     double device_type, vendor_id, product_code;          /* identity of axis nodes */
     double io_device_type, io_vendor_id, io_product_code; /* identity of node 7, inputs and
                                                            * outputs */

@@ -13,17 +13,19 @@ struct leg_vectors {
 struct geometry_params {          /* geometry of the legs' joints, Tian 2015 Table 1 */
     double upper_radius_m;        /* radius of the circle of the upper joints, Ra */
     double lower_radius_m;        /* radius of the circle of the lower joints, Rb */
-    double height_m;              /* H: upper joint plane (z = 0 in the platform's drawing) above
-                                   * the lower one (z = 0 in the base's), at neutral */
+    double height_m;              /* H: height of the upper joint plane (z = 0 in the platform's
+                                   * drawing) over the lower one (z = 0 in the base's), at
+                                   * neutral */
     double upper_half_angle_rad;  /* half the angle between the two upper joints of a pair, alpha */
     double lower_half_angle_rad;  /* half the angle between the two lower joints of a pair, beta */
     /* The coordinates below are those of the drawings of platform and base: x forward, y right, z
      * down. */
     struct leg_vectors upper, lower; /* positions of the joints, m; if not given, they are on a
                                       * circle, by the radii and angles above */
-    struct leg_vectors upper_axis, lower_axis; /* first axis of each universal joint, fixed in
-                                                * platform or base, of any length; if not given, it
-                                                * is level, tangential to the joint circle */
+    struct leg_vectors upper_axis, lower_axis; /* direction of each universal joint's first axis,
+                                                * the one that is fixed in platform or base, of any
+                                                * length; if not given, the axis is level and
+                                                * tangential to the joint circle */
 };
 
 #endif

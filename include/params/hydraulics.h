@@ -11,7 +11,7 @@ struct hydraulics_params {
     double valve_drop_pa;
     double valve_frequency_hz, valve_damping[LEGS];
     double bulk_modulus_pa[LEGS];
-    double dead_volume_m3[LEGS];      /* dead volume of each side at its end of the stroke */
+    double dead_volume_m3[LEGS];      /* dead volume of the rodless side at its end of the stroke */
     double dead_volume_difference_m3[LEGS]; /* dead volume of the rod side less dead_volume_m3 */
     double leakage_m3_per_s_pa[LEGS]; /* leakage across the piston */
     double pipe_length_m, pipe_bore_m; /* pipes between each valve's ports, where the pressures are

@@ -4,12 +4,12 @@
 
 #include <stdbool.h>
 
-struct interlock_params {         /* SAFETY: wired inputs and outputs of the machine; others are not
-                                   * watched */
+struct interlock_params {         /* SAFETY: true for each input or output that is wired; inputs
+                                   * that are not wired are not watched */
     bool emergency_stop, enable, door, pressure;
     bool supply;                  /* the output that keeps the supply on */
-    double pressure_s;            /* longest time until the input `pressure` closes; if it is not
-                                   * wired, the waiting time itself */
+    double pressure_s;            /* longest time until the input `pressure` closes; if that input
+                                   * is not wired, the time that is waited */
     bool antivalent;              /* each input has two contacts, one inverse (interlock.h) */
     double discrepancy_s;    /* longest time for which the two contacts may contradict each other */
 };

@@ -8,15 +8,16 @@ struct limit_params {     /* SAFETY: beyond any of these limits the supervisor c
     double length_min_m[LEGS], length_max_m[LEGS];
     double leg_rate_mps;
     double following_m;           /* largest |leg reference - leg length| while engaged */
-    double standstill_m;          /* greatest range of a leg's reference during which its length may
-                                   * stay unchanged while engaged */
+    double standstill_m;          /* range over which a leg's reference may move, while engaged,
+                                   * without any change of the leg's length */
     double force_n;               /* largest |A1 P1 - A2 P2| of a leg */
     double sensor_age_s;
     double pressure_min_pa, pressure_max_pa; /* range of plausible pressure readings */
-    int bad_cycles;        /* leaky bucket: bad cycles less good ones at which a fault is latched */
+    int bad_cycles;        /* level of the leaky bucket (bad cycles less good ones) at which a fault
+                            * is latched */
     double blind_time_s;          /* upper limit of the result of blind_time() */
-    double oscillation_mps2;      /* acceleration of the platform beyond 1.8 times what is asked
-                                   * for: src/core/oscillation.h */
+    double oscillation_mps2;      /* largest acceleration of the platform beyond 1.8 times the
+                                   * requested one (src/core/oscillation.h) */
 };
 
 #endif

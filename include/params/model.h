@@ -3,14 +3,14 @@
 #define HEXID_PARAMS_MODEL_H
 
 struct tolerance_params {         /* tolerances of the model's parameters that hexid gap does not
-                                   * count as a finding; relative, but for joints and springs */
+                                   * count as a finding; relative, except for joints and springs */
     double mass;                  /* tolerance of every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
-    double rigidity;              /* departure of the payload from one rigid body, standard
-                                   * deviation as a share of sqrt(M_ii M_jj) */
+    double rigidity;              /* standard deviation of the payload's departure from one rigid
+                                   * body, as a share of sqrt(M_ii M_jj) */
     double joints_m;              /* tolerance of each coordinate of a joint */
     /* standard deviations of systematic errors (src/residual/systematic.h); gains without unit */
-    double pressure_drift_pa; /* of a zero from one log to the next, standard deviation */
+    double pressure_drift_pa; /* standard deviation of a pressure's zero between logs */
     double pressure_gain, length_gain, length_zero_m, skew_s, pressure_lag_s, pipe_m;
     double springs_n_per_m, springs_nm_per_rad; /* stiffness of hoses and cables, on x, y, z and on
                                                  * the angles */

@@ -10,8 +10,8 @@ struct sim_params {
     double base_hz, base_mass_kg; /* the base on its springs (sim/surroundings.h); 0 Hz: the base is
                                    * rigid */
     double ripple_pa, ripple_hz;  /* amplitude and frequency of the pump's pressure ripple */
-    double smooth_friction_mps;   /* 0: true stick; otherwise dry friction of the cylinders is F
-                                   * tanh(v / this), as in models without stick */
+    double smooth_friction_mps;   /* speed v0 of a friction without stick, F tanh(v / v0), in the
+                                   * cylinders; 0: dry friction sticks */
 };
 
 #endif

@@ -5,7 +5,7 @@
 #include "params/text.h"
 #include "types.h"
 
-/* Range of a test's frequency: that of tests.frequency_hz and of what a CSV file states. */
+/* Range of a test's frequency, in tests.frequency_hz and in the head of a CSV file. */
 #define TESTS_LEAST_HZ 0.01
 #define TESTS_MOST_HZ 100.0
 
@@ -23,8 +23,8 @@ struct test_params {
     int repeat;                   /* number of passes of the trajectory */
 };
 
-/* True if axes are tested one after another, each with a sinusoid, as methods A and B need.
- * Otherwise the run is one test of no axis. */
+/* Returns true if axes are tested one after another, each with a sinusoid, as methods A and B need.
+ * Otherwise the run is a single test that belongs to no axis. */
 static inline bool tests_single(const struct test_params *t) { return !t->multisine && !t->trajectory[0]; }
 static inline int tests_count(const struct test_params *t) { return tests_single(t) ? t->count : 1; }
 static inline const char *tests_name(const struct test_params *t, enum dof dof) {

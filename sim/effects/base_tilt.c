@@ -4,7 +4,7 @@
 
 enum { PHI, THETA };
 
-/* The base is level after Ry(theta) Rx(phi); down is the vertical turned back into {B}. */
+/* The base becomes level by Ry(theta) Rx(phi); `down` is the vertical, expressed in {B}. */
 static void machine(const struct effect_values *v, struct machine *m) {
     double phi = v->value[PHI][0], theta = v->value[THETA][0];
     m->bodies.down[0] = -sin(theta);

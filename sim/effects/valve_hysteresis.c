@@ -2,7 +2,7 @@
 
 enum { WIDTH };
 
-/* Backlash: the output follows the command half a width behind it. */
+/* Returns the output of a valve with backlash: it follows the command half a width behind. */
 static double command(const struct effect_values *v, int leg, double command, double *memory) {
     double half = 0.5 * v->value[WIDTH][leg], low = command - half, high = command + half;
     return *memory = *memory < low ? low : *memory > high ? high : *memory;

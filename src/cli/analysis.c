@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "gains.h"
 #include "identification_table.h"
 #include "leg_order.h"
 #include "params.h"
@@ -22,14 +23,14 @@ void analysis_free(struct analysis *a) {
     parts_free(&a->parts);
 }
 
-/* True if the motion is sinusoids, one axis after another. A log from elsewhere may hold another
- * motion than its configuration says, so the recorded motion decides too. */
+/* Returns true if the motion is sinusoids, one axis after another. A log from elsewhere may contain
+ * another motion than its configuration says, so the recorded motion decides too. */
 bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }
 
-/* Refuses a sample for which the recording has no room: a test of an axis has a sixth of
- * ANALYSIS_SAMPLES, another motion all that is left. */
+/* Refuses a sample for which the recording has no room: a test of an axis may have a sixth of
+ * ANALYSIS_SAMPLES, another motion all that the tests leave. */
 static enum refusal surplus(const struct recording *r, enum dof dof) {
     int kept = 0;
     if (!r->tests) return REFUSED_NOT;
@@ -70,8 +71,8 @@ static void record(struct analysis *a, const struct cycle *c) {
     if (!surplus(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
-/* True if the test of this axis is complete; a motion that belongs to no axis counts as complete at
- * any time. */
+/* Returns true if the test of this axis is complete; a motion that belongs to no axis counts as
+ * complete at any time. */
 static bool complete(const struct identification *id, enum dof dof) {
     bool is = dof == DOF_NONE;
     for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && !id->test[k].refused);
@@ -119,7 +120,7 @@ bool analysis_take(struct analysis *a, const struct cycle *c) {
     record(a, c);
     rest_take(&a->rest, c);
     weighing_take(&a->weighing, c);
-    if (c->test >= 0 && c->dof != DOF_NONE) a->seen[c->dof] = true;
+    if (c->test >= 0 && c->dof != DOF_NONE) a->seen[c->dof] = true, a->driven[c->dof] = c->gains;
     if (a->cycles && c->seq > a->last.seq) a->lost = add_saturated(a->lost, cycles_between(a->last.seq, c->seq));
     a->last = *c;
     a->cycles++;
@@ -195,7 +196,9 @@ static bool evaluated(const struct identification *id, enum dof dof) {
     return false;
 }
 
-const char *analysis_fault(struct analysis *a) {
+/* Returns the name of the last cycle's fault with its measured value; NULL: there is none. The text
+ * is valid until the next call. */
+static const char *last_fault(struct analysis *a) {
     if (!a->last.first_fault) return NULL;
     const char *name = fault_name(a->last.first_fault);
     /* a log's cycles lack the measured value, but its fault event has it, if the event is about the
@@ -211,8 +214,8 @@ static struct verdict judge_method_c(const struct analysis *a) {
         .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
 }
 
-/* Notes what nothing in this recording tells: a symmetry of the machine changes no length and no
- * force, so the legs may be counted otherwise than the drawing has them. */
+/* Adds a note on what this recording cannot decide: a symmetry of the machine changes no length and
+ * no force, so the legs may be numbered in another order than in the drawing. */
 static void note_symmetries(const struct analysis *a, struct verdict *v) {
     char orders[LEG_ORDER_TEXT];
     if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated) return;
@@ -220,10 +223,22 @@ static void note_symmetries(const struct analysis *a, struct verdict *v) {
     if (*orders) verdict_note(v, "undecided without a recorded reference, as it changes no length and no force: %s", orders);
 }
 
+/* Returns true if two axes were tested with different gains: the result would be of two
+ * controllers. */
+static bool gains_differ(const struct analysis *a) {
+    const struct gains *first = NULL;
+    for (int dof = 0; dof < DOFS; dof++) {
+        if (!a->seen[dof]) continue;
+        if (first && !gains_equal(first, &a->driven[dof])) return true;
+        first = &a->driven[dof];
+    }
+    return false;
+}
+
 struct verdicts analysis_verdicts(struct analysis *a) {
     const struct identification *id = &a->ident.result;
     const struct run_facts facts = {.sinusoids = analysis_sinusoids(a), .cycles = a->cycles, .overruns = a->overruns};
-    const char *fault = analysis_fault(a);
+    const char *fault = last_fault(a);
     ident_solve(&a->ident);
     struct verdicts v = {.run = verdict_of_data(a->params, id, &facts),
                          .method_a = verdict_of_matrix(a->params, id, &id->method_a, "method A"),
@@ -234,6 +249,8 @@ struct verdicts analysis_verdicts(struct analysis *a) {
     for (int dof = 0; dof < DOFS; dof++)
         if (a->seen[dof] && !evaluated(id, (enum dof)dof))
             verdict_add(&v.run, VERDICT_NOT_EVALUATED, "test %s excluded: %s", dof_names[dof], refusals[REFUSED_EMPTY].why);
+    if (gains_differ(a))
+        verdict_add(&v.run, VERDICT_NOT_EVALUATED, "the gains were changed between its tests; repeat all of them with the same gains");
     if (fault) verdict_add(&v.run, VERDICT_FAIL, "fault %s", fault);
     verdict_of_run(&v, a->params, id, &facts);
     note_symmetries(a, &v.run);
@@ -264,7 +281,7 @@ static void print_loop(const struct loop_statistics *s, bool brief, FILE *out) {
     print_times("execution", s->exec_us, out);
 }
 
-/* Prints method A's verdict where the run's is method C's. */
+/* Prints method A's verdict if the run's verdict is method C's. */
 static void print_method_a(const struct analysis *a, const struct verdicts *v, FILE *out) {
     const struct identification *id = &a->ident.result;
     if (!id->method_a.evaluated || !id->method_c.matrix.evaluated) return;

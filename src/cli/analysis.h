@@ -21,8 +21,8 @@ struct analysis {
     struct motion_result motion;
     struct rest rest;
     struct weighing weighing;       /* zeroed: nothing is weighed */
-    struct params calibrated;       /* the configuration with what was found about the sensors, with
-                                     * which method C is solved */
+    struct params calibrated;       /* the configuration, corrected by the sensor errors that rests
+                                     * and a known weight show; method C is solved with it */
     struct histogram wake, exec;
     struct cycle last;
     char fault[FAULT_LINE_SIZE];    /* text of the last cycle's fault from a log's event; "": none
@@ -30,6 +30,8 @@ struct analysis {
     int64_t cycles, overruns, lost; /* numbers of cycles; `lost` is counted from gaps in seq */
     int64_t unlogged;               /* number of cycles received but not in the log */
     bool seen[DOFS];                /* there are cycles of a test of this axis */
+    struct gains driven[DOFS];      /* gains of the latest test of each axis seen; a log's cycles
+                                     * have none */
     int64_t refused[REFUSALS];      /* number of evaluated cycles excluded for each reason */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
                                      * and the longest delay among them */
@@ -78,11 +80,7 @@ struct loop_statistics analysis_statistics(const struct analysis *a);
  * analysis_identify() has run. */
 struct verdicts analysis_verdicts(struct analysis *a);
 
-/* Returns the name of the last cycle's fault with its measured value; NULL: there is none. The text
- * is valid until the next call. */
-const char *analysis_fault(struct analysis *a);
-
-/* True if the tests are sinusoids, one axis after another, as methods A and B need. */
+/* Returns true if the tests are sinusoids, one axis after another, as methods A and B need. */
 bool analysis_sinusoids(const struct analysis *a);
 
 /* Returns 0 if there is a test of an axis, a matrix, or nothing at all; -2 with the reason if other

@@ -21,21 +21,21 @@ enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 };
 
 struct options {
-    const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map, *http, *machine;
+    const char *config, *hal, *bus, *log, *json, *output, *format, *validate, *replay, *map, *http, *machine, *model, *baseline;
     const char *measured[LOGS_MAX];
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
-    int run; /* number of the run in a log that holds several; 0: not given */
+    int run; /* number of the run in a log that contains several; 0: not given */
     double log_quota_bytes, log_part_bytes; /* values of --log-quota and --log-part; 0: no limit */
-    /* the settings for which --tests, --trajectory and --repeat stand */
+    /* "key=value" settings that --tests, --trajectory and --repeat stand for */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
-    bool fast, print_config, modbus_map, failures, refusals, keys, survey, verbose, all, once, json_lines;
+    bool fast, print_config, modbus_map, failures, refusals, keys, survey, qualify, verbose, all, once, json_lines;
     double latency_s; /* duration of the measurement of wake-ups; negative: not given */
     /* value of --weight, and its standard deviation; 0: not given */
     double weight_kg, weight_std_kg;
-    double std_pct; /* standard deviation wanted of a survey's proposals; 0: not given */
+    double std_pct; /* wanted standard deviation of the survey's proposals, %; 0: not given */
     bool rt_given, pose_given;
     double pose[DOFS]; /* value of --pose: x y z phi theta psi */
     enum realtime_mode rt;
@@ -59,13 +59,20 @@ const char *options_default_config(char installed[PATH_MAX]); /* Returns the pat
                                                                * used. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
+/* Finds the configuration of the machine that a URL of --hal names: that of FILE for a simulated
+ * machine sim:FILE, whose cycle must be the controller's; otherwise `own`. Returns -2 or -3. */
+int options_machine(const char *url, const struct params *own, struct params *machine, struct error *error);
+
+/* The file of sim:FILE, behind any faults; NULL: there is none. */
+const char *options_machine_file(const char *url);
+
 /* Reads the run's configuration from the first event of the log at `path`. Returns -2, or -3 if
- * that event holds none; the message then ends with `otherwise`: the remedy, or what remains
- * unknown. */
+ * that event is no configuration; the message then ends with `otherwise`: the remedy, or what
+ * remains unknown. */
 struct log_event;
 int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
-/* True if --set gives this key. */
+/* Returns true if --set gives this key. */
 bool options_sets(const struct options *o, const char *key);
 
 /* Sets hz to the frequencies that an imported file states for its own rows (csv_stated.h), or back
@@ -73,20 +80,22 @@ bool options_sets(const struct options *o, const char *key);
  * tests.frequency_hz, which then stays, and cli_say_overruled() reports what the file states. */
 void cli_take_stated(const char *path, const struct log_event *event, bool overruled, const double configured_hz[DOFS], double hz[DOFS]);
 
-/* Reports on stderr that --set gives other frequencies than files of this path state: "x: 5" or
- * "1_x.csv: 5; 2_y.csv: 6"; "": none. */
+/* Reports on stderr that --set gives other frequencies than files of this path state. stated: "x:
+ * 5" or "1_x.csv: 5; 2_y.csv: 6"; "": reports nothing. */
 void cli_say_overruled(const char *path, const char *stated);
 
 /* Opens the configured bus, after calling options_params(). */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 
-/* SAFETY: a machine that is not simulated moves by itself only if this command line says so
- * (--set motion.automatic=true), because a file with that key may be a copy of the simulation's.
- * Otherwise this clears it in params, and the platform waits for `hexid command engage`. */
+/* SAFETY: a machine that is not simulated moves by itself only if this command line says so (--set
+ * motion.automatic=true), because a file with that key may be a copy of the simulation's. Without
+ * that option, clears motion.automatic in params, and the platform waits for `hexid command
+ * engage`. */
 void options_automatic(const struct options *o, bool simulated, struct params *params);
 
-/* Prints a line, made printable (printable.h), as it may come from anywhere. At most 4000 bytes. */
+/* Prints a line and makes it printable first (printable.h), because its text may come from
+ * anywhere. At most 4000 bytes. */
 __attribute__((format(printf, 2, 3))) void cli_say(FILE *out, const char *format, ...);
 
 /* Prints "hexid: message" and returns the exit status. */
@@ -108,5 +117,6 @@ int cmd_monitor(int argc, char **argv);
 int cmd_doctor(int argc, char **argv);
 int cmd_effects(int argc, char **argv);
 int cmd_tune(int argc, char **argv);
+int cmd_qualify(int argc, char **argv);
 
 #endif

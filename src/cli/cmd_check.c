@@ -21,7 +21,7 @@
 
 enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 
-/* A log that is checked: one of the command line, or one made from a directory. */
+/* A log that is checked: a log of the command line, or one made from a directory. */
 struct input {
     const char *name;            /* the file's name on the command line */
     char copy[PATH_SIZE];        /* for a directory: path of an unnamed log, which ends with the
@@ -86,6 +86,7 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
         return status;
     }
     cli_say_overruled(source->path, in->csv.overruled);
+    if (in->csv.notes[0]) cli_say(stderr, "hexid: %s", in->csv.notes);
     join(c->report.zero, sizeof c->report.zero, in->csv.zero);
     join(c->report.missing, sizeof c->report.missing, in->csv.missing);
     join(c->report.ignored, sizeof c->report.ignored, in->csv.ignored);
@@ -93,8 +94,8 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
     return STATUS_OK;
 }
 
-/* If a directory is refused as a whole, reads it file by file, so that no error, in a file or
- * between two of them, hides another. */
+/* Reads a directory that is refused as a whole file by file, so that no error, in a file or between
+ * two of them, hides another. */
 static int import_files(struct check *c, struct csv_source source, int files) {
     int unused, before = c->inputs;
     c->refused = *c->error;
@@ -115,16 +116,24 @@ static int import_directory(struct check *c, const char *name) {
     return status;
 }
 
+/* True for the name of a file that hexid import takes. */
+static bool is_table(const char *name) {
+    static const char *const ends[] = {".csv", ".tsv", ".txt", ".dat", ".mat", ".mcap"};
+    const char *dot = strrchr(name, '.');
+    for (size_t i = 0; i < sizeof ends / sizeof *ends && dot; i++)
+        if (!strcasecmp(dot, ends[i])) return true;
+    return false;
+}
+
 static int take_input(struct check *c, const char *name) {
     struct stat s;
-    const char *dot = strrchr(name, '.');
-    bool csv = dot && !strcasecmp(dot, ".csv");
+    bool csv = is_table(name);
     if (!stat(name, &s) && (S_ISDIR(s.st_mode) || csv)) return import_directory(c, name);
     if (c->o.map) return error_set(c->error, STATUS_USAGE, "--map is for CSV files, and %.250s is none", name);
     return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
 }
 
-/* Reads the configuration: the log's, changed by --set, or that of -c. The log made from a
+/* Reads the configuration: the log's, changed by --set, or the file of -c. The log made from a
  * directory already includes both. */
 static int read_params(struct check *c, const struct input *in, const struct log_event *event) {
     if (c->o.config && !in->copy[0]) return options_params(&c->o, &c->params, c->error);
@@ -157,8 +166,8 @@ static int begin_survey(struct check *c, const struct input *in, const struct cy
     return STATUS_OK;
 }
 
-/* True if the test's time begins anew, as it does in a log made of several files of one axis.
- * Single rows that are out of order go back less than half of the test. */
+/* Returns true if the test's time begins anew, as it does in a log made of several files of one
+ * axis. Single rows that are out of order go back less than half of the test. */
 static bool begins_anew(const struct recording_test *t, const struct cycle *cycle) {
     enum { ROWS_LEAST = 10 };
     if (t->count < ROWS_LEAST) return false;

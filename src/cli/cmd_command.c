@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "command_set.h"
 #include "command_stop.h"
 #include "edit_distance.h"
 #include "monotonic.h"
@@ -116,7 +117,7 @@ static int move(const struct asked *q, struct error *error) {
     if (count == 0) return report_nobody(q, &doubt, "", error);
     if (count > 1) return say_several(q, count, error);
     if (command_client_open(&c, q->found, false, ANSWER_MS)) return say_no_way(q, q->found, error);
-    int status = tell(&c, q, error);
+    int status = q->command == COMMAND_SET ? command_set(&c, q->params, q->setting, error) : tell(&c, q, error);
     command_client_close(&c);
     return status;
 }
@@ -126,7 +127,7 @@ static int move(const struct asked *q, struct error *error) {
 static const char *name_of(int i) { return i + COMMAND_ENGAGE < COMMANDS ? command_names[i + COMMAND_ENGAGE] : NULL; }
 
 static int unknown(const struct options *o, struct error *error) {
-    static const char commands[] = "one of engage, start, stop, park, reset";
+    static const char commands[] = "one of engage, start, stop, park, reset, set";
     if (!o->operands) return error_set(error, STATUS_USAGE, "command: %s", commands);
     const char *nearest = edit_nearest(o->operand[0], name_of);
     return error_set(error, STATUS_USAGE, "command %.100s: not %s%s%s%s", o->operand[0], commands, nearest ? "; did you mean " : "",
@@ -173,6 +174,7 @@ static int carry_out(const struct options *o, struct asked *q, struct error *err
     struct memory *memory = calloc(1, sizeof *memory);
     if (!memory) return error_set(error, STATUS_IO, "command %s: out of memory.%s", q->word, command_stops(q->command) ? ALARM : "");
     q->found = memory->found;
+    q->params = &memory->params;
     int status = address(o, &memory->params, q, error);
     if (!status) {
         catch_signals(q);
@@ -186,10 +188,14 @@ int cmd_command(int argc, char **argv) {
     struct options o;
     struct error error = {0};
     struct asked q = {.command = COMMANDS};
-    int status = options_parse(&o, argc, argv, "cSN", 1, &error);
+    int status = options_parse(&o, argc, argv, "cSN", 2, &error);
     for (int i = COMMAND_ENGAGE; !status && o.operands && i < COMMANDS; i++)
         if (!strcmp(o.operand[0], command_names[i])) q.command = (enum command)i, q.word = command_names[i];
     if (!status && q.command == COMMANDS) status = unknown(&o, &error);
+    if (!status && o.operands > 1 && q.command != COMMAND_SET)
+        status = error_set(&error, STATUS_USAGE, "%.100s: one argument too many, `hexid command %s` takes none", o.operand[1], q.word);
+    q.setting = o.operands > 1 ? o.operand[1] : NULL;
+    if (!status) status = command_set_check(q.setting, &error);
     if (!status) status = carry_out(&o, &q, &error);
     return status < 0 && error.status ? cli_fail(&error) : -status;
 }

@@ -44,6 +44,10 @@ int cmd_import(int argc, char **argv) {
     if (report.empty)
         cli_say(stdout, "%lld cells have no number: rows that lack a length, a pressure, a force or a command count as lost",
                 (long long)report.empty);
+    if (report.notes[0]) cli_say(stdout, "%s", report.notes);
+    if (report.turns)
+        cli_say(stdout,
+                "an axis that turns, read as at a lever of 1 m: angles in rad stand as m, torques in N m as N, and axis.mass_kg is kg m2");
     if (report.missing[0]) cli_say(stdout, "missing columns, what needs them is not evaluated: %s", report.missing);
     if (report.no_lengths)
         cli_say(stderr, "hexid: warning: a file lacks lengths (l1_m .. l6_m): without all six hexid gap and hexid identify have nothing "

@@ -92,7 +92,8 @@ static void say_where(const struct live_listener *l, const char *host) {
         cli_say(stderr, "hexid: warning: %s is no loopback address: whoever reaches it sees the machine (but moves nothing)", host);
 }
 
-/* SAFETY: this single thread never waits for a browser, and reads LCM first. */
+/* SAFETY: serves the page until a signal comes. This single thread never waits for a browser, and
+ * reads LCM first. */
 static int serve(struct bus *bus, struct live_state *state, struct live_server *server, struct error *error) {
     struct pollfd ready[] = {{.fd = bus_fd(bus), .events = POLLIN}, {.fd = live_server_fd(server), .events = POLLIN}};
     struct bus_message m;

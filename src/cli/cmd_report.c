@@ -35,7 +35,7 @@ static struct identification_log summary(const struct log_analysis *l, const cha
                    .off_rad = m->off_rad,
                    .complete = m->complete},
         .refused = a->refused,
-        .fault = a->last.first_fault ? a->fault : NULL, /* text that analysis_fault() has already
+        .fault = a->last.first_fault ? a->fault : NULL, /* text that the analysis has already
                                                          * written */
     };
 }

@@ -2,6 +2,7 @@
 #include <pthread.h>
 #include <signal.h>
 #include <limits.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/signalfd.h>
@@ -27,20 +28,21 @@
 #include "outputs.h"
 #include "poll_any.h"
 #include "process.h"
+#include "quality_plan.h"
 #include "recorder.h"
 #include "survey_report.h"
 #include "trajectory_file.h"
 #include "units.h"
 
-/* number of cycles that the ring holds while a disk stalls: 16 s at 2 ms */
+/* number of cycles in the ring, which keeps them while a disk stalls: 16 s at 2 ms */
 enum { RING_CAPACITY = 8192 };
-/* by how much the stop path's SCHED_FIFO priority is below the loop's: below loop and field bus,
- * above all else */
+/* distance of the stop path's SCHED_FIFO priority below the loop's: below loop and field bus, above
+ * all else */
 enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* standard deviation wanted of a survey's proposals without
                                     * --std, % */
-/* cycles that wait for the recorder (2 s) from which on it counts as hanging; the rest of the ring
- * suffices for parking */
+/* number of cycles that wait for the recorder at which it counts as hanging, 2 s; the remaining
+ * places of the ring suffice for parking */
 enum { RECORDER_BEHIND = RING_CAPACITY / 8 };
 
 struct session {
@@ -48,6 +50,7 @@ struct session {
     struct params params;
     struct trajectory trajectory; /* trajectory of the tests; knot NULL: there is none */
     struct multisine multisine;   /* motion of a survey */
+    struct params machine;        /* the simulated machine, often as `params` */
     struct params asked;          /* configured parameters, before a survey changes them */
     struct survey_report *survey; /* the survey's results; NULL: this run is no survey */
     struct hal *hal;
@@ -111,7 +114,8 @@ static enum realtime_mode realtime_of(const struct session *s) {
     return s->hal->ops->simulated ? REALTIME_TRY : REALTIME_REQUIRE;
 }
 
-/* SAFETY: hardware gets real time, because a machine does not wait for a late loop. */
+/* SAFETY: chooses the clock. Hardware gets real time, because a machine does not wait for a late
+ * loop. */
 static enum clock_kind clock_of(const struct session *s) {
     if (s->options.fast) return CLOCK_VIRTUAL;
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
@@ -123,7 +127,7 @@ static const char *machine_url(const struct session *s) {
     return last ? last + 1 : s->options.hal;
 }
 
-/* True if the machine is on a field bus, where commands act one cycle later. */
+/* Returns true if the machine is on a field bus, where commands act one cycle later. */
 static bool on_bus(const struct session *s) {
     const struct hal_ops *ops = hal_find(machine_url(s));
     return ops && !ops->simulated;
@@ -131,31 +135,48 @@ static bool on_bus(const struct session *s) {
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
 
-/* Makes the survey's motion, which the loop, the log and its readers treat as a trajectory without
- * a file. */
-static int check_survey(struct session *s, struct error *error) {
+/* Takes s->trajectory as the motion of an option; the loop, the log and its readers treat it as a
+ * trajectory without a file. */
+static int own_motion(struct session *s, const char *option, const char *name, int repeat, struct error *error) {
     struct test_params *t = &s->params.tests;
-    if (t->trajectory[0]) return error_set(error, STATUS_USAGE, "--survey: tests.trajectory is set; a survey has its own motion");
+    struct error beyond;
+    t->multisine = false;
+    t->repeat = repeat;
+    t->duration_s = trajectory_s(&s->trajectory);
+    snprintf(t->trajectory, sizeof t->trajectory, "%s", name);
+    if (!motion_check(&s->params, &s->trajectory, &beyond)) return STATUS_OK;
+    return error_set(error, STATUS_USAGE, "%s: %.320s (a lower limits.leg_rate_mps makes it smaller)", option, beyond.text);
+}
+
+static int check_survey(struct session *s, struct error *error) {
     s->asked = s->params;
     s->survey = calloc(1, sizeof *s->survey);
     if (!s->survey) return error_set(error, STATUS_IO, "out of memory");
-    int status = config_check_motion(&s->asked, error);
-    if (!status) status = multisine_init(&s->multisine, &s->params, error);
+    int status = multisine_init(&s->multisine, &s->params, error);
     if (!status) status = multisine_trajectory(&s->multisine, &s->trajectory, error);
-    if (status) return status;
-    t->multisine = false;
-    t->repeat = MULTISINE_PASSES;
-    t->duration_s = trajectory_s(&s->trajectory);
-    snprintf(t->trajectory, sizeof t->trajectory, "survey");
-    struct error beyond;
-    if (!motion_check(&s->params, &s->trajectory, &beyond)) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "--survey: %.320s (a lower limits.leg_rate_mps makes it smaller)", beyond.text);
+    return status ? status : own_motion(s, "--survey", "survey", MULTISINE_PASSES, error);
 }
 
-/* SAFETY: checks the run's motion before anything is opened. A trajectory's length becomes that of
- * the evaluated part. */
+static int check_qualify(struct session *s, struct error *error) {
+    struct test_params *t = &s->params.tests;
+    struct quality_plan plan;
+    int status = quality_plan(&plan, &s->params, on_bus(s), error);
+    if (!status) status = quality_trajectory(&plan, &s->trajectory, error);
+    if (status) return status;
+    t->ramp_out_s = fmax(t->ramp_out_s, plan.ramp_out_s);
+    return own_motion(s, "--qualify", QUALITY_MOTION, 1, error);
+}
+
+/* SAFETY: checks the run's motion, and whether the machine may be driven at all, before anything is
+ * opened. The duration of a trajectory becomes tests.duration_s. */
 static int check_motion(struct session *s, struct error *error) {
-    return s->options.survey ? check_survey(s, error) : motion_check_tests(&s->params, &s->trajectory, error);
+    const char *own = s->options.qualify ? "--qualify" : s->options.survey ? "--survey" : NULL;
+    if (!own) return motion_check_tests(&s->params, &s->trajectory, error);
+    if (s->params.tests.trajectory[0])
+        return error_set(error, STATUS_USAGE, "%s: tests.trajectory is set; it has a motion of its own", own);
+    int status = config_check_motion(&s->params, error);
+    if (status) return status;
+    return s->options.qualify ? check_qualify(s, error) : check_survey(s, error);
 }
 
 /* Opens the log. Old logs that cannot be deleted cause a warning only. */
@@ -186,7 +207,8 @@ static int open_all(struct session *s, struct error *error) {
     int status = machine_lock(&s->lock, s->options.hal, error);
     if (status) return status;
     if (s->lock.doubt.status) warn(&s->lock.doubt);
-    status = hal_open(&s->hal, s->options.hal, &s->params, s->options.seed, error);
+    status = options_machine(s->options.hal, &s->params, &s->machine, error);
+    if (!status) status = hal_open(&s->hal, s->options.hal, &s->machine, s->options.seed, error);
     if (status) return status;
     options_automatic(&s->options, s->hal->ops->simulated, &s->params);
     say_who_moves_it(s);
@@ -203,9 +225,9 @@ static int open_all(struct session *s, struct error *error) {
     return status;
 }
 
-/* SAFETY: signals that would end or stop the process reach the main thread as requests to park.
- * Signals of a terminal, a pipe or a file limit are ignored, and SIGHUP under nohup(1). Threads
- * inherit the mask. */
+/* SAFETY: blocks signals and returns a descriptor to read them. Signals that would end or stop the
+ * process reach the main thread as requests to park. Signals of a terminal, a pipe or a file limit
+ * are ignored, and SIGHUP under nohup(1). Threads inherit the mask. */
 static int block_signals(struct error *error) {
     static const int ignored[] = {SIGTTIN, SIGTTOU};
     static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
@@ -222,9 +244,9 @@ static int block_signals(struct error *error) {
     return file >= 0 ? file : error_set(error, STATUS_IO, "no descriptor for signals: %s", strerror(errno));
 }
 
-/* SAFETY: the first signal parks the platform and ends the run; a second one by a person centres
- * the valves at once. A lost terminal and timeout(1) send two signals within milliseconds, which
- * count as one. The function acts first and reports afterwards. */
+/* SAFETY: handles a signal. The first signal parks the platform and ends the run; a second one by a
+ * person centres the valves at once. A lost terminal and timeout(1) send two signals within
+ * milliseconds, which count as one. The function acts first and reports afterwards. */
 static void signalled(struct session *s, int number) {
     static const int64_t twice_ns = 3 * NS_PER_S / 10;
     int64_t now_ns = monotonic_ns();
@@ -256,8 +278,8 @@ static void release_signals(struct session *s) {
     pthread_sigmask(SIG_UNBLOCK, &all, NULL);
 }
 
-/* SAFETY: if the log stalls without an error (a sleeping reader of a pipe, a hanging disk), the
- * platform is parked before records are lost. */
+/* SAFETY: detects a recorder that hangs. If the log stalls without an error (a sleeping reader of a
+ * pipe, a hanging disk), the platform is parked before records are lost. */
 static void watch_recorder(struct session *s) {
     if (s->options.fast || s->recorder_hangs || ring_count(&s->ring) < RECORDER_BEHIND) return;
     s->recorder_hangs = true;
@@ -266,7 +288,8 @@ static void watch_recorder(struct session *s) {
     else progress_say(&s->progress, "hexid: the recorder is not given the processor: parking; free this host\n");
 }
 
-/* SAFETY: nothing between a signal or a command and the loop's mailbox can block. */
+/* SAFETY: handles signals and commands until the loop ends. Nothing between a signal or a command
+ * and the loop's mailbox can block. */
 static void wait_for_end(struct session *s) {
     struct pollfd p[1 + COMMANDS_POLLS] = {{.fd = s->signal_file, .events = POLLIN}};
     commands_begin(&s->commands, &s->params, &s->loop, say, s);
@@ -305,20 +328,20 @@ static int report_survey(struct session *s, struct verdict *verdict, struct erro
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-/* True if an order ended this run regularly. A platform that moves only on command never finishes
- * its tests: SIGTERM, which service managers send, is then a regular end if the platform is parked
- * without a fault. */
+/* Returns true if an order ended this run regularly. A platform that moves only on command never
+ * finishes its tests: SIGTERM, which service managers send, is then a regular end if the platform
+ * is parked without a fault. */
 static bool ended_by_order(const struct session *s) {
     const struct cycle *last = &s->recorder.analysis.last;
     return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
 }
 
-/* Says what shows all of the result. */
+/* Tells the user which command prints the whole result. */
 static void say_whole(const struct session *s) {
     if (s->options.verbose) return;
     if (!s->options.log) cli_say(s->progress.out, "whole     --verbose prints it; with a log, hexid identify does");
     else if (s->recorder.part > 1) cli_say(s->progress.out, "whole     --verbose prints it; of each part, hexid identify does");
-    else cli_say(s->progress.out, "whole     hexid identify %s", s->options.log);
+    else cli_say(s->progress.out, "whole     hexid %s %s", s->options.qualify ? "qualify" : "identify", s->options.log);
 }
 
 static int report(struct session *s, struct error *error) {
@@ -368,9 +391,9 @@ static void warn_of_missing_inputs(struct session *s) {
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
-/* SAFETY: warns of weaknesses with the texts of `hexid doctor`: before opening, of singular poses,
- * in which the legs do not hold the platform and which may also be why a loop is refused; once the
- * machine is open, of a weakly damped loop or of limits that would suit another machine. */
+/* SAFETY: warns of weaknesses with the texts of `hexid doctor`. Before the machine is opened:
+ * singular poses, in which the legs do not hold the platform; they may also be why a loop is
+ * refused. Once it is open: a weakly damped loop, or limits that would suit another machine. */
 static void warn_of_machine(const struct session *s, bool opened) {
     static const struct {
         const char *name;
@@ -387,8 +410,9 @@ static void warn_of_machine(const struct session *s, bool opened) {
     }
 }
 
-/* SAFETY: an unstable loop endangers people on the platform; no key overrides this. Without valid
- * kinematics there is no loop to check, and check_motion() reports the reason. */
+/* SAFETY: refuses an unstable loop, which endangers people on the platform; no key overrides this
+ * check. Without valid kinematics there is no loop to check, and check_motion() reports the
+ * reason. */
 static int check_poles(struct session *s, struct error *error) {
     struct kinematics k;
     struct error unheard;
@@ -417,8 +441,8 @@ static void warn_of_axes_alike(const struct test_params *t) {
         }
 }
 
-/* SAFETY: if confinement fails, the platform is parked and the run ends, because nobody allowed
- * it to run unconfined. */
+/* SAFETY: confines the daemon. If confinement fails, the platform is parked and the run ends,
+ * because nobody allowed it to run unconfined. */
 static int confine_all(struct session *s, struct error *error) {
     const struct confinement all = {.result = &s->json, .reconnects = s->hal->ops->reconnects, .reopens_can = s->hal->ops->reopens_can};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
@@ -481,6 +505,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     ring_free(&s->ring);
     trajectory_free(&s->trajectory);
     free(s->config);
+    free(s->recorder.changed);
     free(s->survey);
     free(s);
     return status;
@@ -494,7 +519,7 @@ int cmd_run(int argc, char **argv) {
     s->recorder.notify.socket = s->keeper.socket = -1; /* marks the sockets as not open; 0 would be
                                                         * standard input */
     commands_init(&s->commands);
-    int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVdB", 0, &error);
+    int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVQdB", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);
     if (!status && !s->options.print_config) status = outputs_open(&s->options, &s->params, OUTPUTS_LOG, &s->json, NULL, &error);
     if (!status && !s->options.print_config) status = check_poles(s, &error);

@@ -12,16 +12,14 @@
 #include "tune_report.h"
 #include "version.h"
 
-/* The whole configuration with the gains that were found. The caller frees it. */
+/* Returns the whole configuration with the gains that were found. The caller frees it. */
 static char *tuned_text(const struct params *params, const struct loop_tune *t) {
     struct params tuned = *params;
     tuned.control = t->gains;
-    char *config = config_text(&tuned), *text = NULL;
-    if (config &&
-        asprintf(&text, "# hexid tune: gains from the configuration alone%s\n%s", t->reached ? "" : ", short of the margins", config) < 0)
-        text = NULL;
-    free(config);
-    return text;
+    return config_text_noted(&tuned,
+                             t->reached ? "hexid tune: gains from the configuration alone"
+                                        : "hexid tune: gains from the configuration alone, short of the margins",
+                             NULL, 0);
 }
 
 static bool found(const struct loop_tune *t) { return t->gains.kp > 0.0; }

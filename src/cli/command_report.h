@@ -1,6 +1,5 @@
-/* The parsed command line of `hexid command`, and messages shared by its two ways: moving
- * commands go to one machine (cmd_command.c), stop and park to all (command_stop.h). Main
- * thread. */
+/* The parsed command line of `hexid command`, and messages shared by its two files: moving commands
+ * go to one machine (cmd_command.c), stop and park to all (command_stop.h). Main thread. */
 #ifndef HEXID_COMMAND_REPORT_H
 #define HEXID_COMMAND_REPORT_H
 
@@ -8,16 +7,20 @@
 
 #include "command_client.h"
 
+struct params;
+
 enum { ANSWER_MS = 1000, NAMES_SIZE = 500 };
 #define ALARM " THE PLATFORM MAY STILL MOVE: press the emergency stop"
 
-/* The parsed command line: command, machine, and ways to send. */
+/* The parsed command line, and the machines that were found for it. */
 struct asked {
     enum command command;
     const char *word;      /* name of the command */
     const char *name;      /* name of the machine; "": not given */
+    const char *setting;   /* operand of `set`; NULL: there is none */
+    const struct params *params; /* configuration of the command line */
     const char *url;       /* URL of the LCM bus; "": there is none */
-    sigset_t during_waits; /* signal mask of waits for an answer; it admits signals */
+    sigset_t during_waits; /* signal mask during waits for an answer, in which signals can arrive */
     struct machine *found; /* machines that were found; room for MACHINES_MAX */
 };
 

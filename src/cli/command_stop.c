@@ -10,7 +10,7 @@
 
 enum { LCM_TRIES = 3, ALSO_SIZE = 200 };
 
-/* Sends the stop over LCM too, which brings no answer. Returns a sentence that reports this. */
+/* Sends the stop over LCM too, which brings no answer. Returns a sentence about the outcome. */
 static const char *by_lcm(const struct asked *q) {
     struct error error;
     struct bus *bus;
@@ -41,8 +41,8 @@ static int report_one(const struct command_told *t, const struct asked *q, bool 
     return error.status;
 }
 
-/* SAFETY: a machine that was meant but not found may still move, so the exit status must not
- * suggest that all are stopped. */
+/* SAFETY: reports that machines may not have been found. Such a machine may still move, so the exit
+ * status must not suggest that all are stopped. */
 static int report_missed(const struct asked *q, const struct error *doubt, const char *also, struct error *error) {
     return error_set(error, STATUS_IO, "another machine may be there, which was not told to %s: %.400s.%s" ALARM " there", q->word,
                      doubt->text, also);
@@ -66,13 +66,15 @@ static int stop_found(const struct asked *q, int count, const struct error *doub
     return all_meant && doubt->status ? report_missed(q, doubt, also, error) : worst;
 }
 
-/* SAFETY: a name that no machine has stops nothing: neither machines with other names nor, over
- * LCM, those on the same bus, because a script that ends one of several machines may come late
- * while the others hold people up. The message lists the machines and tells how to stop all. */
+/* SAFETY: reports that no machine has the name. Nothing is stopped then: neither machines with
+ * other names nor, over LCM, those on the same bus, because a script that ends one of several
+ * machines may come late, while the other machines carry people. The message lists the machines and
+ * the command that stops all. */
 static int stop_nobody(const struct asked *q, const struct error *doubt, struct error *error) {
     struct error other_doubt;
     char names[NAMES_SIZE], also[ALSO_SIZE];
-    /* SAFETY: a machine that could not be looked for may be there, so the doubt is reported. */
+    /* SAFETY: if a directory could not be searched, a machine may be in it, so the doubt is
+     * reported. */
     int others = *q->name && !doubt->status ? machine_find("", q->found, &other_doubt) : 0;
     if (others == 0) {
         snprintf(also, sizeof also, "%s" ALARM, by_lcm(q));

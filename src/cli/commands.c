@@ -106,9 +106,9 @@ static int take_messages(struct commands *c) {
     return came;
 }
 
-/* SAFETY: without a socket's file nobody can connect, which would only be noticed when a stop
- * fails. This is reported but not repaired, because the confined daemon's filter lets it bind no
- * socket. */
+/* SAFETY: reports a socket's file that was deleted or replaced. Without the file nobody can
+ * connect, which would otherwise only be noticed when a stop fails. It is not made again, because
+ * the confined daemon is not permitted to bind a socket. */
 static void watch_files(struct commands *c) {
     enum command_socket missing = command_server_missing(&c->server);
     struct sockaddr_un address;
@@ -129,8 +129,8 @@ static void watch_files(struct commands *c) {
     say(c, text);
 }
 
-/* SAFETY: a stop that cannot be accepted is reported, because only the daemon knows the reason.
- * Somebody may have lowered its limit of open files while it ran. */
+/* SAFETY: reports that connections cannot be accepted for lack of descriptors. Only the daemon can
+ * report why a stop fails. Somebody may have lowered its limit of open files while it ran. */
 static void watch_room(struct commands *c) {
     char text[COMMAND_TEXT_SIZE];
     bool starved = command_server_starved(&c->server);

@@ -46,7 +46,7 @@ int commands_patience_ms(const struct commands *c);
  * SAFETY: nothing between a received command and the loop's mailbox can block. */
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns);
 
-/* Tells every client the loop's final state and closes the sockets. */
+/* Sends the loop's final state to every client and closes the sockets. */
 void commands_close(struct commands *c);
 
 #endif

@@ -12,7 +12,8 @@ struct csv_input {
     char *base;
 };
 
-/* Returns -2 for a wrong --map, and for -c or --set if the directory has its own configuration. */
+/* Prepares the source. Returns -2 for a wrong --map, and for -c or --set if the directory has its
+ * own configuration. */
 int csv_input_begin(struct csv_input *input, const struct options *o, const char *directory, struct error *error);
 
 void csv_input_end(struct csv_input *input);

@@ -39,7 +39,8 @@ struct doctor {
     bool machine;           /* the URL is not of a simulation, so that real time is required */
     const struct loop_check *loop; /* check of the closed loop for these parameters; NULL: each
                                     * check computes it */
-    const struct gains_check *gains; /* margins of the configured gains; NULL: likewise */
+    const struct gains_check *gains; /* margins of the configured gains; NULL: each check computes
+                                      * them */
 };
 
 typedef struct finding doctor_check(const struct doctor *d);
@@ -56,7 +57,7 @@ struct finding finding_unseen(const char *path, const char *what);
  * should not drive; LEVEL_WARN for the simulation, which runs all the same. */
 enum level level_of_machine(const struct doctor *d);
 
-/* False for a single axis: hexid reads its recordings and drives nothing. */
+/* Returns false for a single axis: hexid reads its recordings and drives nothing. */
 bool doctor_drives(const struct doctor *d);
 
 /* Returns the check of the closed loop: d->loop, or computed here. */
@@ -77,7 +78,7 @@ __attribute__((format(printf, 4, 5))) bool doctor_read(const struct doctor *d, c
  * contains none. */
 __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d, int64_t *value, const char *path, ...);
 
-/* True if the processor is in a list in the kernel's format, such as "0-3,6". */
+/* Returns true if the processor is in a list in the kernel's format, such as "0-3,6". */
 bool doctor_listed(const char *list, int cpu);
 
 /* Lists the online processors on which the loop may run (loop.cpu), in order. Returns their number;

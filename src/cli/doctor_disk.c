@@ -17,8 +17,8 @@
 static const double HOUR_S = 3600.0;
 static const double HANGS_S = 2.0;   /* time after which a stalled log parks the platform
                                       * (cmd_run.c) */
-static const double STALLS_S = 0.5;  /* a write that stalls for so long, a quarter of HANGS_S, is
-                                      * warned of */
+static const double STALLS_S = 0.5;  /* duration of a write from which on doctor warns, a quarter of
+                                      * HANGS_S */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };
 
 double log_bytes_per_s(const struct params *params) {
@@ -87,9 +87,9 @@ static int open_trial(const char *directory) {
     return file;
 }
 
-/* Writes and flushes block after block, for one second and at least one block however slow the disk
- * is, and uses at most a tenth of the room, because another log may be written there. Returns 0 or
- * errno. */
+/* Writes and flushes one block after another, for at most a second and at most BLOCKS blocks; the
+ * first one is written however slow the disk is. It uses at most a tenth of the room, because
+ * another log may be written there. Returns 0 or errno. */
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;

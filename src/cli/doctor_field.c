@@ -159,7 +159,7 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
     return f;
 }
 
-/* Limit of the test's duration, because meanwhile its lock refuses a hexid that starts; requests
+/* Longest duration of the test, s, because meanwhile its lock refuses a hexid that starts; requests
  * that would be later are not sent and count as lost. */
 enum { LONGEST_TALK_S = 5 };
 
@@ -193,8 +193,8 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
     return judge_round_trips(d, &r);
 }
 
-/* SAFETY: does not disturb a running master: a serial line has only one, and some devices give a
- * new client the place of the previous one. */
+/* SAFETY: checks the device on Modbus without disturbing a running master: a serial line has only
+ * one, and some devices give a new client the place of the previous one. */
 struct finding check_modbus(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;

@@ -127,8 +127,8 @@ struct finding check_idle_states(const struct doctor *d) {
     return f;
 }
 
-/* Writes the remedy: give the loop a processor of its own, if there is a second one: the configured
- * processor, else the last. */
+/* Writes the remedy: a processor of its own for the loop, the configured one, else the last; if
+ * there is only one, a computer with a second one. */
 static void isolation_remedy(const char *online, int cpu, char *text, size_t size) {
     int last = -1, other = -1;
     for (int i = 0; i < PROCESSORS_MAX; i++)

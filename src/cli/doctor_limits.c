@@ -20,13 +20,13 @@ static const double PRESSURE_MOST = 2.5;   /* largest limits.pressure_max_pa, as
                                             * supply's pressure; a chamber's peaks are lower */
 static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge pressure of a vacuum, the lowest
                                                      * possible */
-static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa, this share of the
-                                            * supply's pressure below 0: only a faulty sensor reads
-                                            * less */
+static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa: below zero by this
+                                            * share of the supply's pressure, because only a faulty
+                                            * sensor reads less */
 static const double STEPS_LEAST = 5.0;     /* least limit of a length in steps of its transducer; a
                                             * smaller limit trips on rounding */
 
-/* Findings about the limits, a line each, and what to do about them. */
+/* Finding about the limits: a line and a remedy for each limit that does not suit. */
 struct saying {
     struct finding f;
 };

@@ -3,6 +3,7 @@
 
 #include "areas.h"
 #include "blind_time.h"
+#include "cli.h"
 #include "config.h"
 #include "doctor.h"
 #include "gains_check.h"
@@ -10,6 +11,7 @@
 #include "interlock.h"
 #include "kinematics.h"
 #include "loop_tune.h"
+#include "model_law.h"
 #include "motion_check.h"
 #include "params.h"
 #include "trajectory_file.h"
@@ -18,17 +20,12 @@
 #include "units.h"
 #include "workspace.h"
 
-static const double SINGULAR_NEAR = 0.25; /* share of the path from neutral to an end of the
-                                           * strokes; a singular pose that is nearer is warned of */
+static const double SINGULAR_NEAR = 0.25; /* a nearer singular pose causes a warning; share of the
+                                           * path from neutral to an end of the strokes */
 static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* smallest and largest plausible
                                                                  * radius of gyration, as multiples
                                                                  * of the upper joints' distance
                                                                  * from their centre */
-static const double FEED_FORWARD_MOST = 1.35; /* largest control.kff, as a multiple of the value
-                                               * that matches the valve; with more a leg runs
-                                               * ahead */
-static const double FOLLOWING_SHARE = 0.7; /* share of limits.following_m that an error of the
-                                            * feed-forward may take; the rest is for other causes */
 static const double USELESS = 0.2; /* largest distance of a length limit beyond the stroke's end, as
                                     * a share of the stroke; nothing reaches a farther one */
 
@@ -130,8 +127,10 @@ struct finding check_payload(const struct doctor *d) {
 
 static int make_machine(const struct doctor *d, struct error *error) {
     struct hal *hal;
+    struct params machine;
     if (d->machine) return STATUS_OK;
-    int status = hal_open(&hal, d->url, d->params, 1, error);
+    int status = options_machine(d->url, d->params, &machine, error);
+    if (!status) status = hal_open(&hal, d->url, &machine, 1, error);
     if (!status) hal->ops->close(hal);
     return status;
 }
@@ -171,7 +170,8 @@ struct finding check_interlocks(const struct doctor *d) {
                    "%s; one contact each: an input that is stuck closed is not seen", wiring);
 }
 
-/* Checks the margins of the loop in all poses. An unstable loop at neutral is for check_loop(). */
+/* Checks the margins of the loop in all poses. check_loop() fails a loop that is unstable at
+ * neutral. */
 struct finding check_gains(const struct doctor *d) {
     char found[GAINS_TEXT_SIZE];
     if (!doctor_drives(d)) return finding_none();
@@ -186,7 +186,8 @@ struct finding check_gains(const struct doctor *d) {
     return f;
 }
 
-/* SAFETY: an unstable loop shakes the platform from the first moment; `hexid run` refuses it. */
+/* SAFETY: checks the stability of the loop. An unstable one shakes the platform from the first
+ * moment; `hexid run` refuses it. */
 struct finding check_loop(const struct doctor *d) {
     char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
     if (!doctor_drives(d)) return finding_none();
@@ -201,28 +202,37 @@ struct finding check_loop(const struct doctor *d) {
     return f;
 }
 
-/* True if the law `model` looks less far ahead than commands on a field bus take. */
+/* Returns true if the law `model` looks less far ahead than commands on a field bus take. */
 static bool looks_short(const struct doctor *d) {
     const struct params *p = d->params;
     return d->machine && p->control.law == CONTROL_MODEL && p->control.delay_s < 0.5 * p->loop.period_s;
 }
 
-/* Checks control.kff: with a feed-forward that does not match the valve, a leg runs ahead of its
- * reference or lags, in proportion to its speed, and kp has to compensate. The law `model` has a
- * feed-forward of its own, and kff only where it hands over to the PID; on a field bus it needs the
- * delay besides. */
-struct finding check_feed_forward(const struct doctor *d) {
-    if (!doctor_drives(d)) return finding_none();
+/* Returns true, with the reason, if the law `model` cannot look as far ahead as the machine's
+ * delay, which `hexid run` refuses. */
+static bool looks_too_far(const struct doctor *d, struct error *error) {
+    struct kinematics k;
+    struct model_law law;
+    struct error unheard;
+    return d->params->control.law == CONTROL_MODEL && !kinematics_init(&k, d->params, &unheard) &&
+           model_law_init(&law, d->params, &k, error);
+}
+
+/* Adds to a finding, and to its remedy, what is wrong besides. */
+static void add_warning(struct finding *f, const char *remedy, const char *found) {
+    size_t said = strlen(f->found), advised = strlen(f->remedy);
+    snprintf(f->found + said, sizeof f->found - said, "%s%s", said ? "; " : "", found);
+    snprintf(f->remedy + advised, sizeof f->remedy - advised, "%s%s", advised ? "; " : "", remedy);
+    f->level = LEVEL_WARN;
+}
+
+/* Compares control.kff with what suits the valves. */
+static struct finding judge_kff(const struct doctor *d) {
     const struct params *p = d->params;
-    char delay[80];
-    snprintf(delay, sizeof delay, "set control.delay_s to %g", p->loop.period_s);
-    if (looks_short(d))
-        return finding(LEVEL_WARN, delay, "control.law model with control.delay_s %g: on a field bus a command acts %g s later",
-                       p->control.delay_s, p->loop.period_s);
     struct loop_check c = doctor_loop(d);
     if (c.state == LOOP_UNKNOWN) return finding_none();
-    double kff = p->control.kff, off_m = p->control.kp > 0.0 ? fabs(c.kff_suits - kff) * loop_fastest_mps(p) / p->control.kp : 0.0;
-    bool ahead = kff > FEED_FORWARD_MOST * c.kff_suits, faults = off_m > FOLLOWING_SHARE * p->limits.following_m;
+    double kff = p->control.kff, off_m = loop_check_off_m(&c, p);
+    bool ahead = kff > LOOP_FEED_FORWARD_MOST * c.kff_suits, faults = off_m > LOOP_FOLLOWING_SHARE * p->limits.following_m;
     char remedy[120];
     snprintf(remedy, sizeof remedy, "set control.kff to %.3g, 1 / (mean speed of a leg at full opening)", c.kff_suits);
     struct finding f = finding(ahead || faults ? LEVEL_WARN : LEVEL_OK, remedy,
@@ -234,6 +244,24 @@ struct finding check_feed_forward(const struct doctor *d) {
                  off_m * 1e3, p->limits.following_m * 1e3);
     }
     f.data = json_pack("{sf sf sf sf}", "kff_s_per_m", kff, "suits_s_per_m", c.kff_suits, "out_mps", c.out_mps, "in_mps", c.in_mps);
+    return f;
+}
+
+/* Checks control.kff: with a feed-forward that does not match the valve, a leg runs ahead of its
+ * reference or lags, in proportion to its speed, and kp has to compensate. The law `model` has its
+ * own feed-forward and uses kff only while the PID replaces it; it also needs control.delay_s on a
+ * field bus, and a delay that it can look ahead. */
+struct finding check_feed_forward(const struct doctor *d) {
+    if (!doctor_drives(d)) return finding_none();
+    const struct params *p = d->params;
+    struct error refused;
+    char found[160], remedy[80];
+    if (looks_too_far(d, &refused)) return finding(LEVEL_FAIL, "`hexid run` refuses it: correct what is named", "%s", refused.text);
+    struct finding f = judge_kff(d);
+    snprintf(remedy, sizeof remedy, "set control.delay_s to %g", p->loop.period_s);
+    snprintf(found, sizeof found, "control.law model with control.delay_s %g: on a field bus a command acts %g s later", p->control.delay_s,
+             p->loop.period_s);
+    if (looks_short(d)) add_warning(&f, remedy, found);
     return f;
 }
 

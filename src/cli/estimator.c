@@ -18,7 +18,7 @@ static void *estimator_thread(void *argument) {
     for (;;) {
         while (e->state != ESTIMATOR_BUSY && !e->ends) pthread_cond_wait(&e->changed, &e->mutex);
         if (e->state != ESTIMATOR_BUSY) break;
-        pthread_mutex_unlock(&e->mutex); /* the recording is the worker's while it is busy */
+        pthread_mutex_unlock(&e->mutex); /* while the worker is busy, only it uses the recording */
         estimator_equations(&e->recording, &e->equations, &e->error);
         recording_free(&e->recording);
         pthread_mutex_lock(&e->mutex);

@@ -1,5 +1,5 @@
-/* Runs method C on a worker thread, which makes the equations of one recording at a time while
- * the caller continues. The result does not depend on timing. All calls from one thread. */
+/* Runs method C on a worker thread, which makes the equations of one recording at a time while the
+ * caller continues. The result does not depend on timing. One thread makes all calls. */
 #ifndef HEXID_ESTIMATOR_H
 #define HEXID_ESTIMATOR_H
 
@@ -31,7 +31,7 @@ void estimator_stop(struct estimator *e);
 /* Takes over the recording with its samples and leaves an empty one. The estimator must be idle. */
 void estimator_give(struct estimator *e, struct recording *recording);
 
-/* True if estimator_take() would return a result at once. */
+/* Returns true if estimator_take() would return a result at once. */
 bool estimator_ready(struct estimator *e);
 
 /* Passes on the equations, or in error->status the reason why there are none. Returns false if no

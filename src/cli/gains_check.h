@@ -14,16 +14,17 @@
 enum { GAINS_TEXT_SIZE = 240 };
 
 struct gains_check {
-    bool known;                      /* false: the platform is not held at neutral, or no memory */
+    bool known;                      /* false: the supply does not hold the platform at neutral, or
+                                      * there was no memory */
     bool missed;                     /* the loop is unstable in some pose, or a margin is less than
-                                      * GAINS_SHARE of what is wanted */
-    struct loop_standing standing;   /* of the configured gains */
-    char remedy[GAINS_TEXT_SIZE];    /* if missed, what `hexid tune` would change: "set control.kp
-                                      * to 18 (now 40), ..."; "": it finds no gains */
+                                      * GAINS_SHARE of the wanted one */
+    struct loop_standing standing;   /* margins of the configured gains */
+    char remedy[GAINS_TEXT_SIZE];    /* changes that `hexid tune` proposes, if missed: "set
+                                      * control.kp to 18 (now 40), ..."; "": it finds no gains */
 };
 
-/* bus: the machine is on a field bus, where commands act one cycle later. Takes up to two seconds
- * if margins are missed, else a twentieth of one. */
+/* Computes the margins of the configured gains. bus: the machine is on a field bus, where commands
+ * act one cycle later. Takes up to 2 s if a margin is missed, else 0.05 s. */
 struct gains_check gains_check(const struct params *params, bool bus);
 
 /* Writes the margins, and in which mode and pose each is least. */

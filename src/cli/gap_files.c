@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <libgen.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -14,6 +15,7 @@
 #include "gap_json.h"
 #include "gap_messages.h"
 #include "messages.h"
+#include "numeric.h"
 #include "units.h"
 
 enum { PATH_SIZE = 4096, MESSAGE_MAX = 65536 };
@@ -50,7 +52,7 @@ static int write_report(const struct options *o, const struct gap_result *r, con
     return status;
 }
 
-/* True for a path directly in the directory that will be created, not in a subdirectory. */
+/* Returns true for a path directly in the directory that will be created, not in a subdirectory. */
 static bool is_inside(const char *path, const char *directory) {
     size_t length = strlen(directory);
     while (length > 1 && directory[length - 1] == '/') length--;
@@ -70,11 +72,24 @@ int gap_files_check(const struct options *o, struct output *json, struct error *
     return o->json && (there || !is_inside(o->json, o->output)) ? output_prepare(json, o->json, OUTPUT_RESULT, error) : STATUS_OK;
 }
 
+/* Notes the widest interval of a key of an effect that was found, and its earlier value. */
+static void note_key(const struct gap_effect *e, int key, struct config_note *note) {
+    const struct effect *effect = effect_table[e->effect];
+    double widest = 0.0;
+    for (int leg = 0; leg < LEGS; leg++) widest = fmax(widest, e->std[key][leg] > 0.0 ? gap_deviation(e, key, leg) : 0.0);
+    snprintf(note->key, sizeof note->key, "effects.%.40s.%.30s", effect->name, effect->keys[key].name);
+    if (widest > 0.0) snprintf(note->text, sizeof note->text, "+- %.2g at most (95 %%)", NUMERIC_95 * widest);
+    else snprintf(note->text, sizeof note->text, "at the end of its range: no estimate");
+}
+
 static char *model_text(const struct gap_result *r) {
-    char *config = config_text(&r->model), *text = NULL;
-    if (config && asprintf(&text, "# hexid gap, %s: %s\n%s", gap_verdict_names[r->verdict], r->reason, config) < 0) text = NULL;
-    free(config);
-    return text;
+    struct config_note note[GAP_EFFECTS * EFFECT_KEYS];
+    char head[GAP_TEXT + 40];
+    int notes = 0;
+    for (int i = 0; i < r->effects; i++)
+        for (int k = 0; k < r->effect[i].keys; k++) note_key(&r->effect[i], k, &note[notes++]);
+    snprintf(head, sizeof head, "hexid gap, %s: %s", gap_verdict_names[r->verdict], r->reason);
+    return config_text_noted(&r->model, head, note, notes);
 }
 
 int gap_files_write(const struct options *o, struct output *to, const struct gap_result *r, const struct recording *measured,

@@ -20,9 +20,9 @@ static int of_log(const char *path, int status, struct error *error) {
     return error_set(error, status, "%.100s: %.280s", path, reason.text);
 }
 
-/* Reads the log's own configuration, which tells a platform from an axis, and contains the
- * frequencies and amplitudes of its tests. The first log may lack it, or have one in an outdated
- * form. */
+/* Reads the log's own configuration, which shows whether the machine is a platform or an axis, and
+ * contains the frequencies and amplitudes of its tests. The first log may lack it, or have one in
+ * an outdated form. */
 static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
     struct params *own = calloc(1, sizeof *own);
     if (!own) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
@@ -48,7 +48,7 @@ static void end_test(const struct test *t, const struct recording *r, char left_
     snprintf(left_out + used, GAP_LEFT_OUT_SIZE - used, "%s%s", used ? ", " : "", dof_names[t->last.dof]);
 }
 
-/* Notices when a test ends. To be called before the recording takes the cycle. */
+/* Detects the end of a test. To be called before the recording takes the cycle. */
 static void follow_test(struct test *t, const struct cycle *c, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
     bool same = c->test == t->last.test && c->dof == t->last.dof && c->test_time_s > t->last.test_time_s;
     if (!same) end_test(t, r, left_out), t->recorded = r->tests;

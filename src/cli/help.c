@@ -12,7 +12,7 @@
 #define SEED "  --seed N         of the simulated sensors' noise, 1 without it\n"
 #define RT(defaults) "  --rt MODE        real time: require: nothing runs without SCHED_FIFO and locked memory; try: warn; off" \
     defaults "\n"
-#define MAP "  --map LIST       columns of CSV by their own names: position=Weg:mm,t=Zeit:s\n"
+#define MAP "  --map LIST       columns by their own names: position=Weg:mm,t=Zeit:s,force=#3:85.2 N\n"
 
 static const char run_options[] = CONFIG
     "  --hal URL        the platform, `sim:` without it:\n"
@@ -30,6 +30,7 @@ static const char run_options[] = CONFIG
     "  --survey         drive a small multisine instead, and say: the lowest eigenfrequencies of oil columns and closed loop, whether the\n"
     "                   configured tests are below them and above the sensors' floor, and which tests would do\n"
     "  --std PCT        for this standard deviation of Mt's worst entry, in per cent of sqrt(Mii Mjj); 0.5 without it\n"
+    "  --qualify        drive ten minutes of sines, slopes and steps, axis by axis, instead: hexid qualify measures its log\n"
     "  --verbose        print all of the result at the end, as hexid identify does, instead of ten lines\n"
     "  --print-config   show the effective configuration and end\n";
 
@@ -77,7 +78,7 @@ static const char tune_options[] = CONFIG
 static const struct subcommand subcommands[] = {
     {"run",
      "[-c FILE] [--hal URL] [--fast] [--rt require|try|off] [--seed N] [--log FILE|DIR [--log-quota GB] [--log-part GB]] [--json FILE]\n"
-     "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]]\n"
+     "           [--set KEY=VALUE ...] [--tests LIST] [--trajectory FILE [--repeat N]] [--survey [--std PCT]] [--qualify]\n"
      "           [--verbose] [--print-config]",
      "run the platform through its tests and identify it", run_options, "hexid run --fast --seed 7 --log a.lcm --json a.json", cmd_run},
     {"plant", "--bus URL [-c FILE] [--set KEY=VALUE ...] [--seed N] [--rt require|try|off]",
@@ -89,7 +90,7 @@ static const struct subcommand subcommands[] = {
      "hexid check a.lcm -o a.html", cmd_check},
     {"identify",
      "LOG [LOG ...] [--run N] [-c FILE] [--set KEY=VALUE ...] [--pose X,Y,Z,PHI,THETA,PSI] [--weight KG[,STD]] [-o FILE]\n"
-     "           [--json FILE]",
+     "           [--model FILE] [--json FILE]",
      "identify from a recorded log, or from several of one machine",
      "  LOG              of `hexid run` or `hexid import`; up to sixteen of one machine are combined, and compared\n"
      "  --run N          of a log that holds several runs of the daemon: take this one\n"
@@ -97,6 +98,8 @@ static const struct subcommand subcommands[] = {
      "  --pose LIST      the matrix in this pose, too, m and rad: from the payload found and the legs as configured\n"
      "  --weight KG[,STD] two logs, without and with this weight on the platform: what it reads calibrates the first one's forces\n"
      "  -o FILE          the configuration with what was found about the sensors, for -c of later runs and logs\n"
+     "  --model FILE     the same with payload and friction, and from a survey's log oil, valves' gains and delay, each with its\n"
+     "                   interval: what hexid run -c FILE drives with; never where the verdict is fail\n"
      "  --json FILE      result, schema hexid.identification/1; - for standard output\n",
      "hexid identify a.lcm --json a.json", cmd_identify},
     {"report", "LOG [LOG ...] -o PAGE.html [--run N] [-c FILE] [--set KEY=VALUE ...]",
@@ -112,9 +115,9 @@ static const struct subcommand subcommands[] = {
      "           [--set KEY=VALUE ...]",
      "find the physical effect that the model lacks, add it, and show how much of the difference is gone", gap_options,
      "hexid gap a.lcm -c rig.yaml -o gap", cmd_gap},
-    {"import", "DIR|CSV -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
-     "make a log of the CSV files of a run, or of one",
-     "  DIR|CSV          a directory of CSV files, one a test, or one file\n"
+    {"import", "DIR|FILE -o LOG [-c FILE] [--set KEY=VALUE ...] [--map OURS=THEIRS[:UNIT],...]",
+     "make a log of the CSV, MAT or MCAP files of a run, or of one",
+     "  DIR|FILE         a directory of such files, one a test, or one file\n"
      "  -o LOG           the log to write\n" CONFIG SET MAP,
      "hexid import stand.csv -c axis.yaml -o stand.lcm --map 't=Zeit:ms,position=Weg:mm,force=Kraft:kN'", cmd_import},
     {"export", "LOG [--run N] -o DIR | --all -o FILE | --format mat|mcap -o FILE",
@@ -125,13 +128,15 @@ static const struct subcommand subcommands[] = {
      "  --all -o FILE    one CSV table of every cycle\n"
      "  --format FORMAT  csv without it; mat: for MATLAB, Octave and scipy; mcap: for PlotJuggler and Foxglove\n",
      "hexid export a.lcm --format mat -o a.mat", cmd_export},
-    {"command", "engage|start|stop|park|reset [--machine NAME] [-c FILE] [--set KEY=VALUE ...]",
+    {"command", "engage|start|stop|park|reset|set [KEY=VALUE] [--machine NAME] [-c FILE] [--set KEY=VALUE ...]",
      "tell a running hexid of this host what to do",
      "  engage           raise the platform to neutral, and renew the lease until it is put down; Ctrl-C parks it\n"
      "  start            run the tests\n"
      "  stop             end the test under way; a platform that rises is put down\n"
      "  park             put the platform down\n"
      "  reset            acknowledge a fault whose cause is gone\n"
+     "  set [KEY=VALUE]  change a gain while the platform is held or put down, by a factor of 1.4 at most: control.kp, ki, kd,\n"
+     "                   kff or kpf; refused where the loop would be unstable; without KEY=VALUE it says the gains\n"
      "  --machine NAME   the hexid with this machine.name; without it the only one that runs, but stop and park go to all that run\n"
      "  -c FILE          configuration of the running hexid: its machine.name, and its lcm.url, by which stop and park go, too\n" SET
      "\nengage and start stay until the platform is put down, or held again after the tests\n"
@@ -147,6 +152,17 @@ static const struct subcommand subcommands[] = {
      "                   a live page there: 127.0.0.1:8321, or 8321 alone, is for browsers on this host; port 0 takes a free one\n"
      "  -c FILE          configuration of the running hexid: its lcm.url, its geometry, its tests\n" SET,
      "hexid monitor --http 127.0.0.1:8321", cmd_monitor},
+    {"qualify", "LOG [--run N] [--baseline OLD.json] [-o PAGE.html] [--json FILE] [-c FILE] [--set KEY=VALUE ...]",
+     "the motion system's quality from a log of `hexid run --qualify`, against your limits and an earlier measurement",
+     "  LOG              of `hexid run --qualify`\n"
+     "  --run N          of a log that holds several runs of the daemon: take this one\n"
+     "  --baseline FILE  JSON of an earlier measurement: what has changed\n"
+     "  -o PAGE.html     one file for any browser, pictures inside; - for standard output\n"
+     "  --json FILE      the measurement, schema hexid.qualify/1; - for standard output\n"
+     "  -c FILE          configuration; without it the log's own\n" SET
+     "\nlimits stand in the section `qualify` of the configuration; without one a quantity is measured, not evaluated\n"
+     "exit status 0 when every limit that is stated holds, 1 when not\n",
+     "hexid qualify a.lcm --set qualify.phase_deg=45 -o a.html --json a.json", cmd_qualify},
     {"doctor",
      "[-c FILE] [--set KEY=VALUE ...] [--hal URL] [--log FILE|DIR] [--latency S] [--json FILE]\n"
      "           [--modbus-map | --failures | --refusals | --keys]",

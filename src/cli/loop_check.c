@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "loop_places.h"
+#include "loop_tune.h"
 #include "number_text.h"
 #include "params.h"
 #include "units.h"
@@ -56,9 +57,9 @@ static bool suits(const struct loop_places *all, const struct params *p, const s
     return all->count == 1 || damping_of(&away) >= w->away;
 }
 
-/* Finds the smallest suitable change of one gain. Returns its size in logarithmic steps;
- * increases count double, so a gain is raised only if lowering would need a much larger change.
- * 0: none. */
+/* Finds the smallest suitable change of one gain. Returns its size in logarithmic steps; increases
+ * count double, so a gain is raised only if lowering would need a much larger change. Returns 0 if
+ * no change suits. */
 static int find_change(const struct loop_places *all, const struct params *p, int gain, const struct wanted *w, double *value,
                        double *damping) {
     struct params tried = *p;
@@ -104,16 +105,20 @@ struct loop_check loop_check(const struct params *params, bool bus) {
     c.away = worst_away(&all, params, &pose);
     if (pose) memcpy(c.away_pose, pose, sizeof c.away_pose);
     double damping = damping_of(&c.neutral);
-    bool away = pose && loop_grows(&c.away);
+    c.away_grows = pose && loop_grows(&c.away);
     c.noise_most_mps2 = loop_noise_most_mps2(params);
     if (!loop_grows(&c.neutral)) c.noise_mps2 = loop_places_noise_mps2(&all, params);
     c.state = loop_grows(&c.neutral)             ? LOOP_UNSTABLE
               : c.noise_mps2 > c.noise_most_mps2 ? LOOP_NOISY
               : damping < LOOP_DAMPING_LEAST     ? LOOP_WEAK
-              : away                             ? LOOP_UNSTABLE_AWAY
+              : c.away_grows                     ? LOOP_UNSTABLE_AWAY
                                                  : LOOP_DAMPED;
     if (c.state != LOOP_DAMPED) find_remedy(&all, params, &c);
     return c;
+}
+
+double loop_check_off_m(const struct loop_check *c, const struct params *p) {
+    return p->control.kp > 0.0 ? fabs(c->kff_suits - p->control.kff) * loop_fastest_mps(p) / p->control.kp : 0.0;
 }
 
 /* Describes a mode: "z at 12.3 Hz, damping -0.02". A growing real pole has no frequency. */

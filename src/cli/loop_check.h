@@ -1,7 +1,7 @@
 /* SAFETY: checks the closed loop before anything moves, from the configuration alone
- * (loop_model.h): stability at neutral, where the platform is held and tested, and in other
- * poses down to parking and out to the ends of the strokes. The result is as good as the
- * configuration, for a machine as in simulation. Ordinary threads. */
+ * (loop_model.h): stability at neutral, where the platform is held and tested, and in other poses
+ * down to parking and out to the ends of the strokes. For a real machine, as for the simulation,
+ * the result is only as good as the configuration. Ordinary threads. */
 #ifndef HEXID_LOOP_CHECK_H
 #define HEXID_LOOP_CHECK_H
 
@@ -23,8 +23,10 @@ struct loop_check {
     enum loop_state state;
     struct loop_worst neutral, away;       /* least damping at neutral, and in all other poses */
     double away_pose[DOFS];                /* pose in which the damping of `away` occurs */
-    double noise_mps2, noise_most_mps2;    /* largest rms motion from sensor noise, at neutral and
-                                            * on the way there, and its limit */
+    bool away_grows;                       /* the loop is unstable in that pose, whatever `state` */
+    double noise_mps2, noise_most_mps2;    /* largest rms acceleration of the platform by sensor
+                                            * noise, at neutral and on the way there, and its
+                                            * limit */
     const char *key;     /* gain that alone corrects the loop, "control.kpf"; NULL: no single gain
                           * does */
     double now, suits, damping;            /* current value of the gain `key`, a suitable value, and
@@ -37,12 +39,22 @@ struct loop_check {
  * later. */
 struct loop_check loop_check(const struct params *params, bool bus);
 
+/* Largest control.kff, as a multiple of the value that suits (with more a leg runs ahead), and
+ * largest share of limits.following_m that a feed-forward which does not suit may take; the
+ * remaining share is for other causes. */
+#define LOOP_FEED_FORWARD_MOST 1.35
+#define LOOP_FOLLOWING_SHARE 0.7
+
+/* Returns how far a leg is off at the fastest configured motion because kff does not suit the
+ * valves, m; 0 without kp. */
+double loop_check_off_m(const struct loop_check *c, const struct params *params);
+
 /* Writes what was found and what to do about it; "" if nothing needs to be done. */
 enum { LOOP_TEXT_SIZE = 300 };
 void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE], char remedy[LOOP_TEXT_SIZE]);
 
-/* True if `hexid run` refuses the loop: it is unstable at neutral, or noisy. The sensors are the
- * simulated machine's, so on a field bus a noisy loop causes only a warning. */
+/* Returns true if `hexid run` refuses the loop: it is unstable at neutral, or noisy. The sensors
+ * are the simulated machine's, so on a field bus a noisy loop causes only a warning. */
 bool loop_check_refuses(const struct loop_check *c, bool bus);
 
 /* Returns STATUS_OK, or -2 for a loop that is refused, with the mode, its frequency and damping,

@@ -15,7 +15,8 @@ static int unknown(const char *name) {
     return -STATUS_USAGE;
 }
 
-/* SAFETY: limits that are too low for other subcommands do not prevent a stop. */
+/* SAFETY: runs a subcommand. Limits that are too low for the others do not keep `hexid command`
+ * from stopping a machine. */
 static int run(const struct subcommand *s, int argc, char **argv) {
     struct error error;
     if (s->run != cmd_command && process_limits(&error)) return cli_fail(&error);

@@ -14,7 +14,7 @@
 static const double stop_every = 0.1;   /* interval between tried stops, as a share of the ramp-out;
                                          * with a tenth, the effect of the ramp-out's steepest part
                                          * is found to within a hundredth */
-/* a motion with so many cycles in a period or more has cycles near all phases in every period */
+/* number of cycles in a period from which on each period has cycles near all phases */
 enum { PERIOD_TICKS = 64 };
 /* number of times that an interval from 0 to 1 is halved, to find the scale to a hundredth */
 enum { SCALES = 7 };
@@ -33,7 +33,8 @@ struct excess {
                                          * which both limits are counted */
     const char *below, *above;          /* configuration keys of the two limits */
     int leg;
-    double share;            /* deviation from `rest`, as a share of what is allowed; above 1 */
+    double share;            /* deviation from `rest`, as a share of the allowed deviation; above
+                              * 1 */
     struct instant at;
 };
 
@@ -114,7 +115,8 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
                                   .above = flow});
 }
 
-/* Checks the cycle before the last one, by differences. */
+/* Checks the last cycle but one, with rates and accelerations from differences of the lengths
+ * before and after it. */
 static bool check_cycle(struct walk *w) {
     double dt_s = w->params->loop.period_s, force_n[LEGS];
     struct inverse_dynamics_input in = {0};
@@ -168,8 +170,8 @@ static double period_s(const struct walk *w, enum dof dof) {
     return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
 }
 
-/* True if a stop is tried at this instant: a motion that repeats is stopped in its ramp-in and one
- * period; a trajectory also near its end, where the ramp-out runs beyond the last pass. */
+/* Returns true if a stop is tried at this instant: a motion that repeats is stopped in its ramp-in
+ * and one period; a trajectory also near its end, where the ramp-out runs beyond the last pass. */
 static bool stops_here(const struct walk *w, const struct reference *r) {
     const struct test_params *t = &w->params->tests;
     double dt_s = w->params->loop.period_s, period = period_s(w, r->dof) / dt_s, ramp = t->ramp_s / dt_s, ramp_out = t->ramp_out_s / dt_s;
@@ -184,7 +186,7 @@ static bool walk_test(struct walk *w, enum dof dof) {
     const struct params *p = w->params;
     struct reference r;
     reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
-    r.ticks = -2; /* the time when settling at neutral has ended */
+    r.ticks = -2; /* begins two cycles before the ramp-in, because settling holds neutral */
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m[k];
     w->at = (struct instant){.dof = dof};
@@ -207,7 +209,8 @@ static bool walk_all(struct walk *w, double scale) {
     return true;
 }
 
-/* Returns the largest scale in hundredths with which the motion is within all limits; 0: none. */
+/* Returns the largest scale, to a hundredth, with which the motion is within all limits; 0 if there
+ * is none. */
 static double find_scale(struct walk *w) {
     int low = 0, high = 100;
     for (int i = 0; i < SCALES && high - low > 1; i++) {

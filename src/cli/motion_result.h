@@ -9,12 +9,13 @@
 struct motion_result {
     int64_t cycles;             /* number of cycles in tests that belong to no axis, in any phase */
     int64_t samples, excluded;   /* samples used, and samples excluded, of the evaluated part */
-    double off_m, off_rad;       /* largest deviation from the reference on an axis */
+    double off_m, off_rad;       /* largest deviations from the reference, of any position and of
+                                  * any angle */
     bool complete;
     double test_time_s;          /* time in the test at its last cycle */
 };
 
-/* Takes the next cycle, of any kind. */
+/* Takes the next cycle of a run; ignores cycles outside such a test. */
 void motion_take(struct motion_result *m, const struct params *params, const struct cycle *cycle);
 
 /* Adds to the verdict the failures of such a test: not complete, or too many samples excluded. */

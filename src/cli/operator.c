@@ -4,7 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "config.h"
 #include "failure.h"
+#include "gains.h"
+#include "number_text.h"
 #include "params.h"
 #include "supervisor.h"
 #include "units.h"
@@ -14,6 +17,16 @@ static const int64_t said_every_ns = NS_PER_S / 5; /* interval between messages 
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports) {
     *o = (struct operator){.params = params, .loop = loop, .ports = *ports};
+    o->digest = config_digest(params);
+    o->bus = loop && loop->hal && !loop->hal->ops->simulated;
+}
+
+void operator_gains(const struct operator *o, char text[COMMAND_TEXT_SIZE]) {
+    char value[NUMBER_SIZE];
+    struct gains gains = loop_gains(o->loop);
+    int used = snprintf(text, COMMAND_TEXT_SIZE, "%s", o->bus ? "bus" : "sim");
+    for (int i = 0; i < LOOP_GAINS; i++)
+        used += snprintf(text + used, COMMAND_TEXT_SIZE - (size_t)used, " %s=%s", gain_keys[i], number_shortest(gains.value[i], value));
 }
 
 static void answer(struct operator *o, uint64_t peer, uint32_t id, enum outcome outcome, double lease_s, const char *text) {
@@ -38,10 +51,10 @@ static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command 
     o->refused = true, o->refused_ns = now_ns, o->unsaid = 0;
 }
 
-/* Tells whether the loop has processed this request or a later one. */
+/* Returns true if the loop has processed this request or a later one. */
 static bool reached(const struct operator *o, uint32_t request_id) { return (int32_t)(loop_acted(o->loop).request_id - request_id) >= 0; }
 
-/* Tells whether a stop waits for the loop. The mailbox holds one request only, so a later one
+/* Returns true if a stop waits for the loop. The mailbox holds one request only, so a later one
  * would replace the stop. */
 static bool stop_under_way(const struct operator *o) { return o->stop_id && !reached(o, o->stop_id); }
 
@@ -59,17 +72,36 @@ static void owe(struct operator *o, const struct operator_waiting *w) {
     if (place >= 0) o->stop[place] = *w;
 }
 
-/* SAFETY: a stop does not cancel a park, and no moving command replaces an unseen stop. */
+/* SAFETY: posts a stop or park. A stop does not cancel a park that the loop has not seen yet. */
 static void post_stop(struct operator *o, enum command command) {
     if (stop_under_way(o) && o->stop_command == COMMAND_PARK) command = COMMAND_PARK;
     o->stop_id = mailbox_post(&o->loop->requests, command);
     o->stop_command = command;
 }
 
-/* SAFETY: refuses a moving command from a peer without permission, if the configuration forbids
- * it, while a stop is pending, or beside another operator. */
+enum { WHY_SIZE = 200 };
+
+/* SAFETY: returns why these gains are not set: the client computed another loop than this one, or
+ * they differ by too much. NULL: they may be. */
+static const char *why_not_set(const struct operator *o, const struct gain_change *c, char text[WHY_SIZE]) {
+    struct gains now = loop_gains(o->loop);
+    enum state state = loop_acted(o->loop).state;
+    int gain = gains_refused(&now, &c->to);
+    if (state != STATE_READY && state != STATE_SETTLED) return supervisor_advice(state, 0, COMMAND_SET);
+    if (c->digest != o->digest)
+        return "the client's configuration is not this machine's: give hexid command the -c and --set with which the daemon was started";
+    if (!gains_equal(&c->from, &now)) return "the gains have been changed in between: ask again";
+    if (gain == LOOP_GAINS) return NULL;
+    snprintf(text, WHY_SIZE, "%s from %g to %g: at once by a factor of %g at most, within 0..%g, and neither from 0 nor to it",
+             gain_keys[gain], now.value[gain], c->to.value[gain], GAINS_FACTOR, gain_most[gain]);
+    return text;
+}
+
+/* SAFETY: posts a moving command. It is refused from a peer without permission, if the
+ * configuration forbids it, while a stop is pending, or beside another operator's command. */
 static void move(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
     const char *why = NULL;
+    char text[WHY_SIZE];
     int leases = 0;
     for (int i = 0; i < OPERATOR_LEASES; i++) leases += o->lease[i].peer && !o->lease[i].over;
     if (!may_move || !peer) why = "this way takes stop and park only; what moves comes over the machine's own socket, from group hexid";
@@ -77,10 +109,12 @@ static void move(struct operator *o, uint64_t peer, const struct command_request
     else if (stop_under_way(o)) why = "a stop came just before: ask again when it has been acted upon";
     else if (o->moves) why = "another operator's command is under way: ask again";
     else if (leases == OPERATOR_LEASES) why = "too many operators hold a lease: let one of them end";
+    else if (r->command == COMMAND_SET) why = why_not_set(o, &r->change, text);
     if (why) {
         refuse(o, peer, r->id, r->command, why, now_ns);
         return;
     }
+    if (r->command == COMMAND_SET) gains_box_put(&o->loop->gains, &r->change.to), o->wanted = r->change.to;
     o->move = (struct operator_waiting){peer, r->id, mailbox_post(&o->loop->requests, r->command), r->command, now_ns};
     o->moves = true;
 }
@@ -102,12 +136,19 @@ static void renew(struct operator *o, uint64_t peer, const struct command_reques
                    : "no lease is held here: `engage` or `start` gives one");
 }
 
+static void tell_gains(struct operator *o, uint64_t peer, uint32_t id) {
+    char text[COMMAND_TEXT_SIZE];
+    operator_gains(o, text);
+    answer(o, peer, id, OUTCOME_DONE, 0.0, text);
+}
+
 void operator_take(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
     /* SAFETY: stops come first, from anybody */
     if (command_stops(r->command)) {
         post_stop(o, r->command);
         owe(o, &(struct operator_waiting){peer, r->id, o->stop_id, r->command, now_ns});
     } else if (r->renew) renew(o, peer, r, now_ns);
+    else if (r->command == COMMAND_SET && !r->sets) tell_gains(o, peer, r->id);
     else move(o, peer, r, may_move, now_ns);
 }
 
@@ -125,14 +166,16 @@ static void grant_lease(struct operator *o, const struct operator_waiting *w, in
 /* SAFETY: replaces a refused or withdrawn request in the mailbox, or undoes it, so that it is
  * not acted on later. */
 static void withdraw(struct operator *o) {
-    post_stop(o, o->move.command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
     o->moves = false;
+    if (o->move.command != COMMAND_SET) post_stop(o, o->move.command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
+    else if (!stop_under_way(o)) { /* no stop, which would end another peer's motion */
+        o->stop_id = mailbox_post(&o->loop->requests, COMMAND_NONE);
+        o->stop_command = COMMAND_NONE;
+    }
 }
 
-enum { WHY_SIZE = 200 };
-
-/* Returns why the loop did not act on a request. A reset without effect has found the cause of the
- * fault again. */
+/* Returns why the loop did not act on a request. If a reset had no effect, the cause of the fault
+ * is still there. */
 static const char *why_not_taken(const struct loop_acted *acted, enum command command, char text[WHY_SIZE]) {
     bool stands = command == COMMAND_RESET && acted->state == STATE_FAULT && acted->first_fault;
     if (!stands) return supervisor_advice(acted->state, acted->wrong, command);
@@ -146,27 +189,39 @@ static void answer_move(struct operator *o, int64_t now_ns) {
     const struct operator_waiting w = o->move;
     if (!o->moves) return;
     if (!reached(o, w.request_id)) {
-        if (stop_under_way(o)) {
+        if (stop_under_way(o) && w.command != COMMAND_SET) {
             o->moves = false;
             refuse(o, w.peer, w.id, w.command, "another command came at the same time: ask again", now_ns);
         } else if (now_ns - w.since_ns >= answer_patience_ns) {
             withdraw(o);
-            refuse(o, w.peer, w.id, w.command, "the loop does not answer: see whether hexid is given the processor", now_ns);
+            refuse(o, w.peer, w.id, w.command,
+                   w.command == COMMAND_SET ? "the loop does not answer; whether the gains were changed `hexid command set` says"
+                                            : "the loop does not answer: see whether hexid is given the processor",
+                   now_ns);
         }
         return;
     }
     o->moves = false;
+    if (w.command == COMMAND_SET) { /* the loop's gains decide, whatever it acted on last */
+        struct gains now = loop_gains(o->loop);
+        bool other = acted.request_id != w.request_id;
+        if (gains_equal(&now, &o->wanted)) tell_gains(o, w.peer, w.id);
+        else
+            refuse(o, w.peer, w.id, w.command,
+                   other ? "another command came in between: ask again" : why_not_taken(&acted, w.command, text), now_ns);
+        return;
+    }
     if (acted.request_id != w.request_id) refuse(o, w.peer, w.id, w.command, "another command came in between: ask again", now_ns);
     else if (!acted.taken) refuse(o, w.peer, w.id, w.command, why_not_taken(&acted, w.command, text), now_ns);
     else {
-        bool leased = w.command != COMMAND_RESET && o->params->lcm.lease_s > 0.0;
+        bool leased = (w.command == COMMAND_ENGAGE || w.command == COMMAND_START) && o->params->lcm.lease_s > 0.0;
         if (leased) grant_lease(o, &w, now_ns);
         answer(o, w.peer, w.id, OUTCOME_DONE, leased ? o->params->lcm.lease_s : 0.0, "");
     }
 }
 
-/* SAFETY: a stop waits for a stalled loop for any time. A stop that was replaced by a later stop
- * counts as done when the later one is. */
+/* SAFETY: answers stops. A stop is answered only when the loop has acted, however long it stalls. A
+ * stop that was replaced by a later stop counts as done when the later one is. */
 static void answer_stops(struct operator *o) {
     struct loop_acted acted = loop_acted(o->loop);
     for (int i = 0; i < OPERATOR_STOPS; i++) {
@@ -184,8 +239,9 @@ static void answer_stops(struct operator *o) {
 
 /* ---- leases ---- */
 
-/* SAFETY: a machine must not stay in motion after its operator is gone. The park request is
- * repeated until the loop has seen it, even if another one replaces it in the mailbox. */
+/* SAFETY: parks the platform when a lease is not renewed or its peer is gone. A machine must not
+ * stay in motion without its operator. The park request is repeated until the loop has seen it,
+ * even if another one replaces it in the mailbox. */
 static void watch_lease(struct operator *o, struct operator_lease *lease, bool gone, int64_t now_ns) {
     enum state state = loop_acted(o->loop).state;
     lease->over |= !supervisor_powers(state) || (lease->command == COMMAND_START && state != STATE_TESTING);

@@ -3,12 +3,15 @@
  * of LCM, which is not answered.
  *
  * stop and park are acted on at once, whoever sends them; until the loop has seen one, no command
- * that moves the machine is accepted. Moving commands (engage, start, reset) are accepted
+ * that moves the machine is accepted. Commands that move the machine or change its gains (engage,
+ * start, reset, set) are accepted
  *   - only if lcm.commands is true,
  *   - only from a peer that may move the machine, as the kernel's access check decides,
  *   - one at a time,
  *   - as long as the peer is connected: if its connection ends before the loop has acted, the
  *     request is withdrawn,
+ *   - new gains only from a client that knows machine and gains as they are, within what may change
+ *     at once (gains.h),
  *   - under a lease: a peer that engaged or started holds one until that has ended, and the
  *     platform is parked if the peer does not renew it for lcm.lease_s or its connection ends. A
  *     lease of engage ends when the supply is off, one of start when no test is in progress.
@@ -41,8 +44,8 @@ struct operator_lease {
     int64_t heard_ns;
     bool expired;       /* the lease was not renewed in time, or its peer is gone, so the platform
                          * is being parked */
-    bool over;  /* the lease's command has ended, so the peer is told, and the lease is no longer
-                 * watched */
+    bool over;  /* the command of the lease has ended: the lease is no longer watched, but its peer
+                 * may still renew it */
 };
 
 enum { OPERATOR_STOPS = 64, OPERATOR_LEASES = 8 };
@@ -51,8 +54,11 @@ struct operator {
     const struct params *params;
     struct loop *loop;
     struct operator_ports ports;
+    uint64_t digest;                              /* config_digest() of params */
+    bool bus;                                     /* the machine is on a field bus */
     bool moves;                                   /* the request in `move` is pending */
-    struct operator_waiting move;               /* engage, start or reset that was requested last */
+    struct operator_waiting move; /* engage, start, reset or set that was requested last */
+    struct gains wanted;          /* gains of that set */
     struct operator_waiting stop[OPERATOR_STOPS]; /* stops whose answers are pending */
     uint32_t stop_id;                             /* id in the mailbox of the last stop or park */
     enum command stop_command;              /* the last stop or park that was posted; 0: none yet */
@@ -65,16 +71,20 @@ struct operator {
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports);
 
+/* Writes the present gains as settings, behind the word for the machine that a client needs to
+ * compute the loop: "bus control.kp=40 control.ki=20 ...", or "sim control.kp=...". */
+void operator_gains(const struct operator *o, char text[COMMAND_TEXT_SIZE]);
+
 /* Handles a request. now_ns is CLOCK_MONOTONIC in all calls. */
 void operator_take(struct operator *o, uint64_t peer, const struct command_request *request, bool may_move, int64_t now_ns);
 
-/* Called when the peer's connection has ended. */
+/* Ends the peer's lease or request. To be called when its connection has ended. */
 void operator_gone(struct operator *o, uint64_t peer, int64_t now_ns);
 
-/* Tells whether this peer waits for an answer or holds a lease. */
+/* Returns true if this peer waits for an answer or holds a lease. */
 bool operator_needs(const struct operator *o, uint64_t peer);
 
-/* Tells whether something waits for the loop, so that operator_tick() should be called again
+/* Returns true if something waits for the loop, so that operator_tick() should be called again
  * soon. */
 bool operator_waits(const struct operator *o);
 

@@ -49,11 +49,14 @@ static const struct option long_options[] = {
     {"trajectory", required_argument, NULL, 'T'},
     {"repeat", required_argument, NULL, 'n'},
     {"survey", no_argument, NULL, 'V'},
+    {"qualify", no_argument, NULL, 'Q'},
+    {"baseline", required_argument, NULL, 'z'},
     {"std", required_argument, NULL, 'd'},
     {"verbose", no_argument, NULL, 'B'},
     {"all", no_argument, NULL, 'A'},
     {"pose", required_argument, NULL, 'P'},
     {"weight", required_argument, NULL, 'w'},
+    {"model", required_argument, NULL, 'O'},
     {"latency", required_argument, NULL, 'L'},
     {"http", required_argument, NULL, 'h'},
     {"machine", required_argument, NULL, 'N'},
@@ -232,9 +235,12 @@ static int take(struct options *o, int option, const char *value, struct error *
     case 'v': o->validate = value; return STATUS_OK;
     case 'R': o->replay = value; return STATUS_OK;
     case 'a': o->map = value; return STATUS_OK;
+    case 'O': o->model = value; return STATUS_OK;
     case 'N': o->machine = value; return STATUS_OK;
     case 'p': o->print_config = true; return STATUS_OK;
     case 'V': o->survey = true; return STATUS_OK;
+    case 'Q': o->qualify = true; return STATUS_OK;
+    case 'z': o->baseline = value; return STATUS_OK;
     case 'B': o->verbose = true; return STATUS_OK;
     case 'h': o->http = value; return STATUS_OK;
     case '1': o->once = true; return STATUS_OK;
@@ -301,6 +307,11 @@ int options_parse(struct options *o, int argc, char **argv, const char *allowed,
         return error_set(error, STATUS_USAGE, "--tests and --trajectory: one of them; a trajectory has its own axes");
     if (o->survey && o->trajectory[0])
         return error_set(error, STATUS_USAGE, "--survey and --trajectory: one of them; a survey has its own motion");
+    if (o->qualify && (o->survey || o->trajectory[0] || o->tests[0]))
+        return error_set(error, STATUS_USAGE, "--qualify and --%s: one of them; --qualify has its own motion",
+                         o->survey          ? "survey"
+                         : o->trajectory[0] ? "trajectory"
+                                            : "tests");
     if (o->run && o->operands + o->measured_count != 1)
         return error_set(error, STATUS_USAGE, "--run: it says which run of a log is taken, so name one log");
     if (o->weight_kg > 0.0 && o->operands != 2)
@@ -329,6 +340,22 @@ int options_params(const struct options *o, struct params *params, struct error 
     char installed[PATH_MAX];
     const char *path = o->config ? o->config : options_default_config(installed);
     return config_load(params, path, o->settings, o->setting_count, error);
+}
+
+const char *options_machine_file(const char *url) {
+    static const char simulated[] = "sim:";
+    const char *last = strrchr(url, ';'), *own = last ? last + 1 : url;
+    size_t scheme = sizeof simulated - 1;
+    return !strncmp(own, simulated, scheme) && own[scheme] ? own + scheme : NULL;
+}
+
+int options_machine(const char *url, const struct params *own, struct params *machine, struct error *error) {
+    const char *file = options_machine_file(url);
+    *machine = *own;
+    int status = file ? config_load(machine, file, NULL, 0, error) : STATUS_OK;
+    if (status || machine->loop.period_s == own->loop.period_s) return status;
+    return error_set(error, STATUS_USAGE, "--hal sim:%.200s: its loop.period_s %g is not the controller's, %g: make them equal", file,
+                     machine->loop.period_s, own->loop.period_s);
 }
 
 int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error) {

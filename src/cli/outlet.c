@@ -11,7 +11,7 @@
 #include "poll_any.h"
 #include "thread.h"
 
-enum { WHOLE = 4096 /* PIPE_BUF: so much is written as a whole or not at all */, ROOM = 1 << 20, GIVE_UP_S = 1 };
+enum { WHOLE = 4096 /* PIPE_BUF: a write of up to this size is never split */, ROOM = 1 << 20, GIVE_UP_S = 1 };
 
 static void *copy(void *argument) {
     crash_stack();

@@ -9,12 +9,12 @@
 #include "params.h"
 #include "recognise.h"
 
-enum { READ_MAX = OPERANDS_MAX + LOGS_MAX + 3, WRITTEN_MAX = 6 };
+enum { READ_MAX = OPERANDS_MAX + LOGS_MAX + 5, WRITTEN_MAX = 6 };
 
 struct file {
     const char *what;        /* where the name comes from: "--json", or a description of an input */
     const char *name;
-    char text[PATH_MAX];     /* holds the name if it was made by this program */
+    char text[PATH_MAX];     /* the name, if this program made it */
     struct stat state;
     bool there, in_place;
     char folder[PATH_MAX];   /* directory of the path */
@@ -47,7 +47,8 @@ static void writes(struct use *u, const char *option, const char *name) {
 
 static bool same_file(const struct stat *a, const struct stat *b) { return a->st_dev == b->st_dev && a->st_ino == b->st_ino; }
 
-/* True for files that two writers would spoil; devices and terminals can have several writers. */
+/* Returns true for files that two writers would spoil; devices and terminals can have several
+ * writers. */
 static bool holds_data(const struct file *f) { return S_ISREG(f->state.st_mode) || S_ISFIFO(f->state.st_mode); }
 
 static bool same(const struct file *a, const struct file *b) {
@@ -58,7 +59,7 @@ static bool same(const struct file *a, const struct file *b) {
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 
-/* Tells whether the file is one of an input directory's files that are read. */
+/* Returns true if the file is one of an input directory's files that are read. */
 static bool is_in(const struct file *written, const struct file *directory, char *name, size_t size) {
     struct dirent **files;
     struct stat s;
@@ -84,7 +85,8 @@ static int check_reads(const struct use *u, const struct file *written, struct e
     return STATUS_OK;
 }
 
-/* True for gap.json and --json, which may be one file because they have the same content. */
+/* Returns true for gap.json and --json, which may be one file because they have the same
+ * content. */
 static bool alike(const struct file *a, const struct file *b) {
     return a->what[1] == 'o' && !strcmp(b->what, "--json") && !strcmp(a->last, "gap.json");
 }
@@ -115,6 +117,8 @@ static void note_reads(struct use *u, const struct options *o, const struct para
     for (int i = 0; i < o->operands; i++) reads(u, "one of the logs that are read", o->operand[i]);
     for (int i = 0; i < o->measured_count; i++) reads(u, "one of the logs that are read", o->measured[i]);
     reads(u, "the log of --validate, which is read", o->validate);
+    reads(u, "the baseline that is read", o->baseline);
+    reads(u, "the simulated machine's configuration", o->hal ? options_machine_file(o->hal) : NULL);
     if (params && params->tests.trajectory[0]) reads(u, "the trajectory that is read", params->tests.trajectory);
 }
 
@@ -122,7 +126,7 @@ static void note_writes(struct use *u, const struct options *o, enum outputs_kin
     static const char *const model[] = {"model.yaml", "gap.json", "report.html"};
     writes(u, "--json", o->json);
     if (kind == OUTPUTS_LOG) writes(u, "--log", o->log);
-    else if (kind == OUTPUTS_PAGE || kind == OUTPUTS_FILE) writes(u, "-o", o->output);
+    else if (kind == OUTPUTS_PAGE || kind == OUTPUTS_FILE) writes(u, o->model ? "--model" : "-o", o->output);
     for (int i = 0; i < 3 && kind == OUTPUTS_MODEL; i++) {
         snprintf(names[i], PATH_MAX, "%.4000s/%s", o->output, model[i]);
         writes(u, "-o", names[i]);

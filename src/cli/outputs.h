@@ -17,12 +17,12 @@ enum outputs_kind {
     OUTPUTS_TESTS, /* -o names the directory of hexid export */
 };
 
-/* Checks all outputs before anything is run, read or moved. Refuses with -2, naming both files:
- * an output that is also an input (the configuration, the operands, the files of an operand
- * directory, --measured, --validate, params' trajectory; params NULL: none) or that another
- * option writes; an output that would replace a recording; and a results directory that contains
- * recordings. Then prepares `json` and, for OUTPUTS_PAGE, `page` by output_prepare(); either may
- * be NULL. -3. */
+/* Checks all outputs before anything is run, read or moved. Refuses with -2, naming both files: an
+ * output that is also an input (the configuration, the operands, the files of an operand directory,
+ * --measured, --validate, params' trajectory; params NULL: none) or that another option writes; an
+ * output that would replace a recording; and a results directory that contains recordings. Then
+ * prepares `json` and, for OUTPUTS_PAGE, `page` by output_prepare(); either may be NULL. Returns -3
+ * if that fails. */
 int outputs_open(const struct options *o, const struct params *params, enum outputs_kind kind, struct output *json, struct output *page,
                  struct error *error);
 

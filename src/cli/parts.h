@@ -1,7 +1,7 @@
-/* A long motion, part by part: the estimator's thread makes each part's equations while the next
- * is recorded, and samples are not kept. So an hour takes no more memory than a part, and a
- * machine that changes over time is noticed, because the parts are repeats. Beyond PARTS,
- * neighbouring parts are merged. All calls from one thread. */
+/* Evaluates a long motion part by part: while a part is recorded, the estimator's thread makes the
+ * equations of the previous one, and samples are not kept. So an hour takes no more memory than a
+ * part. A machine that changes over time is noticed, because the parts are compared like repeated
+ * logs (agreement.h). Beyond PARTS, neighbouring parts are merged. One thread makes all calls. */
 #ifndef HEXID_PARTS_H
 #define HEXID_PARTS_H
 
@@ -17,8 +17,9 @@ struct parts {
     int in_last;             /* number of parts that the last part[] sums up */
     int all, left_out;       /* number of parts closed, and of parts without equations (at rest, or
                               * too short) */
-    bool dropped;            /* the estimator's current motion was cleared */
-    struct error why;        /* why the first part that was excluded has no equations */
+    bool dropped;            /* parts_clear() was called since the last part was closed, so the
+                              * equations of that part are dropped */
+    struct error why;        /* why the first excluded part has no equations */
 };
 
 /* Starts the estimator. Returns -3 on failure. Call parts_free() even then. */

@@ -108,8 +108,8 @@ static void draw_bar(FILE *out, double share, const char *after) {
 }
 
 void progress_compute(struct progress *p, const char *what, double share) {
-    static const double share_known = 0.05; /* an expected time says nothing until more than this
-                                             * share of the work is done */
+    static const double share_known = 0.05; /* share of the work until which no expected time is
+                                             * shown, because it would be a guess */
     char seconds[64];
     if (!p->computing) p->computing_ns = monotonic_ns();
     double spent_s = seconds_from_ns(monotonic_ns() - p->computing_ns);

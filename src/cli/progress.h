@@ -38,7 +38,7 @@ void progress_fault(struct progress *p, const struct cycle *c, const char *cause
 void progress_result(struct progress *p, const struct test_result *t);
 void progress_motion(struct progress *p, const struct motion_result *m);
 /* Prints a line on standard error, without disturbing the live line; the text may come from
- * anywhere and is made printable. Main or recorder thread; waits for neither. */
+ * anywhere and is made printable. Main or recorder thread; never waits. */
 __attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
 /* Shows what is computed when the run is over: on a terminal the live line with seconds spent and
  * expected, elsewhere a line for each `what`, which must be a literal. Main thread, when no other

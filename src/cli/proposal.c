@@ -30,8 +30,8 @@ static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [P
                                             * motions */
 static const double SEARCH_S = 8.0;
 static const double REACHED = 0.05; /* a predicted deviation that differs from the wanted one by
-                                     * less than this share equals it; predictions from so many
-                                     * draws are no more exact */
+                                     * less than this share equals it; predictions from DRAWS draws
+                                     * are no more exact */
 static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
 enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };
 

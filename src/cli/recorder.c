@@ -5,13 +5,16 @@
 #include <string.h>
 #include <time.h>
 
+#include "config.h"
 #include "crash.h"
 #include "failure.h"
+#include "gains.h"
 #include "interlock.h"
 #include "ident_messages.h"
 #include "messages.h"
 #include "model_law.h"
 #include "monotonic.h"
+#include "number_text.h"
 #include "params.h"
 #include "supervisor.h"
 #include "thread.h"
@@ -19,7 +22,8 @@
 
 enum { MESSAGE_MAX = 16384, CONFIG_MAX = 1 << 18, POLL_NS = 2000000, PART_PATIENCE_MS = 10000, CHECK_NS = 300000000 };
 
-/* SAFETY: a run that cannot be recorded is parked: neither aborted nor continued unrecorded. */
+/* SAFETY: parks the platform after a failure of the log. A run that cannot be recorded is neither
+ * aborted nor continued unrecorded. */
 static void log_failed(struct recorder *r, const struct error *error) {
     if (r->error.status) return;
     r->error = *error;
@@ -75,15 +79,18 @@ static void device(struct recorder *r) {
     progress_say(r->progress, "hexid: device: %s\n", *text ? text : "nothing is wrong on the way to the machine");
 }
 
-/* Adds the gains to the causes of faults that a bad loop sets off, if its model says so. An
- * obstacle stays first, since the model does not see it. */
+/* Adds the gains to the causes of faults that a bad loop sets off, if they were changed or if the
+ * check of the loop found fault with them. An obstacle remains the first cause, since that check
+ * cannot know of it. */
 static void blame_gains(const struct recorder *r, char cause[FAILURE_TEXT_SIZE], char remedy[FAILURE_TEXT_SIZE]) {
     static const uint32_t of_loop = FAULT_FORCE | FAULT_OSCILLATION | FAULT_LEG_RATE | FAULT_FOLLOWING;
-    if (!*r->loop_says || !(r->analysis.last.first_fault & of_loop)) return;
+    bool changed = *r->gains_say;
+    if ((!changed && !*r->loop_says) || !(r->analysis.last.first_fault & of_loop)) return;
     size_t used = strlen(cause);
-    snprintf(cause + used, FAILURE_TEXT_SIZE - used, "; or the gains, whose margins are missed");
+    snprintf(cause + used, FAILURE_TEXT_SIZE - used, "; or the gains, %s", changed ? "which were changed" : "whose margins are missed");
     used = strlen(remedy);
-    snprintf(remedy + used, FAILURE_TEXT_SIZE - used, "; the gains: %s", r->loop_says);
+    if (changed) snprintf(remedy + used, FAILURE_TEXT_SIZE - used, "; the gains: changed to %s: set them back", r->gains_say);
+    else snprintf(remedy + used, FAILURE_TEXT_SIZE - used, "; the gains: %s", r->loop_says);
 }
 
 static void fault(struct recorder *r) {
@@ -220,11 +227,58 @@ static void tell_manager(struct recorder *r, const struct cycle *before) {
 }
 
 /* Writes the effective configuration as the first event of each file, so that a log is
- * self-contained. */
+ * self-contained. A log that cannot hold it has failed. */
 static void keep_configuration(struct recorder *r) {
+    if (!r->log) return;
+    struct error error;
     unsigned char *buffer = malloc(CONFIG_MAX);
-    if (buffer) keep(r, CHANNEL_EVENT, buffer, event_encode(0, 0, "config", r->config, buffer, CONFIG_MAX));
+    int size = buffer ? event_encode(0, 0, "config", r->config, buffer, CONFIG_MAX) : -1;
+    if (size >= 0) keep(r, CHANNEL_EVENT, buffer, size);
+    else {
+        error_set(&error, STATUS_IO,
+                  buffer ? "the log cannot keep the configuration: %zu bytes, at most %d with the event's head; shorten it"
+                         : "out of memory: the log cannot keep the configuration, %zu of at most %d bytes",
+                  strlen(r->config), CONFIG_MAX);
+        log_failed(r, &error);
+    }
     free(buffer);
+}
+
+/* Writes each gain that differs as "control.kp=45, was 40". */
+static void list_gains(const struct gains *before, const struct gains *now, char *text, size_t size) {
+    char was[NUMBER_SIZE], is[NUMBER_SIZE];
+    *text = '\0';
+    for (int i = 0; i < LOOP_GAINS; i++) {
+        size_t used = strlen(text);
+        if (before->value[i] == now->value[i]) continue;
+        snprintf(text + used, size - used, "%s%s=%s, was %s", used ? "; " : "", gain_keys[i], number_shortest(now->value[i], is),
+                 number_shortest(before->value[i], was));
+    }
+}
+
+/* Says which gains were changed, and begins another configuration in the log: its readers see two
+ * runs, each with the gains that it had. Without memory the log would lie from here on, which is a
+ * failure of the log. */
+static void gains_changed(struct recorder *r, const struct gains *before, const struct gains *now) {
+    struct params *params = malloc(sizeof *params);
+    struct error error;
+    char text[sizeof r->gains_say];
+    const struct gains configured = gains_of(&r->params->control);
+    list_gains(before, now, text, sizeof text);
+    list_gains(&configured, now, r->gains_say, sizeof r->gains_say);
+    event(r, "gains", text);
+    progress_say(r->progress, "hexid: gains: %s\n", text);
+    if (params) *params = *r->params, gains_apply(now, &params->control);
+    char *config = params ? config_text(params) : NULL;
+    free(params);
+    if (!config) {
+        error_set(&error, STATUS_IO, "out of memory: the log cannot keep the new gains");
+        log_failed(r, &error);
+        return;
+    }
+    free(r->changed);
+    r->config = r->changed = config;
+    keep_configuration(r);
 }
 
 static void say_over_quota(struct recorder *r, bool over) {
@@ -292,12 +346,14 @@ static void rotate(struct recorder *r, const struct cycle *c) {
     }
 }
 
+/* The log does not rotate in the cycle of a change: the new part would repeat the configuration. */
 static void take(struct recorder *r, const struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle before = r->analysis.last;
     int64_t lost = r->analysis.lost;
     atomic_store_explicit(&r->computes, true, memory_order_relaxed);
-    rotate(r, c);
+    if (r->analysis.cycles && !gains_equal(&c->gains, &before.gains)) gains_changed(r, &before.gains, &c->gains);
+    else rotate(r, c);
     bool completed = analysis_take(&r->analysis, c);
     atomic_store_explicit(&r->computes, false, memory_order_relaxed);
     int size = state_encode(c, buffer);

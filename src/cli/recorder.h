@@ -25,12 +25,15 @@ struct recorder {
     int64_t part_due_bytes;        /* size of the current part at which the next one is requested */
     int part;                        /* number of the current part, from 1 */
     char part_path[PATH_MAX];        /* path of this part; "" for the first */
-    bool over_quota;                 /* the operator knows that the logs exceed the quota */
-    const char *config;
+    bool over_quota;                 /* a warning has reported that the logs exceed the quota */
+    const char *config;              /* the effective configuration, as text */
+    char *changed;                   /* the same with gains that were changed; NULL: none were */
     struct bus *bus;                 /* LCM bus; NULL: there is none */
     struct progress *progress;
-    const char *loop_says;           /* what the loop's model finds wrong with the gains, and which
-                                      * to set; "": nothing */
+    const char *loop_says;           /* faults that the check of the loop finds in the gains, and
+                                      * better gains; "": no faults */
+    char gains_say[400];             /* present gains that differ from the configuration's, with
+                                      * the configuration's values; "": none */
     struct notify notify;            /* for a service manager: ready when settled, life signs
                                       * while cycles come, stopping when the loop is to quit */
     struct analysis analysis;

@@ -109,8 +109,8 @@ int survey_report_make(struct survey_report *r, const struct multisine *multisin
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-/* Prints a remark on a mode of the closed loop that rings, with what to look at. NaN is no
- * damping. */
+/* Prints a remark on a mode of the closed loop that rings, with the likely causes. A damping of NaN
+ * is not known, so it causes no remark. */
 static void print_hardly_damped(const struct loop_survey *s, int mode, FILE *out) {
     const struct loop_mode *m = &s->loop[mode];
     if (!(m->damping < LOOP_DAMPING_LEAST)) return;

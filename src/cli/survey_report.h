@@ -32,8 +32,8 @@ struct survey_report {
     struct excitation configured;             /* prediction for the configured tests, if
                                                * no_prediction has status 0 */
     struct error no_prediction;
-    struct loop_tune gains;                   /* gains of the machine that was found, if no_gains
-                                               * has status 0 */
+    struct loop_tune gains;                   /* gains for the machine that was identified, if
+                                               * no_gains has status 0 */
     struct error no_gains;
     double wanted_pct;
     struct proposal proposal[PROPOSALS];

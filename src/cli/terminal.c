@@ -20,7 +20,7 @@ static void erase(struct terminal *t) {
     t->drawn = 0;
 }
 
-/* + 0.0 avoids -0.00 */
+/* Rounds to a multiple of the unit; + 0.0 avoids -0.00. */
 static double rounded(double x, double unit) { return round(x / unit) * unit + 0.0; }
 
 static void headline(const struct cycle *c) {

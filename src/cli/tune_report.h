@@ -17,14 +17,16 @@ void tune_report_section(FILE *out, const struct loop_tune *tune);
  * out. Cut at `size`. */
 void tune_report_remedy(const struct loop_tune *t, size_t size, char text[]);
 
-/* Says which margin is missed, by how much and by which part of the machine; "": none. */
+/* Writes which margin is missed, by how much, and by which part of the machine; "" if none is
+ * missed. */
 enum { TUNE_MISS_SIZE = 400 };
 void tune_report_missed(const struct loop_tune *tune, const struct params *params, char text[TUNE_MISS_SIZE]);
 
-/* The same as JSON, without the schema's name; NULL without memory. */
+/* Returns the result as a JSON object, without the schema's name; NULL without memory. */
 json_t *tune_report_object(const struct loop_tune *tune);
 
-/* Schema hexid.tune/1. version: of this program. The caller frees the text; NULL without memory. */
+/* Returns the result as JSON text, schema hexid.tune/1. version: version of this program. The
+ * caller frees the text; NULL without memory. */
 char *tune_report_json(const struct loop_tune *tune, const char *version, const char *config, bool bus);
 
 #endif

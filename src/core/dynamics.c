@@ -39,8 +39,9 @@ struct turn {
     double t[3][3], rate[3], accel[3];
 };
 
-/* With e1 = T x, e2 = Rz y and z the axes of the angles' rates: w = phi' e1 + theta' e2 + psi' z,
- * and e1' = (theta' e2 + psi' z) x e1, e2' = psi' z x e2. */
+/* Computes attitude, rate and acceleration. With e1 = T x, e2 = Rz y and z the axes of the angles'
+ * rates: w = phi' e1 + theta' e2 + psi' z, and e1' = (theta' e2 + psi' z) x e1, e2' = psi' z x
+ * e2. */
 static void turn_of(double motion[MOTION_ORDERS][DOFS], struct turn *w) {
     const double *b = &motion[MOTION_POSE][3], *rate = &motion[MOTION_RATE][3], *accel = &motion[MOTION_ACCEL][3];
     double sine, cosine;
@@ -58,7 +59,7 @@ static void turn_of(double motion[MOTION_ORDERS][DOFS], struct turn *w) {
     }
 }
 
-/* Computes w' x q + w x (w x q), the acceleration of a lever arm, and its rate w x q. */
+/* Computes the rate w x q and the acceleration w' x q + w x (w x q) of a lever arm. */
 static inline void arm_motion(const struct turn *w, const double q[3], double rate[3], double accel[3]) {
     for (int r = 0; r < 3; r++) rate[r] = accel[r] = 0.0;
     add_cross(w->rate, q, rate);
@@ -66,7 +67,7 @@ static inline void arm_motion(const struct turn *w, const double q[3], double ra
     add_cross(w->rate, rate, accel);
 }
 
-/* The platform's own part of the wrench: m (c'' - g z), I w' + w x I w. */
+/* Computes the platform's own part of the wrench: m (c'' - g z), I w' + w x I w. */
 static void platform_wrench(const struct dynamics *d, const double accel[DOFS], const struct turn *w, double wrench[DOFS]) {
     double body[2][3], momentum[2][3]; /* rate and acceleration in {M}, and I times them */
     for (int r = 0; r < 3; r++) {
@@ -80,8 +81,9 @@ static void platform_wrench(const struct dynamics *d, const double accel[DOFS], 
     for (int r = 0; r < 3; r++) wrench[3 + r] = dot(w->t[r], momentum[1]);
 }
 
-/* Adds leg i: its course, with the force that its own rod needs along the leg, its row of J, and
- * its transverse force to the wrench. v is L', square is |n'|^2. */
+/* Adds leg i. row: set to its row of J. wrench: gains the force across the leg that swings it, with
+ * the moment of this force. course: set to the leg's length, rate and acceleration, and to the
+ * force along the leg that its own rod needs. v is L', square is |n'|^2. */
 static void add_leg(const struct dynamics *d, int i, double motion[MOTION_ORDERS][DOFS], const struct turn *w, double row[DOFS],
                     double wrench[DOFS], struct leg_course *course) {
     const double *a = d->kinematics->upper[i], *b = d->kinematics->lower[i];

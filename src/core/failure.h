@@ -55,9 +55,9 @@ const char *fault_measured(uint32_t first_fault, const struct fault_measure *mea
 enum { FAULT_LINE_SIZE = FAULT_TEXT_SIZE + 2 + FAULT_MEASURE_SIZE };
 void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]);
 
-/* Explains a fault at length: in `cause` what was seen and the likely cause, in `remedy` the steps
- * up to moving again (which an automatic run cannot do). missed, longest_s: deadlines missed in a
- * row and the longest delay, for an overrun. */
+/* Explains a fault at length. cause: what was seen, and the likely cause. remedy: the steps until
+ * the platform moves again; the last is a new run if `automatic`, otherwise reset and engage.
+ * missed, longest_s: for an overrun, the deadlines missed in a row and the longest delay. */
 enum { FAILURE_TEXT_SIZE = 640 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);

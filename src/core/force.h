@@ -16,11 +16,11 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
     return a->a1_m2[leg] * p1_pa - a->a2_m2[leg] * p2_pa;
 }
 
-/* SAFETY: the loop gain of the force feedback (control.kpf) is proportional to the stiffness of
- * the oil (A1^2/V1 + A2^2/V2 times its bulk modulus), which near the ends of a long stroke is
- * ten times that at neutral: with a constant kpf the platform oscillates there. So kpf is
- * reduced in proportion where the oil is stiffer than 1.5 times that at neutral; elsewhere it is
- * as configured. */
+/* SAFETY: the loop gain of the force feedback (control.kpf) is proportional to the stiffness of the
+ * oil, A1^2/V1 + A2^2/V2 times its bulk modulus. Near the ends of a long stroke the oil is ten
+ * times as stiff as at neutral, so that with a constant kpf the platform oscillates there. Where
+ * the oil is stiffer than 1.5 times its stiffness at neutral, kpf is therefore reduced in
+ * proportion. */
 struct oil_column {
     double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
     double least_m, most_m;        /* leg lengths at the end stops */

@@ -16,9 +16,9 @@ struct interlock {
 };
 extern const struct interlock interlock_table[INPUTS];
 
-/* An input is sent twice, as by antivalent contacts (the idea of CiA 304): INPUT_... is set
- * while it is closed, the same bit shifted by INPUT_INVERSE while it is open. SAFETY: broken
- * wires, stuck inputs and devices that send only zeros or ones are thus detected as
+/* Each input is sent twice, as by antivalent contacts (the idea of CiA 304): bit INPUT_... is set
+ * while it is closed, and the same bit shifted left by INPUT_INVERSE while it is open. SAFETY:
+ * broken wires, stuck inputs and devices that send only zeros or ones are thus detected as
  * contradictions. */
 enum { INPUT_INVERSE = 4 };
 
@@ -34,14 +34,14 @@ uint32_t interlock_bits(const struct interlock_params *p, uint32_t closed);
 /* Reads the inputs from bits 0..7; without p->antivalent bits 4..7 are ignored. */
 struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits);
 
-/* For how many cycles in a row each input has contradicted itself. */
+/* Number of cycles in a row in which each input has contradicted itself. */
 struct interlock_watch {
     int64_t cycles[INPUTS];
 };
 
-/* Counts a cycle in which these inputs (INPUT_...) contradict themselves. Returns those of wired
- * inputs that have done so for longer than p->discrepancy_s; shorter contradictions are normal,
- * because contacts do not switch at the same instant. */
+/* Counts a cycle in which these inputs (INPUT_...) contradict themselves. Returns the wired inputs
+ * that have contradicted themselves for longer than p->discrepancy_s; shorter contradictions are
+ * normal, because contacts do not switch at the same instant. */
 uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s);
 
 /* Returns the bits INPUT_... of the wired inputs. */
@@ -52,7 +52,7 @@ uint32_t interlock_wired(const struct interlock_params *p);
  * relay is welded, or the dump valve is stuck. */
 uint32_t interlock_wrong(const struct interlock_params *p, bool powered, uint32_t inputs);
 
-/* True if any input or output is wired, so that there is a device to talk to. */
+/* Returns true if any input or output is wired, so that there is a device to talk to. */
 bool interlock_any(const struct interlock_params *p);
 
 /* Returns the faults FAULT_... that these open inputs cause. */

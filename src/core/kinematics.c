@@ -23,8 +23,8 @@ static const double LEG_THIN = 0.01;   /* two legs collide if their axes come ne
                                         * thinner */
 static const double LEG_MIDDLE = 0.45; /* share of a leg's length on either side of its middle
                                         * that counts for collisions */
-/* Sine of the smallest angle between a joint's axis and its leg at neutral: 20 degrees, of which
- * legs use 10 by swinging. */
+/* Sine of the smallest angle between a joint's axis and its leg at neutral. The angle is 20
+ * degrees, because a leg swings by up to 10. */
 static const double AXIS_ACROSS = 0.35;
 static const double AXIS_LEAST = 1e-6; /* shortest vector that has a direction */
 

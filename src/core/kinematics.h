@@ -49,9 +49,10 @@ void ik_lengths(const struct kinematics *k, const double pose[DOFS], double leng
  * i is [n_i', (T a_i x n_i)']. */
 void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]);
 
-/* Computes the pose of given leg lengths by Newton's method from the start value in `pose` (the
- * last pose), in at most FK_ITERATIONS steps, to 1e-13 m. It converges quadratically, because it
- * iterates on the six pose coordinates themselves. `pose` is unchanged if it does not converge. */
+/* Computes the pose of given leg lengths by Newton's method, from the start value in `pose` (the
+ * last pose), in at most FK_ITERATIONS steps, to 1e-13 m. It converges quadratically, because the
+ * matrix is the exact derivative of the lengths by the six coordinates of the pose. `pose` is
+ * unchanged if it does not converge. */
 enum { FK_ITERATIONS = 6 };
 struct fk_result fk_solve(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS]);
 

@@ -5,16 +5,17 @@
 
 #include "params.h"
 
-static const double RETURN_S = 0.5; /* time over which the law comes in */
-static const double GOOD_S = 1.0;   /* time without doubts before it does */
+static const double RETURN_S = 0.5; /* time over which the law takes over from the PID */
+static const double GOOD_S = 1.0;   /* the law takes over only after this time without doubts */
 static const double FADE_S = 0.05;  /* time constant with which a hand-over's difference fades; an
-                                     * integral would keep it when the motion has turned */
+                                     * integrator would keep the difference after the motion has
+                                     * reversed */
 static const double REVERSAL_CYCLES = 1.0; /* tau, in cycles: a reversal of dry friction then takes
                                             * four cycles, which the valve can follow */
-static const double SLOW_MPS = 2e-4; /* v0: below this speed a leg may stick, and the reference does
-                                      * not say which way it is held */
+static const double SLOW_MPS = 2e-4; /* v0: below this speed a leg may stick, and its reference does
+                                      * not determine the direction of its friction */
 
-/* Refuses a delay that the law does not look ahead. */
+/* Refuses a delay that is longer than the law can look ahead. */
 static int check_delay(const struct model_law *law, struct error *error) {
     double period_s = law->params->loop.period_s;
     if (law->params->control.law != CONTROL_MODEL || law->delay_s <= MODEL_DELAY_CYCLES * period_s) return STATUS_OK;
@@ -55,7 +56,7 @@ void model_law_reset(struct model_law *law) {
     memset(law->sent, 0, sizeof law->sent);
 }
 
-/* Friction against extension that a leg has in this course. */
+/* Returns the friction that a leg has in this course, N, positive against extension. */
 static double friction_n(const struct model_law *law, int leg, const struct leg_course *c) {
     double rate = c->rate_mps[leg], speed = fabs(rate), tau_s = REVERSAL_CYCLES * law->params->loop.period_s;
     double sense = tanh(rate / (SLOW_MPS + tau_s * fabs(c->accel_mps2[leg])));
@@ -87,7 +88,7 @@ static void low_pass(const struct model_law *law, bool settled, double x, double
     *low = settled ? *low + dt_s / (tp_s + dt_s) * (x - *low) : x;
 }
 
-/* Takes the pressures that are readings. Returns DOUBT_PRESSURE if some are none. */
+/* Takes the pressures that are valid readings. Returns DOUBT_PRESSURE if one is not. */
 static uint32_t take_pressures(struct model_law *law, const struct model_law_input *in, const struct leg_course *now) {
     uint32_t doubts = 0;
     for (int leg = 0; leg < LEGS; leg++) {
@@ -105,15 +106,15 @@ static uint32_t take_pressures(struct model_law *law, const struct model_law_inp
     return doubts;
 }
 
-/* Opening that a leg was sent so many cycles ago, 1 and more. */
+/* Returns the opening that a leg was sent `cycles` cycles ago, 1 or more. */
 static double sent(const struct model_law *law, int leg, int cycles) {
     return law->sent[leg][(law->newest + MODEL_DELAY_CYCLES - cycles + 1) % MODEL_DELAY_CYCLES];
 }
 
-/* Pressures of a leg in the middle of the time in which this cycle's command acts: the present
- * ones, advanced with the reference's motion at the openings that earlier cycles have sent. The
- * command of k cycles ago acts until delay - (k - 1) dt from now, and the last one stands for this
- * cycle's. */
+/* Returns the pressures of a leg in the middle of the time in which this cycle's command acts: the
+ * present ones, advanced with the reference's motion at the openings that earlier cycles have sent.
+ * The command of k cycles ago acts until delay - (k - 1) dt from now; the last one stands in for
+ * this cycle's, which is not known yet. */
 static struct oil_state predict(const struct model_law *law, int leg, const struct leg_course *now, const struct leg_course *from) {
     double dt_s = law->params->loop.period_s, passed_s = 0.0;
     struct oil_state oil = {.p1_pa = law->p1_pa[leg],
@@ -128,8 +129,8 @@ static struct oil_state predict(const struct model_law *law, int leg, const stru
     return oil;
 }
 
-/* Computes the opening of a leg from its courses at the begin and at the end of the command's time.
- * Returns DOUBT_... */
+/* Computes the opening of a leg from its courses at the begin and at the end of the time in which
+ * the command acts. Returns DOUBT_... */
 static uint32_t open_valve(struct model_law *law, int leg, const struct leg_course *now, const struct leg_course *from,
                            const struct leg_course *to) {
     double dt_s = law->params->loop.period_s;
@@ -173,8 +174,8 @@ void model_law_hold(struct model_law *law) {
     for (int leg = 0; leg < LEGS; leg++) law->sent[leg][law->newest] = law->sent[leg][before];
 }
 
-double model_law_command(struct model_law *law, int leg, struct pid *pid, double ref_m, double length_m, double force_n) {
-    const struct control_params *g = &law->params->control;
+double model_law_command(struct model_law *law, const struct control_params *g, int leg, struct pid *pid, double ref_m, double length_m,
+                         double force_n) {
     double dt_s = law->params->loop.period_s, pid_forward = g->kff * (ref_m - pid->ref_m) / dt_s;
     double model_forward = law->opening[leg] + (1.0 - pid->feedback_cut) * g->kpf * law->varying_ref_n[leg];
     law->bump[leg] = law->handed_over * (model_forward - pid_forward) + FADE_S / (FADE_S + dt_s) * law->bump[leg];
@@ -182,7 +183,7 @@ double model_law_command(struct model_law *law, int leg, struct pid *pid, double
     double u = pid_step_forward(pid, g, dt_s, ref_m, length_m, force_n, forward), command = valve_flow_command(&law->valve[leg], u);
     law->sent[leg][law->newest] = u;
     pid->saturated = pid->saturated || fabs(command) > g->output_limit;
-    /* SAFETY: a command that is no number stays none, and the back-end centres the valve. */
+    /* SAFETY: NaN passes the limit unchanged, and the back-end then centres the valve. */
     return command > g->output_limit ? g->output_limit : command < -g->output_limit ? -g->output_limit : command;
 }
 

@@ -1,9 +1,9 @@
 /* The control law `model`: feed-forward through the machine's own dynamics and flow equations, and
- * the leg controller of pid.h on what differs from it (docs/control.md).
+ * the leg controller of pid.h for deviations from the feed-forward (docs/control.md).
  *
- * The reference is known ahead of time. So the force that each leg needs at the begin and at the
- * end of the time in which this cycle's command acts gives the mean rate of force, and the leg's
- * way in that time its mean rate; valve_flow.h makes an opening of them at the measured pressures:
+ * The reference is known ahead of time. So the force and the length of each leg are known at the
+ * begin and at the end of the time in which this cycle's command acts. Their differences give the
+ * mean rates of force and length, and valve_flow.h the opening for both at the measured pressures:
  *
  *     t1 = now + delay, t2 = t1 + dt            delay: of spool and command, mean of all legs
  *     f(t)  = force by dynamics.h + friction(L', L'')
@@ -14,17 +14,18 @@
  * is s(L') F + viscous with s = tanh(L' / (v0 + tau |L''|)): a reversal takes about 4 tau, and a
  * leg at rest has no dry friction in its reference.
  *
- * Doubts: where a pressure is no reading, a pose is singular or not finite, or an opening is needed
- * that the valve does not give (the supply is below need), the law hands over to the PID in that
- * cycle without a bump: what the commands differ by fades over FADE_S. It comes back over RETURN_S
- * once all inputs have been good for a second. SAFETY: the supervisor's limits and the
- * limit of the output stand behind either law. RT, no heap, pure. */
+ * Doubts: if a pressure is no valid reading, a pose is singular or not finite, or an opening is
+ * needed that the valve does not have (the supply is too low), the law hands over to the PID in
+ * that cycle without a bump: the difference of the two feed-forwards fades with FADE_S. The law
+ * takes over again, within RETURN_S, once all inputs have been good for a second. SAFETY: the
+ * supervisor's limits and the limit of the output apply to either law. RT, no heap, pure. */
 #ifndef HEXID_MODEL_LAW_H
 #define HEXID_MODEL_LAW_H
 
 #include "dynamics.h"
 #include "effect.h"
 #include "force.h"
+#include "params/control.h"
 #include "pid.h"
 #include "reference.h"
 #include "valve_flow.h"
@@ -33,7 +34,8 @@
 enum {
     DOUBT_PRESSURE = 1u << 0, /* a pressure is no valid reading */
     DOUBT_SUPPLY = 1u << 1,   /* a larger opening is needed than the valve has */
-    DOUBT_SINGULAR = 1u << 2, /* the legs do not determine the platform, or a number is none */
+    DOUBT_SINGULAR = 1u << 2, /* the legs do not determine the platform, or a number is not
+                               * finite */
     DOUBTS = 3,
 };
 
@@ -51,7 +53,7 @@ struct model_law {
         } of[EFFECTS_MAX];
     } friction;              /* effects that are friction along the legs, and are on */
     double delay_s;          /* delay from the sample to the spool's motion, mean of all legs */
-    int delay_cycles;        /* the same, rounded up to whole cycles */
+    int delay_cycles;        /* delay_s, rounded up to whole cycles */
     double area_m2[2][LEGS]; /* piston areas, rodless and rod side */
     /* state */
     double p1_pa[LEGS], p2_pa[LEGS];      /* last trusted pressures */
@@ -59,21 +61,23 @@ struct model_law {
     double excess_lp_n[LEGS];             /* low-passed measured force less reference force */
     double varying_ref_n[LEGS];           /* reference force less its low-passed */
     bool settled[LEGS];                   /* the filters have begun since model_law_reset() */
-    double bump[LEGS];                    /* rest of what the commands differed by at hand-overs */
+    double bump[LEGS];                    /* part of the jumps at hand-overs that has not faded
+                                           * yet */
     double opening[LEGS];                 /* opening o of the last step */
     double sent[LEGS][MODEL_DELAY_CYCLES]; /* openings sent in the last cycles, a ring */
     int newest;              /* place of the newest of them */
-    double share;            /* share of this law in the feed-forward, the rest is the PID's */
+    double share;            /* share of this law in the feed-forward; the PID has the remaining
+                              * share */
     double handed_over;      /* share that the PID took over in this cycle */
     double good_s;           /* time since the last doubt */
-    uint32_t doubts;         /* DOUBT_... since the law had its full share last */
+    uint32_t doubts;         /* DOUBT_... that came up since the law last had its full share */
 };
 
-/* params and kinematics must outlive the law. Returns -2 if params choose this law and the delay is
- * longer than MODEL_DELAY_CYCLES. */
+/* Prepares the law; params and kinematics must outlive it. Returns -2 if params choose this law and
+ * the delay is longer than MODEL_DELAY_CYCLES. */
 int model_law_init(struct model_law *law, const struct params *params, const struct kinematics *k, struct error *error);
 
-/* Starts without a bump: the law comes in over RETURN_S. */
+/* Restarts without a bump: the law takes over from the PID within RETURN_S. */
 void model_law_reset(struct model_law *law);
 
 /* Inputs of a cycle. */
@@ -86,12 +90,14 @@ struct model_law_input {
 /* Computes openings and reference forces for this cycle. */
 void model_law_step(struct model_law *law, const struct model_law_input *in);
 
-/* Replaces model_law_step() and the commands in a cycle without a sample, whose commands are
- * held. */
+/* Replaces model_law_step() and model_law_command() in a cycle without a sample, in which the
+ * commands are held. */
 void model_law_hold(struct model_law *law);
 
-/* Computes a leg's command, after model_law_step(); takes the place of pid_step(). */
-double model_law_command(struct model_law *law, int leg, struct pid *pid, double ref_m, double length_m, double force_n);
+/* Computes a leg's command with the present gains, after model_law_step(); takes the place of
+ * pid_step(). */
+double model_law_command(struct model_law *law, const struct control_params *gains, int leg, struct pid *pid, double ref_m, double length_m,
+                         double force_n);
 
 /* Returns the words for the first of these doubts. */
 const char *model_law_doubt(uint32_t doubts);

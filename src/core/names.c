@@ -12,6 +12,6 @@ const char *const state_names[STATES] = {
 };
 
 const char *const command_names[COMMANDS] = {
-    [COMMAND_NONE] = "none", [COMMAND_ENGAGE] = "engage", [COMMAND_START] = "start",
-    [COMMAND_STOP] = "stop", [COMMAND_PARK] = "park",     [COMMAND_RESET] = "reset",
+    [COMMAND_NONE] = "none", [COMMAND_ENGAGE] = "engage", [COMMAND_START] = "start", [COMMAND_STOP] = "stop",
+    [COMMAND_PARK] = "park", [COMMAND_RESET] = "reset",   [COMMAND_SET] = "set",
 };

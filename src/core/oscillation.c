@@ -12,9 +12,9 @@ static const double lag_s = 0.016, block_s = 0.05;
  * noise: a command that alternates every cycle looks like noise, too. */
 static const double white_most = 2.0;
 
-/* Factor on the noise subtracted for steps of the readings: isolated steps would need lag^-3 of the
- * mean square over one cycle, white noise lag times as much; slow quantised readings lie
- * between. */
+/* Steps of the readings are subtracted as this share of lag^-3 times the mean square over one
+ * cycle. Isolated steps would need a share of 1, white noise one of 1 / lag; slow quantised
+ * readings lie between. */
 static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };

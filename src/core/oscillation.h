@@ -4,17 +4,17 @@
  *
  *   measured   second difference of the pose over twice 16 ms; sees up to some 40 Hz. Steps and
  *              white noise of the readings are subtracted: they show in a second difference over
- *              one cycle, in which a motion below 40 Hz does not.
+ *              one cycle, in which a motion below 40 Hz does not show.
  *   commanded  rate of change of the leg speeds that correspond to the valve commands (speed at
  *              full opening times command, through the valve's lag), converted to the platform.
- *              Sees from there up to half the loop's rate, where lengths of 50 um show nothing.
- *              White noise is subtracted by means of the fourth difference.
+ *              Sees from some 40 Hz up to half the loop's rate, where lengths in steps of 50 um
+ *              show nothing. White noise is subtracted by means of the fourth difference.
  *   requested  the same second difference of the reference, over 16 ms and over one cycle.
  *
  * All three are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms over
- * blocks of 50 ms. It is an oscillation if in four of the last five blocks, a quarter of a second,
- * one of the first two exceeds OSCILLATION_ASKED times the requested one of that time plus
- * limits.oscillation_mps2. A jolt fills two blocks at most.
+ * blocks of 50 ms. The motion is an oscillation if in four of the last five blocks, a quarter of a
+ * second, one of the first two exceeds OSCILLATION_ASKED times the requested one of the same time
+ * plus limits.oscillation_mps2. A jolt fills two blocks at most.
  *
  * Neither estimate knows the masses: near a resonance the platform moves up to three times as much
  * as the command corresponds to, and far above it much less. docs/safety.md has the figures. */
@@ -63,7 +63,7 @@ struct oscillation {
     int newest, in_block;   /* index of the newest pose, and number of cycles of the block so far */
     struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* sums of the current block; last
                                                               * blocks, newest first */
-    /* root mean squares of the worse estimate after the last block, and what it was allowed */
+    /* rms acceleration of the worse estimate after the last block, and its limit then */
     double found_mps2, allowed_mps2;
     uint32_t legs;          /* fault_leg() bits of the legs whose valves swing most; 0: no
                              * oscillation was found */

@@ -25,4 +25,16 @@ double pid_step(struct pid *c, const struct control_params *g, double dt_s, doub
     return pid_step_forward(c, g, dt_s, ref_m, length_m, force_n, g->kff * (ref_m - c->ref_m) / dt_s);
 }
 
+bool pid_change(struct pid *c, const struct control_params *from, const struct control_params *to, double dt_s,
+                const struct pid_reading *r) {
+    double e = c->ref_m - r->length_m, passed = from->tp / (from->tp + dt_s);
+    double rate = c->derivative_mps + dt_s / (from->tf + dt_s) * ((e - c->error_m) / dt_s - c->derivative_mps);
+    double fed_back_n = (1.0 - c->feedback_cut) * (passed * (r->force_n - c->force_lp_n) - r->ref_force_n);
+    double integral = c->integral + (from->kp - to->kp + (from->ki - to->ki) * dt_s) * e + (from->kd - to->kd) * rate -
+                      (from->kpf - to->kpf) * fed_back_n;
+    if (!(integral >= -to->integral_limit && integral <= to->integral_limit)) return false;
+    c->integral = integral;
+    return true;
+}
+
 void pid_hold(struct pid *c, double ref_m) { c->ref_m = ref_m; }

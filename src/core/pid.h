@@ -40,6 +40,19 @@ double pid_step(struct pid *c, const struct control_params *g, double dt_s, doub
 double pid_step_forward(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n,
                         double forward);
 
+/* Readings of a leg whose reference rests. */
+struct pid_reading {
+    double length_m, force_n;
+    double ref_force_n; /* varying reference force that is not fed back; 0 without one */
+};
+
+/* Changes the gains while the reference rests, without a bump: the integral takes what the other
+ * parts change by, so that the next step with this reading and the new gains has the output that
+ * the old gains would have given. Returns false, and changes nothing, if the integral has no
+ * room. */
+bool pid_change(struct pid *c, const struct control_params *from, const struct control_params *to, double dt_s,
+                const struct pid_reading *reading);
+
 /* Replaces pid_step() in a cycle without a sample: holds the last u and sets Lref_prev to this
  * reference, so that the next step does not contain several cycles of reference motion. */
 void pid_hold(struct pid *c, double ref_m);

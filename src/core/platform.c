@@ -4,21 +4,27 @@
 #include <math.h>
 #include <string.h>
 
+#include "gains.h"
 #include "params.h"
 #include "units.h"
 
+static const double HELD = 0.1; /* largest error of a leg that is held at rest, as a share of
+                                  * limits.following_m */
+
 enum {
     GOOD_SAMPLES = 50,  /* number of consecutive good samples after which the sensors are trusted */
-    INIT_PATIENCE = 1000,  /* number of bad samples that are tolerated while waiting for the
-                            * sensors */
-    INIT_CYCLES = 2 * INIT_PATIENCE, /* number of cycles within which the sensors become good */
+    INIT_PATIENCE = 1000,  /* level of the bucket of bad samples at which a fault is latched while
+                            * waiting for the sensors */
+    INIT_CYCLES = 2 * INIT_PATIENCE, /* number of cycles that the sensors have to become good; after
+                                      * that one bad sample is a fault */
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error) {
     memset(p, 0, sizeof *p);
     p->params = params;
     p->areas = cylinder_areas(&params->actuator);
-    p->good_seq = -1;
+    p->good_seq = -1, p->set_seq = -1;
+    p->control = params->control;
     p->automatic = params->motion.automatic;
     p->pose[DOF_Z] = params->motion.park_z_m;
     reference_hold(&p->reference, p->pose);
@@ -38,8 +44,8 @@ uint32_t platform_wrong(const struct platform *p) {
 /* NaN is never inside */
 static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; }
 
-/* SAFETY: a hanging device may repeat its last sample with fresh time stamps; only its own count
- * shows that. Returns SAMPLE_STALE for a count that has not increased. */
+/* SAFETY: returns SAMPLE_STALE for a device's count that has not increased. A hanging device may
+ * repeat its last sample with fresh time stamps; only its own count shows that. */
 static uint32_t count_says(struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_IO) return 0;
     bool anew = in->device_seq == 0 || (int64_t)(in->device_seq - p->device_seq) > 0;
@@ -130,8 +136,8 @@ static struct fault_measure measure_of(const struct platform *p, const struct ha
     return m;
 }
 
-/* SAFETY: an open interlock is a fault in states in which it can mean danger; in others it
- * refuses `engage`. */
+/* SAFETY: returns the faults of open interlocks. An open one is a fault in states in which it can
+ * mean danger; in the others it only prevents `engage`. */
 static uint32_t interlock_doubts(const struct platform *p) {
     enum state state = p->supervisor.state;
     if (!supervisor_powers(state)) return 0;
@@ -155,8 +161,9 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* SAFETY: only this check notices a transducer whose reading is stuck while the others hold
- * their legs: its leg then runs away. */
+/* SAFETY: updates the range of each leg's reference since its length last changed. No other check
+ * detects a transducer whose reading is stuck: its leg runs away while the reading and the other
+ * legs look right. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
         double ref_m = p->leg_ref_m[i];
@@ -175,8 +182,8 @@ static void count_overruns(struct platform *p, const struct hal_sample *in) {
     p->overruns = in->missed > 0 ? (int)(count < limit ? count : limit) : 0;
 }
 
-/* A leg with doubtful pressures keeps its last force: the high-pass filter in the controller then
- * lets the force's share of the command decay to zero. */
+/* Computes the leg forces. A leg with doubtful pressures keeps its last force: the high-pass filter
+ * in the controller then lets the force's share of the command decay to zero. */
 static void observe_forces(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     for (int i = 0; i < LEGS; i++)
         if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
@@ -206,11 +213,12 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* Returns the number of bad samples tolerated before a fault. Overruns are counted elsewhere, and
- * an oscillation has been observed for a quarter of a second. SAFETY: none with two masters,
- * because neither knows where the platform goes next, and none for switches, because a person
- * operated them on purpose. A device that is good and bad in turns never fills a leaky bucket, so
- * its first bad sample after INIT_CYCLES ends the wait for it and says what is wrong. */
+/* Returns the level of the leaky bucket at which bad samples become a fault. A level of 1 tolerates
+ * no bad sample. It applies to overruns, which are counted elsewhere, and to an oscillation, which
+ * has been observed for a quarter of a second. SAFETY: it applies to two masters, because neither
+ * knows where the platform goes next, and to switches, because a person operated them on purpose. A
+ * device whose samples are alternately good and bad never fills a bucket, so after INIT_CYCLES its
+ * first bad sample ends the wait for it and names the fault. */
 static int patience(const struct platform *p, uint32_t suspect) {
     const uint32_t means_it = FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
     if (suspect & (FAULT_MASTER | FAULT_OSCILLATION | means_it)) return 1;
@@ -339,12 +347,12 @@ static struct reference_sample refer(struct platform *p) {
 static double leg_command(struct platform *p, int leg) {
     const struct params *c = p->params;
     if (c->control.law == CONTROL_MODEL)
-        return model_law_command(&p->model, leg, &p->pid[leg], p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
-    return pid_step(&p->pid[leg], &c->control, c->loop.period_s, p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
+        return model_law_command(&p->model, &p->control, leg, &p->pid[leg], p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
+    return pid_step(&p->pid[leg], &p->control, c->loop.period_s, p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
 }
 
-/* SAFETY: an untrusted sample moves nothing: the last command is held, as long as the leaky
- * bucket allows. */
+/* SAFETY: computes the valve commands. An untrusted sample moves nothing: the last command is held,
+ * as long as the leaky bucket allows. */
 static void control(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     bool good = !failures_with(REACTION_STOP, suspect);
     ik_lengths(&p->kinematics, p->ref, p->leg_ref_m);
@@ -360,7 +368,8 @@ static void control(struct platform *p, const struct hal_sample *in, uint32_t su
     p->command.enable = true;
 }
 
-/* SAFETY: while not driving, valves are centred and the reference follows the platform. */
+/* SAFETY: centres the valves in every cycle in which they are not driven; the reference follows the
+ * platform. */
 static void rest(struct platform *p) {
     p->command = (struct hal_command){.enable = false, .supply = p->command.supply};
     memcpy(p->ref, p->pose, sizeof p->ref);
@@ -388,6 +397,38 @@ static uint32_t await_pressure(struct platform *p, bool good) {
     return over && !there ? FAULT_SUPPLY : 0;
 }
 
+/* SAFETY: true where gains may change: nothing moves or is to move, no sample is doubtful, no fault
+ * is latched, and every leg follows within a tenth of what is a fault. */
+static bool at_rest(const struct platform *p, uint32_t suspect) {
+    if (suspect || p->supervisor.faults) return false;
+    if (p->supervisor.state == STATE_SETTLED) return true;
+    if (p->supervisor.state != STATE_READY || p->reference.mode != REFERENCE_HOLD) return false;
+    for (int i = 0; i < LEGS; i++)
+        if (p->pid[i].saturated || !(fabs(p->leg_ref_m[i] - p->length_m[i]) <= HELD * p->params->limits.following_m)) return false;
+    return true;
+}
+
+/* Changes the gains without a bump, all legs or none. While the legs are held, the law `model`
+ * feeds back what differs from its reference force. */
+static bool change_gains(struct platform *p, const struct gains *gains, uint32_t suspect) {
+    struct gains from = gains_of(&p->control);
+    struct control_params to = p->control;
+    struct pid pid[LEGS];
+    bool soon = p->set_seq >= 0 && (double)(p->seq - p->set_seq) * p->params->loop.period_s < GAINS_REST_S;
+    if (soon || gains_refused(&from, gains) != LOOP_GAINS || !at_rest(p, suspect)) return false;
+    gains_apply(gains, &to);
+    memcpy(pid, p->pid, sizeof pid);
+    for (int i = 0; i < LEGS && p->supervisor.state == STATE_READY; i++) {
+        double ref_n = p->params->control.law == CONTROL_MODEL ? p->model.share * p->model.varying_ref_n[i] : 0.0;
+        const struct pid_reading reading = {p->length_m[i], p->force_n[i], ref_n};
+        if (!pid_change(&pid[i], &p->control, &to, p->params->loop.period_s, &reading)) return false;
+    }
+    memcpy(p->pid, pid, sizeof pid);
+    p->control = to;
+    p->set_seq = p->seq;
+    return true;
+}
+
 static bool begins(enum trigger trigger) { return trigger == TRIGGER_ENGAGE || trigger == TRIGGER_START; }
 
 void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out) {
@@ -395,8 +436,10 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     struct reference_sample ref = {0};
 
     uint32_t stale = count_says(p, in), suspect = observe(p, in);
+    bool sets = request.command == COMMAND_SET && request.id != s->request_id;
     enum trigger asked = commanded(p, request);
     /* SAFETY: nothing is started on a doubtful sample, whose inputs are doubtful too. */
+    if (sets) p->request_taken = change_gains(p, &request.gains, suspect);
     if (asked != TRIGGER_NONE) p->request_taken = !(suspect && begins(asked)) && apply(p, asked);
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
@@ -430,6 +473,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
                           .faults = s->faults,
                           .first_fault = s->first_fault,
                           .measure = p->measure,
+                          .gains = gains_of(&p->control),
                           .law_doubts = supervisor_drives(s->state) ? p->model.doubts : 0,
                           .test = -1,
                           .dof = DOF_NONE};

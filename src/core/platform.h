@@ -8,6 +8,7 @@
 #include "kinematics.h"
 #include "model_law.h"
 #include "oscillation.h"
+#include "params/control.h"
 #include "pid.h"
 #include "reference.h"
 #include "status.h"
@@ -25,6 +26,8 @@ struct platform {
     struct reference reference;
     struct pid pid[LEGS];
     struct model_law model;      /* used with control.law model */
+    struct control_params control; /* present gains; the configured ones until they are changed */
+    int64_t set_seq;             /* cycle in which the gains were last changed; -1: never */
     /* the group below comes from earlier samples */
     double pose[DOFS];           /* the pose, from which the next forward kinematics starts */
     double length_m[LEGS], force_n[LEGS]; /* leg lengths, and leg forces from the last trusted
@@ -43,10 +46,10 @@ struct platform {
     uint32_t inputs;             /* inputs as last read: INPUT_... */
     struct interlock_watch watch;
     uint32_t contradicted;     /* inputs whose contacts have contradicted each other for too long */
-    /* progress through the list of tests */
+    /* state of the controller, and progress through the list of tests */
     int test;                    /* index of the current or next test */
     int64_t ticks;               /* number of cycles in this state */
-    bool stopping;               /* the current or last test was told to end */
+    bool stopping;               /* the current or last test was ordered to end */
     bool request_taken;          /* the last request had an effect */
     bool automatic;              /* engages, tests and parks without requests; ends once parked,
                                   * or with a stop, a park or a fault */
@@ -58,8 +61,8 @@ int platform_init(struct platform *p, const struct params *params, struct error 
 /* Returns the inputs that are wrong in this state: INPUT_... (interlock_wrong()). */
 uint32_t platform_wrong(const struct platform *p);
 
-/* Computes one cycle. SAFETY: out->out.enable is false and all valves are 0 in every state that
- * does not hold the platform, and on every fault; the supply output toggles in every cycle of a
+/* Computes one cycle. SAFETY: out->out.enable is false and all valves are 0 in every state in which
+ * the valves are not driven, and on every fault; the supply output toggles in every cycle of a
  * state that needs the supply, and in no other. */
 void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out);
 

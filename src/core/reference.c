@@ -25,7 +25,7 @@ static struct course product(const struct course *a, const struct course *b) {
 
 static struct course less_than_one(const struct course *a) { return (struct course){{1.0 - a->d[0], -a->d[1], -a->d[2], -a->d[3]}}; }
 
-/* Returns 3q^2 - 2q^3, which rises from 0 to 1 over [0, length]. */
+/* Returns 3q^2 - 2q^3 with q = ticks / length, limited to 0..1, and its time derivatives. */
 static struct course smooth(double ticks, int64_t length, double dt_s) {
     if (ticks <= 0.0) return (struct course){{0}};
     if (ticks >= (double)length) return (struct course){{1.0}};
@@ -52,13 +52,14 @@ static double brake_s(double rate_mps, double accel_mps2, double most_mps2) {
     return fmax(brake_least_s, 3.0 * rate_mps / (most - a + sqrt(most * most + most * a)));
 }
 
-double reference_travel_s(double distance_m, const struct move_limits *l) {
+/* Duration of a move of this distance from rest to rest. */
+static double travel_s(double distance_m, const struct move_limits *l) {
     double limited_s = fmax(15.0 / 8.0 * distance_m / l->rate_mps, sqrt(10.0 / sqrt(3.0) * distance_m / l->accel_mps2));
     return fmax(l->duration_s, limited_s);
 }
 
 double reference_park_s(const struct motion_params *m, double asked_s) {
-    return reference_travel_s(m->park_z_m, &(struct move_limits){asked_s, m->rate_mps, m->accel_mps2, 0.0});
+    return travel_s(m->park_z_m, &(struct move_limits){asked_s, m->rate_mps, m->accel_mps2, 0.0});
 }
 
 void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits) {
@@ -76,7 +77,7 @@ void reference_move(struct reference *r, const struct move_start *from, const do
     }
     rest.duration_s = fmax(limits->duration_s - b, 0.0);
     move.brake_s = b;
-    move.travel_s = reference_travel_s(norm(distance, limits->arm_m), &rest);
+    move.travel_s = travel_s(norm(distance, limits->arm_m), &rest);
     *r = move;
 }
 
@@ -118,7 +119,8 @@ static void rest(const double pose[DOFS], double motion[MOTION_ORDERS][DOFS]) {
     memcpy(motion[MOTION_POSE], pose, sizeof motion[MOTION_POSE]);
 }
 
-/* True once a move has ended; its end is then taken exactly, without the rounding of the sums. */
+/* Returns true once a move has ended; its end is then taken exactly, without the rounding of the
+ * sums. */
 static bool arrived(const struct reference *r, double time_s, double dt_s) { return r->brake_s + r->travel_s - time_s <= 1e-9 * dt_s; }
 
 static void move_motion(const struct reference *r, double time_s, double dt_s, double motion[MOTION_ORDERS][DOFS]) {

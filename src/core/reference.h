@@ -13,8 +13,8 @@
  *             acceleration at most 10/sqrt(3) D / T^2.
  *
  * Each part is as long as the limits require, and both together at least as long as requested.
- * Norms: the origin's in m, and arm_m times the angles. A rate or acceleration above its limit at
- * the start decreases from there.
+ * Distance, rate and acceleration are norms of the origin's coordinates, m, and the angles times
+ * arm_m. A rate or acceleration above its limit at the start decreases from there.
  *
  * A test's ramps are 3q^2 - 2q^3.
  *
@@ -72,26 +72,24 @@ struct move_start {
 /* Begins a move to rest at `to`, which is reached exactly. */
 void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits);
 
-/* Return durations: of a move of this distance from rest to rest, and of a move between the parked
- * pose and neutral for a requested duration. */
-double reference_travel_s(double distance_m, const struct move_limits *limits);
+/* Duration of a move between the parked pose and neutral for a requested duration. */
 double reference_park_s(const struct motion_params *motion, double asked_s);
 
 /* Begins a test. dof: the axis of its sinusoid; DOF_NONE: the trajectory, which must outlive the
- * test, or a multisine if t->multisine; else it holds neutral. */
+ * test, or a multisine if t->multisine; otherwise the test holds neutral. */
 void reference_test(struct reference *r, enum dof dof, const struct trajectory *trajectory, const struct test_params *t, double dt_s);
 
-/* Ends a test early: its ramp-out begins, while its motion continues. No effect on hold and
+/* Ends a test early: its ramp-out begins, while its motion continues. Has no effect on a hold or a
  * move. */
 void reference_stop(struct reference *r);
 
 struct reference_sample reference_step(struct reference *r, const struct test_params *t, double dt_s);
 
-/* Computes pose, rate, acceleration and jerk by their formulas, ahead_s >= 0 after the instant
- * whose pose reference_step() returned last, as they will be if nothing is asked for meanwhile:
- * after the end of a move or test it holds. For ahead_s = 0 the pose is that pose, to the last bit.
- * The acceleration is continuous in a move; it jumps at both ends of a test's ramp, and the jerk at
- * each joint of two polynomials. */
+/* Computes pose, rate, acceleration and jerk by their formulas, for the time ahead_s >= 0 after the
+ * pose that reference_step() returned last. No request is assumed meanwhile: after the end of a
+ * move or test the reference holds. For ahead_s = 0 the pose is that pose, to the last bit. The
+ * acceleration is continuous in a move; in a test it jumps at both ends of a ramp. The jerk jumps
+ * wherever two polynomials meet. */
 void reference_motion(const struct reference *r, const struct test_params *t, double dt_s, double ahead_s,
                       double motion[MOTION_ORDERS][DOFS]);
 

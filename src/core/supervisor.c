@@ -54,6 +54,9 @@ const char *supervisor_advice(enum state state, uint32_t wrong, enum command com
     static const char doubtful[] = "the last sample was doubtful: ask again";
     if (command == COMMAND_RESET && state != STATE_FAULT && state != STATE_PARKING) return "there is no fault to reset";
     if (command_stops(command) && !supervisor_drives(state)) return "nothing moves: the valves are centred";
+    if (command == COMMAND_SET && (state == STATE_READY || state == STATE_SETTLED))
+        return "not at rest in that cycle, or changed within the last second, or the integral has no room for it: ask again";
+    if (command == COMMAND_SET) return "gains are changed where the platform is held or put down: in `ready` or `settled`";
     if (command == COMMAND_ENGAGE && state == STATE_READY) return "the platform is engaged already: `start` or `park`";
     if (command == COMMAND_ENGAGE && state == STATE_SETTLED) return wrong ? interlock_why(wrong) : doubtful;
     if (command == COMMAND_START && state == STATE_READY) return doubtful;
@@ -71,8 +74,9 @@ void supervisor_clear(struct supervisor *s) {
     s->good = s->bad = s->doubtful = 0;
 }
 
-/* SAFETY: a single bad sample is tolerated with the command held; `limit` more bad samples than
- * good ones latch the fault. */
+/* SAFETY: counts a sample in a leaky bucket; returns true if the fault latches. The bucket rises by
+ * one with each bad sample and falls by one with each good one. At `limit` the fault latches; below
+ * it the command is held. A limit of 1 tolerates no bad sample. */
 static bool full(int *bucket, uint32_t suspect, int limit) {
     if (suspect) *bucket += *bucket < limit;
     else *bucket -= *bucket > 0;

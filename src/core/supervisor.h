@@ -47,14 +47,14 @@ struct transition {
 /* Returns the row for a trigger in a state; NULL: the trigger has no effect there. */
 const struct transition *supervisor_find(enum state state, enum trigger trigger);
 
-/* Tells the operator why a command has no effect in this state and with these wrong inputs
- * (interlock.h), and what to do first. */
+/* Returns the words for the operator: why a command has no effect in this state and with these
+ * wrong inputs (interlock.h), and which step comes first. */
 const char *supervisor_advice(enum state state, uint32_t wrong, enum command command);
 
-/* True if the valves are driven in this state. */
+/* Returns true if the valves are driven in this state. */
 bool supervisor_drives(enum state state);
 
-/* True if the supply is on in this state. */
+/* Returns true if the supply is on in this state. */
 bool supervisor_powers(enum state state);
 
 /* Clears faults and buckets, for a reset. */

@@ -12,13 +12,14 @@ static double slope(const struct trajectory *t, int i, int axis) {
 
 /* The equations of the unknown second derivatives b of the knots; h[i] is the step after knot i:
  *
- *     h[i-1] b[i-1] + 2 (h[i-1] + h[i]) b[i] + h[i] b[i+1] = 6 (slope[i] - slope[i-1])
+ *   h[i-1] b[i-1] + 2 (h[i-1] + h[i]) b[i] + h[i] b[i+1] = 6 (slope[i] - slope[i-1])
  *
- * A natural spline has unknowns at the inner knots, a periodic one at the first too, whose
- * neighbour is the last: that adds a corner to the matrix, which is split off as a rank-one term
- * (Sherman and Morrison; 0 for a natural spline). The matrix is diagonally dominant. */
+ * A natural spline has unknowns at the inner knots. A periodic one has one at the first knot, too,
+ * which neighbours the last unknown: that adds a corner to the matrix, which is split off as a
+ * rank-one term (Sherman and Morrison; 0 for a natural spline). The matrix is diagonally
+ * dominant. */
 struct system {
-    int size, first;      /* number of unknowns, and index of the first one's knot */
+    int size, first;      /* number of unknowns, and index of the first unknown's knot */
     double corner, gamma;
     double *above;        /* the matrix's superdiagonal after elimination */
     double *rank_one;     /* solution for the rank-one term */

@@ -31,9 +31,9 @@ bool trajectory_bend(struct trajectory *t);
 /* Returns the duration of all passes. */
 double trajectory_s(const struct trajectory *t);
 
-/* Computes pose, rate, acceleration and jerk at a time since the beginning of the first pass;
- * outside the passes it moves in a straight line at the rate of the end. The jerk is constant
- * between knots. RT: a search of at most 32 steps, no heap. */
+/* Computes pose, rate, acceleration and jerk at a time since the beginning of the first pass.
+ * Before and after the passes the motion is straight, at the rate of the nearer end. The jerk is
+ * constant between knots. RT: a search of at most 32 steps, no heap. */
 void trajectory_motion(const struct trajectory *t, double time_s, double motion[MOTION_ORDERS][DOFS]);
 
 /* Computes the pose alone, as trajectory_motion() does. */

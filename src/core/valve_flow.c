@@ -12,7 +12,7 @@ static const double LEAST_DROP = 0.01;
 /* Half the width of the slope over a dead band: a few times the sensors' noise in the command. */
 static const double SMALL_OPENING = 0.002;
 
-/* Returns the value of an effect's key on a leg, or what it is without the effect. */
+/* Returns the value of an effect's first key on a leg, or `without` if the effect is off. */
 static double found(const struct params *params, const char *name, int leg, double without) {
     int effect = effect_find(name);
     assert(effect >= 0);
@@ -56,8 +56,7 @@ static struct chambers chambers_at(const struct valve_flow *f, double leg_m) {
                              f->area_m2[1] / (f->dead_m3[1] + f->area_m2[1] * (f->most_m - length_m))};
 }
 
-/* Flows into both chambers at full opening in a direction, m^3/s; the sizes are those of the
- * flows. */
+/* Sizes of the flows through both ports at full opening in one direction, m^3/s. */
 struct port_flows {
     double rodless, rod;
 };

@@ -1,6 +1,6 @@
 /* The flow equations of a leg's valve and chambers, inverted: the opening that makes the leg force
- * change at a wanted rate while the piston moves. A derivation of its own beside sim/cylinder.h.
- * Pure, RT.
+ * change at a wanted rate while the piston moves. Derived independently of sim/cylinder.h. Pure,
+ * RT.
  *
  *     V1 / beta P1' = Q1 - A1 v - c (P1 - P2),  V2 / beta P2' = Q2 + A2 v + c (P1 - P2)
  *     f' = A1 P1' - A2 P2'
@@ -9,7 +9,7 @@
  *  => o = (f' + beta [(A1^2/V1 + A2^2/V2) v + (A1/V1 + A2/V2) c (P1 - P2)])
  *         / beta [A1/V1 g1 sqrt(drop 1) + A2/V2 g2 sqrt(drop 2)]
  *
- * with the drops of the direction in which the numerator points. */
+ * with the pressure drops for the sign of the numerator. */
 #ifndef HEXID_VALVE_FLOW_H
 #define HEXID_VALVE_FLOW_H
 
@@ -27,7 +27,8 @@ struct valve_flow {
     double bulk_modulus_pa, leakage_m3_per_s_pa, supply_pa, tank_pa;
     double null;                 /* command at which the spool is centred */
     double delay_s;              /* mean delay from command to spool: its lag and dead time */
-    double dead;                 /* half the width of the valve's dead band, of full opening */
+    double dead;                 /* half the width of the valve's dead band, as a share of full
+                                  * opening */
 };
 
 /* State of a leg's oil: pressures, and how the piston moves. */
@@ -40,18 +41,19 @@ struct oil_state {
 void valve_flow_init(struct valve_flow *flow, int leg, const struct params *params, const struct kinematics *k);
 
 /* Returns the opening, in shares of full opening; it may be beyond +-1, which the valve cannot
- * give. Pressure drops below a hundredth of the supply's count as that. */
+ * give. A pressure drop below a hundredth of the supply's counts as a hundredth. */
 double valve_flow_opening(const struct valve_flow *flow, const struct oil_state *oil, double force_rate_n_per_s);
 
 /* Advances the pressures by one explicit step at this opening; they stay between tank and
  * supply. */
 void valve_flow_advance(const struct valve_flow *flow, struct oil_state *oil, double opening, double time_s);
 
-/* Moves the piston against the shut oil until the leg has this force. */
+/* Moves the piston, with the valve shut, until the oil that it compresses gives the leg this force:
+ * changes both pressures. */
 void valve_flow_load(const struct valve_flow *flow, struct oil_state *oil, double force_n);
 
-/* Returns the command for an opening: centred, and out of the dead band. Within +-0.002 the jump
- * over the dead band is a slope, so that a command that is noise about zero does not rattle. */
+/* Returns the command for an opening: adds the null and jumps over the dead band. Within +-0.002
+ * the jump is a slope, so that noise about zero does not make the valve chatter. */
 double valve_flow_command(const struct valve_flow *flow, double opening);
 
 #endif

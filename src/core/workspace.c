@@ -11,12 +11,44 @@ enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* longest and shortest step along
                                                                    * a path, as shares of the path's
                                                                    * length */
+static const double ROUNDING = 1.0 + 1e-6; /* above the bound's rounding error, even near a singular
+                                            * pose */
 
-static double condition(const struct kinematics *k, const double pose[DOFS]) {
-    double j[LEGS][DOFS], value[DOFS];
+/* Jacobian with its angles in units of 1/arm_m. */
+static void scaled_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]) {
     ik_jacobian(k, pose, j);
     for (int i = 0; i < LEGS; i++)
         for (int r = 3; r < DOFS; r++) j[i][r] /= k->arm_m;
+}
+
+static double determinant(double m[DOFS][DOFS]) {
+    double product = 1.0;
+    for (int c = 0; c < DOFS; c++) {
+        int pivot = c;
+        for (int r = c + 1; r < DOFS; r++)
+            if (fabs(m[r][c]) > fabs(m[pivot][c])) pivot = r;
+        product *= m[pivot][c];
+        for (int r = c; r < DOFS; r++) {
+            double factor = m[r][c] / m[pivot][c];
+            for (int j = c + 1; j < DOFS && r != pivot; j++) m[r][j] -= factor * m[pivot][j];
+        }
+        if (pivot != c) memcpy(m[pivot], m[c], sizeof m[c]), product = -product;
+    }
+    return product;
+}
+
+/* Upper bound of a matrix's condition, 2 (|M|F / sqrt(n))^n / |det M| (Guggenheimer, Edelman and
+ * Johnson 1995), for a tenth of the time of singular values. Infinite or NaN if it is singular. */
+static double condition_bound(double j[LEGS][DOFS]) {
+    double m[DOFS][DOFS], squares = 0.0;
+    memcpy(m, j, sizeof m);
+    for (int i = 0; i < LEGS; i++)
+        for (int r = 0; r < DOFS; r++) squares += j[i][r] * j[i][r];
+    return 2.0 * pow(squares / DOFS, 0.5 * DOFS) / fabs(determinant(m));
+}
+
+static double condition(double j[LEGS][DOFS]) {
+    double value[DOFS];
     if (lin_singular_values(LEGS, DOFS, j[0], value) || !(value[DOFS - 1] > 0.0)) return (double)INFINITY;
     return value[0] / value[DOFS - 1];
 }
@@ -31,14 +63,18 @@ static void places(const struct kinematics *k, const struct params *p, double le
     }
 }
 
-/* A path from neutral: how far it went, and its worst pose. */
+/* A path from neutral: how far it went, and its worst pose if that is worse than those of the paths
+ * before it. */
 struct way {
     double gone, condition;
     double pose[DOFS], worst_pose[DOFS]; /* end of the path, and its worst pose */
 };
 
 static void look(const struct kinematics *k, struct way *w) {
-    double here = condition(k, w->pose);
+    double j[LEGS][DOFS], here;
+    scaled_jacobian(k, w->pose, j);
+    if (ROUNDING * condition_bound(j) <= w->condition) return;
+    here = condition(j);
     if (here <= w->condition) return;
     w->condition = here;
     memcpy(w->worst_pose, w->pose, sizeof w->worst_pose);
@@ -46,8 +82,8 @@ static void look(const struct kinematics *k, struct way *w) {
 
 /* Follows a path with all legs in proportion. A step that takes many Newton iterations may jump
  * to another assembly mode of the machine, so it is shortened. */
-static struct way go(const struct kinematics *k, const double to_m[LEGS]) {
-    struct way w = {0};
+static struct way go(const struct kinematics *k, const double to_m[LEGS], double worst) {
+    struct way w = {.condition = worst};
     double length_m[LEGS], step = LONGEST;
     while (w.gone < 1.0 && step >= SHORTEST) {
         double next = fmin(w.gone + step, 1.0), there[DOFS];
@@ -79,12 +115,14 @@ static void add(struct workspace *all, const struct way *w) {
 
 struct workspace workspace_find(const struct kinematics *k, const struct params *params) {
     static const double neutral[DOFS] = {0};
-    struct workspace all = {.corners = CORNERS, .nearest = 1.0, .neutral_condition = condition(k, neutral)};
-    double place[LEGS][PLACES], to_m[LEGS];
+    struct workspace all = {.corners = CORNERS, .nearest = 1.0};
+    double place[LEGS][PLACES], to_m[LEGS], j[LEGS][DOFS];
+    scaled_jacobian(k, neutral, j);
+    all.neutral_condition = condition(j);
     places(k, params, place);
     for (int corner = 0; corner < CORNERS; corner++) {
         for (int i = 0, rest = corner; i < LEGS; i++, rest /= PLACES) to_m[i] = place[i][rest % PLACES];
-        struct way way = go(k, to_m);
+        struct way way = go(k, to_m, all.worst_condition);
         add(&all, &way);
     }
     return all;

@@ -12,13 +12,14 @@ struct base_entry {
         MACHINE,
         EACH_LEG,
         LEGS_ALIKE
-    } of; /* EACH_LEG: a value for each leg, as valves, seals and volumes differ. LEGS_ALIKE: parts
-           * made to one drawing share one variable if the configuration gives them one value. */
+    } of; /* EACH_LEG: one variable for each leg, as valves, seals and volumes differ. LEGS_ALIKE:
+           * parts made to one drawing share one variable if the configuration gives them one
+           * value. */
     size_t stated;    /* offset in struct params of the tolerance that the configuration states; 0:
-                       * none */
-    double tolerance; /* relative tolerance of a parameter without a stated one */
-    size_t to;      /* offset of the value to which the tolerance relates; 0: the parameter
-                     * itself */
+                       * it states none */
+    double tolerance; /* relative tolerance, if the configuration states none */
+    size_t to;      /* offset of the value of which the tolerance is a share; 0: it is a share of
+                     * the parameter itself */
     enum residual_equations equations;
 };
 
@@ -43,14 +44,14 @@ static const struct base_entry entries[] = {
 static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a valve's null, as a
                                              * share of full opening */
 static const double OFFSET_MOST_N = 1e6;
-static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag: that of
-                                         * an amplifier with a filter of 160 Hz */
+static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag, as large
+                                         * as the lag of an amplifier with a filter of 160 Hz */
 
 /* Effects that every machine has to a small degree, so that the base has their variables. */
 extern const struct effect geometry_error, valve_null_bias, external_stiffness;
 
-/* Base variable for one key of an effect, for one leg, or for the machine (leg -1). Its box is the
- * configured value plus and minus the tolerance. */
+/* Returns the base variable for one key of an effect, for one leg or for the machine (leg -1). Its
+ * box is the configured value plus and minus the tolerance. */
 static struct variable effect_variable(const struct params *model, const struct effect *of, int key, int leg, double tolerance) {
     int effect = effect_find(of->name);
     const double *place = model->effects[effect].value[key];
@@ -113,7 +114,7 @@ static int entry_variables(const struct params *model, const struct base_entry *
     double tolerance = e->stated ? *at(model, e->stated) : e->tolerance;
     for (int leg = 0; leg < (one ? 1 : numbers); leg++) {
         double value = at(model, e->offset)[leg], width = tolerance * fabs(at(model, e->to ? e->to : e->offset)[leg]);
-        if (!(width > 0.0)) continue; /* a tolerance of 0 says that the value is exact */
+        if (!(width > 0.0)) continue; /* a tolerance of 0 means that the value is exact */
         v[n++] = (struct variable){.name = e->name,
                                    .offset = e->offset,
                                    .leg = one ? -1 : leg,
@@ -129,8 +130,8 @@ static int entry_variables(const struct params *model, const struct base_entry *
     return n;
 }
 
-/* Constant force on the leg: the sensor's zero, the weight on a slope, or a hose. It is a base
- * variable, because no effect of the catalogue stands for it. */
+/* Returns the variable of a constant force on the leg: the sensor's zero, the weight on a slope, or
+ * a hose. It belongs to the base, because no effect of the catalogue describes it. */
 static struct variable offset_variable(void) {
     return (struct variable){.name = "axis.force_offset_n",
                              .offset = offsetof(struct params, axis.force_offset_n),
@@ -144,7 +145,7 @@ static struct variable offset_variable(void) {
                              .equations = EQUATIONS_FORCE};
 }
 
-/* Lag of the force sensor behind the position sensor. */
+/* Returns the variable of the lag of the force sensor behind the position sensor. */
 static struct variable lag_variable(const struct params *model) {
     return (struct variable){.name = "axis.force_lag_s",
                              .offset = offsetof(struct params, axis.force_lag_s),

@@ -9,13 +9,13 @@
 #include "replay.h"
 #include "tone.h"
 
-static const double TONE_TOLERANCE = 0.1;   /* a tone in the model is the measured one if their
-                                             * frequencies differ by less than this share: a loop
+static const double TONE_TOLERANCE = 0.1;   /* a tone in simulation is the measured one if their
+                                             * frequencies differ by less than this share; a loop
                                              * that oscillates in both does so at nearly the same
                                              * frequency */
-static const double TONE_EXCITED = 0.5;     /* a simulated tone needs this share of the power that a
-                                             * measured one needs: another run may excite the same
-                                             * resonance less */
+static const double TONE_EXCITED = 0.5;     /* a simulated tone counts from this share of a measured
+                                             * tone's least power, because another run may excite
+                                             * the same resonance less */
 
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
     const struct recording_measured *m = &measured->measured;
@@ -55,9 +55,8 @@ static void keep_sizes(struct gap_result *r, const struct replay_sizes *used, co
     if (isnan(before + after + noise)) r->unexplained_fraction = (double)NAN;
 }
 
-/* Comparison of the models with recordings. used: on the cycles that were searched. held: on all
- * cycles of the validation log, whose tests may differ, or on the held-out cycles if there is no
- * such log. */
+/* Comparison of the models with recordings. used: cycles on which effects were searched. held: all
+ * cycles of the validation log, whose tests may differ; without such a log, the held-out cycles. */
 struct comparison {
     const struct gap_result *r;
     struct side {

@@ -11,8 +11,8 @@
 #include "pid.h"
 
 static const double RATE_TOLERANCE = 0.01;
-static const double NEXT_CYCLES = 1.5; /* samples were lost between two that are more than this many
-                                        * cycles apart */
+static const double NEXT_CYCLES = 1.5; /* two samples that are more than this many cycles apart
+                                        * enclose lost ones */
 static const double FORGOTTEN_S = 0.2; /* time in which the controller's filters forget their
                                         * initial state */
 
@@ -23,7 +23,7 @@ struct moments {
 
 static void take(struct moments *m, double x) { m->n++, m->sum += x, m->square += x * x; }
 
-/* Sum of squares about the mean. Rounding can make that of equal values negative, so it is clamped
+/* Sum of squares about the mean. For equal values rounding can make it negative, so it is clamped
  * at zero. */
 static double variance_sum(const struct moments *m) {
     double sum = m->n ? m->square - m->sum * m->sum / m->n : 0.0;
@@ -46,12 +46,13 @@ static const double SAME_POSE = 1e-9;
 
 /* The configured controller, of either law. */
 struct driver {
-    struct params params;       /* with the tests of the recorded run */
+    struct params params;       /* configuration with the tests of the recorded run */
     const struct kinematics *kinematics;
     struct oil_column column[LEGS];
     struct pid pid[LEGS];
     struct model_law model;
-    struct reference reference; /* the test's, which the law `model` looks ahead in */
+    struct reference reference; /* reference of the test, which the law `model` knows ahead of
+                                 * time */
 };
 
 static void driver_init(struct driver *d, const struct params *p, const struct kinematics *k, const struct recording *r,
@@ -77,8 +78,8 @@ static void driver_begin(struct driver *d, const struct recording_sample *s, con
     }
 }
 
-/* Puts the reference at the sample's time. Returns false if the recorded one is another, as in a
- * test that was stopped. */
+/* Advances the reference to the sample's time. Returns false if the recorded reference differs from
+ * it, as in a test that was stopped. */
 static bool driver_announces(struct driver *d, const struct recording_sample *s) {
     double motion[MOTION_ORDERS][DOFS], period_s = d->params.loop.period_s, most = 0.0;
     d->reference.ticks = llround(s->test_time_s / period_s) + 1;
@@ -87,7 +88,8 @@ static bool driver_announces(struct driver *d, const struct recording_sample *s)
     return most < SAME_POSE;
 }
 
-/* Computes the commands for a sample. Returns false if they are held. */
+/* Computes the commands for a sample. Holds the controller and returns false if the sample is
+ * excluded, or if its reference is not the one in which the law `model` looks ahead. */
 static bool driver_step(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS],
                         double dt_s, double valve[LEGS]) {
     bool model = d->params.control.law == CONTROL_MODEL, held = s->refused || (model && !driver_announces(d, s));
@@ -97,7 +99,7 @@ static bool driver_step(struct driver *d, const struct recording_sample *s, cons
         struct pid *pid = &d->pid[leg];
         pid->feedback_cut = oil_feedback_cut(&d->column[leg], s->length_m[leg]);
         if (held) pid_hold(pid, ref_m[leg]);
-        else if (model) valve[leg] = model_law_command(&d->model, leg, pid, ref_m[leg], s->length_m[leg], force_n[leg]);
+        else if (model) valve[leg] = model_law_command(&d->model, &d->params.control, leg, pid, ref_m[leg], s->length_m[leg], force_n[leg]);
         else valve[leg] = pid_step(pid, &d->params.control, dt_s, ref_m[leg], s->length_m[leg], force_n[leg]);
     }
     return !held;

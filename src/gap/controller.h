@@ -1,6 +1,6 @@
-/* Checks whether the configured controller gives the recorded commands: it runs again on the
- * recorded lengths, pressures and references. A difference is one of controllers, never an effect
- * of the machine. Pure. */
+/* Checks whether the configured controller gives the recorded commands, by running it again on the
+ * recorded lengths, pressures and references. A difference means that the controller was another
+ * one; it is never an effect of the machine. Pure. */
 #ifndef HEXID_CONTROLLER_H
 #define HEXID_CONTROLLER_H
 
@@ -8,13 +8,14 @@
 
 /* Rms difference between recorded and recomputed commands, divided by the rms variation of the
  * recorded ones, over all tests. A constant is removed for each leg and each stretch without a gap,
- * because the integrator's initial value is unknown. The law `model` looks ahead in the reference
- * that the test's parameters give; where the recorded one is another (a stopped test), nothing is
- * compared. NaN on a single axis, if references, commands or pressures are missing, or if samples
- * do not come at the controller's rate. */
+ * because the integrator's initial value is unknown. The law `model` looks ahead in the reference,
+ * which is computed from the test's parameters; samples whose recorded reference differs from it (a
+ * stopped test) are not compared. NaN on a single axis, if references, commands or pressures are
+ * missing, or if samples do not come at the controller's rate. */
 double controller_difference(const struct params *params, const struct recording *recording);
 
-/* Time between the samples of the log if it differs from the controller's cycle, s; otherwise 0. */
+/* Time between the samples of the log, s, if it differs from the controller's cycle; otherwise
+ * 0. */
 double controller_other_rate(const struct params *params, const struct recording *recording);
 
 #endif

@@ -9,23 +9,24 @@
 
 enum { ROW = sizeof(residual_row) / sizeof(double), BANDS = 4 };
 
-/* The remainder as a function of position and speed is bilinear between nodes: POSITIONS over the
- * range of the motion, and SPEEDS in either direction, because friction jumps where the direction
- * changes. */
+/* The remainder that repeats is a function of position and speed, bilinear between nodes: POSITIONS
+ * over the range of the motion, and SPEEDS in either direction, because friction jumps where the
+ * direction changes. */
 enum { POSITIONS = 3, SPEEDS = 3, FEATURES = 2 * POSITIONS * SPEEDS };
 
 static int leg_of(int value) { return value % ROW / RESIDUAL_SIZE / RESIDUALS; }
 static int kind_of(int value) { return value % ROW / RESIDUAL_SIZE % RESIDUALS; }
 static int coefficient_of(int value) { return value % RESIDUAL_SIZE; }
 
-/* Band of a coefficient: constants and the slowest, and three octaves above. */
+/* Band of a coefficient: the three slowest, the constant among them, then one octave in each band;
+ * the last band is open. */
 static int band_of(int value) {
     int a = coefficient_of(value);
     return a < 3 ? 0 : a < 5 ? 1 : a < 9 ? 2 : 3;
 }
 
-/* 1 / standard deviation by noise of a raw residual, given the channels before it; 0: not
- * evaluated. */
+/* 1 / standard deviation of a raw residual's noise, given the residuals of the channels before it;
+ * 0: the residual is not evaluated. */
 static double inverse_of(const struct fit_data *d, int value) {
     return d->whitener[value / ROW].inverse[leg_of(value)][coefficient_of(value)][kind_of(value)][kind_of(value)];
 }
@@ -52,7 +53,7 @@ static void smooth(int values, double *x) {
     }
 }
 
-/* Adds what the laws of a family may be off, for the effects of the model. */
+/* Adds the possible error of a family's laws, for the effects of this family in the model. */
 static void add_family(struct covariance *c, const struct diagnosis *reference, const struct fit_data *d, int family) {
     double *with = memory_get((size_t)d->values, sizeof *with), *without = memory_get((size_t)d->values, sizeof *without);
     struct params rest = reference->model;
@@ -72,7 +73,7 @@ static void add_family(struct covariance *c, const struct diagnosis *reference, 
     free(without);
 }
 
-/* Weight of a node of a grid of n nodes from 0 to 1 at x, for linear interpolation. */
+/* Weight at x of a node in a grid of n nodes from 0 to 1, for linear interpolation. */
 static double hat(int node, int n, double x) { return fmax(1.0 - fabs(x * (n - 1) - node), 0.0); }
 
 /* Range of position and speed over all tests. */
@@ -103,7 +104,7 @@ static double feature_at(int feature, const struct range *r, const double motion
            hat(speed, SPEEDS, fabs(motion[1]) / r->fastest_mps);
 }
 
-/* Mean square, in N, of the force that the reference leaves. */
+/* Mean square, N^2, of leg 1's force residual under the reference model. */
 static double left_n2(const struct fit_data *d, const double *raw) {
     double sum = 0.0, tests = 0.0;
     for (int i = 0; i < d->residual->tests; i++, tests++)

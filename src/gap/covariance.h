@@ -1,41 +1,42 @@
-/* Covariance of white residuals in which no model is exact. Beside the noise, whose variance is 1,
- * each value has a remainder: what no law of the catalogue makes. It has three parts, each with a
- * size that is not known.
+/* Covariance of white residuals in which no model is exact. Besides the noise, whose variance is 1,
+ * each value has a remainder that no law of the catalogue explains. The remainder has three parts
+ * of unknown size.
  *
- *   spread   does not repeat with the motion; its spectrum, by channel and band of frequency, is
- *            that of the residuals that the richest good model leaves
- *   repeats  is a smooth function of position and speed, of an axis; so it is the same in all
- *            pieces of a record that repeat a motion, and many pieces are no more evidence than one
- *   law      is a share of what each family of effects contributes, as no law is exact
+ *   spread   differs from one repetition of the motion to the next; its spectrum, by channel and
+ *            band of frequency, is the spectrum of the residuals under the richest good model
+ *   repeats  is a smooth function of position and speed, on a single axis; it is the same in all
+ *            pieces of a record that repeat a motion, so many pieces are no more evidence than one
+ *   law      is a share of the contribution of each family of effects, as no law is exact
  *
- * All models are compared under the same covariance, because otherwise a worse model would buy its
- * own excuse. Ordinary threads; heap. */
+ * All models are compared under the same covariance, because otherwise a worse model would enlarge
+ * the covariance that excuses it. Ordinary threads; heap. */
 #ifndef HEXID_COVARIANCE_H
 #define HEXID_COVARIANCE_H
 
 #include "diagnose.h"
 
 struct covariance_size {
-    double spread, repeats; /* times the size that the residuals of the reference show */
-    double law;             /* share of a family's contribution, beside the laws' own law_error */
+    double spread, repeats; /* as multiples of the size that the residuals of the reference show */
+    double law;             /* error of the laws, as a share of a family's contribution, in addition
+                             * to their own law_error */
 };
 
 struct covariance {
     int values, features;
     bool *evaluated;    /* [values] */
-    double *spread;     /* [values]: variances of the spread of size 1 */
-    double *law, *least; /* [values]: variances by a law error of 1, and by the effects'
-                          * law_error */
-    double *feature;    /* [features][values]: functions of position and speed, each with a weight
-                         * of standard deviation 1 at size 1 */
+    double *spread;     /* [values]: variances of the spread, at size 1 */
+    double *law, *least; /* [values]: variance that a law error of 1 would add; variance that the
+                          * effects' own law_error adds */
+    double *feature;    /* [features][values]: functions of position and speed; at size 1 the weight
+                         * of each has a standard deviation of 1 */
 };
 
-/* Finds the covariance from a diagnosis whose whiteners are those of noise alone: the reference is
- * its model. */
+/* Finds the covariance. reference: a diagnosis whose whiteners contain noise alone; its model is
+ * the reference. data: the residuals that the covariance is for. */
 void covariance_init(struct covariance *c, const struct diagnosis *reference, const struct fit_data *data);
 void covariance_free(struct covariance *c);
 
-/* Variance of a value, the noise included and the repeating part left out. */
+/* Variance of a value, with the noise but without the repeating part. */
 double covariance_of(const struct covariance *c, const struct covariance_size *size, int value);
 
 #endif

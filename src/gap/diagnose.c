@@ -8,8 +8,9 @@
 #include "memory.h"
 
 static const double RIDGE_SHARE = 1e-4; /* ridge, as a share of each diagonal element of the Gram
-                                         * matrix (Levenberg 1944): noise moves the linearised
-                                         * base by at most 50 standard deviations of a column */
+                                         * matrix (Levenberg 1944), so that noise moves the
+                                         * linearised base by at most 50 standard deviations of a
+                                         * column */
 enum { BASE_ITERATIONS = 6 };
 
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {
@@ -88,8 +89,9 @@ static bool list_variables(struct diagnosis *d) {
 }
 
 void diagnosis_estimate(struct diagnosis *d) {
-    double noise = sqrt(fmin(d->square / d->fit.evaluated, 1.0)); /* rms residual over the assumed
-                                                                   * noise, at most 1 */
+    double noise = sqrt(fmin(d->square / d->fit.evaluated, 1.0)); /* observed noise divided by the
+                                                                   * assumed noise, rms; at most
+                                                                   * 1 */
     for (int i = 0; i < d->variables; i++) {
         struct variable *v = &d->variable[i];
         if (!v->base) continue;

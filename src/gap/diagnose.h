@@ -34,7 +34,7 @@ struct diagnosis {
     int hypotheses;
 };
 
-/* Fits the base to the even cycles. threads: number of threads; each trial uses one, its final
+/* Fits the base to the even cycles. threads: number of threads; a trial uses one of them, its final
  * polishing all. Returns 0, -2 (the recording cannot be evaluated) or -3 (no memory). */
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error);
 void diagnosis_free(struct diagnosis *d);
@@ -53,18 +53,19 @@ void diagnosis_estimate(struct diagnosis *d);
  * motion. */
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model);
 
-/* Adds a hypothesis' effect and refits, starting from this model. On failure returns false and
- * leaves everything as it was. */
+/* Adds a hypothesis' effect and refits, starting from `model`. On failure returns false and leaves
+ * everything as it was. */
 bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct params *model);
 
-/* Makes these the only added effects and refits, starting from this model. False: the model cannot
- * make the measured motion, or has too many variables; the diagnosis is then unusable until another
- * call succeeds. */
+/* Replaces all added effects by the given ones and refits, starting from `model`. Returns false if
+ * the model cannot make the measured motion or has too many variables; the diagnosis is then
+ * unusable until another call succeeds. */
 bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis *h, const struct params *model);
 
-/* Removes an added effect and refits the rest. The effect is not needed, and true is returned, if
- * the white squares rise by less than `most` on the held-out cycles, and by less than `most` plus
- * the parameters' penalty on the fitted ones. Otherwise restores everything and returns false. */
+/* Removes an added effect and refits the remaining variables. Returns true if the effect is not
+ * needed: the white squares rise by less than `most` on the held-out cycles, and by less than
+ * `most` plus the penalty for its parameters on the fitted ones. Otherwise restores everything and
+ * returns false. */
 bool diagnosis_drop(struct diagnosis *d, int addition, double most);
 
 #endif

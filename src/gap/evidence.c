@@ -14,15 +14,15 @@ static int rows_of(const struct covariance *c) {
     return rows;
 }
 
-/* Copies the evaluated values, each times `scale` if there is one. */
+/* Copies the evaluated values, each times the root of its `scale` if that is not NULL. */
 static void compress(const struct covariance *c, const double *from, const double *scale, double *to) {
     for (int i = 0, n = 0; i < c->values; i++)
         if (c->evaluated[i]) to[n++] = from[i] * (scale ? sqrt(scale[i]) : 1.0);
 }
 
-/* 1 / standard deviation of a uniform prior that is as dense at the value as its prior is there.
- * The reciprocal of a lowest frequency has half a normal distribution, three times as wide as
- * its typical size: such constants do not grow with the machine. */
+/* 1 / standard deviation of a normal distribution whose highest density is the prior's density at
+ * this value. The reciprocal of the value, such as a lag, has half a normal distribution, three
+ * times as wide as its typical size, because such constants do not grow with the machine. */
 static double reciprocal_density(const struct effect_key *k, double value) {
     double wide = 3.0 * fabs(1.0 / k->typical - 1.0 / k->neutral), off = (1.0 / value - 1.0 / k->neutral) / wide;
     return 2.0 * exp(-0.5 * off * off) / (wide * value * value);
@@ -61,8 +61,8 @@ void linearised_free(struct linearised *l) {
     free(l->column);
 }
 
-/* Columns of the values and of the covariance's features, in units of their priors and of the noise
- * with the remainder; and the residuals. */
+/* Columns of the values and of the covariance's features, each for one standard deviation of its
+ * prior, and the residuals; both in units of the noise together with the remainder. */
 struct problem {
     int n, rows;
     double *column, *white, log_variance;
@@ -90,8 +90,8 @@ static void state(const struct linearised *l, const struct covariance *c, const 
     free(weight);
 }
 
-/* Solves h x + g = 0 with values kept within their ranges: those that would leave it are fixed at
- * its end, one after the other. */
+/* Solves h x + g = 0 with values kept within their ranges: a value that would leave its range is
+ * fixed at its end, one value after the other. */
 static void solve(const struct linearised *l, int n, const double *h, const double *g, double *x) {
     double *a = memory_get((size_t)(n * n), sizeof *a), *b = memory_get((size_t)n, sizeof *b);
     bool *fixed = memory_get((size_t)n, sizeof *fixed);
@@ -138,13 +138,14 @@ double evidence_of(const struct linearised *l, const struct covariance *c, const
     memcpy(factor, h, (size_t)(n * n) * sizeof *h);
     for (int i = 0; i < l->variables; i++)
         if (l->uniform[i])
-            factor[i * n + i] += 1.0; /* a uniform prior limits what noise leaves
-                                                      * open */
+            factor[i * n + i] += 1.0; /* noise may leave a value open, but its uniform prior limits
+                                       * it */
     solve(l, n, h, g, x);
     for (int i = 0; i < n; i++) sum += x[i] * (2.0 * g[i] + dense_dot(n, h + i * n, x));
     if (dense_factor(n, n, factor)) {
         for (int i = 0; i < n; i++) log_curvature += 2.0 * log(factor[i * n + i]);
-        double *diagonal = g, *work = p.white; /* both are used up; rows exceed variables */
+        double *diagonal = g, *work = p.white; /* g and p.white are needed no more; p.white is long
+                                                * enough if rows >= n */
         if (std && p.rows >= n) {
             dense_inverse_diagonal(n, n, factor, diagonal, work);
             for (int i = 0; i < l->variables; i++) std[i] = sqrt(diagonal[i]) / l->inverse_std[i];

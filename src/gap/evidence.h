@@ -1,5 +1,5 @@
-/* Evidence for a model by Laplace's approximation (MacKay 1992): the probability of the measured
- * residuals under the model, whatever its values, within their priors. Ordinary threads; heap. */
+/* Evidence for a model by Laplace's approximation (MacKay 1992): the probability density of the
+ * measured residuals, averaged over the priors of the model's values. Ordinary threads; heap. */
 #ifndef HEXID_EVIDENCE_H
 #define HEXID_EVIDENCE_H
 
@@ -9,18 +9,20 @@
 struct linearised {
     int rows, variables;
     double *white;  /* [rows]: residuals in units of the noise */
-    double *column; /* [variables][rows]: their Jacobian */
-    /* of each variable: 1 / standard deviation of its prior, of which that of a value that is
-     * uniform over its range; distance of its value from the prior's mean, 0 for a uniform one */
+    double *column; /* [variables][rows]: Jacobian of the residuals */
+    /* for each variable: 1 / standard deviation of its prior, or, if the prior is uniform, of a
+     * normal one with the same density; distance of its value from the prior's mean, 0 if the prior
+     * is uniform */
     double inverse_std[FIT_VARIABLES], off[FIT_VARIABLES];
     bool uniform[FIT_VARIABLES];
-    double least[FIT_VARIABLES], most[FIT_VARIABLES]; /* how far the value may move within its
-                                                       * range */
+    double least[FIT_VARIABLES], most[FIT_VARIABLES]; /* distances of the value from the lower end
+                                                       * of its range, <= 0, and from the upper
+                                                       * end */
     int one_sided; /* number of variables whose prior is half a normal distribution */
 };
 
-/* Takes the linearisation of a diagnosis. variance: of its whiteners, relative to those of the
- * noise, [values]. */
+/* Takes the linearisation of a diagnosis. variance: variances of its whiteners, relative to those
+ * of the noise, [values]. */
 void linearised_init(struct linearised *l, const struct diagnosis *d, const struct covariance *c, const double *variance);
 void linearised_free(struct linearised *l);
 

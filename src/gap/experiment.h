@@ -1,15 +1,15 @@
 /* The one experiment that would tell two explanations apart, in the words of the mechanism. For a
- * mechanism that hexid drives it gives options of `hexid run` in backquotes; the new log goes to
- * `hexid gap` with the same --set. Another one is driven by other programs, so its advice has no
- * options. The file of each effect says what tells it apart. Pure. */
+ * mechanism that hexid drives, the text gives options of `hexid run` in backquotes; the new log
+ * goes to `hexid gap` with the same --set. A mechanism that other programs drive gets advice
+ * without options. The file of each effect names the experiments for it. Pure. */
 #ifndef HEXID_EXPERIMENT_H
 #define HEXID_EXPERIMENT_H
 
 #include "gap_result.h"
 #include "mechanism.h"
 
-/* Writes the experiment that tells two effects, in any order, apart; general advice if the pair has
- * none of its own. */
+/* Writes the experiment that tells two effects apart, given in any order. A pair without an
+ * experiment of its own gets general advice. */
 void experiment_between(const struct mechanism *mechanism, const struct effect *a, const struct effect *b, char text[GAP_TEXT]);
 
 /* Writes the experiment that tells an effect from a parameter of the base, such as

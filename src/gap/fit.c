@@ -15,8 +15,8 @@ enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
 
 static const double BASE_ERROR = 1e-3; /* error of integrators and of omitted harmonics, as a share
                                         * of a channel's variation */
-static const double ENOUGH = 1e-4; /* relative decrease of the sum of squares in an iteration, below
-                                    * which a fit ends */
+static const double ENOUGH = 1e-4; /* a fit ends when an iteration lowers the sum of squares by less
+                                    * than this share */
 
 void variable_set(const struct variable *v, struct params *params, double value) {
     double *place = (double *)(void *)((char *)params + v->offset);
@@ -42,7 +42,7 @@ void fit_data_init(struct fit_data *d, const struct residual_data *residual, con
 
 void fit_data_free(struct fit_data *d) { free(d->whitener); }
 
-/* Evaluation of a model's raw residuals, whose tests are shared among threads. */
+/* Evaluation of a model's raw residuals; threads share its tests. */
 struct evaluation {
     const struct residual_data *residual;
     const struct params *model;
@@ -102,8 +102,8 @@ static double step_of(const struct variable *v, double value) { return value + v
  * independent. */
 static bool is_own(enum residual_equations apart, const struct variable *v) { return v->own && !(v->equations & ~apart); }
 
-/* Number of variables from v on that are the same quantity of different, independent legs, so that
- * one evaluation serves for all. */
+/* Number of variables, from v on, that are the same quantity of different, independent legs, so
+ * that one evaluation gives the columns of all. */
 static int of_own_legs(enum residual_equations apart, int variables, const struct variable *v, const double *const *known) {
     int n = 1;
     while (n < variables && is_own(apart, v) && is_own(apart, &v[n]) && v[n].offset == v->offset && v[n].leg > v[n - 1].leg &&
@@ -112,7 +112,7 @@ static int of_own_legs(enum residual_equations apart, int variables, const struc
     return n;
 }
 
-/* Clears the values of other legs in a column, which belong to other variables of the group. */
+/* Clears the values of other legs in a column; they belong to the other variables of the group. */
 static void clear_other_legs(const struct fit_data *d, int leg, double *column) {
     residual_row *row = (residual_row *)column;
     for (int i = 0; i < d->residual->tests; i++)
@@ -181,8 +181,9 @@ bool fit_columns(const struct fit_data *d, const struct params *model, const dou
     return !s.impossible;
 }
 
-/* Factors the rows and columns of h that `place` lists, m of them. If they are dependent, the
- * diagonal gets the smallest ridge that separates them. False: none does. */
+/* Factors the m rows and columns of h that `place` lists. If they are linearly dependent, adds the
+ * smallest ridge to the diagonal with which the factorisation succeeds. Returns false if none up to
+ * 1e-4 does. */
 static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
     for (double ridge = 1e-10; ridge < 1e-4; ridge *= 100.0) {
         for (int i = 0; i < m; i++)
@@ -247,8 +248,8 @@ static bool box_solve(int n, const double *h, const double *g, const double *min
     return true;
 }
 
-/* Scalar product in four independent sums, because each addition of a single sum waits for the one
- * before. */
+/* Scalar product. Four independent sums are faster than one, because each addition to a sum waits
+ * for the one before. */
 static double dot(int n, const double *a, const double *b) {
     double sum[4] = {0}, rest = 0.0;
     int i = 0;
@@ -264,8 +265,8 @@ void fit_gram(int n, int values, const double *column, double *gram) {
             gram[i * n + j] = gram[j * n + i] = dot(values, column + (size_t)i * (size_t)values, column + (size_t)j * (size_t)values);
 }
 
-/* Normal equations h x + g = 0 of the least squares. Products of the columns from first_known on
- * are in `gram`. */
+/* Sets up the normal equations h x + g = 0 of the least squares. Products of the columns from
+ * first_known on are taken from `gram`. */
 static void normal_equations(int n, int values, const double *residual, const double *const *column, int first_known, const double *gram,
                              double *h, double *g) {
     for (int i = 0; i < n; i++) {
@@ -276,9 +277,9 @@ static void normal_equations(int n, int values, const double *residual, const do
     }
 }
 
-/* Standard deviations of the solution. A value at its bound has none without a prior; with one it
- * keeps the prior's, and its uncertainty counts in those of the others. A value that cannot move
- * has none. */
+/* Computes the standard deviations of the solution. A value at its bound without a prior gets 0, as
+ * does a value that cannot move. A value at its bound with a prior counts as uncertain by its
+ * prior, also in the deviations of the others. */
 static void deviations(int n, const double *h, const struct fit_prior *prior, const double *min, const double *max, const bool *is_free,
                        double *std) {
     double a[COLUMNS_MAX * COLUMNS_MAX], diagonal[COLUMNS_MAX], work[COLUMNS_MAX];
@@ -296,7 +297,8 @@ static bool solve_box(int n, double *h, double *g, const struct fit_prior *prior
                       double *std) {
     bool is_free[COLUMNS_MAX];
     for (int i = 0; i < n && prior; i++) h[i * n + i] += square(prior[i].inverse_std), g[i] += square(prior[i].inverse_std) * prior[i].off;
-    for (int i = 0; i < n; i++)        /* a column of zeros has no influence: its variable stays */
+    for (int i = 0; i < n; i++)        /* a column of zeros has no influence, so its variable
+                                        * stays */
         if (!(h[i * n + i] > 0.0)) h[i * n + i] = 1.0;
     if (!box_solve(n, h, g, min, max, x, is_free)) return false;
     if (std) deviations(n, h, prior, min, max, is_free, std);
@@ -311,8 +313,8 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
     return solve_box(n, h, g, prior, min, max, x, std);
 }
 
-/* Least sum of squares of white residuals that the linear part can reach; sets linear->x. Without a
- * linear part, their sum of squares. */
+/* Finds the least sum of squares of the white residuals that the linear part can reach, and sets
+ * linear->x. Without a linear part it is the sum of squares itself. */
 static double linear_square(int values, const double *white, const struct linear_part *linear) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], slope[COLUMNS_MAX], sum = fit_square(values, white);
     int n = linear ? linear->n : 0;
@@ -358,7 +360,8 @@ bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) 
     return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
 }
 
-/* Penalty, in white squares, of the priors of the effects' values, or of the base's. */
+/* Penalty, in white squares, by the priors of the effects' values, or, with `base`, by the priors
+ * of the base's values. */
 static double prior_cost(const struct params *model, int variables, const struct variable *v, bool base) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
@@ -387,7 +390,7 @@ static double objective(const struct descent *s, const struct params *model) {
     return linear_square(s->d->values, s->white, s->linear) + cost;
 }
 
-/* Sum of squares at x if the residuals were linear; h and g include the priors. */
+/* Predicted sum of squares at x, if the residuals were linear; h and g include the priors. */
 static double promised(const struct descent *s, int n, const double *h, const double *g, const struct fit_prior *prior, const double *x) {
     double sum = fit_square(s->d->values, s->white);
     for (int i = 0; i < n; i++) sum += square(prior[i].inverse_std * prior[i].off) + x[i] * (2.0 * g[i] + dot(n, h + i * n, x));

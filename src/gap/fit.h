@@ -13,20 +13,20 @@ enum { FIT_VARIABLES = 160 };
 struct variable {
     const char *name;        /* configuration key, such as "hydraulics.bulk_modulus_pa" */
     size_t offset;           /* offset in struct params of the number, or of the first in a list */
-    /* leg: the only leg, or -1 for all legs alike. legs: numbers in the list; 1: a single
-     * number. */
+    /* leg: the only leg that the variable is for, or -1: all legs have the same value. legs: how
+     * many numbers the list has; 1: there is a single number. */
     int leg, legs;
     bool own;                /* affects only its own leg's residuals, in equations whose legs are
                               * independent (residual_legs_apart) */
-    /* effect: effect to which the variable belongs, and which it switches on; -1: none. key: number
-     * of its key in the effect. */
+    /* effect: effect to which the variable belongs, and which it switches on; -1: it belongs to no
+     * effect. key: number of its key in the effect. */
     int effect, key;
     bool base;               /* part of the base model, so never a finding */
     double min, max;         /* bounds of the value */
     double neutral;          /* value of an effect's parameter without the effect; mean of the
                               * prior */
-    double prior_inverse_std; /* 1 / standard deviation of the prior, which decides what the data do
-                               * not; 0: no prior */
+    double prior_inverse_std; /* 1 / standard deviation of the prior, which decides where the data
+                               * do not; 0: no prior */
     double step;             /* change of the value in difference quotients */
     enum residual_equations equations;/* equations of the residuals that depend on the variable */
 };
@@ -38,7 +38,7 @@ double variable_get(const struct variable *v, const struct params *params);
 struct fit_data {
     const struct residual_data *residual;
     struct whitener *whitener;    /* [tests] */
-    int values;                   /* number of white values, of all tests together */
+    int values;                   /* number of white values, counted over all tests */
     int evaluated;                /* number of white values that are evaluated; the others are
                                    * zero */
     int threads;                  /* number of threads, which evaluate tests or columns */
@@ -47,31 +47,31 @@ struct fit_data {
 void fit_data_init(struct fit_data *d, const struct residual_data *residual, const struct params *model, int threads);
 void fit_data_free(struct fit_data *d);
 
-/* Computes a model's residuals, d->values of them: fit_residual white ones, fit_raw raw ones.
- * False: the model cannot make the measured motion. */
+/* Computes a model's residuals, d->values numbers: fit_residual() white ones, fit_raw() raw ones.
+ * Returns false if the model cannot make the measured motion. */
 bool fit_residual(const struct fit_data *d, const struct params *model, double *white);
 bool fit_raw(const struct fit_data *d, const struct params *model, double *raw);
 double fit_square(int n, const double *white); /* sum of squares of white residuals */
 
-/* Contribution of one effect to a model's white residuals. False: the model cannot make the
- * measured motion, with the effect or without. */
+/* Computes the contribution of one effect to a model's white residuals. Returns false if the model
+ * cannot make the measured motion, with the effect or without it. */
 bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
 
-/* Jacobian of the white residuals at the model, [variable][values]. raw: the model's raw residuals.
- * known: columns that exist already and are left out; may be NULL. False: a moved model cannot make
- * the measured motion, and the columns are undefined. */
+/* Computes the Jacobian of the white residuals at the model, [variable][values]. raw: the model's
+ * raw residuals. known: columns that exist already and are left out; may be NULL. Returns false if
+ * a moved model cannot make the measured motion; the columns are then undefined. */
 bool fit_columns(const struct fit_data *d, const struct params *model, const double *raw, int variables, const struct variable *v,
                  const double *const *known, double *column);
 
-/* Prior of a variable: 1 / its standard deviation, and the variable's present distance from its
- * mean. */
+/* Prior of a variable: 1 / standard deviation, and the present distance of the variable from the
+ * prior's mean. */
 struct fit_prior {
     double inverse_std, off;
 };
 
 /* Finds x with min <= x <= max that minimises |residual + sum x_i column_i|^2 + sum (inverse_std_i
  * (x_i + off_i))^2, for n columns of `values` values. std: standard deviations of x, prior
- * included; may be NULL. prior may be NULL. False: singular. */
+ * included; may be NULL. prior may be NULL. Returns false if the equations are singular. */
 bool fit_box(int n, int values, const double *residual, const double *const *column, const struct fit_prior *prior, const double *min,
              const double *max, double *x, double *std);
 
@@ -82,19 +82,19 @@ struct fit_result {
     double std[FIT_VARIABLES];
 };
 
-/* Variables that a fit moves linearly beside its own; during a trial, those of the rest of the
- * model. */
+/* Variables that a fit moves linearly, besides its own variables. In a trial they are the variables
+ * of the model without the hypothesis. */
 struct linear_part {
     int n;
-    const double *raw;                  /* raw residuals of the model that the columns belong to;
-                                         * the fitted model differs from it by the fit's own
-                                         * variables alone */
+    const double *raw;                  /* raw residuals of the model at which the columns were
+                                         * computed; the fitted model differs from it in the fit's
+                                         * own variables alone */
     const double *column;               /* [n][values]: Jacobian of the white residuals */
     const double *gram;        /* [n][n]: from fit_gram, plus a ridge that limits x and counts in
-                                * the sum */
+                                * the sum of squares */
     const double *min, *max;
     const struct fit_prior *prior;
-    double *x;                          /* [n]: result, relative to the model */
+    double *x;                          /* [n]: result, change of the variables from the model */
     double worth;             /* least predicted gain, in white squares, for which another step is
                                * taken */
 };
@@ -107,13 +107,13 @@ void fit_gram(int n, int values, const double *column, double *gram);
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *raw, double *white);
 
-/* Factor on `change`, a change of the white residuals: with it, and with the linear part, they come
- * closest to zero; 0 if undetermined. */
+/* Factor on `change`, a change of the white residuals, with which the residuals come closest to
+ * zero, if the linear part moves too; 0 if undetermined. */
 double fit_share(const struct fit_data *d, const double *white, const double *change, const struct linear_part *linear);
 
-/* Fits the variables, starting from the model, which receives the result. known: columns that stay
- * constant; NULL: all are computed in every iteration. raw: raw residuals at the start, if known.
- * known, linear and raw may be NULL. */
+/* Fits the variables, starting from `model`, which receives the result. known: columns that stay
+ * constant; NULL: all columns are computed in every iteration. raw: raw residuals at the start, if
+ * they are known. known, linear and raw may be NULL. */
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
                             const double *const *known, const struct linear_part *linear, const double *raw, int iterations);
 

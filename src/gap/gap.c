@@ -18,11 +18,10 @@
 #include "waves.h"
 
 static const double CONTROLLER_DIFFERS = 0.02;
-static const double LEFT_WHITE = 2.0; /* mean white square above which more than noise is left */
 static const double Z_NAMED = 6.0; /* least strength of evidence for effect_named */
 
-/* Fills r->model, the given configuration with the found effects, whose base values stay as stated,
- * and r->fitted, with the base as fitted. */
+/* Fills r->model with the given configuration and the found effects, and r->fitted with the base as
+ * fitted. */
 static void extend(const struct params *given, const struct diagnosis *d, struct gap_result *r) {
     r->model = *given;
     r->fitted = r->effects ? d->model : r->base_model;
@@ -52,7 +51,7 @@ void gap_progress(const struct gap_options *o, const char *step, double share) {
     if (o->progress) o->progress(o->context, step, share);
 }
 
-/* Reads the squares that a diagnosis leaves on the held-out cycles. */
+/* Copies the sums of squares that a diagnosis leaves on the held-out cycles. */
 static void read_remainder(const struct diagnosis *d, struct gap_result *r, struct remainder *m) {
     r->white_after = d->held_square / d->held_out.evaluated;
     m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);
@@ -66,15 +65,15 @@ static bool includes(const struct gap_result *a, const struct gap_result *b) {
     return common == b->effects;
 }
 
-/* True if a single effect leaves more than noise and the error of its law. */
+/* True if a single effect leaves more than noise and more than the error of its law. */
 static bool leaves_more(const struct gap_result *r) {
     double law = effect_table[r->effect[0].effect]->law_error;
     return r->white_after > LEFT_WHITE && r->unexplained_fraction > law * law;
 }
 
 /* True if the search, which adds one effect at a time, may have gone astray: it explains nothing,
- * or needs several effects, or one at the end of its range, or stops early. One leg has too few
- * equations to show that in another way. */
+ * or needs several effects, or one at the end of its range, or stops early. With one leg there are
+ * too few equations to find this out otherwise. */
 static bool doubtful(const struct gap_result *r) {
     bool doubt = r->effects > 1 || (r->effects == 1 && leaves_more(r));
     for (int i = 0; i < r->effects; i++)
@@ -88,9 +87,10 @@ static double least_z(const struct gap_result *r) {
     return least;
 }
 
-/* True if the sets say other than the search. If both leave no more than noise, the evidence
- * decides. Otherwise what the search named stays, and effects beside that must leave less and be as
- * strong as those that it names. */
+/* True if the sets say something else than the search, and are to be believed. If both leave no
+ * more than noise, they are, because evidence decides. Otherwise the sets may only add effects to
+ * those that the search named, must leave less than the search does, and each of their effects must
+ * have a z of at least Z_NAMED. */
 static bool differs(const struct gap_result *search, const struct gap_result *sets) {
     bool noise = search->white_after < LEFT_WHITE && sets->white_after < LEFT_WHITE;
     if (includes(search, sets)) return sets->ambiguous && noise;
@@ -98,7 +98,7 @@ static bool differs(const struct gap_result *search, const struct gap_result *se
     return noise;
 }
 
-/* Compares sets of effects under a remainder, and judges again if they say other than the
+/* Compares sets of effects under a remainder, and judges again if they say something else than the
  * search. */
 static int review(struct diagnosis *d, struct remainder *m, const struct recording *measured, const struct recording *validate,
                   const struct gap_options *options, struct gap_result *r, struct replay runs[2], struct error *error) {

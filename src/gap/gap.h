@@ -1,5 +1,5 @@
-/* Finds the gap between a model and a measurement and what explains it (gap_result.h). Ordinary
- * threads; heap. */
+/* Finds the gap between a model and a measurement, and the effects that explain it (gap_result.h).
+ * Ordinary threads; heap. */
 #ifndef HEXID_GAP_H
 #define HEXID_GAP_H
 
@@ -17,8 +17,8 @@ struct gap_options {
     void *context;
 };
 
-/* Reports the name of a step, and the share of the whole work that is done, to options->progress if
- * there is one. */
+/* Reports to options->progress, if there is one, the name of a step and the share of the whole work
+ * that is done. */
 void gap_progress(const struct gap_options *options, const char *step, double share);
 
 /* Runs the whole diagnosis. measured must have passed recording_check; validate, another log, may

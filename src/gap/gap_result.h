@@ -1,6 +1,6 @@
 /* Result of hexid gap: where the gap between model and measurement lies, which effect of the
- * catalogue explains it, how certain that is, and how much of the gap that effect closes. It holds
- * everything that a report needs, but for waveforms (waves.h). SI units, legs 0..5. */
+ * catalogue explains it, how certain that is, and how much of the gap the effect closes. The result
+ * contains everything that a report needs, except waveforms (waves.h). SI units, legs 0..5. */
 #ifndef HEXID_GAP_RESULT_H
 #define HEXID_GAP_RESULT_H
 
@@ -24,23 +24,24 @@ enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
     int effect;                           /* index in effect_table */
-    int pattern;              /* which legs: -1 all with one value, -2 each with its own, 0..5 that
-                               * leg alone */
+    int pattern;              /* legs that have the effect: -1 all with one value, -2 each with its
+                               * own value, 0..5 that leg alone */
     int keys;                             /* number of keys in use; on a single axis an effect that
                                            * acts on the pose has x alone */
     struct effect_values values;
     struct effect_values given;           /* values in the configuration; `on`: the configuration
-                                           * has the effect, with another size */
-    double std[EFFECT_KEYS][LEGS];        /* standard deviations, enlarged by the gap that is left;
-                                           * 0: the value is at its bound */
-    bool bound[EFFECT_KEYS][LEGS];        /* the value is at the end of its range, so it is no
+                                           * has the effect too, with these values */
+    double std[EFFECT_KEYS][LEGS];        /* standard deviations, larger if a gap remains; 0: the
+                                           * value is at its bound */
+    bool bound[EFFECT_KEYS][LEGS];        /* the value is at an end of its range, so it is no
                                            * estimate */
-    double share_explained;               /* share that the effect explains of the squared gap above
-                                           * the noise floor, on held-out cycles; with several
-                                           * effects, at least what was gone when it joined */
-    double z;                             /* square root of the likelihood's gain on all cycles,
+    double share_explained;               /* share of the squared gap above the noise floor that the
+                                           * effect explains, on held-out cycles; with several
+                                           * effects, at least the share that disappeared when this
+                                           * one was added */
+    double z;                             /* square root of the gain of likelihood on all cycles,
                                            * less the penalty of the effect's priors; with several
-                                           * effects, of the gain when it joined */
+                                           * effects, the gain when this one was added */
     char evidence[GAP_TEXT];
 };
 
@@ -52,27 +53,29 @@ struct gap_candidate {
     double z;        /* z as in gap_effect; a trial that gained little in its first steps was not
                       * fitted further */
     double share_explained;
-    bool unseen;     /* the data do not show the effect, so that it is never named: its values are
+    bool unseen;     /* the effect is never named, because the data do not show it: its values are
                       * at a bound, or it is a friction that acts only where a leg may stick */
 };
 
-/* An effect or a family of effects that the machine has with a probability, under a remainder that
- * no law makes (covariance.h). */
+/* An effect or a family of effects, with the probability that the machine has it. The probability
+ * allows for a remainder that no law explains (covariance.h). */
 struct gap_statement {
-    bool family;                          /* a family of effects is there, whatever its law */
-    int which;                            /* the family, or the effect's index in effect_table */
+    bool family;                          /* the statement is about a family of effects: one of them
+                                           * is there, whatever its law */
+    int which;                            /* index of the family, or of the effect in
+                                           * effect_table */
     double probability;
-    double share_explained;               /* as in gap_effect, by the effect alone; of a family by
-                                           * its likeliest effect */
-    struct gap_effect effect;             /* the effect, or the likeliest one of the family, as in
-                                           * the likeliest set that has it */
+    double share_explained;               /* as in gap_effect, for the effect alone; for a family,
+                                           * for its likeliest effect */
+    struct gap_effect effect;             /* the effect, or the likeliest one of the family, with
+                                           * its values in the likeliest set that contains it */
 };
 
 struct gap_place {
     int test, leg, harmonic;
     enum dof dof;
-    double frequency_hz;             /* frequency of the motion, of which the harmonic is a
-                                      * multiple */
+    double frequency_hz;             /* frequency of the motion, which `harmonic` multiplies; for a
+                                      * segment, frequency of the place */
     double at_s, segment_s;               /* start and length of a segment of any motion;
                                            * segment_s 0: a steady sinusoid */
     enum gap_channel channel;
@@ -82,15 +85,15 @@ struct gap_place {
 };
 
 /* Size of a difference between model and measurement. overall: root mean square over the channels
- * of `normalised`. varying: like overall, but without the constants, which depend on where a run
- * began if a valve stays shut. channel: rms in SI units. normalised: channel divided by the rms of
- * the measured variation. */
+ * of `normalised`. varying: like overall, but without the constants, which differ from run to run
+ * if a valve stays shut. channel: rms in SI units. normalised: channel divided by the rms of the
+ * measured variation. */
 struct gap_size {
     double overall, varying, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };
 
 /* A tone off the harmonics of the motion, as from a pump, a neighbouring machine or a loop that
- * oscillates. No effect of the catalogue explains one. */
+ * oscillates. No effect of the catalogue explains a tone. */
 struct gap_tone {
     /* hz 0: there is no tone */
     double hz, rms;
@@ -102,7 +105,7 @@ struct gap_tone {
 struct gap_base_value {
     const char *name;
     int leg; /* 0..5, or -1: the whole machine */
-    /* std NaN: the value is held fixed, because an effect is parallel to it */
+    /* std NaN: the value was held fixed, because an effect is parallel to it */
     double given, value, std;
     bool bound;
 };
@@ -112,20 +115,19 @@ struct gap_result {
     char reason[GAP_TEXT];                /* the verdict's reason, one sentence for people */
     int effects;
     struct gap_effect effect[GAP_EFFECTS];/* the most certain effect first */
-    int statements;                       /* number of statements, the surest first: what the
-                                           * verdict says, and the three likeliest effects; 0:
-                                           * the verdict needed none */
+    int statements;                       /* number of statements: first the sure ones, which the
+                                           * verdict makes, then the likeliest other effects; 0:
+                                           * sets of effects were not compared */
     struct gap_statement statement[GAP_STATEMENTS];
     double certainty;                     /* least probability of the statements that the verdict
-                                           * makes; use gap_certainty() */
-    int ambiguous;                        /* number of effects that the data cannot tell from
+                                           * makes; read it by gap_certainty() */
+    int ambiguous;                        /* number of effects that the data cannot distinguish from
                                            * effect[in_doubt]; ambiguous_with: their indices in
                                            * effect_table */
     int in_doubt;
     int ambiguous_with[GAP_RIVALS];
-    bool offset_rival;                    /* the data cannot tell effect[in_doubt] from a constant
-                                           * force either, which is no effect of the catalogue
-                                           * (single axis) */
+    bool offset_rival;                    /* effect[in_doubt] may also be a constant force, which is
+                                           * no effect of the catalogue (single axis) */
     int candidates;                       /* number of effects that were tried; the best is first */
     struct gap_candidate candidate[EFFECTS_MAX];
     int places;
@@ -135,14 +137,15 @@ struct gap_result {
                                            * from the equations under the measured motion */
     bool validated;                       /* the held-out sizes come from another log */
     char replay_fault[GAP_TEXT];          /* fault in which the simulation with the effects ended;
-                                           * empty: none */
+                                           * empty if it ended in none */
     double unexplained_fraction;          /* share of the gap that is left on held-out data; NaN if
                                            * nothing can be compared */
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];
     struct gap_tone tone;
-    bool tone_simulated;                  /* the simulation with the effects shows the tone, too */
+    bool tone_simulated;                  /* the simulation with the effects shows the tone as
+                                           * well */
     bool controller_known, controller_differs;
     double stated_hz, moved_hz;           /* stated and measured frequency of the first test in
                                            * which they differ; otherwise 0 */
@@ -159,7 +162,8 @@ struct gap_result {
     double repaired_mt[DOFS][DOFS];       /* measured inertia matrix, less the change that the found
                                            * friction makes in simulation */
     struct params base_model;             /* the base as fitted without effects */
-    struct params model; /* the given configuration, base unchanged, with the found effects */
+    struct params model; /* the given configuration with the found effects; the base values are the
+                          * given ones */
     struct params fitted;                 /* the base as fitted with the found effects; `after` was
                                            * simulated with it */
     enum gap_replay replay;
@@ -169,21 +173,22 @@ struct gap_result {
 /* True if the configuration gives all legs the same value of this key. */
 bool gap_given_alike(const struct gap_effect *effect, int key);
 
-/* Standard deviation of an effect's value: that from noise and the relative error of the effect's
- * law, added in quadrature. 0: the value is at its bound. */
+/* Standard deviation of an effect's value: its deviation by noise and the relative error of the
+ * effect's law, added in quadrature. 0: the value is at its bound. */
 double gap_deviation(const struct gap_effect *effect, int key, int leg);
 
-/* Name of what a statement states, and its level, "effect" or "family". */
+/* Name of the effect or family that a statement is about, and level of the statement, "effect" or
+ * "family". */
 const char *gap_statement_name(const struct gap_statement *statement);
 const char *gap_statement_level(const struct gap_statement *statement);
 
-/* Family that the verdict states in place of an effect; "": none. And the verdict's probability,
- * NaN if it was not computed. */
+/* Returns the family that the verdict states in place of an effect, "" if it states none; and the
+ * verdict's probability, NaN if it was not computed. */
 const char *gap_family_name(const struct gap_result *result);
 double gap_certainty(const struct gap_result *result);
 
-/* How far a candidate is behind the likeliest one, as a difference of z: the root of the difference
- * of their squares. */
+/* How far a candidate is behind the likeliest one, on the scale of z: the root of the difference of
+ * the two squared z. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
 
 /* Writes "test x at 4 Hz, force of leg 2, harmonic 3" for a steady sinusoid, "at 3.21 s near 5.4

@@ -5,15 +5,16 @@
 
 #include "memory.h"
 
-static const double NOISE_SQUARE = 0.8;  /* largest mean square of white residuals that are noise.
-                                          * It is below 1, because a third of the assumed variance
-                                          * is an allowance for modelling error (BASE_ERROR), and
-                                          * half of the scatter of the cycles is motion, which the
-                                          * equations follow; 0.4 to 0.6 is measured */
+static const double NOISE_SQUARE = 0.8;  /* largest mean square of white residuals that counts as
+                                          * noise. It is below 1, because a third of the assumed
+                                          * variance is an allowance for modelling error
+                                          * (BASE_ERROR), and half of the scatter of the cycles is
+                                          * motion, which the equations follow; 0.4 to 0.6 is
+                                          * measured */
 static const double SCATTER = 6.0;       /* allowance above NOISE_SQUARE, in standard deviations of
                                           * the mean square */
-static const double LAW_SIGMAS = 4.0;    /* error of a law that an effect may leave, in multiples of
-                                          * the effect's law_error */
+static const double LAW_SIGMAS = 4.0;    /* largest deviation from its law that an effect may show,
+                                          * in multiples of the effect's law_error */
 static const double FEW_CYCLES = 10.0;   /* allowance in place of the mean square of Student's t
                                           * from two or three cycles, which is infinite */
 

@@ -5,23 +5,27 @@
 
 #include "diagnose.h"
 
+/* Mean white square on held-out cycles above which more than noise is left. */
+enum { LEFT_WHITE = 2 };
+
 /* Possible error of the laws of all effects, given or found, in white squares over the held-out
  * cycles: the share law_error (effect.h) of each effect's contribution. The error of a law is the
- * same in all cycles, so averaging does not reduce it; an effect that explains no more than this
- * explains nothing. */
+ * same in all cycles, so averaging does not reduce it. An effect that explains no more than this
+ * error explains nothing. */
 double goodness_law_error(const struct diagnosis *d);
 
 /* White squares on held-out cycles, divided by the most that noise and laws (at four times their
- * error) explain. Above 1 something is left that neither explains. The error of a leg's friction
- * law is also allowed along the leg's whole stroke. INFINITY: the model cannot make the measured
+ * error) explain. Above 1 a part remains that neither explains. The error of a leg's friction law
+ * is also allowed along the leg's whole stroke. INFINITY: the model cannot make the measured
  * motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
-/* White squares, divided by the most that noise and laws explain, for any values. noise: mean
- * square of each value's noise, 0 if it is not evaluated. law: square of the law's error in each.
- * Returns the larger of two ratios: with each value weighted by its inverse variance, error of the
- * laws included, and by the square of that weight, so that values with a large error of the laws do
- * not excuse the others. */
+/* Computes what goodness_beyond_laws() returns, but for any `rows` white values: their squares
+ * divided by the most that noise and laws explain. noise: mean square of each value's noise; 0: the
+ * value is not evaluated. law: square of the laws' error in each value. Returns the larger of two
+ * ratios: in one each value is weighted by its inverse variance, error of the laws included, in the
+ * other by the square of this weight. So values with a large error of the laws do not excuse the
+ * others. */
 double goodness_weigh(int rows, const double *white, const double *noise, const double *law);
 
 /* Largest sum of white squares on held-out cycles that noise alone gives. */

@@ -8,7 +8,7 @@
 #include "params.h"
 
 static const double LEFT = 0.1; /* least share of a mass, an inertia or a friction that an effect
-                                 * may leave over */
+                                 * must leave */
 
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
@@ -54,7 +54,7 @@ static double difference_step(const struct effect_key *k) {
     return 0.02 * (typical > 0.0 ? typical : fabs(k->typical));
 }
 
-/* 1 / standard deviation of a value's prior, 0 for none. The standard deviation is three times the
+/* 1 / standard deviation of a value's prior; 0: no prior. The standard deviation is three times the
  * value's typical size, or the largest deviation in the configuration. If the data show an effect
  * of such a size, the prior decides nothing; it rejects absurd values, such as a joint 80 mm from
  * its place. A limit has no prior, because its neutral value is infinite. */
@@ -135,8 +135,8 @@ int hypotheses_list(const struct params *given, const struct params *model, cons
         reach.equations &= evaluated;
         if (reach.equations & EQUATIONS_FORCE_SENSOR) reach.equations = EQUATIONS_FORCE;
         if (!reach.equations)
-            continue; /* a change of timing alone, which recording_clock finds without
-                                     * a fit */
+            continue; /* the effect changes the timing alone, which recording_clock() finds without
+                       * a fit */
         build(given, &h[n++], effect, PATTERN_ALL, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;
@@ -181,7 +181,8 @@ bool hypothesis_make_symmetric(struct hypothesis *h) {
     const struct effect_key *first = &e->keys[0], *second = &e->keys[1];
     bool pair = e->leg_friction && second->name && !strcmp(first->unit, second->unit) && first->typical == second->typical;
     if (!pair || h->pattern != PATTERN_ALL || h->variables < 2) return false;
-    /* the values of key 1 follow those of key 0 in struct effect_values, so one list holds both */
+    /* the values of key 1 follow those of key 0 in struct effect_values, so one list contains
+     * both */
     h->variable[0].legs = 2 * LEGS;
     memmove(h->variable + 1, h->variable + 2, (size_t)(--h->variables - 1) * sizeof *h->variable);
     h->symmetric = true;
@@ -190,10 +191,10 @@ bool hypothesis_make_symmetric(struct hypothesis *h) {
 
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     if (!alike(h, base) || (h->symmetric && !strcmp(base->name, "axis.force_offset_n"))) return PARALLEL_NOT;
-    /* a base variable common to all legs can be told from one leg's effect */
+    /* the data distinguish a base variable common to all legs from one leg's effect */
     if (base->leg < 0) return h->pattern < 0 ? PARALLEL_SAME : PARALLEL_NOT;
     if (h->pattern >= 0 && h->pattern != base->leg) return PARALLEL_NOT;
-    /* the base variables of the legs may move apart, a value for all legs cannot */
+    /* the base has a variable for each leg, but the effect has one value for all legs */
     bool beside = h->pattern == PATTERN_ALL && base->legs > 1 && base->effect != h->effect;
     return beside ? PARALLEL_DRAWN : PARALLEL_SAME;
 }

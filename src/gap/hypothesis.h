@@ -25,14 +25,14 @@ int hypotheses_list(const struct params *given, const struct params *model, cons
 
 enum residual_equations hypothesis_equations(const struct hypothesis *h);
 
-/* Sets all variables of a hypothesis to this strength of its effect (effect_at), within their
- * bounds. Returns false if that is the model without the effect. */
+/* Sets all variables of a hypothesis to the given strength of its effect (effect_at), within their
+ * bounds. Returns false if the resulting model is the one without the effect. */
 bool hypothesis_at(const struct hypothesis *h, double strength, struct params *model);
 
-/* Tells whether a base variable can be fitted beside an effect. PARALLEL_NOT: yes. PARALLEL_SAME:
- * no, both do (nearly) the same, and the variable stays at its given value. PARALLEL_DRAWN: yes,
- * but with a prior about its given value, so that the effect takes what is common to all legs, and
- * each leg's own variable takes the rest. */
+/* Returns whether a base variable can be fitted beside an effect. PARALLEL_NOT: it can.
+ * PARALLEL_SAME: it cannot, because both do (nearly) the same; the variable stays at its given
+ * value. PARALLEL_DRAWN: it can, but with a prior about its given value, so that the effect takes
+ * what is common to all legs and each leg's own variable takes the difference. */
 enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 

@@ -8,18 +8,21 @@
 #include "experiment.h"
 #include "numeric.h"
 
-static const double OFFSET_SIGMAS = 6.0, /* least constant force, in its standard deviations */
-    OFFSET_SHARE = 0.05;                 /* least difference of friction between directions, as a
-                                          * share of the sum of both */
+static const double OFFSET_SIGMAS = 6.0, /* a constant force, or a difference of friction between
+                                          * directions, counts from this many standard deviations
+                                          * on */
+    OFFSET_SHARE = 0.05;                 /* least difference of friction between directions that
+                                          * counts, as a share of the sum of both */
 static const double SHARE_MAX = 0.3;      /* largest share of the squared gap that a simulation with
                                            * the effects may leave without being refuted */
 static const double FLOORS_MAX = 2.0;      /* a remaining gap refutes, in simulation or under the
                                             * measured motion, if it exceeds this times the noise
                                             * floor, LEFT_MAX and LEFT_SHARE */
-static const double LEFT_MAX = 0.02;   /* share of the measured variation; it decides if there is
-                                        * hardly any noise */
-static const double LEFT_SHARE = 0.1;      /* share of the squared gap; less may be an error of the
-                                            * model */
+static const double LEFT_MAX = 0.02;   /* a remaining gap refutes only if it exceeds this share of
+                                        * the measured variation; it decides where there is hardly
+                                        * any noise */
+static const double LEFT_SHARE = 0.1;      /* a remaining gap refutes only above this share of the
+                                            * squared gap; less may be an error of the model */
 static const double PARTLY_LEFT = 0.5;     /* largest share of the squared gap that partly_named may
                                             * leave on held-out data */
 static const double VISIBLE = 0.2;         /* a squared gap is seen if it exceeds the squared noise
@@ -28,13 +31,12 @@ static const double VISIBLE = 0.2;         /* a squared gap is seen if it exceed
 static const double TONE_SHARE = 0.5;      /* a tone does not matter if its rms is less than this
                                             * share of the rms gap in its channel: through nonlinear
                                             * laws it changes the harmonics by less than itself */
-static const double TRACE_SHARE = 5e-3;    /* what is left is a trace if it is less than this share
-                                            * of the excess: effects that explain all the rest are
-                                            * real */
+static const double TRACE_SHARE = 5e-3;    /* a remainder below this share of the excess is a trace:
+                                            * effects that explain all but a trace are real */
 static const double THIRD_SHARE = 0.05;    /* three effects imitate something else if the third
                                             * explains more than this share of the excess */
 
-extern const struct effect clock_skew, cylinder_coulomb_friction;
+extern const struct effect clock_skew, cylinder_coulomb_friction, cylinder_dahl_friction;
 
 #define SAY(r, ...) snprintf((r)->reason, sizeof (r)->reason, __VA_ARGS__)
 #define ADVISE(r, ...) snprintf((r)->next_experiment, sizeof (r)->next_experiment, __VA_ARGS__)
@@ -48,25 +50,25 @@ static void append(struct gap_result *r, const char *text) {
     snprintf(r->reason + used, sizeof r->reason - used, "%s", text);
 }
 
-/* Share of the excess over noise that the effects leave. */
+/* Share of the excess over noise that remains with the effects. */
 static double trace(const struct remainder *m) { return m->before > 0.0 ? fmax(m->after - m->noise, 0.0) / m->before : 1.0; }
 
-/* True if more is left than noise and errors of the laws explain. After a single effect a trace of
- * the excess does not count. After two it does, because two wrong effects may imitate the true one
- * up to a trace. */
+/* True if more remains than noise and errors of the laws explain. After a single effect a trace of
+ * the excess does not count. After two effects it does, because two wrong effects may imitate the
+ * true one up to a trace. */
 static bool remains(const struct gap_result *r, const struct remainder *m) {
     return m->beyond_laws > 1.0 && !(r->effects == 1 && trace(m) < TRACE_SHARE);
 }
 
-/* Squared size that counts. Of simulations with effects that is the varying part: a leg in a dead
- * band stands where it stopped, and a chamber whose valve stays shut keeps its oil, so that
- * constants differ from run to run. The equations compare constants, too, because their motion is
- * the measured one. */
+/* Squared size that is judged. If effects were simulated, it is that of the varying part: a leg in
+ * a dead band stays where it stopped, and a chamber whose valve stays shut keeps its oil, so that
+ * constants differ from run to run. The equations compare constants as well, because their motion
+ * is the measured one. */
 static double counts(const struct gap_result *r, const struct gap_size *size) {
     return square(r->simulated && r->effects ? size->varying : size->overall);
 }
 
-/* Share of the squared gap above the noise floor that is left on held-out data. */
+/* Share of the squared gap above the noise floor that remains on held-out data. */
 static double left_share(const struct gap_result *r) {
     double floor = counts(r, &r->noise_floor), gap = counts(r, &r->held_out_before) - floor, left = counts(r, &r->held_out_after) - floor;
     return left > 0.0 ? left < gap ? left / gap : 1.0 : 0.0;
@@ -82,7 +84,7 @@ static bool refuted(const struct gap_result *r) {
     return much || visible;
 }
 
-/* True if most of what the simulation leaves is constant. */
+/* True if most of the remainder in simulation is constant. */
 static bool leaves_constants(const struct gap_result *r) {
     double left = square(r->held_out_after.overall) - square(r->noise_floor.overall);
     double varies = square(r->held_out_after.varying) - square(r->noise_floor.varying);
@@ -97,11 +99,11 @@ static bool line_remains(const struct gap_result *r) {
     return r->tone.hz > 0.0 && !r->tone_simulated && !negligible;
 }
 
-/* True if the effects imitate one that is not in the catalogue. Either they are as many as the
- * search allows, so that it did not end because everything was explained, or the third one explains
- * too much; if one is in doubt, that one counts as the third, because it was found last. Effects
- * that the configuration has with another size, and clock skew, do not count. many: the number of
- * effects that count. */
+/* True if the effects imitate an effect that is not in the catalogue. Either they are as many as
+ * the search allows, so that it did not end because everything was explained, or the third one
+ * explains too much. If an effect is in doubt, it counts as the third one, because it was found
+ * last. Effects that the configuration has with another size, and clock skew, are not counted.
+ * many: receives the number of counted effects. */
 static bool imitated(const struct gap_result *r, const struct remainder *m, int *many) {
     int sought = 0, third = 0;
     for (int i = 0; i < r->effects; i++)
@@ -138,13 +140,14 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     return true;
 }
 
-/* Possible error of the weight on a single axis: two of its tolerances. */
+/* Possible error of the weight on a single axis: twice its tolerance. */
 static double weight_tolerance_n(const struct params *p) {
     return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
 }
 
-/* Friction that clearly differs between the directions of a leg with a constant force of its own,
- * where it looks like symmetric friction beside that force. NULL: there is none. */
+/* Finds a dry friction, at once or over a distance, that clearly differs between the directions, on
+ * a machine whose leg may have an unknown constant force. It then looks like a symmetric friction
+ * beside that force. Returns NULL if there is no such friction. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);
@@ -153,7 +156,8 @@ static const struct gap_effect *one_sided(const struct gap_result *r) {
         const struct gap_effect *e = &r->effect[i];
         double extend = e->values.value[0][0], retract = e->values.value[1][0], std = hypot(e->std[0][0], e->std[1][0]);
         double noticed_n = fmax(OFFSET_SIGMAS * std, OFFSET_SHARE * (extend + retract)) + weight_n;
-        if (effect_table[e->effect] == &cylinder_coulomb_friction && fabs(extend - retract) > noticed_n) found = e;
+        bool dry = effect_table[e->effect] == &cylinder_coulomb_friction || effect_table[e->effect] == &cylinder_dahl_friction;
+        if (dry && fabs(extend - retract) > noticed_n) found = e;
     }
     return found;
 }
@@ -205,10 +209,10 @@ static void name(struct gap_result *r) {
         double extend = friction->values.value[0][0], retract = friction->values.value[1][0];
         r->verdict = GAP_AMBIGUOUS;
         SAY(r,
-            "these data cannot tell cylinder_coulomb_friction stronger in one direction from symmetric friction of %.3g N beside a "
-            "constant force of %.3g N, a force sensor's zero, say",
-            0.5 * (extend + retract), 0.5 * fabs(extend - retract));
-        experiment_from_parameter(mechanism, &cylinder_coulomb_friction, "axis.force_offset_n", r->next_experiment);
+            "these data cannot tell %s stronger in one direction from symmetric friction of %.3g N beside a constant force of %.3g N, a "
+            "force sensor's zero, say",
+            name_of(friction->effect), 0.5 * (extend + retract), 0.5 * fabs(extend - retract));
+        experiment_from_parameter(mechanism, effect_table[friction->effect], "axis.force_offset_n", r->next_experiment);
         return;
     }
     r->verdict = GAP_EFFECT_NAMED;

@@ -8,7 +8,8 @@
 /* Sums of white squares on the held-out cycles, where noise gives about 1 for each value. */
 struct remainder {
     int values;
-    /* before: excess of the base's sum over that of noise. after: sum with the effects. */
+    /* before: sum under the base without effects, less the expected sum of noise. after: sum with
+     * the effects. */
     double before, after;
     double noise;              /* largest sum that noise alone gives */
     double beyond_laws;        /* white squares, divided by the most that noise and errors of the
@@ -18,9 +19,8 @@ struct remainder {
 /* Fills verdict, reason and next_experiment of a result that is otherwise complete. */
 void judge(struct gap_result *r, const struct remainder *m);
 
-/* Makes the verdict partly_named, for a result whose effects and statements are those of
- * sets_compare(). Returns false if a tone stands against it,
- * or most of the gap is left. */
+/* Makes the verdict partly_named, for a result whose effects and statements come from
+ * sets_compare(). Returns false if a tone speaks against it, or if most of the gap remains. */
 bool judge_partly(struct gap_result *r);
 
 #endif

@@ -9,7 +9,7 @@
 /* Returns zeroed memory, never NULL; free() it. */
 void *memory_get(size_t count, size_t size);
 
-/* Ends the process for lack of memory. For callers that learn of the lack by a status. */
+/* Ends the process for lack of memory, for callers that detect the lack by a status. */
 _Noreturn void memory_end(void);
 
 #endif

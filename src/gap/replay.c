@@ -15,8 +15,8 @@
 #include "whiten.h"
 
 static const int64_t SLACK_CYCLES = 1000;
-static const double WIDER = 4.0; /* factor on the limits of faults: a model that moves worse than
-                                  * the machine shows that in the gap, not as a fault */
+static const double WIDER = 4.0; /* factor on the limits of faults, so that a model that moves worse
+                                  * than the machine ends in a larger gap, not in a fault */
 
 /* Parameters of a simulated run: the tests of a recorded run in their order, with wider limits and
  * without interlocks. */
@@ -30,7 +30,7 @@ static struct params replay_params(const struct params *model, const struct reco
     for (int i = p.tests.count; i < DOFS; i++) p.tests.order[i] = DOF_NONE;
     p.motion.automatic = true;
     p.limits.following_m *= WIDER, p.limits.standstill_m *= WIDER, p.limits.force_n *= WIDER;
-    /* oscillation is judged by the gap that it makes */
+    /* an oscillation is to show in the gap, not to end the run */
     p.limits.oscillation_mps2 *= WIDER * WIDER;
     p.sim.engine = ENGINE_CLOSED_FORM;
     p.interlocks = (struct interlock_params){0}; /* the simulated supply is always on */
@@ -65,8 +65,9 @@ static int drive(struct plant *plant, struct platform *platform, const struct pa
     return error_set(error, STATUS_USAGE, "the simulated run did not come to its end");
 }
 
-/* The machine is the model; the controller has its gains, and knows the machine as it is
- * configured, so that the law `model` does not learn of effects that are tried. */
+/* Simulates one run. machine: the model that is tried, which the plant has. controller: the machine
+ * as configured with the model's gains, so that the law `model` does not know the effects that are
+ * tried. */
 static int replay_run(const struct params *machine, const struct params *controller, struct recording *out, struct error *error) {
     struct plant *plant = plant_create(machine, 1, error);
     struct platform *platform = memory_get(1, sizeof *platform);
@@ -132,10 +133,10 @@ bool replay_identify(const struct params *params, const struct recording *record
     struct error error;
     struct ident *id = memory_get(1, sizeof *id);
     struct params driven = *params;
-    driven.tests = recording->run[0]; /* simulations are driven at the measured frequencies */
+    driven.tests = recording->run[0]; /* simulations run at the measured frequencies */
     bool ok = ident_init(id, &driven, &error) == STATUS_OK;
-    for (int i = 0; i < recording->tests && ok; i++)      /* the first run alone has all six
-                                                           * tests */
+    for (int i = 0; i < recording->tests && ok; i++)      /* method A takes the six tests of the
+                                                           * first run */
         if (!recording->test[i].run) feed(id, &recording->test[i]);
     ok = ok && (ident_end(id), ident_solve(id));
     if (ok) memcpy(mt, id->result.method_a.mt, sizeof id->result.method_a.mt);
@@ -160,7 +161,7 @@ bool replay_repair(const struct params *params, const struct params *model, cons
     return ok;
 }
 
-/* Sums of mean squares in each channel: of the whole signal, and of its constant. */
+/* Sums of mean squares of each channel: of the whole signal, and of its constant part. */
 struct squares {
     double whole[GAP_CHANNELS], constant[GAP_CHANNELS];
 };
@@ -200,18 +201,20 @@ static struct gap_size size_of(const struct sums *sums, const struct squares *sq
     return size;
 }
 
-/* Uncertainty of a constant, as a mean square. It is the scatter of single cycles, not of their
- * mean, because chambers whose valve stays shut reach no steady state and differ between runs. */
+/* Uncertainty of a constant, as a mean square. It is the scatter of single cycles, not the
+ * uncertainty of their mean, because chambers whose valve stays shut reach no steady state and
+ * differ between runs. */
 static double constant_left(const struct spectrum *s, int channel, int leg) { return s->cycles * square(s->std[channel][leg][0]); }
 
-/* Mean square of the noise left in the varying part of a mean cycle, `size` coefficients. */
+/* Mean square of the noise that remains in the varying part of a mean cycle, which has `size`
+ * coefficients. */
 static double varying_left(const struct spectrum *s, int size, int channel, int leg) {
     return mean_square(size, s->std[channel][leg]) - square(s->std[channel][leg][0]);
 }
 
-/* Adds mean squares of one channel of a leg, measured (m) and simulated (s). Difference: that of
- * the mean cycles, plus the samples' noise. Noise: the samples', plus the part of it that both mean
- * cycles retain. */
+/* Adds mean squares of one channel of a leg, measured (m) and simulated (s). The difference is the
+ * difference of the mean cycles, plus the samples' noise. The noise is the samples' noise, plus the
+ * part of it that both mean cycles retain. */
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];
@@ -257,7 +260,8 @@ struct replay_sizes replay_compare(const struct recording *measured, const struc
 }
 
 /* Adds mean squares of one channel of a leg, by the residual of the equations. The residual's noise
- * includes the measured motion's. A segment has no noise beyond its band that could be added. */
+ * includes the noise of the measured motion. For a segment no noise beyond its band is known, so
+ * none is added. */
 static void add_rows(struct sums *sums, int gap_channel, const struct residual_test *t, int channel, int leg, int kind, const double *row,
                      const struct whitener *w) {
     double left = 0.0, left_over = 0.0;
@@ -269,7 +273,7 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
         double noise = square(t->spectrum.noise[channel][leg]);
         left += (t->spectrum.cycles - 1) * square(t->spectrum.std[channel][leg][0]) + noise, left_over += noise;
     }
-    /* constants count fully: both sides have the measured motion */
+    /* constants count fully, because both sides have the measured motion */
     add(&sums->difference, gap_channel, left_over, 0.0);
     add(&sums->noise, gap_channel, left, 0.0);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);

@@ -1,22 +1,23 @@
 /* Replay: the model is driven as the machine was. In closed loop the same reference and controller
- * act on the simulated plant with its sensors (closed-form engine); the law `model` takes its
- * numbers from the configuration as recorded, not from the model that is tried. Under the measured
- * motion and commands there is no controller (residual.h). */
+ * act on the simulated plant with its sensors (closed-form engine). The control law `model` then
+ * computes with the machine as configured in the log, not with the model that is tried. The replay
+ * under the measured motion and commands has no controller (residual.h). */
 #ifndef HEXID_REPLAY_H
 #define HEXID_REPLAY_H
 
 #include "gap_result.h"
 #include "residual.h"
 
-/* Simulates the tests of `like`, run by run. out: what a log of these runs would hold; the caller
- * frees it, even after an error. Returns 0, -2 if a run ends in a fault, or -3 without memory. */
+/* Simulates the tests of `like`, run by run. out: receives what a log of these runs would contain;
+ * the caller frees it, even after an error. Returns 0, -2 if a run ends in a fault, or -3 without
+ * memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
 /* One of two simulations of the same tests: with the model before the effects, or with the model
  * after them. */
 struct replay {
-    const struct params *model; /* simulated model; NULL: no simulation, the other one stands for
-                                 * it */
+    const struct params *model; /* simulated model; NULL: it is not simulated, and the other
+                                 * simulation takes its place */
     const struct recording *like;
     struct recording run;
     int status;                 /* result of replay_closed_loop */
@@ -31,13 +32,13 @@ void replay_free(struct replay both[2]);
 /* Simulated run of the second model, or of the first if there is no second. */
 static inline const struct recording *replay_after(const struct replay both[2]) { return both[1].model ? &both[1].run : &both[0].run; }
 
-/* Inertia matrix by method A from a recording's first run. False: that has not six complete
- * tests. */
+/* Computes the inertia matrix by method A from a recording's first run. Returns false if this run
+ * has not six complete tests. */
 bool replay_identify(const struct params *params, const struct recording *recording, double mt[DOFS][DOFS]);
 
-/* Inertia matrix by method A from a recording's first run, less the change that the model's
- * friction makes in simulation. False: there are not six complete tests, or a simulation does not
- * end regularly. */
+/* Computes the inertia matrix by method A from a recording's first run, less the change that the
+ * model's friction makes in simulation. Returns false if the run has not six complete tests, or if
+ * a simulation ends in a fault. */
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]);
 
 /* Distances of two models from a recording, and the noise that the second distance contains.

@@ -25,12 +25,12 @@ static const double UNCLEAR_GAIN = 144.0;  /* least evidence for a further effec
                                             * cause; z = 12 */
 static const double REMAINDER_SHARE = 0.2; /* share of the held-out excess over noise that an effect
                                             * must explain */
-static const double RIVAL_GAIN = 16.0;     /* evidence by which a candidate must be behind the best
-                                            * to be no rival: odds of 3000 to one, z = 4; the error
-                                            * of the law counts if it is larger */
+static const double RIVAL_GAIN = 16.0;     /* a candidate that is behind the best one by more
+                                            * evidence than this is no rival: odds of 3000 to one, z
+                                            * = 4; the error of the law counts if it is larger */
 
-/* Most rounds of the search. It is twice what four effects need that are each added once, and
- * judged again beside those added later, without a replacement. */
+/* Most rounds of the search: twice as many as four effects need if each is added once, and judged
+ * again beside those added later, without a replacement. */
 enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
@@ -38,11 +38,11 @@ static double excess(double square, int values) { return fmax(square - values, 0
 /* Square root of a trial's gain of likelihood on all cycles, less the penalty of the priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
-/* Possible error of a trial by its effect's law, in white squares over all cycles. */
+/* Possible error of a trial's evidence by its effect's law, in white squares over all cycles. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
-/* Mean white square with a trial, which is about 1 for noise; at least 1. A gap that is left makes
- * all evidence less certain. */
+/* Mean white square with a trial, at least 1; noise gives about 1. A remaining gap makes all
+ * evidence less certain. */
 static double dispersion(const struct diagnosis *d, const struct trial *t) {
     return fmax((t->square + t->held_square) / (d->fit.evaluated + d->held_out.evaluated), 1.0);
 }
@@ -90,8 +90,9 @@ static bool unseen(const struct diagnosis *d, const struct trial *t) { return t-
 
 /* Lists every effect once, with its best choice of legs. The trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
-    double least = d->held_out.evaluated; /* sum of squares that is a full explanation: that of
-                                           * noise, or of a trial that leaves less */
+    double least = d->held_out.evaluated; /* least sum of squares, which counts as a full
+                                           * explanation: that of noise, or of a trial if it is
+                                           * smaller */
     for (int i = 0; i < trials; i++)
         if (trial[i].ok && trial[i].polished) least = fmin(least, trial[i].held_square);
     double before = d->held_square - least;
@@ -167,7 +168,8 @@ static bool worth_adding(const struct diagnosis *d, const struct trial *t, doubl
     return t->ok && t->polished && !unseen(d, t) && pays && t->held_gain > laws && t->held_gain > REMAINDER_SHARE * left;
 }
 
-/* Index of the best trial of the first one's effect that has no value for each leg; 0: none. */
+/* Index of the best trial that has the first trial's effect without a value for each leg; 0: there
+ * is none. */
 static int simple_pattern(const struct diagnosis *d, const struct trial *trial, int trials) {
     int best = 0;
     for (int i = 1; i < trials; i++) {
@@ -180,12 +182,12 @@ static int simple_pattern(const struct diagnosis *d, const struct trial *trial, 
 
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
-/* True if the effect with this simpler choice of legs explains more, together with the next effect,
- * than the best trial does: a value for each leg also absorbs other effects. The model is
+/* True if the effect with this simpler choice of legs, together with the next effect, explains more
+ * than the best trial does, whose values for each leg may also absorb other effects. The model is
  * unchanged, but refitted. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
-    /* computed first, because a refit lists the hypotheses anew to which the trials point */
+    /* computed before the refit, which lists anew the hypotheses that the trials point to */
     double needed = trial_evidence(&trial[0]);
     double evidence = d->square + d->held_square - penalty(&trial[simple]);
     bool two = false;
@@ -220,13 +222,13 @@ static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
 }
 
 /* Revision: before the search goes on, an effect that was found earlier is removed and judged again
- * beside those found later. For two effects together can look like a third, and a wrong effect
- * brings in others that imitate what it leaves. */
+ * beside those found later. The reasons: two effects together can look like a third one, and a
+ * wrong effect brings in others that imitate what it does not explain. */
 struct revision {
     bool known[EFFECTS_MAX];       /* the effect was found before */
-    double penalty[EFFECTS_MAX];   /* its penalty when it was found */
+    double penalty[EFFECTS_MAX];   /* penalty of the effect when it was found */
     bool beside[EFFECTS_MAX][EFFECTS_MAX]; /* [a][b]: a was judged while b was in the model */
-    bool open;                     /* an effect is removed for revision: the one below */
+    bool open;                     /* an effect, described below, is removed for revision */
     struct gap_effect effect;
     struct hypothesis hypothesis;
     struct params model;           /* model with the removed effect */
@@ -261,8 +263,8 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
     }
 }
 
-/* True if a trial explains more than the removed effect did, even if it is that effect again: a
- * search from a more distant start may end worse. */
+/* True if a trial explains more than the removed effect did. The trial may be that effect again,
+ * and still explain less, because a search from a more distant start may end worse. */
 static bool takes_place(const struct revision *v, const struct trial *t) {
     return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }
@@ -273,7 +275,7 @@ static void take_back(struct diagnosis *d, struct revision *v, struct gap_result
     if (diagnosis_add(d, &v->hypothesis, &v->model)) r->effect[r->effects++] = v->effect;
 }
 
-/* Records an effect that was added: a new one, the removed one again, or another in its place. */
+/* Records an effect that was added: a new one, the removed one again, or one that replaces it. */
 static void note(const struct diagnosis *d, struct revision *v, int effect, double penalty) {
     v->known[effect] = true;
     v->penalty[effect] = penalty;
@@ -327,8 +329,8 @@ static void describe(struct gap_effect *e, const struct params *model, double z,
     e->z = z;
 }
 
-/* Finds clock skew, which needs no search, because the ratio of the clocks is measured. Crystals
- * agree to RECORDING_CLOCK_TOLERANCE. */
+/* Finds clock skew. It needs no search, because the ratio of the clocks is measured. Crystals agree
+ * to RECORDING_CLOCK_TOLERANCE. */
 static void find_skew(struct diagnosis *d, const struct recording *recording, struct gap_result *r) {
     int effect = effect_find("clock_skew");
     struct machine given;
@@ -364,8 +366,8 @@ static void sort_effects(struct gap_result *r) {
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }
 
-/* The only effect found apart from clock_skew, whose share is known; NULL if there are none or
- * several. */
+/* Returns the only found effect; NULL if there are none or several. Clock skew does not count,
+ * because its share is known. */
 static struct gap_effect *only_one(struct gap_result *r) {
     struct gap_effect *only = NULL;
     for (int i = 0; i < r->effects; i++) {
@@ -376,9 +378,9 @@ static struct gap_effect *only_one(struct gap_result *r) {
     return only;
 }
 
-/* Finds the share that each effect explains. A single effect explains all that is gone. Of several,
- * each explains what it explained alone in the first round, or what was gone when it joined,
- * whichever is more. */
+/* Finds the share that each effect explains. A single effect gets the whole explained gap. Of
+ * several, each gets the share that it explained alone in the first round, or that disappeared when
+ * it was added, whichever is larger. */
 static void share_out(const struct diagnosis *d, double initial, double initial_held, struct gap_result *r) {
     double whole = initial_held - d->held_square;
     struct gap_effect *only = only_one(r);
@@ -397,8 +399,8 @@ static void share_out(const struct diagnosis *d, double initial, double initial_
     }
 }
 
-/* Index of a base variable in the last fit; -1: its value is held, because an effect is parallel to
- * it. */
+/* Index of a base variable in the last fit; -1: its value was held, because an effect is parallel
+ * to it. */
 static int place_of(const struct diagnosis *d, const struct variable *base) {
     for (int i = 0; i < d->variables; i++)
         if (d->variable[i].base && d->variable[i].offset == base->offset && d->variable[i].leg == base->leg) return i;
@@ -413,7 +415,7 @@ void search_read_base(const struct diagnosis *d, struct gap_result *r) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
         int place = place_of(d, v);
-        /* joint positions and valve nulls are too many to list, and none is a finding */
+        /* joint positions and valve nulls are too many to list, and none of them is a finding */
         if (v->effect >= 0 || (place < 0 && value == given)) continue;
         r->base[r->base_values++] = (struct gap_base_value){.name = v->name,
                                                             .leg = v->leg,
@@ -442,7 +444,8 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
-        /* effects found earlier are certain; their rivals are left to the verdict */
+        /* rivals do not keep out the first effect, or one that was found before; the verdict
+         * mentions them */
         bool found = !r->effects || revision->open || revision->known[effect];
         bool unclear = !found && rivals && trial_evidence(&trial[0]) < UNCLEAR_GAIN * dispersion(d, &trial[0]);
         bool worth = !unclear && worth_adding(d, &trial[0], goodness_law_error(d));

@@ -10,18 +10,19 @@
 enum {
     TONE_BINS = 3,       /* least distance of a tone from a harmonic of the motion, in bins */
     TONE_SAMPLES = 4096, /* most samples of a test that are searched: eight seconds suffice, and the
-                          * time that it takes grows with the square */
+                          * computing time grows with the square of the number */
 };
 static const double TONE_STEP_S = 2e-3;     /* least time between the searched samples: tones are
                                              * found up to 250 Hz */
-static const double TONE_POWER = 12.0;      /* least power of a tone, as a multiple of white noise's
-                                             * in a bin, in the mean of six legs; noise gives 1 +-
-                                             * 0.4 */
-static const double TONE_POWER_ONE = 30.0;  /* least power of a tone, as a multiple of white noise's
-                                             * in a bin, with a single leg; the strongest of 20,000
-                                             * bins of noise has 10 */
+static const double TONE_POWER = 12.0;      /* least power of a tone, averaged over six legs, as a
+                                             * multiple of the power of white noise in a bin; noise
+                                             * gives 1 +- 0.4 */
+static const double TONE_POWER_ONE = 30.0;  /* least power of a tone with a single leg, as a
+                                             * multiple of the power of white noise in a bin; the
+                                             * strongest of 20,000 bins of noise has 10 */
 
-/* Samples of a channel without their mean cycle, constant and trend; 0 where they are bad. */
+/* Fills `rest` with the samples of a channel less their mean cycle, constant and trend; 0 for bad
+ * samples. */
 static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
     int n = t->end - t->first;
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];
@@ -54,8 +55,9 @@ static void power_at(int n, const double *rest, int first, double power[AT_ONCE]
     for (int j = 0; j < AT_ONCE; j++) power[j] = sum_re[j] * sum_re[j] + sum_im[j] * sum_im[j];
 }
 
-/* True if a frequency is off the harmonics of the motion. All harmonics count, even above those of
- * the mean cycle, because rounding errors excite them; frequencies below the motion's are drift. */
+/* True if a frequency is off the harmonics of the motion. All harmonics count, even those above the
+ * highest of the mean cycle, because rounding errors excite them. Frequencies below the motion's
+ * are drift. */
 static bool off_harmonics(const struct spectrum *s, double hz, double width_hz) {
     double base_hz = s->omega / (2.0 * PI), nearest_hz = base_hz * round(hz / base_hz);
     return hz > base_hz && fabs(hz - nearest_hz) >= width_hz;

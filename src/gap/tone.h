@@ -8,15 +8,15 @@
 
 /* The strongest tone of a channel off the harmonics. */
 struct tone {
-    /* rms: over all legs */
+    /* rms: of the tone, over all legs */
     double hz, rms;
-    double power;        /* power as a multiple of the noise's, in the mean of the legs; about 1
-                          * without a tone */
+    double power;        /* power of the tone as a multiple of the noise's, averaged over the legs;
+                          * about 1 without a tone */
 };
 struct tone tone_in(const struct spectrum *s, const struct recording_test *test, enum channel channel);
 
-/* The strongest tone of all tests and channels. share: factor on the power that a tone must exceed;
- * 0 Hz: none does. */
+/* Finds the strongest tone of all tests and channels. share: factor on the power that a tone must
+ * exceed. Returns 0 Hz if no tone exceeds it. */
 struct gap_tone tone_find(const struct recording *recording, int threads, double share);
 
 #endif

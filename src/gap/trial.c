@@ -6,20 +6,20 @@
 
 #include "memory.h"
 
-static const double IDLE = 1e-6;         /* a strength has no effect if it changes the sum of
-                                          * squares by less than this share */
+static const double IDLE = 1e-6;         /* a strength of an effect does nothing if it changes the
+                                          * sum of squares by less than this share */
 static const double DOUBTLESS_GAIN = 36.0; /* gain in white squares that is beyond doubt: z = 6 */
 static const double BEND = 0.1;          /* a law counts as proportional if its deviation from
                                           * proportionality is less than this share of the change
                                           * that the effect makes, both rms */
-static const double SHORTEST_STEP = 0.1; /* share of the base's linear step down to which it is
-                                          * halved while the machine is impossible; then the base
-                                          * stays */
+static const double SHORTEST_STEP = 0.1; /* while the machine is impossible, the base's linear step
+                                          * is halved, down to about this share of it; then the base
+                                          * stays where it is */
 enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 5 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
-/* strengths at which a trial may start, in typical strengths; there are several, because a limit
- * acts always or never outside a range of strengths */
+/* strengths at which a trial may start, as multiples of the typical strength. Several are tried,
+ * because a limit acts always or never outside a range of strengths */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
 /* True if the effect is proportional to its strength, by the white residuals without the effect,
@@ -38,10 +38,10 @@ struct start {
     struct params *model;
     double square;      /* sum of white squares with the linear part at its optimum; HUGE_VAL: there
                          * is no start yet */
-    /* raw: raw residuals of the best start; other: work space for those of the next */
+    /* raw: raw residuals of the best start; other: work space for the residuals of the next one */
     double *raw;
     double *other;
-    bool bent;          /* the law is nonlinear */
+    bool bent;          /* the law is not proportional to the effect's strength */
 };
 
 /* Keeps a start if its sum of squares, with the linear part at its optimum, is the least so far. */
@@ -59,7 +59,7 @@ static void try_start(const struct diagnosis *d, const struct hypothesis *h, con
     struct params model = *base;
     if (!hypothesis_at(h, strength, &model)) return;
     double square = fit_start(&d->fit, &model, h->variables, h->variable, linear, s->other, white);
-    /* a limit that is never reached has no gradient, so nothing could be fitted from there */
+    /* a limit that is never reached has no gradient, so no fit can start there */
     bool idle = fabs(square - without) < IDLE * without;
     if (!idle) keep_better(s, &model, square);
 }
@@ -77,9 +77,9 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
 
 /* Finds the best start of a hypothesis. The effect's configured values, if any, are one of the
  * starts. If the law is proportional, its best strength is computed; otherwise all strengths are
- * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, which
- * serves as the start of one with a value for each leg; or NULL. room: for three residuals. False:
- * there is no start. */
+ * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, from
+ * which a trial with a value for each leg starts; or NULL. room: for three residuals. Returns false
+ * if there is no start. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;
@@ -110,9 +110,9 @@ static bool best_start(const struct diagnosis *d, const struct hypothesis *h, co
     return s->square < HUGE_VAL;
 }
 
-/* Makes the base of a trial: the current model, in which the variables that are parallel to the
- * hypothesis have their given values, or, if as_found, those found. Fills in box and priors of all
- * variables, relative to this base. True if the base differs from the current model. */
+/* Makes the base of a trial: the current model, in which variables parallel to the hypothesis have
+ * their given values, or with as_found their found ones. Fills in box and priors of all variables,
+ * relative to this base. Returns true if the base differs from the current model. */
 static bool without_parallel(const struct diagnosis *d, const struct hypothesis *h, bool as_found, struct params *base, double *min,
                              double *max, struct fit_prior *prior) {
     bool changed = false;
@@ -131,7 +131,7 @@ static bool without_parallel(const struct diagnosis *d, const struct hypothesis 
     return changed;
 }
 
-/* True if a value is at an end of its range that is not the neutral value. */
+/* True if a value is at an end of its range, unless this end is the neutral value. */
 static bool at_bound(const struct trial *t) {
     bool bound = false;
     for (int i = 0; i < t->hypothesis->variables; i++) {
@@ -143,8 +143,8 @@ static bool at_bound(const struct trial *t) {
     return bound;
 }
 
-/* Moves the model's variables by x from `from`, except those parallel to the hypothesis and its
- * own. The step is shortened if the machine would become impossible: a linear step may make a mass
+/* Moves the variables of the model by x from `from`, except those parallel to the hypothesis. The
+ * step is shortened if the machine would become impossible: a linear step may make a mass
  * negative. */
 static void move_others(const struct diagnosis *d, const struct hypothesis *h, const struct params *from, const double *x,
                         struct params *model) {
@@ -195,7 +195,7 @@ static void try_one(const struct diagnosis *d, const struct hypothesis *h, const
     t->ok = true;
     rate(d, t, r.square, r.std);
     /* a trial that gains no more than noise is not evaluated on the held-out cycles; its gain there
-     * is taken to be that on the fitted cycles */
+     * is assumed to equal that on the fitted ones */
     bool seen = again || t->gain > TRIAL_LEAST;
     t->held_square = seen ? diagnosis_held_square(d, &t->model) : d->held_square - (d->square - t->square);
     t->held_gain = d->held_square - t->held_square;
@@ -210,8 +210,8 @@ bool trial_contradicted(const struct trial *t) {
 
 double trial_sound_gain(const struct trial *t) { return !t->ok ? -HUGE_VAL : trial_contradicted(t) ? 0.0 : t->gain; }
 
-/* Computes those base columns at the trial's end that are not yet in known[]. raw: residuals there.
- * False: the model cannot make the measured motion. */
+/* Computes those base columns at the trial's end that are not yet in known[]. raw: raw residuals at
+ * the trial's end. False: the model cannot make the measured motion. */
 static bool base_columns(const struct diagnosis *d, const struct trial *t, const double *raw, int variables, const struct variable *v,
                          double *room, const double **known) {
     if (!fit_columns(&d->fit, &t->model, raw, variables, v, known, room)) return false;
@@ -220,8 +220,8 @@ static bool base_columns(const struct diagnosis *d, const struct trial *t, const
     return true;
 }
 
-/* Fits base and effect together. near: the trial begins near its optimum, so that base variables
- * whose residuals the effect does not move take their columns from the current model. If there are
+/* Fits base and effect together. near: the trial is near its optimum; base variables whose
+ * residuals the effect does not change then take their columns from the current model. If there are
  * too many variables or the columns cannot be computed, the trial stays as it is. */
 static void fit_together(const struct diagnosis *d, bool near, struct trial *t) {
     struct variable v[FIT_VARIABLES];
@@ -260,7 +260,7 @@ static void fit_together(const struct diagnosis *d, bool near, struct trial *t) 
 }
 
 /* A contradicted trial is also fitted from the current model, with the effect at its typical or
- * configured values; the better result counts. */
+ * configured values; the better one of both results counts. */
 void trial_polish(const struct diagnosis *d, struct trial *t) {
     struct trial anew = *t;
     double unmoved[FIT_VARIABLES] = {0};
@@ -276,9 +276,9 @@ void trial_polish(const struct diagnosis *d, struct trial *t) {
     if (anew.polished && !(t->ok && t->square < anew.square)) *t = anew;
 }
 
-/* True if the hypothesis is a friction that replaces a constant force of the base and is zero in
- * one direction. Friction that differs between the directions can stand for a constant force no
- * larger than itself; at that limit the true force may be larger. */
+/* True if the hypothesis is a friction that replaces a constant force of the base, and is zero in
+ * one direction. Friction that differs between the directions can imitate a constant force no
+ * larger than itself, so at this limit the true force may be larger. */
 static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     const struct hypothesis *h = t->hypothesis;
     bool constant = false, none = false;
@@ -291,8 +291,8 @@ static bool one_direction(const struct diagnosis *d, const struct trial *t) {
     return constant && none;
 }
 
-/* Tries the hypothesis with the constant force left in the base, and keeps that trial if it
- * explains clearly more. */
+/* Tries the hypothesis once more with the constant force kept in the base, and takes that trial if
+ * it explains clearly more. */
 static void try_beside_constant(const struct diagnosis *d, const struct trial *from, struct trial *t) {
     struct trial beside = {.hypothesis = t->hypothesis, .as_found = true};
     if (!one_direction(d, t)) return;

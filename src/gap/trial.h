@@ -14,11 +14,11 @@
 struct trial {
     const struct hypothesis *hypothesis;
     bool ok;
-    struct params model;                 /* the current model with the hypothesis, as fitted */
+    struct params model;                 /* the current model plus the hypothesis, as fitted */
     double square, held_square;    /* sums of white squares of this model, as in struct diagnosis */
     double parameters;                   /* number of parameters that the data determine; the others
-                                          * stay at their priors and explain nothing (MacKay 1992,
-                                          * effective number of parameters) */
+                                          * stay at their priors and explain nothing (effective
+                                          * number of parameters, MacKay 1992) */
     /* gain: on the fitted cycles, less a penalty for each parameter. held_gain: on the held-out
      * cycles, without a penalty. */
     double gain, held_gain;
@@ -34,11 +34,11 @@ struct trial {
  * squares. */
 static inline double trial_evidence(const struct trial *t) { return t->gain + t->held_gain; }
 
-/* Gain on the fitted cycles without the penalty for parameters. For comparisons in which the
- * held-out cycles already count the parameters. */
+/* Gain on the fitted cycles without the penalty for parameters, for comparisons in which the
+ * held-out cycles already penalise parameters. */
 double trial_rise(const struct trial *t);
 
-/* Gain on the fitted cycles beyond the 1 that each parameter gains by chance. */
+/* Gain on the fitted cycles, less the 1 that each parameter gains by chance. */
 static inline double trial_fitted_gain(const struct trial *t) { return trial_rise(t) - t->parameters; }
 
 /* Tries a hypothesis with the first steps of a fit. alike: trial of the same effect with all legs
@@ -51,12 +51,12 @@ void trial_fit(const struct diagnosis *d, struct trial *t);
 /* Fits base and effect together; a contradicted trial is also started from the current model. */
 void trial_polish(const struct diagnosis *d, struct trial *t);
 
-/* True if the held-out cycles contradict the gain that the linear step of the base gave. The base's
- * columns then change with the effect: a spring's force at rest, for example, is its stiffness
- * times the shift that the joints cause. */
+/* True if the held-out cycles contradict the gain of a trial whose base was moved linearly. In such
+ * a trial the base's columns change with the effect: for example, a spring's force at rest is its
+ * stiffness times the shift that the joints cause. */
 bool trial_contradicted(const struct trial *t);
 
-/* Gain of a trial; 0 if it is contradicted, because it has gained nothing yet, and -HUGE_VAL if it
+/* Gain of a trial; 0 if it is contradicted, because its gain is not confirmed, and -HUGE_VAL if it
  * failed. */
 double trial_sound_gain(const struct trial *t);
 

@@ -9,15 +9,16 @@
 
 static const double WORTH = 0.1; /* a trial is fitted further if its gain after the first steps
                                   * exceeds this share of the best trial's */
-static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain exceeds this share
-                                       * of the best one's, with the base moved linearly:
+static const double NEAR_SHARE = 0.9; /* a trial is polished, too, if its gain with the linearly
+                                       * moved base exceeds this share of the best one's, because
                                        * polishing may change their order */
 enum { FINALISTS = 5, TRIED_ONE_LEG = 8, TRIED_EACH = 3 };
 
 struct batch {
     const struct diagnosis *d;
     const struct hypothesis *hypothesis[HYPOTHESES_MAX];
-    const struct batch *before;     /* batch whose trials serve as starts, or NULL */
+    const struct batch *before;     /* batch whose trials with all legs alike serve as starts, or
+                                     * NULL */
     struct trial *trial;
     int count;
     double worth;             /* a trial is fitted further if its gain after the first steps exceeds
@@ -69,7 +70,7 @@ static void rank_legs(const struct diagnosis *d, int leg[LEGS]) {
     }
 }
 
-/* True if fewer than `many` trials of the batch gain more than the effect's best one. */
+/* True if fewer than `many` trials of the batch gain more than the best trial of the effect. */
 static bool promising(const struct batch *batch, int effect, int many) {
     double gain = -INFINITY;
     int better = 0;
@@ -79,8 +80,8 @@ static bool promising(const struct batch *batch, int effect, int many) {
     return better < many;
 }
 
-/* True if the base has a value of this effect for each leg. A single value for all legs replaces
- * these, and therefore looks worse than it is. */
+/* True if the base has a value of this effect for each leg. A single value for all legs then
+ * replaces the base's values, and therefore looks worse than it is. */
 static bool each_in_base(const struct diagnosis *d, int effect) {
     bool each = false;
     for (int i = 0; i < d->variables; i++)
@@ -88,8 +89,8 @@ static bool each_in_base(const struct diagnosis *d, int effect) {
     return each;
 }
 
-/* In a trial with a value for each leg, the leg whose value differs most certainly from the given
- * one; -1: none does. A value at its bound is certain. */
+/* Finds the leg, in a trial with a value for each leg, whose value differs most certainly from the
+ * given one; -1: no value differs. A value at its bound is certain. */
 static int single_out(const struct diagnosis *d, const struct trial *each) {
     const struct hypothesis *h = each->hypothesis;
     bool given = d->given->effects[h->effect].on;
@@ -110,7 +111,8 @@ static bool is_in(const struct batch *batch, const struct hypothesis *h) {
     return in;
 }
 
-/* Lists, for each trial with a value for each leg, the same effect in the leg that stands out. */
+/* Lists, for each trial with a value for each leg, the hypothesis of the same effect in the one leg
+ * that stands out. */
 static void list_single(const struct diagnosis *d, const struct batch *before, struct batch *batch) {
     for (int i = 0; i < before->count; i++) {
         const struct trial *each = &before->trial[i];
@@ -131,7 +133,7 @@ static int by_gain(const void *a, const void *b) {
 }
 
 /* Order of trials for qsort: polished ones first, by their evidence. Held-out cycles count as much
- * as fitted ones, so that parameters gain nothing by their number. */
+ * as fitted ones, so that more parameters alone gain nothing. */
 static int by_evidence(const void *a, const void *b) {
     const struct trial *x = a, *y = b;
     bool first = x->ok && x->polished, second = y->ok && y->polished;
@@ -140,7 +142,8 @@ static int by_evidence(const void *a, const void *b) {
     return p < q ? 1 : p > q ? -1 : 0;
 }
 
-/* First listed trial of an effect, which has its best choice of legs; NULL: none is listed. */
+/* Returns the first listed trial of an effect, which has its best choice of legs; NULL if none is
+ * listed. */
 static const struct trial *best_pattern(const struct trial *finalist, int finalists, int effect) {
     for (int i = 0; i < finalists; i++)
         if (finalist[i].hypothesis->effect == effect) return &finalist[i];
@@ -149,8 +152,8 @@ static const struct trial *best_pattern(const struct trial *finalist, int finali
 
 /* Polishes the finalists one after the other, each with all threads, and sorts all trials, the best
  * first. Finalists are contradicted trials and, for each of the best few effects, the trial with
- * its best choice of legs and any whose gain is near that trial's. worth: gain that a trial needed
- * to be fitted further. */
+ * its best choice of legs and any trial whose gain is near that one's. worth: gain above which
+ * trials were fitted further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
@@ -159,8 +162,8 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_pattern(finalist, finalists, trial[i].hypothesis->effect);
         bool rises = trial[i].hypothesis->pattern != PATTERN_EACH && trial_rise(&trial[i]) > NEAR_SHARE * rise;
-        /* all legs alike is a special case of a value for each leg; it may be the whole effect,
-         * whatever the first steps showed */
+        /* one value for all legs is a special case of a value for each leg, and may be the whole
+         * effect, whatever the first steps showed */
         bool limit = best && best->hypothesis->pattern == PATTERN_EACH && trial[i].hypothesis->pattern == PATTERN_ALL;
         bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
         bool near = best ? limit || trial[i].gain > NEAR_SHARE * best->gain : first;
@@ -179,7 +182,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
 }
 
 int trials_run(const struct diagnosis *d, struct trial *trial) {
-    /* the diagnosis with one thread for each trial */
+    /* copy of the diagnosis that uses one thread, for trials that run in parallel */
     struct diagnosis *alone = memory_get(1, sizeof *alone);
     int threads = d->fit.threads;
     *alone = *d;

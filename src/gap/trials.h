@@ -4,12 +4,12 @@
 
 #include "trial.h"
 
-/* Tries hypotheses beside the model, each on one thread: first every effect with all legs alike;
- * then the effects that came nearest, in the single legs with the largest residuals, with a value
- * for each leg, and in the legs that such a trial singles out. The best trials, and those that the
+/* Tries hypotheses beside the model, each on one thread. First it tries every effect with all legs
+ * alike; then, for the best effects, the single legs with the largest residuals, a value for each
+ * leg, and the single leg that stands out among these values. The best trials, and those that the
  * held-out cycles contradict, are polished and sorted by their evidence, best first. Returns the
- * number of trials, for which `trial` needs room of HYPOTHESES_MAX. They point to the hypotheses in
- * d, which the next fit of the model lists anew. */
+ * number of trials, for which `trial` needs room of HYPOTHESES_MAX. The trials point to the
+ * hypotheses in d, which the next fit of the model lists anew. */
 int trials_run(const struct diagnosis *d, struct trial *trial);
 
 #endif

@@ -74,7 +74,7 @@ static void find_variation(struct waves *w) {
     }
 }
 
-/* Which of the model's two rows in struct wave. */
+/* The model's two rows in struct wave. */
 enum side { BEFORE, AFTER };
 
 static double *side_row(struct wave *w, enum side side) { return side == BEFORE ? w->before : w->after; }
@@ -127,7 +127,7 @@ void waves_closed_loop(struct waves *w, const struct recording *measured, const 
 }
 
 /* Makes the model's rows of force and pressures: the measured ones less the residuals of the
- * equations. False: the model cannot make the measured motion. */
+ * equations. Returns false if the model cannot make the measured motion. */
 static bool put_residual(struct wave_test *t, const struct residual_test *residual, const struct params *model, enum side side) {
     static const enum gap_channel channel[RESIDUALS] = {[RESIDUAL_FORCE] = GAP_FORCE, [RESIDUAL_P1] = GAP_P1, [RESIDUAL_P2] = GAP_P2};
     residual_row row;

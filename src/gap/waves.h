@@ -18,7 +18,7 @@ struct wave_test {
     double omega;
     double at_s, segment_s;     /* start and length of a segment of any motion; segment_s 0: a
                                  * steady sinusoid */
-    double from_s, span_s;     /* start and length of the time in which the coefficients hold: one
+    double from_s, span_s;     /* start and length of the time to which the coefficients apply: one
                                 * cycle, or the segment */
     struct wave wave[GAP_CHANNELS][LEGS];
 };
@@ -26,8 +26,8 @@ struct wave_test {
 struct waves {
     int tests, legs;
     struct wave_test *test;
-    bool evaluated[GAP_CHANNELS];   /* the model's coefficients exist; false: they are copies of the
-                                     * measured ones */
+    bool evaluated[GAP_CHANNELS];   /* the coefficients of the model exist; false: they are copies
+                                     * of the measured ones */
     double variation[GAP_CHANNELS]; /* rms of the measured variation over all tests and legs */
 };
 

@@ -31,8 +31,8 @@ static double deviation(const struct estimate *one, const struct estimate *other
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
-/* Compares a log's values with those of all other logs together. If the others have no solution,
- * nothing is compared. */
+/* Compares a log's values with the estimate from all other logs together. If the others have no
+ * solution, nothing is compared. */
 static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o,
                     struct agreement *a) {
     struct error none;
@@ -48,8 +48,8 @@ static void compare(int logs, const struct agreement_log *log, int l, const stru
     }
 }
 
-/* Normal equations whose unknowns are the values that all logs have in common, relative to the
- * first log's, and the shared errors. square: weighted sum of squares of the right-hand sides. */
+/* Normal equations whose unknowns are the values common to all logs, relative to the first log's
+ * values, and the shared errors. square: weighted sum of squares of the right-hand sides. */
 struct joined {
     double product[JOINED][JOINED], with[JOINED], square;
 };

@@ -1,10 +1,10 @@
 /* Do several logs of one machine agree? Each value of a log is compared with its estimate from all
  * the other logs together, in standard deviations of the difference. These include the noise of
  * both, and the effect of errors that all logs share (equations.h), as far as it differs between
- * the motions: systematic errors and attenuation. For the overall test,
- * generalised least squares fits one set of values and of these errors to all logs' estimates; if
- * they differ by noise alone, the remaining sum of squares is chi-square distributed. Only
- * determined values are compared. Ordinary threads; heap. */
+ * the motions: systematic errors and attenuation. For the overall test, generalised least squares
+ * fits one set of values, and one set of shared errors, to the estimates of all logs; if the logs
+ * differ by noise alone, the remaining sum of squares is chi-square distributed. Only determined
+ * values are compared. Ordinary threads; heap. */
 #ifndef HEXID_AGREEMENT_H
 #define HEXID_AGREEMENT_H
 
@@ -14,19 +14,21 @@ enum { AGREEMENT_LOGS = 16 };
 /* Number of compared values: entries of the matrix, viscous and dry friction, and springs
  * (equations.h). */
 enum { AGREEMENT_VALUES = UNKNOWN_SYSTEMATIC };
-/* Least probability of a difference by noise alone; less is disagreement. One set of logs in a
- * thousand gives a false alarm. */
+/* A difference that noise alone makes with a smaller probability is disagreement. One set of logs
+ * in a thousand gives a false alarm. */
 #define AGREEMENT_PROBABILITY 1e-3
 
 struct agreement {
     int logs;
     double deviation[AGREEMENT_LOGS][AGREEMENT_VALUES]; /* NaN: the value is not compared */
-    /* the deviation is less probable than AGREEMENT_PROBABILITY, given how many are compared */
+    /* the deviation is less probable than AGREEMENT_PROBABILITY, given the number of compared
+     * values */
     bool apart[AGREEMENT_LOGS][AGREEMENT_VALUES];
     int compared;                                       /* number of deviations that are not NaN */
     double chi_square;
     int degrees;
-    /* Probability that noise alone makes chi_square at least so large; 1 if nothing is compared. */
+    /* Probability that noise alone makes a chi_square of this size or larger; 1 if nothing is
+     * compared. */
     double probability;
     /* At least one value was compared, and the overall test was made. */
     bool evaluated;
@@ -44,14 +46,14 @@ struct agreement_log {
  * memory. */
 int agreement_find(int logs, const struct agreement_log *log, const struct params *configured, struct agreement *a, struct error *error);
 
-/* Place of a deviation, which agreement_worst() finds: the largest one that is not yet `used`. It
- * marks the deviation as used, and returns false if none is left. */
+/* Place of a deviation. agreement_worst() finds the largest deviation that is not yet `used`, and
+ * marks it as used. It returns false if no deviation is left. */
 struct agreement_place {
     int log, value;
 };
 bool agreement_worst(const struct agreement *a, bool used[AGREEMENT_LOGS][AGREEMENT_VALUES], struct agreement_place *place);
 
-/* Probability that a chi-square with this many degrees of freedom exceeds x. */
+/* Probability that a chi-square of `degrees` degrees of freedom exceeds x. */
 double agreement_chi_square_above(double x, int degrees);
 
 #endif

@@ -6,8 +6,9 @@
 #include "numeric.h"
 #include "params.h"
 
-static const double UNSEEN = 1e-12; /* variance of a reading below which no error that it shows
-                                     * exists, as a share of its own */
+static const double UNSEEN = 1e-12; /* a reading teaches nothing if the errors that it could show
+                                     * give it less than this share of the variance of its noise:
+                                     * there are no such errors */
 
 void calibration_find(const struct params *params, const struct kinematics *k, struct calibration row[CALIBRATIONS]) {
     const struct found_params *f = &params->found;
@@ -23,19 +24,21 @@ void calibration_find(const struct params *params, const struct kinematics *k, s
     }
 }
 
-/* Product of a measurement with errors of the values. */
+/* Returns h' times `value` (calibration.h): the change of a measurement's reading if `value` holds
+ * the errors of all unknowns. Only the systematic errors among them count. */
 static double seen(const struct calibration *row, const double value[UNKNOWN_BASIS]) {
     double sum = 0.0;
     for (int s = 0; s < SYSTEMATICS; s++) sum += row->of[s] * value[UNKNOWN_SYSTEMATIC + s];
     return sum;
 }
 
-/* Takes K h' times a column from it. */
+/* Subtracts K times `by` from a column. by: h' times the column; for the values, h' x less the
+ * reading. */
 static void correct(const double gain[UNKNOWN_BASIS], double by, double column[UNKNOWN_BASIS]) {
     for (int c = 0; c < UNKNOWN_BASIS; c++) column[c] -= gain[c] * by;
 }
 
-/* Turns the covariance N into (1 - K h') N (1 - K h')'. */
+/* Replaces the covariance N by (1 - K h') N (1 - K h')'. */
 static void correct_noise(const struct calibration *row, const double gain[UNKNOWN_BASIS], double noise[UNKNOWN_BASIS][UNKNOWN_BASIS]) {
     double by[UNKNOWN_BASIS], twice = 0.0;
     for (int c = 0; c < UNKNOWN_BASIS; c++) by[c] = seen(row, noise[c]);

@@ -11,9 +11,10 @@
 
 static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basis function's
                                       * coefficient */
-static const double HELD = 1e6;        /* weight that holds a scale, as a multiple of its prior's */
-static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior that has no influence, as a share of
-                                           * the data's */
+static const double HELD = 1e6;        /* weight by which a scale is held, as a multiple of the
+                                        * weight of its prior */
+static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior without influence, as a share of the
+                                           * data's weight */
 
 void equations_entry(int unknown, int *row, int *column) {
     int i = 0;
@@ -65,10 +66,11 @@ double equations_basis_variance(const struct equations *e, int i, const double s
 static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std) : 1.0; }
 
 /* Finds the direction of the gains of pressures (scale 0) or lengths (1), for one standard
- * deviation of their priors, along which attenuation pulls: mostly the gain that all have in
- * common. Least squares would take the gains too large there, because that makes the noise
- * smaller; and no motion tells a gain that all sensors have in common from a mass and a friction.
- * Therefore this direction is held at zero, and its prior is an error that all logs share. */
+ * deviation of their priors, along which attenuation changes them: mostly the gain that all have in
+ * common. Least squares would make the gains too large in this direction, because that makes the
+ * noise smaller; and no motion distinguishes a gain that all sensors have in common from a mass and
+ * a friction. Therefore the gains are held at zero in this direction, and its prior is an error
+ * that all logs share. */
 static bool scale_of(const struct equations *e, int scale, double direction[UNKNOWN_BASIS]) {
     int first = scale ? SYSTEMATIC_LENGTH_GAIN : SYSTEMATIC_P1_GAIN, end = scale ? SYSTEMATIC_LENGTH_ZERO : SYSTEMATIC_LENGTH_GAIN;
     double sum = 0.0;
@@ -122,8 +124,8 @@ bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][M
     return ok;
 }
 
-/* Adds the effect of a held scale to those of the gains that make it up: the estimate owes to the
- * gains' columns what it was not allowed to find. */
+/* Adds the effect of a held scale to the effects of the gains that make it up: as the scale was
+ * held at zero, its error is still in the estimate. */
 static void add_scale(const struct equations *e, int scale, double factor[UNKNOWNS][UNKNOWNS], struct estimate *estimate) {
     double direction[UNKNOWN_BASIS], solved[UNKNOWNS] = {0};
     if (!scale_of(e, scale, direction)) return;
@@ -136,8 +138,8 @@ static void add_scale(const struct equations *e, int scale, double factor[UNKNOW
             estimate->common[s][c] += (solved[c] - direction[c]) * direction[UNKNOWN_SYSTEMATIC + s] / e->systematic[s];
 }
 
-/* Splits the covariance C, which stands in estimate->noise, into noise and shared errors. matrix:
- * the Cholesky factor of the inverse covariance of the matrix's prior. */
+/* Splits the covariance C, which is in estimate->noise, into noise and shared errors. matrix: the
+ * Cholesky factor of the inverse covariance of the matrix's prior. */
 static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS],
                   struct estimate *estimate) {
     double solved[UNKNOWNS];

@@ -1,17 +1,17 @@
-/* Method C's normal equations hold all that a log, or a part of a long one, says about the machine.
- * They add up: the sum of several logs' equations yields one estimate from all their rows, whatever
- * a single log leaves undetermined, so nothing else of a log need be kept.
+/* Method C's normal equations contain all information of a log, or of a part of a long one, about
+ * the machine. They add up: the sum of several logs' equations yields one estimate from all their
+ * rows, whatever a single log leaves undetermined, so nothing else of a log need be kept.
  *
  * The unknowns are corrections to the configured machine: 21 entries of Mt, friction of each leg,
  * springs on the six coordinates of the pose, and the systematic errors of sensors and drawing
  * (systematic.h).
  *
  * The covariance of an estimate has two parts. Noise is independent from log to log and averages
- * out. Errors that all logs of a machine share do not: they are the systematic errors and those of
- * the legs' masses, as far as the data do not determine them, and attenuation (Fuller 1987
- * section 1.1): the noise of the accelerations is on both sides of the equations, so an axis that
- * moves only within that noise seems to have no mass, a bias of the entries towards zero.
- * Ordinary threads; heap. */
+ * out. Errors that all logs of a machine share do not: the systematic errors and the errors of the
+ * legs' masses, as far as the data do not determine them, and attenuation (Fuller 1987 section
+ * 1.1). Attenuation arises because the noise of the accelerations is on both sides of the
+ * equations: an axis that moves only within this noise seems to have no mass, so the entries are
+ * biased towards zero. Ordinary threads; heap. */
 #ifndef HEXID_EQUATIONS_H
 #define HEXID_EQUATIONS_H
 
@@ -20,8 +20,8 @@
 #include "payload.h"
 #include "systematic.h"
 
-/* Basis functions of each leg's dry friction beside the constants: six for low speed,
- * one for the pressures, and 15 for presliding, the deformation of a seal before it slides: five
+/* Basis functions of each leg's dry friction beside the constants: six for low speed, one for the
+ * pressures, and 15 for presliding, the deformation of a seal before it slides. Presliding has five
  * lengths, each alone and times two functions of speed (friction_course.h). */
 enum { BASIS_SIZE = 22 };
 /* Indices of the first unknown of each kind, after the matrix entries. Each leg has two dry
@@ -34,7 +34,7 @@ enum {
     UNKNOWN_BASIS = UNKNOWN_SYSTEMATIC + SYSTEMATICS,
     UNKNOWNS = UNKNOWN_BASIS + BASIS_SIZE * LEGS
 };
-/* Measurements of systematic errors apart from any motion (calibration.h): a known weight, and each
+/* Measurements of systematic errors that need no motion (calibration.h): a known weight, and each
  * leg on its stop. */
 enum { CALIBRATION_WEIGHT, CALIBRATION_STOP, CALIBRATIONS = CALIBRATION_STOP + LEGS };
 /* Errors that all logs of a machine share: the systematic errors, the departure of the matrix from
@@ -50,24 +50,24 @@ enum {
 };
 
 struct equations {
-    /* X' W X, lower triangle. W is the rows' inverse covariance, divided by scatter^2 if they
+    /* X' W X, lower triangle. W is the rows' inverse covariance, divided by scatter^2 if the rows
      * scatter by more than their noise. */
     double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y, y the right-hand side */
-    /* Mean product of the noise in each column with that in the right-hand side: the change of
-     * `with` by attenuation. */
+    /* Mean product of the noise in each column and the noise in the right-hand side, which is the
+     * change of `with` by attenuation. */
     double attenuation[UNKNOWNS];
     double systematic[SYSTEMATICS];     /* prior standard deviation of each systematic error; 0:
                                          * there is no such error */
-    /* Sum of squared residuals, weighted by their noise alone. */
+    /* Sum of squared residuals, weighted by W before its division by scatter^2. */
     double rest;
-    /* Degrees of freedom of `rest`: number of rows less that of unknowns. Coefficients of basis
+    /* Degrees of freedom of `rest`: number of rows less number of unknowns. Coefficients of basis
      * functions are random by their prior, and do not count. */
     int free;
     /* Variance of `rest` by rounding errors that repeat in every cycle (rounding.h). */
     double repeating;
-    /* Least number of cycles of a test, from whose differences the noise of its rows is known;
-     * infinite if all noise is that of segments, which is known well. */
+    /* Number of cycles of the shortest test; the noise of its rows is estimated from their
+     * differences. Infinite if all tests are segments, whose noise is known well. */
     double cycles;
     double dry_n[LEGS];                 /* size of each leg's dry friction, N: the unit of its basis
                                          * functions' prior */
@@ -78,21 +78,22 @@ struct equations {
     double force_n, rate_mps;
 };
 
-/* Solution of the equations. A prior keeps finite what the data leave undetermined. That of the
- * matrix is given; the width of the basis functions' prior comes from all data together
- * (basis_sizes.h).
+/* Solution of the equations. A prior keeps values finite that the data leave undetermined. The
+ * prior of the matrix is given; the width of the basis functions' prior is found from all data
+ * together (basis_sizes.h).
  *
  * With C = (X'WX + P)^-1, P = L L' the inverse covariance of the priors, the errors of the machine
  * change the values by the columns of -C L, each for one standard deviation, and noise alone has
- * the covariance C less the sum of the squares of these changes. To the changes by the gains those
- * of their held scales are added. */
+ * the covariance C less the sum of the squares of these changes. The changes by gains also include
+ * the changes by their scales, which are held. */
 struct estimate {
     double value[UNKNOWNS];
     double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */
     double common[COMMON][UNKNOWN_BASIS];        /* change of `value` by each shared error of one
                                                   * standard deviation */
-    double surprise[CALIBRATIONS]; /* what each calibration read more than motion and priors told,
-                                    * in standard deviations of the difference; 0: there was none */
+    double surprise[CALIBRATIONS]; /* reading of each calibration less the one that motion and
+                                    * priors let expect, in standard deviations of the difference;
+                                    * 0: there was no reading */
 };
 
 /* Row and column of the matrix, from 0, with row <= column, for an unknown that is a matrix
@@ -108,8 +109,8 @@ void equations_name(int unknown, char name[EQUATIONS_NAME]);
  * rows than unknowns. */
 double equations_scatter(const struct equations *e);
 
-/* Prior variance, N^2, of the unknown UNKNOWN_BASIS + i. size: relative size of each kind of basis
- * function, in units of dry friction. */
+/* Prior variance, N^2, of the unknown UNKNOWN_BASIS + i. size: size of each kind of basis function,
+ * as a multiple of the leg's dry friction. */
 double equations_basis_variance(const struct equations *e, int i, const double size[BASIS_SIZE]);
 
 /* Adds the equations of another log of the same machine and configuration. */

@@ -19,8 +19,8 @@ struct imagined {
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct inverse_dynamics dynamics;
-    double follow[DOFS];            /* amplitude that each axis reaches, as a share of the one asked
-                                     * for */
+    double follow[DOFS];            /* amplitude that each axis reaches, as a share of the
+                                     * reference's */
     double dry_n[LEGS];
     double length_m[3][LEGS];       /* lengths of the last three cycles, oldest first */
     uint64_t random;
@@ -59,8 +59,8 @@ static double read_length(struct imagined *m, int leg, double length_m) {
     return step_m > 0.0 ? step_m * round(read / step_m) : read;
 }
 
-/* Makes the sample of the middle one of three cycles, which give its acceleration. False: no pose
- * has these lengths. */
+/* Makes the sample of the middle one of three cycles; the other two give its rate and acceleration.
+ * False: no pose has these lengths. */
 static bool sample_of(struct imagined *m, double test_time_s, const double ref[DOFS], struct recording_sample *s) {
     struct inverse_dynamics_input in = {0};
     double dt_s = m->params.loop.period_s, force_n[LEGS];
@@ -161,9 +161,9 @@ static int find_systematic(struct imagined *m, const struct method_result *exact
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) {
             double more = pow(c->matrix.mt_std[i][j], 2.0) - pow(exact->mt_std[i][j], 2.0);
-            variance[i][j] = isnan(more) ? (double)INFINITY : fmax(more, 0.0); /* not determined
-                                                                                * beside the
-                                                                                * errors */
+            variance[i][j] = isnan(more) ? (double)INFINITY : fmax(more, 0.0); /* the entry is not
+                                                                                * determined if such
+                                                                                * errors exist */
         }
     return status;
 }

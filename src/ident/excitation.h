@@ -1,6 +1,6 @@
 /* Predicts how well a test would determine the matrix before it is run: the standard deviations
  * that method C would state for a recording of it, simulated on the machine that a survey found.
- * That machine follows its references with the survey's response at each axis's frequency, needs
+ * This machine follows its references with the survey's response at each axis's frequency, needs
  * the forces of the configured bodies and of the friction found, and is measured with the noise
  * found and the configured rounding of lengths. Ordinary threads; heap. */
 #ifndef HEXID_EXCITATION_H
@@ -8,8 +8,8 @@
 
 #include "loop_survey.h"
 
-/* Means over the draws of the noise: a single draw is no better than 10 %, because noise and the
- * dry friction found vary. */
+/* Means over several draws of the noise: a single draw errs by 10 %, because noise and the dry
+ * friction found vary. */
 struct excitation {
     /* Largest standard deviation of an entry, in per cent of sqrt(M_ii M_jj); infinite if some
      * entry is not determined. */
@@ -20,12 +20,12 @@ struct excitation {
 };
 
 /* Simulates the tests, six sinusoids one after another or a multisine, with `draws` draws of the
- * noise, at least one. Returns -2 if method C refuses, -3 without memory. */
+ * noise, at least one. Returns -2 if method C refuses the recording, -3 without memory. */
 int excitation_predict(const struct loop_survey *survey, const struct params *params, const struct test_params *tests, int draws,
                        struct excitation *result, struct error *error);
 
-/* Makes the figures of struct excitation for matrices that were identified from `draws` recordings
- * of one test. */
+/* Computes struct excitation for matrices that were identified from `draws` recordings of one
+ * test. */
 struct excitation excitation_of(int draws, const struct method_result *matrix);
 
 #endif

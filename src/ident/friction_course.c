@@ -15,8 +15,8 @@ _Static_assert(SEAL + SEALS == (int)BASIS_SIZE, "every basis function is an unkn
  * a constant and v reproduces exp(-(v / s)^2) for any s between two of them to 2e-3, over a
  * sinusoid of 0.1 m/s. */
 static const double LOW_MPS[STRIBECKS] = {0.005, 0.008, 0.0125, 0.02, 0.032, 0.05};
-/* Presliding lengths. They are spaced so that their functions reproduce that of any length between
- * two of them to 1e-3. */
+/* Presliding lengths. They are spaced so that their functions reproduce the function of any length
+ * between two of them to 1e-3. */
 static const double GIVE_M[SEALS] = {20e-6, 40e-6, 80e-6, 160e-6, 320e-6};
 static const double SLOW_MPS[SLOW] = {0.0125, 0.032}; /* speeds of the functions by which presliding
                                                        * is multiplied */
@@ -24,7 +24,8 @@ static const double RESOLVED = 0.125; /* time that the series cannot resolve, in
                                        * highest harmonic */
 static const double NO_DOUBT = 1e-9, TINY = 1e-300;
 
-/* leg: position, rate and acceleration of each leg at each phase. variance: of each leg's rate. */
+/* leg: position, rate and acceleration of each leg at each phase. variance: noise variance of each
+ * leg's rate. */
 struct motion {
     double leg[PHASES][LEGS][3], variance[LEGS];
     /* Rate at which the legs reverse: rms acceleration / rms speed, all legs together. */
@@ -32,7 +33,8 @@ struct motion {
 };
 
 /* Finds the share of each harmonic of each leg's length that is motion, not noise (Wiener). The
- * mean square of the motion is taken over all legs, and as at least that of any higher harmonic. */
+ * mean square of the motion is a mean over all legs, and is not allowed to be less than that of any
+ * higher harmonic. */
 static void find_kept(const struct residual_test *t, double noise[LEGS][SPECTRUM_SIZE], double kept[LEGS][SPECTRUM_SIZE]) {
     const struct spectrum *s = &t->spectrum;
     double motion = 0.0;
@@ -76,7 +78,7 @@ static void find_direction(struct friction_course *c, const struct residual_test
     for (int i = 0; i < t->phases; i++) {
         double most_mps = resolution_s * m->leg[i][leg][2], lag_mps = t->spectrum.cycles ? 0.5 * most_mps : 0.0;
         double rate = m->leg[i][leg][1] + lag_mps;
-        /* Variance of the sum of two errors that are uniform in +-(most - lag) and in +-SLOW. */
+        /* Variance of the sum of two errors, one uniform in +-(most - lag), the other in +-SLOW. */
         double uniform = (square(most_mps - lag_mps) + square(INVERSE_DYNAMICS_SLOW_MPS)) / 3.0;
         /* Twice the probability that the leg moves in the other direction. */
         double other = erfc(fabs(rate) / sqrt(2.0 * (m->variance[leg] + uniform)));
@@ -93,7 +95,7 @@ static void find_direction(struct friction_course *c, const struct residual_test
 }
 
 /* Integrates Dahl's law, dz = (direction - z) |dx| / give, over each step of the motion. A cycle
- * starts from the state that repeats, a segment from that of a leg that slides. */
+ * starts from the state that repeats, a segment from the state of a leg that slides. */
 static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
     int n = t->phases;
     bool cycle = t->spectrum.cycles > 0;
@@ -110,8 +112,8 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
 
 /* Fills the basis functions of a leg's dry friction: higher at low speed (Stribeck); proportional
  * to the pressures; and presliding, the transition from one direction to the other while the seal
- * deforms. Presliding is fitted alone and times functions of speed, because bristles that hold
- * harder when slow, or are damped (LuGre), make the two a product. */
+ * deforms. Presliding is fitted alone and times functions of speed, because bristles that are
+ * stronger when slow, or are damped (LuGre), make the two a product. */
 static void find_basis(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];

@@ -1,28 +1,28 @@
 /* Knowledge of dry friction before any force is evaluated: each leg's direction of motion, how
- * certain it is, and the basis functions of dry friction beside a constant for each
- * direction. All per newton of dry friction.
+ * certain it is, and the basis functions of dry friction beside a constant for each direction. All
+ * values are for one newton of dry friction.
  *
- * The speed is that of the mean cycle, each harmonic shrunk by its share of noise (Wiener): the
- * higher harmonics of a steady test are mostly noise and would add false reversals of a slow leg. A
- * speed of finitely many harmonics is a mean over some time, its resolution, and lags where
- * friction F reverses: the reversal takes 2 F / m from a leg's acceleration a at once. Near such a
- * kink the mean passes zero later than the speed itself, by nothing if F is small against m a, by
- * the whole resolution if the leg stops, and never earlier. So friction is taken to follow the sign
- * of the speed half a resolution later. The series of a segment is no mean cycle: there friction
- * follows the sign of the speed to within one resolution.
+ * The speed is the speed of the mean cycle, each harmonic reduced by its share of noise (Wiener):
+ * the higher harmonics of a steady test are mostly noise and would add false reversals of a slow
+ * leg. A speed of finitely many harmonics is a mean over some time, its resolution. It also lags
+ * where a leg reverses, because a friction F that reverses changes the leg's acceleration a at
+ * once, by 2 F / m. The mean then passes zero later than the speed itself: not at all later if F is
+ * small against m a, by the whole resolution if the leg stops. So friction is taken to follow the
+ * sign of the speed half a resolution later. The series of a segment is no mean cycle: there
+ * friction follows the sign of the speed to within one resolution.
  *
- * A reversal is blurred by three independent things: the speed's noise; that lag, uniform from zero
- * to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, while friction goes from one
+ * A reversal is blurred by three independent things: the speed's noise; the lag, uniform from zero
+ * to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, where friction goes from one
  * direction to the other as all other forces demand. So the mean direction is erf(v / sqrt(2 s^2)),
- * s^2 the sum of the three variances, and whatever its course between -1 and 1, its variance is at
- * most 1 - mean^2.
+ * s^2 the sum of the three variances. The direction stays between -1 and 1, so its variance is at
+ * most 1 - mean^2, whatever its course.
  *
- * The errors are correlated in time. Let m be that mean, and let friction jump once from -1 to 1 at
- * a random instant of distribution G = (1 + m) / 2, the worst of all monotone courses. Its
- * covariance 4 G(t) (1 - G(u)), t < u, is the product of sqrt(1 - m^2) at t and at u, times
- * exp(-|atanh m(u) - atanh m(t)|). That is a Markov process in atanh m, and so are reversals in a
- * row. A leg that hardly moves shows no reversals; its errors decay at the rate at which the legs
- * reverse (Rice 1945): rms acceleration over rms speed. Pure. */
+ * The errors are correlated in time. Let m be the mean direction, and let friction jump once from
+ * -1 to 1 at a random instant of distribution G = (1 + m) / 2, the worst of all monotone courses.
+ * The covariance 4 G(t) (1 - G(u)), t < u, is the product of sqrt(1 - m^2) at t and at u, times
+ * exp(-|atanh m(u) - atanh m(t)|). This is a Markov process in atanh m, and so are several
+ * reversals in a row. A leg that hardly moves shows no reversals; its errors decay at the rate at
+ * which the legs reverse (Rice 1945): rms acceleration over rms speed. Pure. */
 #ifndef HEXID_FRICTION_COURSE_H
 #define HEXID_FRICTION_COURSE_H
 
@@ -36,7 +36,7 @@ struct friction_course {
     /* Variance of the direction, 1 - direction^2, computed without cancellation. */
     double doubt[PHASES][LEGS];
     /* Course of atanh(direction) along the motion: errors at two phases correlate by
-     * exp(-|difference of these|). */
+     * exp(-|difference of `lasting`|). */
     double lasting[PHASES][LEGS];
     /* Change of `lasting` over a whole cycle; as a cycle repeats, its errors also correlate across
      * its end. Infinite for a segment. */
@@ -44,16 +44,16 @@ struct friction_course {
     double basis[BASIS_SIZE][PHASES][LEGS];
 };
 
-/* Mean P1 + P2 over all tests and legs, Pa; 0 if pressures are not measured. */
+/* Mean of P1 + P2 over all tests and legs, Pa; 0 if pressures are not measured. */
 double friction_course_load(const struct residual_data *d);
 
-/* Finds the directions and the basis functions of one test. load_pa: the P1 + P2 at which all
- * friction that grows with the pressures counts as Coulomb friction; 0 if pressures are not
- * measured. All tests need the same value, so that they have one Coulomb friction in common. */
+/* Finds the directions and the basis functions of one test. load_pa: P1 + P2 at which friction that
+ * grows with the pressures counts entirely as Coulomb friction; 0 if pressures are not measured.
+ * All tests need the same value, so that they have one Coulomb friction in common. */
 void friction_course_find(struct friction_course *c, const struct residual_test *t, double load_pa);
 
-/* Covariance of the coefficient row of a leg's dry friction, per N^2 of dry friction, by the
- * uncertain direction. */
+/* Computes the covariance of the coefficient row of a leg's dry friction by its uncertain
+ * direction, for one N^2 of dry friction. */
 void friction_course_covariance(const struct friction_course *c, const struct residual_test *t, int leg,
                                 double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]);
 

@@ -3,10 +3,10 @@
  * equations are solved at the end.
  *
  * Normal equations are accurate enough here, because the regressors are nearly orthogonal over
- * whole periods. Scaled to unit length, their matrix has a condition below 4 (that of [1, t] alone,
- * t from 0 to any T, is 3.7), so squaring it costs one digit of sixteen. The test against an
- * orthogonal decomposition in extended precision finds 3e-13 of the amplitude over 600 s. Squaring
- * does lose a small residual: rms and std have a floor of about 1e-8 of the channel's rms. */
+ * whole periods. Scaled to unit length, their matrix has a condition below 4 ([1, t] alone has 3.7,
+ * for t from 0 to any T), so squaring it costs one digit of sixteen. The test against an orthogonal
+ * decomposition in extended precision finds 3e-13 of the amplitude over 600 s. Squaring does lose a
+ * small residual: rms and std have a floor of about 1e-8 of the channel's rms. */
 #ifndef HEXID_HARMONICS_H
 #define HEXID_HARMONICS_H
 
@@ -20,8 +20,8 @@ struct harmonics {
     /* Time of the first sample: the drift counts from there, sines and cosines from t = 0. */
     double origin_s;
     int64_t samples;
-    double offset[CHANNELS_MAX]; /* first sample of each channel, which is subtracted against
-                                  * cancellation */
+    double offset[CHANNELS_MAX]; /* first sample of each channel, which is subtracted from all to
+                                  * avoid cancellation */
     /* Row of a regressor: sums of its products with all regressors (lower triangle), then with all
      * channels. */
     double product[REGRESSORS_MAX][REGRESSORS_MAX + CHANNELS_MAX];
@@ -29,7 +29,7 @@ struct harmonics {
 };
 
 struct harmonics_fit {
-    /* constant: of the fitted line of constant and drift, at t = origin_s */
+    /* constant: value at t = origin_s of the fitted line, whose slope is drift_per_s */
     double constant[CHANNELS_MAX], drift_per_s[CHANNELS_MAX];
     double sine[CHANNELS_MAX][HARMONICS_MAX], cosine[CHANNELS_MAX][HARMONICS_MAX];
     double rms[CHANNELS_MAX];    /* rms residual */
@@ -47,8 +47,8 @@ void harmonics_reset(struct harmonics *h, double omega, int harmonics, int chann
 void harmonics_add(struct harmonics *h, double t_s, const double *values);
 
 /* Ends the fit. Returns false, and *fit all NaN, if there are not more samples than unknowns, or if
- * the unknowns cannot be told apart (condition above 1e5: too short a time, a harmonic at half the
- * sampling rate). */
+ * the data cannot distinguish the unknowns (condition above 1e5: too short a time, a harmonic at
+ * half the sampling rate). */
 bool harmonics_solve(const struct harmonics *h, struct harmonics_fit *fit);
 
 #endif

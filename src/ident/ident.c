@@ -8,8 +8,8 @@
 
 enum { CHANNELS = 2 * DOFS };
 
-/* Share of the evaluated part that must be seen in a complete test; the rest allows for rounded
- * times. */
+/* Share of the evaluated part that must be seen in a complete test; the remaining part allows for
+ * rounded times. */
 static const double complete_share = 0.999;
 
 const struct ident_entry ident_entries[IDENT_ENTRIES] = {
@@ -53,6 +53,8 @@ static void open_test(struct ident *id, const struct cycle *c) {
     id->dof = c->dof;
     id->seen = id->excluded = 0;
     id->low = HUGE_VAL, id->high = -HUGE_VAL;
+    id->off_samples = 0;
+    memset(id->off_m, 0, sizeof id->off_m);
     id->first_s = c->test_time_s;
     memset(id->pose, 0, sizeof id->pose);
     double hz = id->params->tests.hz[c->dof];
@@ -75,6 +77,17 @@ static enum refusal measure(struct ident *id, const struct cycle *c, double valu
     return REFUSED_NOT;
 }
 
+/* Adds the differences between a good sample's lengths and the lengths by its reference. Without a
+ * complete reference nothing is added. */
+static void compare_reference(struct ident *id, const struct cycle *c) {
+    double asked_m[LEGS];
+    for (int i = 0; i < DOFS; i++)
+        if (!isfinite(c->ref[i])) return;
+    ik_lengths(&id->kinematics, c->ref, asked_m);
+    for (int i = 0; i < LEGS; i++) id->off_m[i] += c->in.length_m[i] - asked_m[i];
+    id->off_samples++;
+}
+
 static void take(struct ident *id, const struct cycle *c) {
     double values[CHANNELS], force_n[LEGS] = {0};
     id->refused = measure(id, c, values, force_n);
@@ -82,8 +95,10 @@ static void take(struct ident *id, const struct cycle *c) {
     if (isfinite(c->ref[id->dof])) id->low = fmin(id->low, c->ref[id->dof]), id->high = fmax(id->high, c->ref[id->dof]);
     id->last_s = c->test_time_s;
     witness_add(&id->witness, c->test_time_s - id->first_s, &c->in, force_n, !id->refused);
-    if (!id->refused) harmonics_add(&id->fit, c->test_time_s, values);
-    else id->excluded++;
+    if (!id->refused) {
+        harmonics_add(&id->fit, c->test_time_s, values);
+        compare_reference(id, c);
+    } else id->excluded++;
 }
 
 /* Makes room for a test's result. A second test of an axis replaces the first, because the machine
@@ -103,6 +118,13 @@ static void summarize(const struct test_params *p, struct test_result *t) {
     for (int i = 0; i < DOFS; i++) {
         double share = hypot(t->pose[i][0], t->pose[i][1]) / p->amplitude[i];
         t->unwanted_pct[i] = i == (int)t->dof ? 0.0 : 100.0 * share;
+    }
+}
+
+static void find_farthest(const struct ident *id, struct test_result *t) {
+    for (int i = 0; i < LEGS && id->off_samples > 0; i++) {
+        double off_m = id->off_m[i] / (double)id->off_samples;
+        if (fabs(off_m) > fabs(t->off_m)) t->off_m = off_m, t->off_leg = i;
     }
 }
 
@@ -130,6 +152,7 @@ static void close_test(struct ident *id) {
         t->pose_std[i] = fit.std[i], t->wrench_std[i] = fit.std[DOFS + i];
     }
     summarize(p, t);
+    find_farthest(id, t);
     id->running = -1;
 }
 

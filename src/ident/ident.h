@@ -30,12 +30,12 @@ struct identification {
     struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
     struct error no_method_c;     /* why method C was not evaluated */
     struct rest_found rest;       /* readings at rest before the supply came on */
-    struct weighing_found weighed;/* a known weight's reading, of two logs */
+    struct weighing_found weighed;/* reading of a known weight, from two logs */
     /* Number of parts of a long motion, and of those without a result; 0 if the motion was
      * evaluated as a whole. */
     int parts, parts_left_out;
-    /* Agreement of the parts over time. Many parts are joined with their neighbours to groups,
-     * over_time.logs of them. */
+    /* Agreement of the parts over time. If there are many parts, neighbours are joined to groups;
+     * over_time.logs is the number of groups. */
     struct agreement over_time;
 };
 
@@ -47,18 +47,22 @@ struct ident {
                                    * wrench */
     struct witness witness;       /* check that the running test's readings are consistent */
     double pose[DOFS];            /* last pose, from which the next forward kinematics starts */
-    int running;                  /* number of the test under way; -1: none */
+    int running;                  /* number of the test under way; -1: no test is under way */
     enum dof dof;
-    int64_t seen, excluded;       /* cycles in the running test's evaluated part, and those of them
-                                   * that were excluded */
+    int64_t seen, excluded;       /* number of cycles in the running test's evaluated part, and of
+                                   * excluded ones among them */
     double low, high;             /* ends of the reference in the running test's evaluated part */
+    double off_m[LEGS];           /* sum over good samples of a leg's length, less the length by its
+                                   * reference */
+    int64_t off_samples;
     enum refusal refused;         /* why the last cycle, if evaluated, was excluded */
     double first_s, last_s;       /* test time of the running test's first and last evaluated
                                    * cycle */
     struct identification result;
 };
 
-/* Starts an identification. Returns -2, naming the key, if no machine can be as configured. */
+/* Starts an identification. Returns -2, with a message that names the key, if the configured
+ * machine is impossible. */
 int ident_init(struct ident *id, const struct params *params, struct error *error);
 
 /* Takes one cycle. Returns true if it ended a test, whose result is then the last of
@@ -74,7 +78,7 @@ bool ident_end(struct ident *id);
  * false, with the methods' `evaluated` false. */
 bool ident_solve(struct ident *id);
 
-/* Entries of the matrix that users are shown: those of Tian 2015 Tables 3 to 5. */
+/* Entries of the matrix that are shown to users: those of Tian 2015 Tables 3 to 5. */
 enum { IDENT_ENTRIES = 10 };
 struct ident_entry {
     const char *name;

@@ -15,9 +15,10 @@ extern const struct effect external_stiffness;
 static const double EDGE = 0.12;
 
 struct work {
-    struct params machine;              /* the configuration without friction and effects
-                                         * (matrix_bare_machine), with the springs found */
-    double more[DOFS][DOFS];            /* the matrix as found, less the configured one */
+    struct params machine;              /* configuration without friction and effects
+                                         * (matrix_bare_machine), with the springs that were
+                                         * found */
+    double more[DOFS][DOFS];            /* matrix that was found, less the configured one */
     struct inverse_dynamics dynamics;
 };
 

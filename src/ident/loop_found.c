@@ -7,20 +7,20 @@
 struct params loop_found_params(const struct params *params, const struct loop_survey *survey) {
     struct params p = *params;
     const struct payload *found = &survey->inertia.payload;
-    const double *x = found->nearest, *centre = x + PAYLOAD_CENTER, *inertia = x + PAYLOAD_INERTIA;
-    struct payload_params *to = &p.payload;
-    if (!found->evaluated || !found->whole || !(x[PAYLOAD_MASS] > 0.0)) return p;
-    to->mass_kg = x[PAYLOAD_MASS];
-    to->center_x_m += centre[0], to->center_y_m += centre[1], to->center_height_m -= centre[2];
-    to->inertia_xx_kg_m2 = inertia[0], to->inertia_yy_kg_m2 = inertia[1], to->inertia_zz_kg_m2 = inertia[2];
-    to->inertia_xy_kg_m2 = inertia[3], to->inertia_xz_kg_m2 = inertia[4], to->inertia_yz_kg_m2 = inertia[5];
+    if (found->evaluated && found->whole && found->nearest[PAYLOAD_MASS] > 0.0) payload_configure(found->nearest, &p.payload);
     return p;
 }
 
-/* Factor from the configured value to the found one; 1 if one of them is none. */
-static double factor(double found, double configured) {
+double loop_found_factor(double found, double configured) {
     double by = found / configured;
-    return by > 1.0 / LOOP_FOUND_MOST && by < LOOP_FOUND_MOST ? by : 1.0;
+    return by > 1.0 / LOOP_FOUND_MOST && by < LOOP_FOUND_MOST ? by : (double)NAN;
+}
+
+/* Factor from the configured value to the found one; 1 if it is no number, or if the two differ by
+ * more than LOOP_FOUND_MOST times. */
+static double factor(double found, double configured) {
+    double by = loop_found_factor(found, configured);
+    return isnan(by) ? 1.0 : by;
 }
 
 static struct found_leg compare(const struct loop_leg *model, const struct oil_leg *found, double viscous, double dt_s) {
@@ -35,7 +35,8 @@ static struct found_leg compare(const struct loop_leg *model, const struct oil_l
     return f;
 }
 
-/* A longer delay is added to the commands'; a shorter one makes the spool faster. */
+/* Corrects a leg. A delay longer than configured is added to the commands' delay; a shorter one
+ * makes the spool faster. */
 static void correct(struct loop_leg *leg, const struct found_leg *f) {
     double spool_s = 2.0 * leg->spool_damping / leg->spool_radps;
     leg->viscous *= f->viscous;

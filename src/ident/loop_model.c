@@ -17,14 +17,14 @@ static const double CENTRE_SHARE = 1e-3; /* a valve is near its centre up to thi
                                           * opening */
 static const double RESTS_PER_S = 1e-3;
 
-/* A leg at rest: the pressures that hold its force, and the opening that makes up for leakage. */
+/* A leg at rest: the pressures that give its force, and the opening that makes up for leakage. */
 struct rest {
     double p1_pa, p2_pa, opening;
 };
 
 /* Finds a leg's pressures at rest. One chamber takes in as much oil as the other gives off, through
- * two edges of the same opening, so the ratio of the pressure drops is that of the squared gains of
- * the edges. */
+ * two edges of the same opening, so the ratio of the pressure drops equals the ratio of the squared
+ * gains of the edges. */
 static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
     double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);
     struct rest r[2]; /* solutions with supply pressure at port A, and at port B */
@@ -35,14 +35,15 @@ static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mai
         double flow = c->leakage_m3_per_s_pa * (p1 - p2), edge = a * sqrt(fabs(from_pa - p1));
         r[back] = (struct rest){p1, p2, edge > 0.0 ? flow / edge : 0.0};
     }
-    /* Leakage flows from high to low pressure, so the spool feeds the chamber from which oil
-     * leaks. */
+    /* Each solution is valid for one direction: an opening above 0 connects the supply with port A,
+     * one below 0 with port B. Leakage decides which: it flows from high to low pressure, and the
+     * spool feeds the chamber that loses oil. */
     return r[0].opening > 0.0 || r[1].opening >= 0.0 ? r[0] : r[1];
 }
 
 /* Finds the flow into each chamber per opening, and its derivative by the chamber's own pressure. A
- * spool that swings across its centre meets both pairs of edges in turn, and each counts by its
- * part of a sine's first harmonic. */
+ * spool that swings across its centre meets both pairs of edges in turn; each counts with its share
+ * in the first harmonic of a sinusoidal swing. */
 static void edges(const struct cylinder_leg *c, const struct mains *mains, const struct rest *r, double swing, double open[PORTS],
                   double by_pa[PORTS]) {
     double ps = mains->supply_pa, pt = mains->tank_pa;
@@ -116,7 +117,7 @@ static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double 
     return dof;
 }
 
-/* Solves inertia against the stiffness of the oil, in leg coordinates. */
+/* Solves the eigenvalue problem of inertia and stiffness of the oil, in leg coordinates. */
 bool loop_place_modes(struct loop_place *p, const struct params *params) {
     double spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
@@ -164,8 +165,8 @@ bool loop_place_find_moving(struct loop_place *p, const struct params *params, c
     return loop_place_modes(p, params);
 }
 
-/* True for a pole at zero, which an integrator without gain makes, or pressures that no leakage
- * equalises. */
+/* True for a pole at zero. Such a pole comes from an integrator without gain, or from pressures
+ * that no leakage equalises. */
 static bool rests(const struct loop_pole *pole) { return hypot(pole->decay_per_s, pole->radps) < RESTS_PER_S; }
 
 /* True if a pole is worse than another: it grows faster, or, if both decay, it is less damped. */

@@ -12,16 +12,17 @@
 struct loop_place {
     double pose[DOFS];
     struct loop_leg leg[LEGS];
-    double inertia[LEGS][LEGS];               /* force of each leg per acceleration of each, kg */
+    double inertia[LEGS][LEGS];               /* force of leg [i] for an acceleration of leg [j],
+                                               * kg */
     double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns: motion of the legs in
                                                * each, and mass per squared motion */
     enum dof dof[DOFS];                       /* axis that moves most in each mode */
-    /* Motion of the platform in each mode per unit of it, m: norm of the origin's motion and of
-     * arm_m times the rotation. */
+    /* Motion of the platform in one unit of each mode, m: norm of the origin's motion and of arm_m
+     * times the rotation. */
     double reach[DOFS];
     double force_n[LEGS];                     /* forces of the legs that hold the platform up */
     /* Speeds of each leg at full opening under its force, extending and retracting; 0: the supply
-     * cannot move it that way. */
+     * cannot move it in this direction. */
     double out_mps[LEGS], in_mps[LEGS];
 };
 
@@ -30,8 +31,9 @@ struct loop_place {
  * there is no such pose. */
 bool loop_place_find(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s);
 
-/* The same for a platform that moves about this pose: the valves open by up to `swing` of their
- * full opening to either side of where they rest, so that both pairs of edges count. 0: held. */
+/* Linearises the machine for a platform that moves about this pose: the valves open by up to
+ * `swing` of their full opening on either side of their opening at rest, so that both pairs of
+ * edges count. swing 0: as loop_place_find(). */
 bool loop_place_find_moving(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s,
                             double swing);
 

@@ -15,25 +15,27 @@ enum { LOOP_WAY = 8, LOOP_PLACES = 1 + LOOP_WAY + 2 * DOFS };
  * parking, and at the ends of the strokes. */
 struct loop_places {
     int count;
-    int way;             /* number of places at the beginning that are neutral or on the way down */
+    int way;             /* number of places at the beginning of the list that are neutral or on the
+                          * way down */
     struct loop_place place[LOOP_PLACES];
 };
 
-/* Delay of commands beside what effects and the valve have: the stated one (control.delay_s), or on
- * a field bus at least a cycle. */
+/* Delay of commands in addition to the delays of effects and valve: the stated one
+ * (control.delay_s), or on a field bus at least one cycle. */
 double loop_delay_s(const struct params *params, bool bus);
 
 /* Finds the poses and linearises the machine there. bus: the machine is on a field bus. Returns
  * false if the supply cannot hold the platform up at neutral. */
 bool loop_places_find(struct loop_places *all, const struct params *params, bool bus);
 
-/* Returns the largest shaking by the sensors' noise at neutral and on the way there, where the oil
- * may be stiffer and the loop less damped than at neutral. Unstable poses are left out. */
+/* Returns the largest shaking by the sensors' noise, m/s^2 rms, at neutral and on the way down to
+ * parking, where the oil may be stiffer and the loop less damped than at neutral. Unstable poses
+ * are left out. */
 double loop_places_noise_mps2(const struct loop_places *all, const struct params *params);
 
-double loop_noise_most_mps2(const struct params *params); /* limit of that shaking */
+double loop_noise_most_mps2(const struct params *params); /* limit of this shaking */
 
-/* True if the pole grows, or nothing is known of it. */
+/* True if the worst pole grows, or is not known. */
 bool loop_grows(const struct loop_worst *worst);
 
 #endif

@@ -39,8 +39,8 @@ struct cylinder_loop {
 struct cycle_map {
     int sent, read, size;
     double map[LOOP_POLES][LOOP_POLES];
-    double noise[READINGS][LOOP_POLES]; /* change of the states by an error of a reading: 1 m or
-                                         * 1 N */
+    double noise[READINGS][LOOP_POLES]; /* change of the states by an error of 1 m or 1 N in a
+                                         * reading */
 };
 
 static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
@@ -158,7 +158,7 @@ static void fill_controller(const struct cylinder_loop *c, const struct control_
 }
 
 /* Fills the rows of the plant's states for one cycle, in which the older command acts for `part` of
- * the cycle and the newer one for the rest. */
+ * the cycle, then the newer one. */
 static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay d, const double command[LOOP_POLES],
                        const double error[READINGS], struct cycle_map *m) {
     double rates[PLANT + 1][PLANT + 1], first[PLANT + 1][PLANT + 1], then[PLANT + 1][PLANT + 1], all[PLANT + 1][PLANT + 1];
@@ -208,7 +208,7 @@ int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *sha
     return count;
 }
 
-/* Solves a x = b of the plant's states in place, by elimination with pivots. */
+/* Solves a x = b for the plant's states in place, by elimination with pivots. */
 static void solve(double complex a[PLANT][PLANT], double complex x[PLANT]) {
     for (int i = 0; i < PLANT; i++) {
         int pivot = i;
@@ -272,8 +272,8 @@ void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_shape *s
     }
 }
 
-/* Mean square errors of a mode's length and force. Each leg errs independently: its length by
- * rounding, its force by noise and rounding of both pressures. */
+/* Computes the mean square errors of a mode's length and force. Each leg errs independently: its
+ * length by rounding, its force by noise and rounding of both pressures. */
 static void mean_errors(const struct loop_shape *shape, const struct params *params, double square[READINGS]) {
     const struct sensor_params *s = &params->sensors;
     struct cylinder_areas areas = cylinder_areas(&params->actuator);

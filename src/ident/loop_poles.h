@@ -1,10 +1,10 @@
 /* Eigenfrequencies of the closed loop. Each rigid mode of the oil columns (oil_columns.h) is
- * modelled as one cylinder that moves the mode's mass, with the chambers about their working
- * point, the spool, a delay of the command, viscous friction, and the configured controller
+ * modelled as one cylinder that moves the mode's mass. The model has the chambers about their
+ * working point, the spool, a delay of the command, viscous friction, and the configured controller
  * (pid.h), sampled and held. If the legs are alike, the six modes decouple exactly; if not, a mode
  * has the mean of its legs, weighted by their squared motion in it (first order). A survey finds
- * the legs in data (loop_survey.h); loop_model.h takes them from a configuration. Ordinary
- * threads, no heap. */
+ * the legs in data (loop_survey.h); loop_model.h takes them from a configuration. Ordinary threads,
+ * no heap. */
 #ifndef HEXID_LOOP_POLES_H
 #define HEXID_LOOP_POLES_H
 
@@ -20,8 +20,7 @@ struct loop_leg {
     double spool_radps, spool_damping;   /* spool as a system of second order */
     double command_delay_s; /* delay of the command's effect from the sample that it was computed
                              * from */
-    double length_delay_s;               /* delay of the reading, in which cycles need not be
-                                          * whole */
+    double length_delay_s;               /* delay of the reading, not necessarily whole cycles */
 };
 
 /* One mode: motion of the legs in it, and mass per squared motion. */
@@ -53,7 +52,8 @@ struct loop_answer {
 struct loop_plant {
     double oil_radps;                          /* frequency with the ports shut, undamped */
     double feedback_cut;                       /* as in loop_leg, mean of the mode */
-    struct loop_answer answer[LOOP_ANSWERS];   /* by ascending frequency, to half the sampling's */
+    struct loop_answer answer[LOOP_ANSWERS];   /* by ascending frequency, up to half the sampling
+                                                * frequency */
 };
 void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
                      struct loop_plant *plant);
@@ -69,9 +69,9 @@ struct loop_mode {
     double hz, damping; /* lowest oscillating pair of poles; NaN: there is none */
 };
 
-/* Poles of a surveyed mode, which must be determined. viscous: viscous friction of each leg, N s/m.
- * The spool is modelled as a critically damped lag; its time is the delay found for the legs, less
- * half a cycle. */
+/* Finds the closed loop of a surveyed mode, which must be determined. viscous: viscous friction of
+ * each leg, N s/m. The spool is modelled as a critically damped lag; its time is the delay found
+ * for the legs, less half a cycle. */
 struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
                             const struct params *params);
 

@@ -8,8 +8,8 @@
 #include "lin.h"
 #include "params.h"
 
-/* Finds the response of the axes. Amplitudes of the lengths become those of the pose by the
- * Jacobian at neutral, because the motions are small. */
+/* Finds the response of the axes. Amplitudes of the lengths are converted to amplitudes of the pose
+ * by the Jacobian at neutral, because the motions are small. */
 static int find_follow(struct loop_survey *s, const struct multisine_mean *mean, const struct params *params, struct error *error) {
     static const double neutral[DOFS] = {0};
     const struct multisine *m = &s->multisine;

@@ -12,10 +12,12 @@ struct loop_survey {
     struct oil_leg leg[LEGS];
     bool determined; /* all six modes are determined; otherwise their frequencies are NaN */
     struct oil_mode mode[DOFS];               /* modes of the oil columns, by ascending frequency */
-    struct loop_mode loop[DOFS];              /* closed loop in each mode; NaN: none oscillates */
+    struct loop_mode loop[DOFS];              /* closed loop in each mode; NaN: no poles of the mode
+                                               * oscillate */
     /* Amplitude of every axis at each tone, relative to the reference of the tone's own axis. */
     double complex follow[MULTISINE_TONES][DOFS];
-    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms noise of a sample, from pass to pass */
+    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms noise of a sample, from its differences between
+                                               * passes */
     double mean_pa[2][LEGS];
 };
 
@@ -30,8 +32,8 @@ double loop_survey_oil_hz(const struct loop_survey *s);
 double loop_survey_loop_hz(const struct loop_survey *s);
 
 /* Amplitude of axis `dof`, relative to the reference of axis `driven`, at a frequency. It is
- * interpolated between the neighbouring tones of the driven axis; beyond them it is that of the
- * nearest tone. */
+ * interpolated between the neighbouring tones of the driven axis; beyond its last tone the value of
+ * this tone is returned. */
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz);
 
 /* Amplitude of an axis, relative to its own reference, at a frequency. */

@@ -9,27 +9,32 @@
 #include "params.h"
 #include "units.h"
 
-/* Dampings of the slowest mode that are asked for, until one is reached. */
+/* Dampings of the slowest mode that are required one after the other, until one is reached. */
 static const double dampings[] = {TUNE_DAMPING, 0.2, 0.15, 0.1, 0.05, 0.0};
 enum { DAMPINGS = sizeof dampings / sizeof *dampings };
 
-/* kpf is tried from a 30th to ten times that of the formula, then in finer steps about the best; kp
- * by halving from its bound down. */
+/* kpf is tried from a 30th to ten times the value of kpf_of(), then in finer steps about the best
+ * one; kp by halving from its bound down. */
 enum { STEPS_PER_DECADE = 6, STEPS_BELOW = 9, STEPS_ABOVE = 6, FINE = 4, HALVINGS = 9 };
 static const double KP_RANGE = 500.0;
-static const double NOISE_SHARE = 0.4;     /* share of the shaking that is borne: it is computed for
-                                            * errors that are white and independent, and steps of
-                                            * six legs that move alike are neither */
-static const double MODE_DAMPING = 0.06, MODE_SHARE = 0.9; /* least damping of every mode at
-                                                            * neutral; of a mode that has less by
-                                                            * itself, this share of its own */
+static const double NOISE_SHARE = 0.4;     /* share of the accepted shaking that the gains may
+                                            * cause. It is less than 1, because the shaking is
+                                            * computed for errors that are white and independent,
+                                            * and the steps of six legs that move alike are
+                                            * neither */
+static const double MODE_DAMPING = 0.06, MODE_SHARE = 0.9; /* least damping of each mode at neutral;
+                                                            * a mode that has less without a
+                                                            * controller must keep the share
+                                                            * MODE_SHARE of its own damping */
 static const double PASS_PERIODS = 3.0;    /* time constant tp, as a multiple of 1 / w of the
                                             * slowest mode: less than 19 degrees of lead are left
                                             * there */
 static const double KFF_LEAST = 0.75, KFF_MOST = 1.3, KFF_STEP = 0.01; /* range of kff, as a
-                                                                        * multiple of what the
-                                                                        * valve's speed gives */
-static const double FASTER = 4.0, STIFFER = 2.0; /* parts of the machine as they are tried */
+                                                                        * multiple of the value that
+                                                                        * follows from the valve's
+                                                                        * speed */
+static const double FASTER = 4.0, STIFFER = 2.0; /* factors by which a part of the machine is
+                                                  * improved, to see whether it limits the loop */
 static const double WORTH = 1.1;           /* a part is named if it gives a tenth more damping */
 
 /* The machine in all poses, and a controller that is tried. */
@@ -37,13 +42,17 @@ struct field {
     struct params params;
     struct loop_places places;
     struct loop_plant plant[LOOP_PLACES][DOFS];
-    struct loop_plant moving[DOFS];    /* at neutral, with the valves' openings of the tests */
-    double own_damping[DOFS];          /* of the modes at neutral without a controller */
+    struct loop_plant moving[DOFS];    /* modes at neutral, with the valves opening as far as in the
+                                        * tests */
+    double own_damping[DOFS];          /* dampings of the modes at neutral without a controller */
     bool surveyed;                     /* the legs are as a survey found them */
     struct loop_found found;
+    int failed;                        /* mode of all places, DOFS place + mode, whose margins were
+                                        * missed last */
 };
 
-/* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are its own. */
+/* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are not known
+ * here. */
 static double tests_mps(const struct params *p) {
     const struct test_params *t = &p->tests;
     struct kinematics k;
@@ -145,7 +154,7 @@ static void find_own_dampings(struct field *f) {
     f->params.control = control;
 }
 
-/* Corrects all places by what a survey found. */
+/* Corrects all places by the results of a survey. */
 static bool take_survey(struct field *f, const struct loop_survey *survey) {
     f->surveyed = survey != NULL;
     if (survey) f->found = loop_found(&f->places.place[0], &f->params, survey);
@@ -154,9 +163,11 @@ static bool take_survey(struct field *f, const struct loop_survey *survey) {
     return true;
 }
 
-/* survey: NULL without one. */
+/* Fills a field. survey: NULL: the machine is as configured. Returns false if the supply cannot
+ * hold the platform, or a place has no modes. */
 static bool field_init(struct field *f, const struct params *params, bool bus, enum loop_part part, const struct loop_survey *survey) {
     f->params = *params;
+    f->failed = 0;
     if (!loop_places_find(&f->places, params, bus) || !take_survey(f, survey)) return false;
     improve(f, part);
     for (int i = 0; i < f->places.count; i++)
@@ -168,10 +179,11 @@ static bool field_init(struct field *f, const struct params *params, bool bus, e
     return find_moving(f, params, bus);
 }
 
-/* ---- how a controller does ---- */
+/* ---- performance of a controller ---- */
 
-/* A leg at speed v needs an opening of v / (its speed at full opening) in this direction; kff gives
- * kff v, and an error makes up for the rest through kp. */
+/* Largest opening by which kff is wrong. A leg at speed v needs an opening of v / (its speed at
+ * full opening in this direction); kff gives kff v, and an error of position, times kp, must give
+ * the difference. */
 static double missing_opening(const struct field *f, double kff) {
     double out_mps, in_mps;
     speeds(f, &out_mps, &in_mps);
@@ -200,10 +212,20 @@ static double slowest_damping(const struct field *f, int place) {
     return loop_pole_damping(&pole);
 }
 
-static bool keeps_margins(const struct field *f, int place) {
-    for (int mode = 0; mode < DOFS; mode++) {
-        struct loop_margin m = loop_margin(&f->plant[place][mode], &f->params.control, f->params.loop.period_s);
-        if (!(fmin(m.gain_db, m.drop_db) >= TUNE_GAIN_DB && m.phase_deg >= TUNE_PHASE_DEG)) return false;
+static bool keeps_margins(const struct field *f, int place, int mode) {
+    struct loop_margin m = loop_margin(&f->plant[place][mode], &f->params.control, f->params.loop.period_s);
+    return fmin(m.gain_db, m.drop_db) >= TUNE_GAIN_DB && m.phase_deg >= TUNE_PHASE_DEG;
+}
+
+/* True if all modes keep their margins in all places. The mode that failed last comes first,
+ * because most gains fail in the same one. */
+static bool keeps_all_margins(struct field *f) {
+    int modes = DOFS * f->places.count;
+    for (int i = 0; i < modes; i++) {
+        int at = (f->failed + i) % modes;
+        if (keeps_margins(f, at / DOFS, at % DOFS)) continue;
+        f->failed = at;
+        return false;
     }
     return true;
 }
@@ -213,7 +235,7 @@ static bool is_stable(const struct field *f, int place) {
     return worst.known && worst.pole.decay_per_s > 0.0;
 }
 
-/* True if no mode at neutral is left with less damping than it needs. */
+/* True if each mode at neutral has as much damping as it needs. */
 static bool keeps_dampings(const struct field *f) {
     bool pair;
     for (int mode = 0; mode < DOFS; mode++) {
@@ -223,13 +245,11 @@ static bool keeps_dampings(const struct field *f) {
     return true;
 }
 
-/* True if the gains keep all margins, with this damping of the slowest mode. The cheapest questions
- * come first. */
+/* True if the gains meet all requirements, with this damping of the slowest mode. The cheapest
+ * checks come first. */
 static bool holds(struct field *f, const struct control_params *g, double damping) {
     f->params.control = *g;
-    for (int i = 0; i < f->places.count; i++)
-        if (!keeps_margins(f, i)) return false;
-    if (!keeps_dampings(f)) return false;
+    if (!keeps_all_margins(f) || !keeps_dampings(f)) return false;
     for (int i = 0; i < f->places.way; i++)
         if (!(slowest_damping(f, i) >= damping)) return false;
     for (int i = 0; i < f->places.count; i++)
@@ -239,7 +259,8 @@ static bool holds(struct field *f, const struct control_params *g, double dampin
 
 /* ---- the search ---- */
 
-/* Gains with this kp and kpf: the bandwidth is kp / kff, as long as the oil's modes are faster. */
+/* Returns gains with this kp and kpf. The bandwidth is kp / kff, as long as the oil's modes are
+ * faster. */
 static struct control_params gains_of(const struct field *f, double kff, double tp, double kpf, double kp) {
     struct control_params g = f->params.control;
     g.kff = kff, g.tp = tp, g.kd = 0.0;
@@ -248,7 +269,8 @@ static struct control_params gains_of(const struct field *f, double kff, double 
     return g;
 }
 
-/* Finds the largest kp that keeps the margins with this kpf; kp = 0: none does. */
+/* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: no kp
+ * does. */
 static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping) {
     double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;
     struct control_params found = gains_of(f, kff, tp, kpf, low);
@@ -284,8 +306,9 @@ static struct control_params search(struct field *f, double kff, double tp, doub
     return best;
 }
 
-/* Finds kff with which the amplitudes of all tests are nearest to what is asked for. Oil that leaks
- * takes a part of a slow flow, so that the speed at full opening alone gives too little. */
+/* Finds the kff with which the amplitudes of all tests are nearest to their references. Oil that
+ * leaks takes a part of a slow flow, so the kff that follows from the speed at full opening is too
+ * small. */
 static void match_amplitudes(const struct field *f, struct control_params *g) {
     struct control_params tried = *g;
     double least = HUGE_VAL, valve = g->kff;
@@ -296,8 +319,8 @@ static void match_amplitudes(const struct field *f, struct control_params *g) {
     }
 }
 
-/* Finds gains for the largest damping that some reach, with kp large enough for the legs to follow.
- * A slow machine needs a longer tp: the high-pass must pass the slowest mode's force. */
+/* Finds gains for the largest damping that any gains reach, with kp large enough for the legs to
+ * follow. A slow machine needs a longer tp: the high-pass must pass the slowest mode's force. */
 static struct control_params find(struct field *f, const struct control_params *now, double kff, double *wanted) {
     double slow_s = with_digits(PASS_PERIODS / f->plant[0][0].oil_radps, 2);
     double kp_least = missing_opening(f, kff) / (TUNE_FOLLOWING * f->params.limits.following_m);
@@ -312,7 +335,7 @@ static struct control_params find(struct field *f, const struct control_params *
     return weak;
 }
 
-/* ---- how the gains stand ---- */
+/* ---- performance of the gains ---- */
 
 static void take_least(struct loop_least *to, double value, double hz, const struct loop_place *place, int mode) {
     if (!(value < to->value)) return;
@@ -376,7 +399,7 @@ static double least_slowest_damping(struct field *f, const struct control_params
     return least;
 }
 
-/* Finds the part with which the slowest mode gains most damping. */
+/* Finds the part whose improvement gives the slowest mode most damping. */
 static void find_part(struct field *f, const struct params *params, bool bus, struct loop_tune *t) {
     double most = WORTH * t->after.damping.value;
     for (int part = LOOP_PART_NONE + 1; part < LOOP_PARTS; part++) {
@@ -397,7 +420,8 @@ static bool delays_fit(const struct field *f) {
     return true;
 }
 
-/* Makes the field of this machine, which the caller frees; NULL with a status and a message. */
+/* Makes the field of this machine, which the caller frees. On failure returns NULL and sets status
+ * and error. */
 static struct field *field_new(const struct params *params, bool bus, const struct loop_survey *survey, int *status, struct error *error) {
     struct field *f = malloc(sizeof *f);
     if (!f) *status = error_set(error, STATUS_IO, "out of memory");

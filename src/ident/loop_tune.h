@@ -1,13 +1,14 @@
-/* Gains from a configuration alone: how the configured ones stand, and the first ones with which
- * the machine may be driven. All is computed with the linear loop in every pose where the machine
- * may be held (loop_places.h); nothing is simulated. docs/tuning.md derives the formulas.
+/* Controller gains from a configuration alone: performance of the configured gains, and first gains
+ * with which the machine may be driven. All is computed with the linear loop in every pose where
+ * the machine may be held (loop_places.h); nothing is simulated. docs/tuning.md derives the
+ * formulas.
  *
- * Wanted: kff from the speed of a leg at full opening, and from the amplitudes that the configured
- * tests then reach; the largest kp with which, with ki of
- * TUNE_INTEGRAL of the bandwidth and some kpf, every mode in every pose keeps a gain margin of
- * TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command and stable poles, the slowest
- * mode of the oil a damping of TUNE_DAMPING wherever the platform is driven, and the sensors'
- * noise does not shake it. Ordinary threads; heap. */
+ * kff follows from the speed of a leg at full opening, and from the amplitudes that the configured
+ * tests then reach. kp is the largest one for which, with ki of TUNE_INTEGRAL of the bandwidth and
+ * some kpf, the loop meets three requirements. In every pose every mode has a gain margin of
+ * TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command and stable poles. The slowest
+ * mode of the oil has a damping of TUNE_DAMPING wherever the platform is driven. The sensors' noise
+ * does not shake the platform. Ordinary threads; heap. */
 #ifndef HEXID_LOOP_TUNE_H
 #define HEXID_LOOP_TUNE_H
 
@@ -18,13 +19,15 @@
 #define TUNE_GAIN_DB 6.0
 #define TUNE_PHASE_DEG 45.0
 #define TUNE_DAMPING 0.3
-/* ki / (kp bandwidth): the integral part takes 3 degrees of phase where position's gain is 1 */
+/* ki / (kp bandwidth): the integral part costs 3 degrees of phase where the gain of the position
+ * loop is 1 */
 #define TUNE_INTEGRAL 0.05
-/* largest bandwidth kp / kff as a share of the slowest oil mode's frequency: nearer to it the loop
- * stands or falls with that mode's damping, which is known worst of all */
+/* largest bandwidth kp / kff, as a share of the slowest oil mode's frequency: with more, the
+ * stability of the loop would depend on this mode's damping, which is the least certain value of
+ * all */
 #define TUNE_BANDWIDTH (1.0 / 3.0)
-/* share of limits.following_m that a leg may be off because kff suits the mean of both
- * directions */
+/* share of limits.following_m that the error of a leg may reach because kff suits only the mean of
+ * both directions */
 #define TUNE_FOLLOWING 0.7
 
 /* One margin, in the pose and the mode in which it is least. */
@@ -34,54 +37,60 @@ struct loop_least {
     double pose[DOFS];
 };
 
-/* How a controller does on this machine. */
+/* Performance of a controller on this machine. */
 struct loop_standing {
-    bool stable;                 /* in every pose */
+    bool stable;                 /* the loop is stable in every pose */
     struct loop_least gain_db;   /* gain margin, up or down, at the valve command */
     struct loop_least phase_deg, delay_s;
-    struct loop_least damping;   /* of the slowest mode, at neutral and on the way down to
-                                  * parking */
-    double noise_mps2, noise_most_mps2;   /* shaking by the sensors' noise, and what is borne */
+    struct loop_least damping;   /* damping ratio of the slowest mode, at neutral and on the way
+                                  * down to parking */
+    double noise_mps2, noise_most_mps2;   /* shaking by the sensors' noise, and the most that is
+                                           * accepted */
     struct loop_least amplitude; /* largest error of a mode's amplitude, relative to its reference,
                                   * at the configured tests' frequencies, at neutral */
-    double following_m;          /* error at the fastest motion by the speeds of both directions */
+    double following_m;          /* error at the fastest motion, because speeds at full opening
+                                  * differ by direction */
     struct loop_mode_standing {  /* modes by ascending frequency, at neutral */
         enum dof dof;
         double oil_hz, oil_damping;       /* without a controller */
-        double hz, damping;               /* least damped pair of poles with it; NaN: none */
+        double hz, damping;               /* least damped pair of poles with the controller; NaN:
+                                           * there is none */
         double bandwidth_hz;
-        struct loop_least gain_db, phase_deg; /* of all poses */
+        struct loop_least gain_db, phase_deg; /* least margins over all poses */
     } mode[DOFS];
 };
 
-/* Part of the machine that keeps the loop from what is wanted. */
+/* Part of the machine that keeps the loop from the required performance. */
 enum loop_part { LOOP_PART_NONE, LOOP_PART_VALVE, LOOP_PART_CYCLE, LOOP_PART_OIL, LOOP_PARTS };
 
 struct loop_tune {
-    struct control_params now, gains;     /* configured, and found; limits and tf are the same */
+    struct control_params now, gains;     /* configured gains, and found ones; limits and tf are the
+                                           * same in both */
     struct loop_standing before, after;
     double out_mps, in_mps;      /* mean speeds of a leg at full opening, at neutral */
-    double damping_wanted;       /* least damping of the slowest mode that was asked for:
-                                  * TUNE_DAMPING, or the largest that some gains reach */
-    bool reached;                /* the found gains reach all that is wanted */
-    enum loop_part limit;        /* part with which most would be gained; none: reached, not asked,
-                                  * or no part alone helps */
-    double part_damping[LOOP_PARTS]; /* damping of the slowest mode that is reached with the valve
-                                      * or the cycle and its delay four times as fast, or oil twice
-                                      * as stiff; 0: not asked */
+    double damping_wanted;       /* required damping of the slowest mode: TUNE_DAMPING, or the
+                                  * largest that some gains reach */
+    bool reached;                /* the found gains meet all requirements */
+    enum loop_part limit;        /* part whose improvement adds most damping; none: all requirements
+                                  * are met, the parts were not tried, or no part helps alone */
+    double part_damping[LOOP_PARTS]; /* damping of the slowest mode that is reached with the valve,
+                                      * or the cycle and its delay, four times as fast, or with oil
+                                      * twice as stiff; 0: not tried */
 };
 
-/* Finds gains. bus: the machine is on a field bus. parts: look for the limiting part, which takes
- * as long again for each. Returns -2 if the supply cannot hold the platform up at neutral, or a
- * delay exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
+/* Finds gains. bus: the machine is on a field bus. parts: also look for the limiting part; each
+ * part takes as long as finding the gains. Returns -2 if the supply cannot hold the platform up at
+ * neutral, or a delay exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *result, struct error *error);
 
-/* The same with the machine as a survey found it, at neutral, in place of the configured one:
- * payload, friction, oil, valves, and delays, a bus's among them. The survey must be determined. */
+/* Finds gains for the machine as a survey found it at neutral, in place of the configured one:
+ * payload, friction, oil, valves, and delays including those of a bus. The survey must be
+ * determined. */
 struct loop_survey;
 int loop_tune_surveyed(const struct params *params, const struct loop_survey *survey, struct loop_tune *result, struct error *error);
 
-/* Finds how the configured gains stand, without looking for others. Errors as loop_tune(). */
+/* Finds the performance of the configured gains, without looking for others. Errors as
+ * loop_tune(). */
 int loop_tune_stand(const struct params *params, bool bus, struct loop_standing *standing, struct error *error);
 
 /* Upper bound of a leg's speed in the moves and in the configured tests, m/s. */

@@ -9,11 +9,11 @@ void matrix_bare_machine(struct params *p) {
     for (int e = 0; e < EFFECTS_MAX; e++) p->effects[e].on = false;
 }
 
-/* Adds the wrench that holds the weight which a matrix implies. The payload's mass is the mean of
- * three entries of Mt, each of its moments m c the mean of two. */
+/* Adds the wrench that carries the weight of the body that a matrix implies. The body's mass is the
+ * mean of three entries of Mt; each of its moments m c is the mean of two. */
 static void add_weight(const double mt[DOFS][DOFS], const double rotation[3][3], double gravity_mps2, double wrench[DOFS]) {
     static const struct {
-        int row, column, axis; /* axis: of the moment m c, 0..2 */
+        int row, column, axis; /* axis: component of the moment m c, 0..2 */
         double share;
     } moment[] = {{0, 4, 2, 0.5}, {1, 3, 2, -0.5}, {2, 3, 1, 0.5}, {0, 5, 1, -0.5}, {1, 5, 0, 0.5}, {2, 4, 0, -0.5}};
     wrench[2] -= gravity_mps2 * (mt[0][0] + mt[1][1] + mt[2][2]) / 3.0;

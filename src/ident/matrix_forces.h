@@ -6,12 +6,13 @@
 #include "equations.h"
 #include "inverse_dynamics.h"
 
-/* Takes friction and effects out of a configuration, so that its bodies are left. The log of a
- * simulated machine carries its effects in the configuration, but they are to be found. */
+/* Removes friction and effects from a configuration; its bodies remain. The log of a simulated
+ * machine has the simulated effects in its configuration, but the identification must find them. */
 void matrix_bare_machine(struct params *params);
 
-/* Adds the wrench that a symmetric matrix needs beside the configured one, at an acceleration
- * (inverse_dynamics_move): inertia, and the weight of the payload that it implies. */
+/* Adds the wrench that a symmetric matrix needs in addition to the configured one, at an
+ * acceleration (inverse_dynamics_move): inertia, and the weight of the payload that the matrix
+ * implies. */
 void matrix_wrench(const struct rigid_legs *legs, const double acceleration[DOFS], double gravity_mps2, const double mt[DOFS][DOFS],
                    double wrench[DOFS]);
 

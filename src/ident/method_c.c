@@ -28,9 +28,9 @@ static const double FIRST_SHARE = 0.5; /* first guess of dry friction, as a shar
                                         * force's variation */
 static const double STEP = 0.1;        /* step of difference quotients, in standard deviations of
                                         * the errors' priors */
-static const double RIGID = 0.1;       /* rigidity from which on a matrix's entries are free */
-static const double DOUBT = 0.3;       /* error of the attenuation, as a share of it: that of a
-                                        * noise's variance over twenty cycles */
+static const double RIGID = 0.1;       /* least rigidity at which a matrix's entries are free */
+static const double DOUBT = 0.3;       /* relative error of the attenuation, which is as uncertain
+                                        * as a noise variance from twenty cycles */
 static const double MODEL_ERROR = 1e-4; /* error of any model, as a share of the rms of the force's
                                          * variation */
 
@@ -42,8 +42,8 @@ struct rows {
     double covariance[ROWS * ROWS];
 };
 
-/* A machine with certain systematic errors, and a test's series as that machine's sensors read
- * them. */
+/* A machine with certain systematic errors, and a test's series as the sensors of that machine
+ * would read them. */
 struct suspect {
     double error[SYSTEMATICS];
     struct params machine;
@@ -51,25 +51,26 @@ struct suspect {
 };
 
 struct work {
-    const struct params *params; /* the configuration without friction and effects
+    const struct params *params; /* configuration without friction and effects
                                   * (matrix_bare_machine) */
     struct cylinder_model cylinder;
-    struct suspect found, other; /* with the errors as found so far; with one of them changed */
+    struct suspect found, other; /* the machine with the errors as found so far; and with one of
+                                  * them changed */
     struct residual_data data;
     struct rows rows;
-    struct rigid_state state[PHASES]; /* of the platform, at the phases of the test under way */
-    struct equations *sum;  /* equations of the pass under way */
+    struct rigid_state state[PHASES]; /* states of the platform at the phases of the current test */
+    struct equations *sum;  /* equations of the current pass */
     double square;          /* sum of squares of the right-hand side, weighted by the inverse
                              * covariance */
     int count;              /* number of coefficient rows */
-    double noise_share;     /* variance of the noise that the last pass's residuals show, as a
-                             * share of the stated one; at most 1 */
-    double (*staircase)[LEGS][RESIDUAL_SIZE];          /* [tests]: ripple of the force by held
-                                                        * commands, N */
+    double noise_share;     /* variance of the noise by the last pass's residuals, as a share of the
+                             * stated variance; at most 1 */
+    double (*staircase)[LEGS][RESIDUAL_SIZE];          /* [tests]: ripple of the force because
+                                                        * commands are held, N */
     struct friction_course *course;                    /* [tests] */
     double (*doubt)[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
     double weight[ROWS][ROWS];                         /* inverse covariance of a test's rows */
-    double more_mass[SYSTEMATICS][LEGS][LEGS]; /* change of leg_mass by an error of 1 */
+    double more_mass[SYSTEMATICS][LEGS][LEGS]; /* change of leg_mass by a unit of each error */
     double leg_mass[LEGS][LEGS], prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
     double along[DOFS][LEGS];                          /* leg forces of unit wrenches at neutral */
     double x[UNKNOWNS];
@@ -90,7 +91,7 @@ static void suspect_init(const struct work *w, const double error[SYSTEMATICS], 
     systematic_undo(&w->cylinder, error, &w->data.test[test], &s->series);
 }
 
-/* Motion of the legs at a phase: length, rate and acceleration of each. */
+/* Computes the motion of the legs at a phase: length, rate and acceleration of each. */
 static void legs_at(const struct suspect *s, const struct residual_test *t, int phase, double leg[LEGS][3]) {
     const double *basis = t->cycle + phase * SPECTRUM_SIZE;
     for (int k = 0; k < LEGS; k++) spectrum_at(s->series.length[k], t->spectrum.harmonics, t->spectrum.omega, basis, leg[k]);
@@ -107,7 +108,7 @@ static void measured_force(const struct work *w, const struct suspect *s, int te
     }
 }
 
-/* Wrench of springs of this stiffness at the present pose. */
+/* Adds the wrench of springs of this stiffness at the present pose. */
 static void springs_wrench(const struct inverse_dynamics *d, const double stiffness[DOFS], double wrench[DOFS]) {
     double pose[DOFS];
     struct effect_values springs = {0};
@@ -129,8 +130,8 @@ static bool springs_at(const struct work *w, const struct inverse_dynamics *d, d
     return true;
 }
 
-/* Finds the coefficients of all unknowns in the force of each leg at a phase, and the force that no
- * unknown changes. False: no pose has these lengths. */
+/* Finds the coefficients of all unknowns in the force of each leg at a phase, and the force that
+ * depends on no unknown. False: no pose has these lengths. */
 static bool values_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase,
                       double value[COLUMNS][LEGS]) {
     const struct friction_course *course = &w->course[test];
@@ -172,9 +173,9 @@ static bool fill_columns(struct work *w, int test) {
     return true;
 }
 
-/* Force of each leg at a phase that a machine needs for the motion, with all unknowns as found so
- * far, but for dry friction, which no systematic error changes. Returns false if the machine
- * cannot move as measured. */
+/* Finds the force of each leg that a machine needs for the motion at a phase, with all unknowns as
+ * found so far. Dry friction is left out, because no systematic error changes it. Returns false if
+ * the machine cannot move as measured. */
 static bool needed_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase,
                       double force_n[LEGS]) {
     struct rigid_legs legs;
@@ -189,8 +190,8 @@ static bool needed_at(const struct work *w, const struct suspect *s, struct inve
     return true;
 }
 
-/* Finds the coefficient rows of that force. state: the machine's states at each phase, near which
- * the poses are searched; updated. */
+/* Finds the coefficient rows of the force of needed_at(). state: states of the machine at all
+ * phases, near which the poses are searched; updated. */
 static bool needed_force(const struct work *w, const struct suspect *s, int test, struct rigid_state state[PHASES], double row[ROWS]) {
     const struct residual_test *t = &w->data.test[test];
     struct inverse_dynamics d;
@@ -207,8 +208,8 @@ static bool needed_force(const struct work *w, const struct suspect *s, int test
     return true;
 }
 
-/* Finds the rows of the measured force if one error is off those found by so much. Leaves that
- * machine in w->other. */
+/* Finds the rows of the measured force for a machine in which one error differs by `by` from its
+ * value found so far. Afterwards w->other is this machine. */
 static void measured_off(struct work *w, int test, int error, double by, double row[ROWS]) {
     double off[SYSTEMATICS];
     memcpy(off, w->found.error, sizeof off);
@@ -217,9 +218,10 @@ static void measured_off(struct work *w, int test, int error, double by, double 
     measured_force(w, &w->other, test, row);
 }
 
-/* Linearises the rows in the systematic errors, about those found so far: each error's column is
- * the change of the needed less the measured force, and the right-hand side is what it would be
- * without errors. Returns false if a machine with such an error cannot move as measured. */
+/* Linearises the rows in the systematic errors, about their values found so far. The column of an
+ * error is the change of the needed less that of the measured force; the right-hand side becomes
+ * its value without errors. Returns false if a machine with such an error cannot move as
+ * measured. */
 static bool fill_systematic(struct work *w, int test) {
     struct rows *r = &w->rows;
     double needed_n[ROWS], below_n[ROWS], above_n[ROWS];
@@ -227,8 +229,8 @@ static bool fill_systematic(struct work *w, int test) {
     for (int s = 0; s < SYSTEMATICS; s++) {
         double step = STEP * w->sum->systematic[s], *column = r->column[SYSTEMATIC + s];
         if (!(step > 0.0)) continue;
-        /* A difference to one side would have a part of the second order, by which the noise that a
-         * skew moves would seem correlated with itself. */
+        /* The difference quotient is central. A one-sided one would have a second-order part, which
+         * makes the noise that a skew moves look correlated with itself. */
         measured_off(w, test, s, -step, below_n);
         measured_off(w, test, s, step, above_n);
         for (int row = 0; row < r->count; row++) column[row] = (below_n[row] - above_n[row]) / (2.0 * step);
@@ -247,7 +249,7 @@ static void expect_friction(struct work *w, int pass) {
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]);
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
         w->sum->dry_n[k] = FIRST_SHARE * sqrt(most);
-        /* A leg that hardly moves may yield any value, so the first guess is its limit. */
+        /* A leg that hardly moves may yield any value, so the first guess is an upper limit. */
         if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean);
     }
 }
@@ -274,7 +276,7 @@ static void fill_covariance(struct work *w, int test) {
 static bool accumulate(struct work *w) {
     struct rows *r = &w->rows;
     double solved[ROWS];
-    int column[COLUMNS], columns = 0; /* those that are not zero */
+    int column[COLUMNS], columns = 0; /* columns that are not zero */
     if (!dense_factor(r->count, r->count, r->covariance)) return false;
     for (int c = 0; c < COLUMNS; c++)
         if (c == UNKNOWNS || dense_dot(r->count, r->column[c], r->column[c]) != 0.0) column[columns++] = c;
@@ -294,7 +296,7 @@ static bool accumulate(struct work *w) {
     return true;
 }
 
-/* Inverts the covariance that accumulate() leaves factored. */
+/* Inverts the covariance, which accumulate() has replaced by its Cholesky factor. */
 static void invert(struct work *w) {
     const struct rows *r = &w->rows;
     for (int i = 0; i < r->count; i++) {
@@ -305,8 +307,8 @@ static void invert(struct work *w) {
     }
 }
 
-/* Adds the attenuation by the noise of one leg's acceleration in one coefficient. weighted: the
- * noise of the right-hand side, -L n, weighted by the inverse covariance, for n = -1. */
+/* Adds the attenuation by the noise n of one leg's acceleration in one coefficient. weighted: noise
+ * of the right-hand side, -L n, weighted by the inverse covariance, for n = -1. */
 static void attenuate_lengths(struct work *w, bool pipes, int leg, double variance, const double weighted[LEGS]) {
     double *to = w->sum->attenuation, oil = pipes ? variance * systematic_pipe_mass(&w->cylinder, leg) * weighted[leg] : 0.0;
     to[SYSTEMATIC + SYSTEMATIC_PIPE] -= oil;
@@ -323,8 +325,8 @@ static void attenuate_lengths(struct work *w, bool pipes, int leg, double varian
         for (int k = 0; k < LEGS; k++) to[SYSTEMATIC + s] -= variance * w->more_mass[s][k][leg] * weighted[k];
 }
 
-/* Adds the attenuation by the noise of one leg's pressures, which a pipe makes larger the faster it
- * is. */
+/* Adds the attenuation by the noise of one leg's pressures. A pipe amplifies this noise with the
+ * square of its frequency. */
 static void attenuate_pipes(struct work *w, const struct residual_test *t, int a, int leg, double p1, double p2) {
     double *to = &w->sum->attenuation[SYSTEMATIC], length_m = w->found.series.length[leg][0];
     double each = square(t->rate[a]) * (p1 * systematic_pipe_gain(&w->cylinder, leg, PORT_A, length_m) +
@@ -334,10 +336,10 @@ static void attenuate_pipes(struct work *w, const struct residual_test *t, int a
     to[SYSTEMATIC_PIPE_REST + leg] -= each;
 }
 
-/* Adds the attenuation by the noise of one leg's force, which is the larger, the more lag is
- * undone: its column is -i w n where the right-hand side has (1 + i w T) n. A skew leaves noise as
- * it is, and takes up the rest of what a small lag does; so this small pull alone would decide
- * about both. */
+/* Adds the attenuation by the noise n of one leg's force, which grows with the lag that is undone:
+ * the lag's column has -i w n where the right-hand side has (1 + i w T) n. Without this correction
+ * the bias alone would decide between lag and skew, because a skew leaves noise as it is and can
+ * replace a small lag. */
 static void attenuate_lags(struct work *w, const struct residual_test *t, int a, int leg, double force) {
     const double *found = w->found.error;
     double pull = square(t->rate[a]) * (found[SYSTEMATIC_LAG] + found[SYSTEMATIC_LAG_REST + leg]) * force;
@@ -345,11 +347,12 @@ static void attenuate_lags(struct work *w, const struct residual_test *t, int a,
     w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_LAG_REST + leg] -= pull;
 }
 
-/* Adds the attenuation of a test: the mean of the noise in the columns times the noise in the
+/* Adds the attenuation of a test: the mean product of the noise in the columns and the noise in the
  * right-hand side. The noise n of a leg's acceleration is in the entries' columns, as T_c n, and
- * with the configured mass in the right-hand side, as -L n; it is in the column of an error that
- * changes the mass along the legs, as dL n: joints, and zeros and gains of lengths. The noise of a
- * pressure is in its gain's column as in the right-hand side. Call this after invert(). */
+ * with the configured mass in the right-hand side, as -L n. It is also in the columns of errors
+ * that change the mass along the legs, as dL n: joints, and zeros and gains of lengths. The noise
+ * of a pressure is in the column of its gain and in the right-hand side. Call this after
+ * invert(). */
 static void add_attenuation(struct work *w, const struct residual_test *t) {
     for (int a = 0; a < t->size; a++)
         for (int k = 0; k < LEGS; k++) {
@@ -367,9 +370,10 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
         }
 }
 
-/* Adds the variance of a test's squared residuals by rounding errors that repeat. They follow from
- * where in a step the lengths lie, in one draw for the whole test, and legs that move alike have
- * the same; therefore all their rows count as one degree of freedom. Call this after invert(). */
+/* Adds the variance that rounding errors which repeat cause in a test's sum of squared residuals.
+ * They follow from where the lengths lie within the sensor's step. This is one draw for the whole
+ * test, and legs that move alike have the same errors; therefore all rows together count as one
+ * degree of freedom. Call this after invert(). */
 static void add_repeating(struct work *w, const struct residual_test *t) {
     double share = 0.0;
     for (int a = 0; a < t->size; a++)
@@ -383,9 +387,10 @@ static void add_repeating(struct work *w, const struct residual_test *t) {
     w->sum->repeating += 2.0 * square(share);
 }
 
-/* Takes the attenuation of entries and pipes off the right-hand sides, for noise of this share of
- * the variance that the sensors are said to have. It is known as well as the variance of the
- * noise; the rest is an error that all logs share. The scales of the gains are held. */
+/* Subtracts the attenuation of entries and pipes from the right-hand sides. share: variance of the
+ * noise, as a share of the stated one. The attenuation is known only as well as this variance; its
+ * uncertainty is an error that all logs share. The gains are left out, because their scales are
+ * held. */
 static void take_attenuation_off(struct equations *e, double share) {
     for (int c = 0; c < UNKNOWNS; c++) {
         if (c >= SYSTEMATIC && c < SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO) continue;
@@ -433,8 +438,8 @@ static bool find_more_mass(struct work *w, const double neutral_length_m[LEGS]) 
     return true;
 }
 
-/* Prepares the ripple of each test's force by held commands, which is small and therefore taken
- * from the configured machine, and its course of friction. */
+/* Prepares for each test the ripple of the force by held commands, which is small, so that the
+ * configured machine gives it, and the course of friction. */
 static int prepare_tests(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
     w->course = calloc((size_t)w->data.tests + 1, sizeof *w->course);
@@ -452,17 +457,18 @@ static int prepare_tests(struct work *w, struct error *error) {
 }
 
 /* Finds the weighted sum of squared residuals, y' W y - x' X' W y. As x minimises residuals and
- * prior together, this is the square of y weighted by a covariance in which that of the basis
- * functions is included. */
+ * prior together, this equals the square of y weighted by the inverse of a covariance that includes
+ * the basis functions' prior. */
 static void find_rest(struct work *w) {
-    /* A prior that the payload is rigid leaves the matrix the ten parameters of a body. */
+    /* With the prior that the payload is rigid, the matrix has only the ten parameters of a
+     * body. */
     int entries = w->params->model.tolerance.rigidity < RIGID ? PAYLOAD_VALUES : MATRIX_ENTRIES;
     w->sum->rest = w->square, w->sum->free = w->count - entries - (UNKNOWN_SPRING - MATRIX_ENTRIES);
     for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;
     for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
 }
 
-/* Makes the equations of a pass. The first one finds the size of friction and a matrix, with
+/* Makes the equations of a pass. The first pass finds the size of friction and a matrix, with
  * sensors and drawing as configured; each later one is linearised about the errors found before. */
 static int pass(struct work *w, int number, struct error *error) {
     const struct tolerance_params *tolerance = &w->params->model.tolerance;

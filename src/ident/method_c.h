@@ -9,34 +9,34 @@
  * and dry friction e (extending) and r (retracting). A constant error of the force enters e and r
  * with opposite signs. K are springs on the coordinates of the pose (hoses and cables), fitted only
  * if model.tolerance allows any, with a prior of that width: at a single frequency they equal an
- * inertia of -K / w^2. `rest` is small near neutral and taken from the configured bodies: velocity
- * terms, the change of Mt with the pose, the legs' weight. The weight of a payload that differs
- * from the configured one is part of the entries' columns, so its stiffness is not taken for
- * inertia, as method A does. Effects in the configuration are left out. The ripple that held
- * commands leave in synchronous samples is subtracted (residual_staircase).
+ * inertia of -K / w^2. `rest` is small near neutral and computed from the configured bodies:
+ * velocity terms, the change of Mt with the pose, the legs' weight. If the payload differs from the
+ * configured one, the difference of its weight is part of the entries' columns, so its stiffness is
+ * not mistaken for inertia, as in method A. Effects in the configuration are left out. The ripple
+ * that held commands leave in synchronous samples is subtracted (residual_staircase).
  *
- * Dry friction that depends on speed (Stribeck, six basis functions), on the pressures, or on a
- * seal that deforms before it slides (presliding: Dahl's law with 20, 40, .. 320 um, and its
- * dependence on speed) is fitted too (friction_course.h), with a prior of mean zero whose width
- * comes from the data (basis_sizes.h).
+ * Three kinds of dry friction are fitted beside the constants (friction_course.h): friction that
+ * depends on speed (Stribeck, six basis functions), on the pressures, or on a seal that deforms
+ * before it slides (presliding: Dahl's law with 20, 40, .. 320 um, and its dependence on speed).
+ * Their prior has mean zero and a width that comes from the data (basis_sizes.h).
  *
  * Both sides are rows of coefficients (residual.h): harmonics of a steady test, local cosines of
  * any other motion. They are linear in the unknowns; generalised least squares with the sensors'
  * covariance, in which a length's noise enters through the acceleration, is maximum likelihood to
  * first order. Near a reversal, where a leg may stick, its friction goes from -r to e by an unknown
- * course: the variance of that is in the covariance, and no friction law is assumed there. It
- * depends on the size of friction, hence several passes.
+ * course. No friction law is assumed there; the covariance includes the variance of the course,
+ * which depends on the size of friction, so several passes are made.
  *
  * The systematic errors of sensors and drawing (systematic.h) are unknowns, too, and the payload
  * counts as one rigid body within model.tolerance.rigidity (payload_prior()). Noise that is in the
- * columns as well as in the right-hand side biases the estimate (attenuation); its mean is taken
- * off. A standard deviation holds the sensors' noise, enlarged if the rows scatter by more; the
- * systematic errors and the legs' masses, as far as the data do not determine them; and what is not
- * known of the attenuation. Three limits decide
- * what is not determined, and then NaN: an entry whose deviation exceeds a fifth of sqrt(M_ii
- * M_jj); friction whose deviation (for viscous friction times the legs' rms speed) exceeds a tenth
- * of the rms of the varying force in the leg where it is largest; a spring whose deviation exceeds
- * half of its prior's. Ordinary threads; heap. */
+ * columns as well as in the right-hand side biases the estimate (attenuation); the mean of this
+ * bias is subtracted. A standard deviation includes the sensors' noise, enlarged if the rows
+ * scatter by more; the systematic errors and the legs' masses, as far as the data do not determine
+ * them; and the uncertainty of the attenuation. A value is NaN if it is not determined: an entry
+ * whose deviation exceeds a fifth of sqrt(M_ii M_jj); friction whose deviation (for viscous
+ * friction times the legs' rms speed) exceeds a tenth of the rms of the varying force in the leg
+ * where it is largest; a spring whose deviation exceeds half of its prior's. Ordinary threads;
+ * heap. */
 #ifndef HEXID_METHOD_C_H
 #define HEXID_METHOD_C_H
 
@@ -52,22 +52,22 @@ struct matrix_at_pose {
     double pose[DOFS], mt[DOFS][DOFS];
 };
 
-/* A systematic error (systematic.h) as the data show it: value, standard deviation, and the
- * standard deviation of its prior; prior 0: there is no such error. */
+/* A systematic error (systematic.h) as estimated: value, standard deviation, and standard deviation
+ * of its prior; prior 0: there is no such error. */
 struct systematic_found {
     double value, std, prior;
 };
 
-/* Causes of an interval's width: the families of systematic errors, the legs' masses with the
- * payload's rigidity, attenuation, and noise. */
+/* Causes of the uncertainty of an entry: the families of systematic errors, the legs' masses with
+ * the payload's rigidity, attenuation, and noise. */
 enum { CAUSE_LEGS = FAMILIES, CAUSE_ATTENUATION, CAUSE_NOISE, CAUSES };
 const char *method_c_cause(int cause); /* its name */
 
-/* True if the data show a systematic error: zero is outside of its 95 % interval. */
+/* True if the data show a systematic error: zero is outside its 95 % interval. */
 bool method_c_found(const struct systematic_found *error);
 
 struct method_c {
-    /* Symmetric. Entries that are not determined are NaN, and damping stands in `viscous`. The
+    /* Symmetric. Entries that are not determined are NaN, and damping is in `viscous`. The
      * condition number is that of the normal matrix, entries in units of sqrt(M_ii M_jj), with
      * friction eliminated. */
     struct method_result matrix;
@@ -81,8 +81,8 @@ struct method_c {
     double share[CAUSES][DOFS][DOFS];            /* share of each cause in an entry's variance */
     struct payload payload;
     struct matrix_at_pose at_pose;
-    /* rms residual of the coefficient rows, as a multiple of their noise: about 1 if the model
-     * holds, less with dry friction */
+    /* rms residual of the coefficient rows, as a multiple of their noise: about 1 if the model is
+     * right, less with dry friction */
     double scatter;
 };
 
@@ -90,9 +90,9 @@ struct method_c {
  * pose has these lengths or a leg does not move, -3 without memory. */
 int method_c_equations(const struct recording *recording, struct equations *equations, struct error *error);
 
-/* Solves the equations of one recording, or the sum of those of several recordings of one machine.
- * result: the determined values; estimate: all values. Returns -2 if some leg does not move both
- * ways, or no entry is determined. */
+/* Solves the equations of one recording, or the summed equations of several recordings of one
+ * machine. result: the determined values; estimate: all values. Returns -2 if some leg does not
+ * move in both directions, or no entry is determined. */
 int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error);
 

@@ -15,7 +15,8 @@ static const double UNDETERMINED = 0.2;          /* an entry is determined if it
                                                   * is less than this times sqrt(M_ii M_jj) */
 static const double UNDETERMINED_FRICTION = 0.1; /* friction is determined if its standard deviation
                                                   * is less than this share of the varying force */
-static const double FREE = 10.0;                 /* rigidity of a matrix whose entries are free */
+static const double FREE = 10.0;                 /* rigidity with which a matrix's entries are
+                                                  * free */
 static const double UNDETERMINED_SPRING = 0.5;   /* a spring is determined if its standard deviation
                                                   * is less than this share of its prior's */
 
@@ -29,7 +30,8 @@ static double condition_of(const struct estimate *e, double nominal[DOFS][DOFS])
         scale[c] = sqrt(nominal[i][i] * nominal[j][j]);
         for (int d = 0; d <= c; d++) scaled[c][d] = e->noise[c][d] / (scale[c] * scale[d]);
     }
-    return lin_eigenvalues(MATRIX_ENTRIES, scaled[0], eigenvalue) ? (double)NAN : eigenvalue[MATRIX_ENTRIES - 1] / eigenvalue[0];
+    if (lin_eigenvalues(MATRIX_ENTRIES, scaled[0], eigenvalue)) return (double)NAN;
+    return eigenvalue[0] > 0.0 ? eigenvalue[MATRIX_ENTRIES - 1] / eigenvalue[0] : (double)INFINITY;
 }
 
 static double known(double value, bool determined) { return determined ? value : (double)NAN; }
@@ -53,7 +55,7 @@ static bool any(const struct method_result *m) {
     return known;
 }
 
-/* Stores the friction of the legs. Values whose standard deviation is a good part of the force's
+/* Stores the friction of the legs. Values whose standard deviation is a large share of the force's
  * whole variation were not measured, and are left NaN. */
 static void report_friction(const struct estimate *e, const struct equations *of, struct method_c *m) {
     for (int c = UNKNOWN_VISCOUS; c < UNKNOWN_SPRING; c++) {
@@ -146,7 +148,7 @@ int method_c_solve(const struct equations *e, const struct params *configured, s
     report_friction(estimate, e, result);
     report_springs(estimate, e, result);
     report_systematic(estimate, e, result);
-    /* The payload is fitted to a matrix that owes nothing to the prior that it is one body. */
+    /* The payload is fitted to a matrix that was estimated without the prior of one rigid body. */
     struct estimate *free_entries = malloc(sizeof *free_entries);
     if (free_entries && solve(e, configured, &k, FREE, free_entries)) result->payload = payload_of(free_entries, nominal, configured, &k);
     free(free_entries);

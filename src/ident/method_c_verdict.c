@@ -5,12 +5,12 @@
 #include "lin.h"
 #include "numeric.h"
 
-static const double KNOWN = 0.25; /* share of a prior's variance that the data must remove before
-                                   * its error is judged */
-static const double FIT_Z = 3.2;  /* quantile of the normal distribution at one check's level, for
-                                   * words */
+static const double KNOWN = 0.25; /* an error is judged only if the data reduce its variance by more
+                                   * than this share of the prior variance */
+static const double FIT_Z = 3.2;  /* quantile of the normal distribution at the level of one check,
+                                   * used in the message */
 
-/* level: probability by which the check may fail a true result. */
+/* Type of a check. level: probability with which the check may fail a true result. */
 typedef void check(const struct method_c_findings *f, double level, struct verdict *v);
 
 static const char scope[] =
@@ -37,8 +37,8 @@ static bool all_known(const struct method_c *m) {
     return known;
 }
 
-/* The payload is fitted to entries that are free; where the motion leaves some of them open, the
- * others hold what noise made of these. */
+/* Fails a matrix that is not that of one rigid body. It judges only if the data determine all
+ * entries, because the noise of an undetermined entry is also in the others. */
 static void check_one_body(const struct method_c_findings *f, double level, struct verdict *v) {
     enum { FREE = MATRIX_ENTRIES - PAYLOAD_VALUES };
     const struct payload *p = &f->result->payload;
@@ -79,7 +79,8 @@ static void check_definite(const struct method_c_findings *f, double level, stru
         verdict_add(v, VERDICT_FAIL, "Mt is not positive definite, by %.1f standard deviations: no inertia matrix", sqrt(chi_square));
 }
 
-/* Fails friction that is negative with less than this probability. */
+/* Fails friction if a true value that is not negative would be measured as low as this with less
+ * than the probability `level`. */
 static void check_dissipates(double value, double variance, double level, const char *what, int leg, struct verdict *v) {
     double std = sqrt(variance);
     if (0.5 * erfc(-value / std / sqrt(2.0)) >= level) return;
@@ -87,8 +88,8 @@ static void check_dissipates(double value, double variance, double level, const 
                 leg + 1, -value / std);
 }
 
-/* A constant error of the force enters both directions of dry friction with opposite signs, and
- * their mean not at all. */
+/* A constant error of the force enters both directions of dry friction with opposite signs, so
+ * their mean is free of it. */
 static void check_friction(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct estimate *e = f->estimate;
     for (int leg = 0; leg < LEGS; leg++) {
@@ -104,9 +105,9 @@ static void check_friction(const struct method_c_findings *f, double level, stru
 /* Upper tail of the standard normal distribution. */
 static double above(double z) { return 0.5 * erfc(z / sqrt(2.0)); }
 
-/* The rows' residuals are those of noise. Each is divided by a deviation that is itself
- * estimated, from the differences of n cycles, so that its square is that of Student's t with n -
- * 1 degrees of freedom; their sum is nearly normal, and varies by rounding errors, too. */
+/* Checks that the rows' residuals are noise. Each residual is divided by a deviation that is itself
+ * estimated, from the differences of n cycles, so that its square is that of Student's t with n - 1
+ * degrees of freedom. Their sum is nearly normal; rounding errors add to its variance. */
 static void check_fit(const struct method_c_findings *f, double level, struct verdict *v) {
     double n = f->equations->cycles - 1.0, free = f->equations->free;
     if (!(n > 4.0) || !(free > 0.0)) return;
@@ -121,8 +122,8 @@ static void check_fit(const struct method_c_findings *f, double level, struct ve
                 f->result->scatter, most);
 }
 
-/* A systematic error is further from zero than its prior allows. Its estimate scatters by what the
- * data add to the prior. */
+/* Fails a systematic error that is further from zero than its prior allows. The variance of its
+ * estimate is the prior variance less the remaining one. */
 static void check_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
     for (int i = 0; i < SYSTEMATICS; i++) {
         const struct systematic_found *e = &f->result->systematic[i];
@@ -138,7 +139,7 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     }
 }
 
-/* Fails a calibration whose reading motion and priors do not expect. */
+/* Fails a calibration whose reading is too far from the one that motion and priors let expect. */
 static void check_calibration(const struct method_c_findings *f, double level, struct verdict *v) {
     for (int i = 0; i < CALIBRATIONS; i++) {
         double z = f->estimate->surprise[i];

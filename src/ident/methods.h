@@ -2,10 +2,10 @@
  * 16, B1-B3; docs/method.md section 4).
  *
  * x = a sin wt + b cos wt is kept as [a, b]; its derivative is w [-b, a] = w [a b] Q, Q = [0 1; -1
- * 0]. Poses hold Euler angles, whose rates equal the body rates only near neutral: at 0.006 rad
- * they differ by 0.006 of the other angles' rates, which unwanted motion keeps below a tenth of the
- * tested one's, and the difference has no fundamental unless both are in the motion. Hence tests
- * about neutral.
+ * 0]. Poses are Euler angles, whose rates equal the body rates only near neutral, and tests are
+ * therefore about neutral. At 0.006 rad the two differ by 0.006 of the other angles' rates. These
+ * are unwanted motion, below a tenth of the tested angle's rate, and the difference has a
+ * fundamental only if both are in the motion.
  *
  * Condition numbers are those of the motion matrix with each row divided by the ideal value of its
  * own test (w^2 amplitude, w amplitude): free of units, 1 if every test moves its axis by the
@@ -24,8 +24,8 @@
 struct test_result {
     int test;                    /* number in the list of tests */
     enum dof dof;
-    double asked_amplitude;      /* of the recorded reference on the tested axis; NaN: none is
-                                  * recorded */
+    double asked_amplitude;      /* amplitude of the recorded reference on the tested axis; NaN: no
+                                  * reference is recorded */
     double frequency_hz, amplitude; /* commanded frequency and amplitude, the latter in m or rad */
     double achieved_amplitude;   /* amplitude of the tested axis */
     double phase_deg;            /* phase of the tested axis against sin(w t), t the test time */
@@ -38,7 +38,11 @@ struct test_result {
     double pose_rms[DOFS], wrench_rms[DOFS]; /* rms residuals of the fit */
     double pose_std[DOFS], wrench_std[DOFS]; /* standard deviations of the fundamental's
                                               * coefficients, if the residual is white */
-    struct testimony witness;    /* result of the check that the readings are consistent */
+    /* Largest distance of a leg's mean length from the mean length by its reference, m, and this
+     * leg; 0 without a reference. */
+    double off_m;
+    int off_leg;
+    struct testimony witness;    /* result of the consistency check of the readings */
     enum refusal refused;        /* why no method uses the test: REFUSED_INCOMPLETE or
                                   * REFUSED_UNDETERMINED */
 };

@@ -45,7 +45,7 @@ static void scale(struct multisine *m, const struct params *params, double j[LEG
     for (int i = 0; i < m->tones; i++) m->tone[i].amplitude *= rate_mps / sqrt(most);
 }
 
-/* Peak rate of the fastest leg. The motion is so small that the Jacobian is that of neutral. */
+/* Peak rate of the fastest leg. The motion is so small that the Jacobian at neutral suffices. */
 static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
     double most = 0.0;
     for (int n = 0; n < m->samples; n++) {
@@ -133,7 +133,8 @@ static void add_sample(struct place *p, const struct recording_sample *s) {
     for (int v = 0; v < VALUES; v++) p->sum[v] += value[v] - p->first[v], p->square[v] += pow(value[v] - p->first[v], 2.0);
 }
 
-/* Finds the mean sample of an instant of the pass, and adds the squares about it to `square`. */
+/* Finds the mean sample of an instant of the pass, and adds the samples' squared differences from
+ * it to `square`. */
 static void take_mean(const struct place *p, double square[VALUES], struct recording_sample *mean) {
     double value[VALUES];
     for (int v = 0; v < VALUES; v++) {

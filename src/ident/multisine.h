@@ -2,10 +2,10 @@
  * axes; and its measured response, tone by tone. Ordinary threads; heap.
  *
  * Tones are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (at most a
- * sixteenth of the loop's rate), given to the axes in turn. All move the legs at the same speed;
- * together the fastest leg has an rms rate of a twenty-fifth of what limits.leg_rate_mps and the
- * valve's full opening allow. Phases after Schroeder 1970 avoid peaks. The first pass is for
- * settling. */
+ * sixteenth of the loop's rate), given to the axes in turn. All move the legs at the same speed.
+ * Together they give the fastest leg an rms rate of a twenty-fifth of the rate that
+ * limits.leg_rate_mps and the valve's full opening allow. Phases after Schroeder 1970 avoid peaks.
+ * The first pass is for settling. */
 #ifndef HEXID_MULTISINE_H
 #define HEXID_MULTISINE_H
 
@@ -59,7 +59,7 @@ int multisine_average(struct multisine_mean *mean, const struct multisine *m, co
                       struct error *error);
 void multisine_free(struct multisine_mean *mean);
 
-/* Complex amplitude of a tone in a series that has a value for each sample of the pass. */
+/* Complex amplitude of a tone in a series with one value for each sample of the pass. */
 double complex multisine_amplitude(const struct multisine_mean *mean, int tone, const double *value);
 
 #endif

@@ -21,7 +21,7 @@ static const double FLOW_ERROR = 0.02;     /* error of the square-root law, as a
 static const double STIFFNESS_STD_MOST = 0.05, MISFIT_MOST = 2.0;
 static const double GOLDEN = 0.61803398874989485;
 
-/* Data of one leg: amplitudes of its tones, and series over a pass. */
+/* Data of one leg: amplitudes of its tones, and series over one pass. */
 struct leg_data {
     const struct multisine_mean *mean;
     const struct params *params;
@@ -216,7 +216,7 @@ int oil_columns_find(const struct multisine_mean *mean, const struct params *par
     return status;
 }
 
-/* Scales a mode to 1 in its largest axis, and finds the legs' motion in it. */
+/* Scales a mode so that its largest axis is 1, and finds the legs' motion in it. */
 static void describe(struct oil_mode *mode, const struct kinematics *k, double j[LEGS][DOFS]) {
     double most = 0.0;
     for (int i = 0; i < DOFS; i++) {

@@ -7,12 +7,12 @@
  *   P1' = -c1 v + g1 q1 - a1 P1 + b1 P2,   q1 =  x+ sqrt(ps - P1) + x- sqrt(P1 - pt)
  *   P2' =  c2 v + g2 q2 - a2 P2 + b2 P1,   q2 = -x+ sqrt(P2 - pt) - x- sqrt(ps - P2)
  *
- * with x+ = max(x, 0) and x- = min(x, 0), in the steady state of a periodic motion: the equations
- * hold for the complex amplitudes of its tones, for which a derivative is a product with i w. The
+ * with x+ = max(x, 0) and x- = min(x, 0). In the steady state of a periodic motion the equations
+ * are valid for the complex amplitudes of its tones, whose derivative is a product with i w. The
  * square-root law of the two edges takes the measured pressures, so a command that crosses zero
- * makes no error; of the configuration only the piston's areas and the supply and tank pressure are
- * used. c, g, a, b of each chamber are fitted by least squares, weighted by the sensors' noise and
- * 2 % of the piston's flow, together with the delay of both. Stiffness: k = A1 c1 + A2 c2 (= E
+ * makes no error. From the configuration only the piston's areas and the supply and tank pressure
+ * are used. c, g, a, b of each chamber are fitted by least squares, weighted by the sensors' noise
+ * and 2 % of the piston's flow, together with the delay of both. Stiffness: k = A1 c1 + A2 c2 (= E
  * (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and chamber).
  *
  * Rigid eigenfrequencies at neutral: Mt xddot + J' diag(k) J x = 0. Ordinary threads; heap. */
@@ -30,8 +30,8 @@ struct oil_chamber {
 
 struct oil_leg {
     struct oil_chamber chamber[2];
-    /* Delay from the sample of a command to its effect: that of the spool, and half a cycle of
-     * holding. */
+    /* Delay from the sample of a command to its effect: the spool's delay, and half a cycle because
+     * the command is held. */
     double delay_s;
     double stiffness, stiffness_std; /* stiffness of the leg with its ports shut, N/m; NaN if not
                                       * determined */

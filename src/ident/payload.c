@@ -50,9 +50,8 @@ static void legs_of(const struct params *params, const struct kinematics *k, dou
     entries_of(m, entry);
 }
 
-/* Adds the covariance that errors of the legs' masses cause, which are uniform within their
- * tolerance: an error that all legs' rods or cylinders have in common, and one that each has
- * alone. */
+/* Adds the covariance by errors of the legs' masses, which are uniform within their tolerance: one
+ * error that the rods, or the cylinders, of all legs have in common, and one of each leg. */
 static void add_legs(const struct params *params, const struct kinematics *k, double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     double legs[MATRIX_ENTRIES], share = params->model.tolerance.mass / sqrt(3.0);
     legs_of(params, k, legs);
@@ -129,7 +128,7 @@ static double distance(const linear x, const linear best, double weight[PAYLOAD_
 }
 
 /* Tries one Levenberg-Marquardt step on the Cholesky factor l. Returns false if no damping brings
- * it nearer to `best`. */
+ * the ten numbers nearer to `best`. */
 static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], double *damping) {
     linear x, moved;
     double jacobian[PAYLOAD_VALUES][PAYLOAD_VALUES], product[PAYLOAD_VALUES * PAYLOAD_VALUES], step[PAYLOAD_VALUES], next[PAYLOAD_VALUES];
@@ -173,7 +172,7 @@ static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOA
     from_factor(l, nearest);
 }
 
-/* Matrix entries of a unit of each of the ten numbers. */
+/* Computes the matrix entries for one unit of each of the ten numbers. */
 static void bases(double base[PAYLOAD_VALUES][MATRIX_ENTRIES]) {
     for (int i = 0; i < PAYLOAD_VALUES; i++) {
         linear unit = {0};
@@ -279,11 +278,19 @@ static void leave_out(struct payload *p, const struct payload_params *configured
     p->possible = p->possible && p->whole;
 }
 
+bool payload_possible(const double value[PAYLOAD_VALUES]) {
+    double body[BODY * BODY];
+    linear x;
+    from_people(value, x);
+    pseudo_inertia(x, body);
+    return x[PAYLOAD_MASS] > 0.0 && dense_factor(BODY, BODY, body);
+}
+
 struct payload payload_find(const struct params *params, const struct kinematics *k, const double entry[MATRIX_ENTRIES],
                             double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     struct payload p = {0};
     struct least_squares s;
-    double part[MATRIX_ENTRIES], factor[MATRIX_ENTRIES][MATRIX_ENTRIES], body[BODY * BODY];
+    double part[MATRIX_ENTRIES], factor[MATRIX_ENTRIES][MATRIX_ENTRIES];
     memcpy(factor, covariance, sizeof factor);
     add_legs(params, k, factor);
     legs_of(params, k, part);
@@ -291,11 +298,10 @@ struct payload payload_find(const struct params *params, const struct kinematics
     if (!dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, factor[0]) || !solve(&s, part, factor)) return p;
     linear nearest;
     memcpy(nearest, s.x, sizeof nearest);
-    pseudo_inertia(s.x, body);
-    p.possible = s.x[PAYLOAD_MASS] > 0.0 && dense_factor(BODY, BODY, body);
+    for_people(s.x, p.value);
+    p.possible = payload_possible(p.value);
     if (!p.possible) find_nearest(s.x, s.weight, nearest);
     p.impossible = distance(nearest, s.x, s.weight);
-    for_people(s.x, p.value);
     for_people(nearest, p.nearest);
     find_std(&s, p.value, p.std);
     p.misfit = s.misfit;
@@ -304,8 +310,17 @@ struct payload payload_find(const struct params *params, const struct kinematics
     return p;
 }
 
-/* Adds the payload's matrix at neutral, turned into the pose, to that of the legs: each 3x3 block B
- * becomes T B T'. */
+void payload_configure(const double value[PAYLOAD_VALUES], struct payload_params *to) {
+    const double *center = value + PAYLOAD_CENTER, *inertia = value + PAYLOAD_INERTIA;
+    to->mass_kg = value[PAYLOAD_MASS];
+    /* z of {M} points down, center_height_m up */
+    to->center_x_m += center[0], to->center_y_m += center[1], to->center_height_m -= center[2];
+    to->inertia_xx_kg_m2 = inertia[0], to->inertia_yy_kg_m2 = inertia[1], to->inertia_zz_kg_m2 = inertia[2];
+    to->inertia_xy_kg_m2 = inertia[3], to->inertia_xz_kg_m2 = inertia[4], to->inertia_yz_kg_m2 = inertia[5];
+}
+
+/* Adds the payload's matrix at neutral, rotated into the pose, to the matrix of the legs: each 3x3
+ * block B becomes T B T'. */
 void payload_matrix(const struct payload *p, const struct params *params, const struct kinematics *k, const double pose[DOFS],
                     double mt[DOFS][DOFS]) {
     double t[3][3], body[DOFS][DOFS];

@@ -25,8 +25,8 @@ void rest_take(struct rest *r, const struct cycle *c) {
     }
 }
 
-/* Standard deviation of a mean reading. Noise makes the converter's rounding another one in each
- * sample; a reading that stands still keeps its own. */
+/* Standard deviation of a mean reading. With noise the converter's rounding error differs from
+ * sample to sample and averages out; in a reading that stands still it stays the same. */
 static double std_of_mean(double sum, double squares, double count, double step) {
     double variance = fmax((squares - sum * sum / count) / (count - 1.0), 0.0), rounding = square(step) / 12.0;
     return sqrt(variance > 0.0 ? (variance + rounding) / count : rounding);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "lin.h"
+#include "numeric.h"
 #include "recording_check.h"
 #include "params.h"
 
@@ -12,7 +13,8 @@ const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};
 static const char of_data[] =
     "the run: complete tests, the cycle's length, overruns, excluded samples, readings that live, steady mean forces";
 static const char of_matrix[] =
-    "amplitudes reached, unwanted motion, symmetry and positive definiteness; not the error against the nominal matrix";
+    "amplitudes reached, unwanted motion, symmetry and positive definiteness, agreement with method C where that passes; not the error "
+    "against the nominal matrix";
 static const char of_run_c[] =
     "method C's result (method_c.verdict) and the run: the cycle's length, overruns, excluded samples, readings that live, steady mean "
     "forces; not the error against the nominal matrix";
@@ -49,7 +51,7 @@ void verdict_join(struct verdict *v, const struct verdict *other) {
     if (other->status != VERDICT_PASS && v->status != VERDICT_FAIL) v->status = other->status;
 }
 
-/* Conditions are negated, so that NaN fails a check. */
+/* The conditions are written as !(value <= limit), so that NaN fails a check. */
 static void check_readings(struct verdict *v, const struct params *params, const struct test_result *t) {
     const struct check_params *limit = &params->checks;
     const struct testimony *w = &t->witness;
@@ -67,13 +69,18 @@ static void check_readings(struct verdict *v, const struct params *params, const
     if (!(w->length_m <= limit->length_wander_m))
         verdict_add(v, VERDICT_FAIL, "test %s: motion of leg %d wandered by %.3f mm between periods, limit %g mm", name, w->length_leg + 1,
                     w->length_m * 1e3, limit->length_wander_m * 1e3);
+    if (!(fabs(t->off_m) <= limit->reference_off_m))
+        verdict_add(v, VERDICT_FAIL,
+                    "test %s: leg %d is %+.1f mm off its reference on average, limit %g mm: the drawing, the zero of a length or the "
+                    "reference is another machine's",
+                    name, t->off_leg + 1, t->off_m * 1e3, limit->reference_off_m * 1e3);
     if (!(w->force_n <= limit->force_wander_n))
         verdict_add(v, VERDICT_FAIL, "test %s: force of leg %d wandered by %.0f N between periods, limit %g N", name, w->force_leg + 1,
                     w->force_n, limit->force_wander_n);
 }
 
-/* Checks the motion that a test made against the motion that the recorded reference asked for.
- * Without one the configured amplitude is only assumed, and nothing is judged by it. */
+/* Checks the motion of a test against the recorded reference. Without a reference the amplitude is
+ * only assumed to be the configured one, and is not judged. */
 static void check_motion(struct verdict *v, const struct check_params *limit, const struct test_result *t) {
     const char *name = dof_names[t->dof];
     double short_pct = 100.0 * fabs(t->achieved_amplitude / t->asked_amplitude - 1.0);
@@ -90,8 +97,8 @@ static void check_motion(struct verdict *v, const struct check_params *limit, co
                         limit->unwanted_pct);
 }
 
-/* Checks that each leg's mean force, its load at neutral, is the same in all complete tests. The
- * mean over part of a test is no load. */
+/* Checks that each leg's mean force, its load at neutral, is the same in all complete tests.
+ * Incomplete tests are left out, because a mean over part of a test is not the load. */
 static void check_load(struct verdict *v, const struct check_params *limit, const struct identification *id) {
     for (int leg = 0; leg < LEGS; leg++) {
         double low_n = INFINITY, high_n = -INFINITY;
@@ -166,7 +173,8 @@ static bool all_determined(const struct method_result *m) {
 }
 
 /* Judges whether the groups of a long motion saw the same machine. Friction that changes as seals
- * warm up is only noted; a matrix that changes is that of no machine. */
+ * warm up is only noted. A matrix that changes fails the run, because the matrix of a machine is
+ * constant. */
 static void check_over_time(const struct agreement *a, struct verdict *v) {
     bool used[AGREEMENT_LOGS][AGREEMENT_VALUES] = {{0}}, matrix = false;
     struct agreement_place worst = {0}, place;
@@ -183,10 +191,36 @@ static void check_over_time(const struct agreement *a, struct verdict *v) {
     else verdict_note(v, "%s", text);
 }
 
+/* Fails a method whose matrix is far from that of method C, which passed and knows dry friction and
+ * the sensors' errors. Says the entry that is furthest off. */
+static void check_against_c(struct verdict *v, const struct check_params *limit, const struct method_result *m,
+                            const struct method_result *c) {
+    double worst_pct = 0.0;
+    int row = 0, col = 0;
+    if (!m->evaluated) return;
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++) {
+            double off = fabs(m->mt[i][j] - c->mt[i][j]) - NUMERIC_95 * c->mt_std[i][j];
+            double off_pct = 100.0 * off / sqrt(c->mt[i][i] * c->mt[j][j]);
+            /* An entry that method C did not determine is NaN, and compares false. */
+            if (off_pct > worst_pct) worst_pct = off_pct, row = i, col = j;
+        }
+    if (worst_pct > limit->symmetry_pct)
+        verdict_add(v, VERDICT_FAIL,
+                    "Mt(%d,%d) is %.1f %% off method C's, limit %g %%: dry friction or errors of sensors, which only method C has in its "
+                    "equations",
+                    row + 1, col + 1, worst_pct, limit->symmetry_pct);
+}
+
 void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts) {
     const struct method_result *c = &id->method_c.matrix;
     bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status, due = any_long_enough(params, id) || !facts->sinusoids;
     v->run.scope = by_c ? of_run_c : facts->sinusoids ? of_run_a : of_motion;
+    if (by_c && v->method_c.status == VERDICT_PASS) {
+        check_against_c(&v->method_a, &params->checks, &id->method_a, c);
+        check_against_c(&v->modified_a, &params->checks, &id->modified_a, c);
+        check_against_c(&v->method_b, &params->checks, &id->method_b, c);
+    }
     if (by_c) {
         verdict_join(&v->run, &v->method_c);
         check_over_time(&id->over_time, &v->run);

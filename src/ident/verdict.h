@@ -1,6 +1,6 @@
-/* Verdicts on a run and on what each method made of it. A check is one that a real machine can
- * fail; neither the error against the nominal matrix nor a condition number is a check, both are
- * only reported. Pure, no heap. */
+/* Verdicts on a run and on the result of each method. A check is one that a real machine can fail.
+ * The error against the nominal matrix and a condition number are not checked, only reported. Pure,
+ * no heap. */
 #ifndef HEXID_VERDICT_H
 #define HEXID_VERDICT_H
 
@@ -18,28 +18,29 @@ struct verdict {
     /* Checks that failed or could not be done, each with value and limit. */
     char reason[VERDICT_REASONS][VERDICT_TEXT];
     int notes;
-    /* Checks that do not apply to this recording, because nobody stated what they compare with.
-     * They do not change the status. */
+    /* Checks that do not apply to this recording, because the values to compare with were not
+     * stated. They do not change the status. */
     char note[VERDICT_NOTES][VERDICT_TEXT];
 };
 
-/* The run's verdict, whose status is the exit status, and that of each method on its own result.
- * The run's is that of its data together with that of the method that its scope names: method C
- * where that is evaluated, else method A. A method without a result is not evaluated. */
+/* The run's verdict, whose status is the exit status, and the verdict of each method on its own
+ * result. The run's verdict joins the verdict on its data and the verdict of one method: method C
+ * if it was evaluated, otherwise method A. The scope names it. A method without a result is not
+ * evaluated. */
 struct verdicts {
     struct verdict run, method_a, modified_a, method_b, method_c;
 };
 
 extern const char *const verdict_names[]; /* "pass", "fail", "not_evaluated" */
 
-/* Facts about a run that no method's result holds. */
+/* Facts about a run that are in no method's result. */
 struct run_facts {
     bool sinusoids; /* each test moves one axis; any other motion need not yield a matrix */
     int64_t cycles, overruns; /* totals of the run */
 };
 
 /* Judges the run's data, which every method uses: complete tests, the cycle's length, excluded
- * samples, readings that live and repeat, overruns. */
+ * samples, readings that change and repeat as they must, overruns. */
 struct verdict verdict_of_data(const struct params *params, const struct identification *id, const struct run_facts *facts);
 
 /* Judges one of the methods A, modified A and B: the tests' motion, and the matrix m of that
@@ -47,9 +48,10 @@ struct verdict verdict_of_data(const struct params *params, const struct identif
 struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct method_result *m,
                                  const char *name);
 
-/* Judges the run from its data's verdict and the methods' verdicts, all of which stand in `v`. A
- * motion that method C refused is not evaluated, unless its tests are complete but shorter than
- * method C needs (RECORDING_CYCLES): then a note says so. */
+/* Judges the run from its data's verdict and the methods' verdicts, which are all in `v`; and
+ * judges methods A, modified A and B by method C, where that passes (checks.symmetry_pct). A motion
+ * that method C refused is not evaluated, unless its tests are complete but shorter than method C
+ * needs (RECORDING_CYCLES): then a note says so. */
 void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts);
 
 /* Adds a reason to a verdict. NOT_EVALUATED replaces a pass; FAIL outweighs both. */

@@ -7,14 +7,14 @@
 #include "params.h"
 
 static const double STEP_M = 1e-5; /* step of difference quotients of the geometry: well above
-                                    * rounding, and far below what bends the kinematics */
-static const double SPAN_S = 0.02; /* time over which a leg's way is told: far above the steps of
-                                    * a length, far below a period */
-static const double COURSE = 0.2;  /* error of the mean of dry friction by its unknown course near
-                                    * a reversal, as a share of it */
+                                    * rounding, and so small that lengths are linear over it */
+static const double SPAN_S = 0.02; /* time over which a leg's direction is found: the leg moves by
+                                    * many of its sensor's steps, in a small part of a period */
+static const double COURSE = 0.2;  /* relative error of the mean dry friction, because its course
+                                    * near a reversal is unknown */
 static const double LIKELY = 0.2;  /* greatest relative error that sensors may have */
-static const double NO_DRIFT = 5.0; /* standard deviations beyond which a change at rest is none of
-                                     * the zeros */
+static const double NO_DRIFT = 5.0; /* a change of a pressure at rest by more than this many
+                                     * standard deviations is no drift of the zeros */
 static const double BROKEN_OFF = 0.01; /* share of its samples that a complete test may lack */
 
 void weighing_init(struct weighing *w, const struct params *params) {
@@ -23,7 +23,8 @@ void weighing_init(struct weighing *w, const struct params *params) {
     kinematics_place(&w->kinematics, params);
 }
 
-/* Sums of this test, begun anew if it is not the one under way. NULL: there is no room. */
+/* Returns the sums of this test, begun anew if the test is not known yet; NULL if there is no
+ * room. */
 static struct weighing_test *place(struct weighing *w, const struct cycle *c) {
     int i = 0;
     while (i < w->tests && (w->test[i].test != c->test || w->test[i].dof != c->dof)) i++;
@@ -32,7 +33,8 @@ static struct weighing_test *place(struct weighing *w, const struct cycle *c) {
     return &w->test[i];
 }
 
-/* A leg's share of the lift for each unit of its force. */
+/* Finds the lift of each leg for one unit of its force. Returns false if no pose has these
+ * lengths. */
 static bool lifts(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS], double lift[LEGS]) {
     double j[LEGS][DOFS];
     if (!fk_solve(k, length_m, pose).converged) return false;
@@ -41,8 +43,8 @@ static bool lifts(const struct kinematics *k, const double length_m[LEGS], doubl
     return true;
 }
 
-/* Adds a cycle's lengths to the ring, and finds the way of each leg over the span: 1 extending, -1
- * retracting, 0 while the ring is not full. */
+/* Adds a cycle's lengths to the ring, and finds the direction of each leg over the span: 1
+ * extending, -1 retracting, 0 while the ring is not full. */
 static void ways(struct weighing *w, const double length_m[LEGS], double way[LEGS]) {
     double *oldest = w->past_m[w->past % w->span];
     for (int k = 0; k < LEGS; k++) {
@@ -81,7 +83,7 @@ static const struct weighing_test *same_test(const struct weighing *w, const str
 /* Sums of the tests that are in both recordings. */
 struct difference {
     int tests;
-    double kg, square_kg;             /* of the readings, and of their squares */
+    double kg, square_kg;             /* sums of the readings, and of their squares */
     double lift_n[2][LEGS], length_m[LEGS], way[LEGS];
 };
 
@@ -105,7 +107,7 @@ static void subtract(const struct weighing *without, const struct weighing *with
     }
 }
 
-/* Change of the reading, N for a metre of another length or coordinate of a joint. */
+/* Change of the reading, N, when a length or a coordinate of a joint changes by a metre. */
 static double turned(struct kinematics *k, const double length_m[LEGS], double *changed, const double force_n[LEGS],
                      const double lift[LEGS]) {
     double before = *changed, pose[DOFS] = {0}, other[LEGS], sum = 0.0;
@@ -116,7 +118,7 @@ static double turned(struct kinematics *k, const double length_m[LEGS], double *
     return sum;
 }
 
-/* Variance of the reading, N^2, by what is not known of the lengths' zeros and the joints. */
+/* Variance of the reading, N^2, by the uncertainty of the lengths' zeros and of the joints. */
 static double geometry_variance(const struct params *params, const double length_m[LEGS], double lift_n[2][LEGS]) {
     const struct tolerance_params *t = &params->model.tolerance;
     struct kinematics k;
@@ -135,9 +137,9 @@ static double geometry_variance(const struct params *params, const double length
     return variance;
 }
 
-/* Finds what the zeros' drift between the logs adds to the reading, kg, and the variance of what
- * the rests leave open. Drift and rest are weighed against each other: without rests the drift
- * counts as none, within its tolerance. */
+/* Finds the part of the reading, kg, by the drift of the zeros between the logs, and the variance
+ * of this part. The readings at rest and the prior of the drift are weighed against each other.
+ * Without rests the drift counts as zero, with the prior's variance. */
 static double drift_kg(const struct weighing_log *without, const struct weighing_log *with, const struct params *params,
                        const double lift[LEGS], double *variance_kg2) {
     const struct cylinder_areas *area = &with->sums->area;
@@ -156,7 +158,7 @@ static double drift_kg(const struct weighing_log *without, const struct weighing
     return sum_n / params->payload.gravity_mps2;
 }
 
-/* Finds the part of dry friction in the reading, kg, and the variance of that. */
+/* Finds the part of the reading, kg, by dry friction, and the variance of this part. */
 static double friction_kg(const struct method_c *m, const double lift[LEGS], const double way[LEGS], double gravity_mps2,
                           double *variance_kg2) {
     double sum_n = 0.0, variance_n2 = 0.0;
@@ -169,8 +171,8 @@ static double friction_kg(const struct method_c *m, const double lift[LEGS], con
     return sum_n / gravity_mps2;
 }
 
-/* Takes drift and friction off the reading, and finds its deviation. scatter_kg2: variance of one
- * test's reading. */
+/* Subtracts drift and friction from the reading, and finds its standard deviation. scatter_kg2:
+ * variance of one test's reading. */
 static void correct(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, struct weight weight,
                     const struct method_c *friction, const struct difference *d, double scatter_kg2, struct weighing_found *found) {
     double n = d->tests, gravity = params->payload.gravity_mps2, length_m[LEGS], way[LEGS], lift_n[2][LEGS], lift[LEGS], pose[DOFS] = {0};
@@ -189,7 +191,7 @@ static void correct(const struct weighing_log *without, const struct weighing_lo
     found->std_kg = sqrt(student + geometry + drift_kg2 + friction_kg2 + square(weight.std_kg));
 }
 
-/* Refuses rests between which pressures changed by more than zeros drift. */
+/* Refuses two logs whose pressures at rest differ by more than zeros can drift. */
 static int check_rests(const struct rest_found *before, const struct rest_found *after, const struct params *params, struct error *error) {
     double prior = square(params->model.tolerance.pressure_drift_pa);
     if (before->samples < REST_LEAST || after->samples < REST_LEAST) return STATUS_OK;

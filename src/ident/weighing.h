@@ -1,18 +1,22 @@
 /* A known weight on the platform, weighed by the legs: the mean vertical force of the same tests
- * without and with it. Inertia and viscous friction are in neither mean. Zeros of the pressures are
- * the same in both, but for their drift, which rests before the supply comes on show (rest.h). Dry
- * friction is the same while a leg moves one way; as a loaded leg extends for another share of the
- * time, the change of that share times the friction that method C found is taken off. Beside the
- * weight the gains of the pressures are in the difference:
+ * without and with it. Inertia and viscous friction are in neither mean. The zeros of the pressures
+ * are the same in both, except for their drift, which the readings at rest show (rest.h). The dry
+ * friction of a leg is the same as long as it moves in one direction. But a loaded leg extends for
+ * another share of the time, so the change of that share, times the friction that method C found,
+ * is subtracted. Besides the weight, the difference contains the gains of the pressures:
  *
  *   m = -sum over legs of n_z (A1 dP1 - A2 dP2) / g,      n the leg's direction, z down
  *
- * where d is the difference of the means over a test. With the weight M the reading is off by
- * m / M - 1 = sum of (h1 g1 + h2 g2), h1 = -n_z A1 dP1 / (g M), h2 = n_z A2 dP2 / (g M), for gains
- * 1 + g1 and 1 + g2. Each test is a weighing of its own; their scatter gives the deviation, by
- * Student's distribution. Zeros of lengths and errors of joints, which turn the directions, add to
- * it, and so does the drift of the zeros, of the deviation model.tolerance.pressure_drift_pa, as
- * far as the rests leave it open. Ordinary threads; no heap. */
+ * where d is the difference of the means over a test. For gains 1 + g1 and 1 + g2 the reading m of
+ * a weight M is off by
+ *
+ *   m / M - 1 = sum of (h1 g1 + h2 g2),   h1 = -n_z A1 dP1 / (g M),   h2 = n_z A2 dP2 / (g M)
+ *
+ * Each test is a weighing of its own; their scatter gives the deviation, by Student's
+ * distribution. Two things add to it: zeros of lengths and errors of joints, because they rotate
+ * the legs' directions; and the drift of the pressures' zeros (standard deviation
+ * model.tolerance.pressure_drift_pa), as far as the readings at rest do not show it. Ordinary
+ * threads; no heap. */
 #ifndef HEXID_WEIGHING_H
 #define HEXID_WEIGHING_H
 
@@ -22,8 +26,9 @@
 #include "rest.h"
 #include "status.h"
 
-enum { WEIGHING_SPAN = 32 }; /* most samples over which a leg's way is told */
-enum { WEIGHING_TESTS = 16, WEIGHING_LEAST = 4 }; /* most tests kept; least that give a deviation */
+enum { WEIGHING_SPAN = 32 }; /* most samples over which a leg's direction is found */
+/* Largest number of tests that are kept; least number that gives a deviation. */
+enum { WEIGHING_TESTS = 16, WEIGHING_LEAST = 4 };
 
 /* Sums over the evaluated part of a test. */
 struct weighing_test {
@@ -32,7 +37,8 @@ struct weighing_test {
     int64_t samples;
     double lift_n[2][LEGS]; /* sums of -n_z A P, of the rodless and of the rod side */
     double length_m[LEGS];
-    double way[LEGS];       /* sums of the signs of the legs' rates */
+    double way[LEGS];       /* sums over the samples of the leg's direction, 1 extending, -1
+                             * retracting */
 };
 
 struct weighing {
@@ -40,14 +46,14 @@ struct weighing {
     struct kinematics kinematics;
     struct cylinder_areas area;
     double pose[DOFS]; /* last pose, from which the next forward kinematics starts */
-    double past_m[WEIGHING_SPAN][LEGS]; /* last lengths in this test, a ring */
+    double past_m[WEIGHING_SPAN][LEGS]; /* lengths of the last samples in this test, a ring */
     int span;                           /* number of samples in the ring */
-    int64_t past;                       /* number of lengths put into it */
+    int64_t past;                       /* number of samples put into the ring */
     int tests;
     struct weighing_test test[WEIGHING_TESTS];
 };
 
-/* The sums of a log, and its rest before the supply came on. */
+/* The sums of a log, and its readings at rest before the supply came on. */
 struct weighing_log {
     const struct weighing *sums;
     const struct rest_found *rest;
@@ -55,30 +61,30 @@ struct weighing_log {
 
 struct weighing_found {
     double stated_kg;       /* 0: nothing was weighed */
-    double reading_kg, std_kg; /* mean reading, and its deviation without that of the pressures'
-                                * gains */
-    double friction_kg;     /* part of dry friction, which was taken off */
-    double drift_kg, drift_std_kg; /* part of the zeros' drift, which was taken off; its deviation,
-                                    * which is in std_kg */
+    double reading_kg, std_kg; /* mean reading, and its standard deviation without the uncertainty
+                                * of the pressures' gains */
+    double friction_kg;     /* part of the reading by dry friction, already subtracted */
+    double drift_kg, drift_std_kg; /* part of the reading by the zeros' drift, already subtracted;
+                                    * and its standard deviation, which is included in std_kg */
     int tests;
     double share[2][LEGS];  /* h1 and h2 */
 };
 
-/* The machine must have passed kinematics_init(). */
+/* Prepares the sums. The machine must have passed kinematics_init(). */
 void weighing_init(struct weighing *w, const struct params *params);
 
-/* Takes a cycle of a log. A zeroed struct ignores all. A test that is repeated replaces the earlier
- * one. */
+/* Takes a cycle of a log. A zeroed struct ignores all cycles. A test that is repeated replaces the
+ * earlier one. */
 void weighing_take(struct weighing *w, const struct cycle *c);
 
-/* A weight as it is stated: its mass, and the standard deviation of that. */
+/* A weight as stated: its mass and the standard deviation of this mass. */
 struct weight {
     double kg, std_kg;
 };
 
-/* Finds the reading of a weight. friction: that of the log without it. Returns -2 if fewer than
- * WEIGHING_LEAST tests are in both logs, the logs do not differ by such a weight, or a leg's dry
- * friction is not determined. */
+/* Finds the reading of a weight. friction: result of method C for the log without the weight.
+ * Returns -2 if fewer than WEIGHING_LEAST tests are in both logs, the logs do not differ by such a
+ * weight, or a leg's dry friction is not determined. */
 int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, struct weight weight,
                   const struct method_c *friction, struct weighing_found *found, struct error *error);
 

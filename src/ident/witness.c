@@ -30,7 +30,8 @@ static void wander_close(struct wander *w, int64_t samples, bool whole) {
 }
 
 static void close_block(struct witness *w) {
-    /* A block that is not whole does not count, because its mean would hold part of the motion. */
+    /* A block that is not whole does not count, because its mean would contain part of the
+     * motion. */
     bool whole = (double)w->block_samples > w->block_full - 1.0;
     for (int i = 0; i < LEGS; i++) {
         wander_close(&w->length[i], w->block_samples, whole);
@@ -61,14 +62,14 @@ static void wander_add(struct wander *w, bool first, const double base[WITNESS_T
 
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good) {
     const double base[WITNESS_TERMS] = {1.0, sin(w->omega * since_s), cos(w->omega * since_s)};
-    double block = floor(since_s / w->block_s + 1e-6); /* the small term allows for rounded times of
-                                                        * some logs */
+    double block = floor(since_s / w->block_s + 1e-6); /* the small term allows for the rounded
+                                                        * times of some logs */
     if (!isfinite(block)) return;
     if (block != w->block) close_block(w);
     w->block = block;
     w->block_samples++;
-    /* a bad sample before the first good one counts as the first good one, whose difference from
-     * itself is zero */
+    /* a bad sample before the first good one counts as equal to it; the difference from the
+     * first value, which is summed, is then zero */
     if (!good && w->samples == 0) return;
     w->samples += good;
     for (int i = 0; i < LEGS; i++) {

@@ -1,16 +1,16 @@
 /* Are a test's readings consistent with each other, leg by leg? A plausible reading may still be
- * wrong, and would make the matrix silently wrong. Two things hold on a sound machine whatever its
- * inertia:
+ * wrong, and would make the matrix silently wrong. On a sound machine two things are true, whatever
+ * its inertia:
  *
  *   - No pressure, and no length of a leg that is to move, stands still for a whole period of the
- *     motion (else: a dead transducer, or a leg held by friction).
- *   - The fundamentals of a leg's length and force are the same in every period, its mean force in
- *     every period and test: the motion is steady, and the load at rest is that of the neutral
- *     pose; the mean length may still settle. (Else: a sensor jumped or drifts, sensors were
- *     exchanged, a valve or a sample stuck for a while; a length that drifts carries the platform
- *     off, and the weight shifts between the legs.)
+ *     motion. (Else: a dead transducer, or a leg held by friction.)
+ *   - The fundamentals of a leg's length and force are the same in every period, and its mean force
+ *     is the same in every period and test, because the motion is steady and the load at rest is
+ *     the load in the neutral pose; the mean length may still settle. (Else: a sensor jumped or
+ *     drifts, sensors were exchanged, a valve or a sample stuck for a while; a length that drifts
+ *     moves the platform away, and the weight shifts between the legs.)
  *
- * Periods are taken together until they hold 100 samples, so that the sensors' noise averages out
+ * Periods are joined to blocks of at least 100 samples, so that the sensors' noise averages out
  * alike at every rate. Pure, no heap. */
 #ifndef HEXID_WITNESS_H
 #define HEXID_WITNESS_H
@@ -23,7 +23,7 @@ enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 struct wander {
     double first;                /* first value, subtracted from all, because a block is no whole
                                   * number of samples */
-    /* sum: of the block under way. low, high: extremes over whole blocks. */
+    /* sum: of the current block. low, high: extremes over whole blocks. */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
@@ -45,7 +45,7 @@ struct witness {
 struct testimony {
     int still_leg, length_leg, force_leg; /* legs with the largest still_samples, length_m and
                                            * force_n, 0..5 */
-    int64_t still_samples;       /* most samples in a row with the same reading */
+    int64_t still_samples;       /* largest number of successive samples with the same reading */
     /* Largest change of a length's fundamental between two whole blocks, m; 0 with fewer blocks. */
     double length_m;
     double force_n;              /* largest change of a force's mean or fundamental between two
@@ -58,8 +58,8 @@ struct testimony {
  * lengths of other legs may stand still. */
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
-/* Adds one evaluated sample, since_s after the first one. A bad sample (not `good`) counts in its
- * block as the last good one: a fault must not hide behind the few samples that it spoils. */
+/* Adds one evaluated sample, since_s after the first one. In place of a bad sample (not `good`) the
+ * last good one is counted again: a fault must not hide behind the few samples that it spoils. */
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good);
 
 struct testimony witness_says(const struct witness *w);

@@ -9,7 +9,7 @@ struct params;
 
 enum { AREAS_TEXT_SIZE = 200 };
 
-/* False for a single axis whose configuration does not state its cylinder's diameters. */
+/* Returns false for a single axis whose configuration does not state its cylinder's diameters. */
 bool areas_stated(const struct params *params);
 
 /* Writes the areas: "31.17 cm^2 on the rodless side, 15.27 cm^2 on the rod side (piston 63 mm, rod

@@ -96,7 +96,7 @@ static bool parse_address(const char *text, struct sockaddr_in *group, int *ttl)
 
 /* ---- sending ---- */
 
-/* Tells whether there is a route to the group. */
+/* Returns true if there is a route to the group. */
 static bool reachable(const struct sockaddr_in *group) {
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     bool is = fd >= 0 && !connect(fd, (const struct sockaddr *)group, sizeof *group);
@@ -108,8 +108,8 @@ static bool reachable(const struct sockaddr_in *group) {
 
 /* Opens the sending socket and leaves it unconnected: a connected one would have a fixed source
  * address and send by that address's interface, whatever the route to the group says, so that a
- * receiver who joined by the route would not hear it. Its receive buffer has the smallest size,
- * because nothing is read from it. */
+ * receiver who joined by the route would not get its messages. Its receive buffer has the smallest
+ * size, because nothing is read from it. */
 static bool open_sender(struct bus *b, int ttl) {
     unsigned char hops = (unsigned char)ttl, loop = 1;
     int least = 1;
@@ -299,9 +299,9 @@ int bus_allow(struct bus *b, const char *addresses, struct error *error) {
 
 int bus_fd(const struct bus *b) { return b->in; }
 
-/* True if the sender is on this host: the addresses that count cannot come from outside. The kernel
- * accepts 127.0.0.0/8 and this host's own addresses from no network, and 0.0.0.0 (a sender on a
- * loopback route) only for the groups 224.0.0.0/24. */
+/* Returns true if the sender is on this host, by addresses that cannot come from outside. The
+ * kernel accepts 127.0.0.0/8 and this host's own addresses from no network, and 0.0.0.0 (a sender
+ * on a loopback route) only for the groups 224.0.0.0/24. */
 static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender) {
     uint32_t address = ntohl(sender->sin_addr.s_addr), group = ntohl(b->group.sin_addr.s_addr);
     if (address >> 24 == IN_LOOPBACKNET || (address == INADDR_ANY && group >> 8 != INADDR_UNSPEC_GROUP >> 8)) return true;

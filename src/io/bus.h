@@ -25,7 +25,7 @@ struct bus_message {
     int size;
 };
 
-/* Whose messages are accepted. */
+/* Senders whose messages are accepted. */
 enum bus_source { BUS_ANYONE, BUS_THIS_HOST };
 
 /* Size of the receive buffer requested from the system, which grants at most net.core.rmem_max. */
@@ -42,8 +42,8 @@ void bus_close(struct bus *bus);
 bool bus_network(char name[BUS_INTERFACE_SIZE]);
 
 /* Writes the shell commands that add a multicast route: by a network's interface if this host has
- * one, else by the loopback. SAFETY: on a host with a network address, a route by lo makes LCM's
- * programs deaf to each other. */
+ * one, else by the loopback. SAFETY: on a host with a network address, a route by lo keeps LCM's
+ * programs from receiving each other's messages. */
 void bus_remedy(char *text, size_t size);
 
 /* The kernel's route to the group, by which messages are sent. */
@@ -76,7 +76,7 @@ int bus_allow(struct bus *bus, const char *addresses, struct error *error);
 int bus_fd(const struct bus *bus);
 
 /* Takes the next datagram. Returns 1: a message; BUS_DROPPED: malformed or from a sender that is
- * not accepted; 0: none waits; STATUS_IO: the socket is broken. */
+ * not accepted; 0: no datagram waits; STATUS_IO: the socket is broken. */
 enum { BUS_DROPPED = 2 };
 int bus_receive(struct bus *bus, struct bus_message *message);
 

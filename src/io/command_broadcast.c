@@ -5,10 +5,10 @@
 #include "monotonic.h"
 #include "poll_any.h"
 
-enum { AT_ONCE = 64 /* answers that end the wait; more machines are only looked at in turns */, TURN_MS = 2 };
+enum { AT_ONCE = 64 /* connections whose answers end a wait; others are only polled in turn */, TURN_MS = 2 };
 
-/* True for errors that may be temporary: the machine's queue is full, or this process has no free
- * descriptor until another machine has answered. */
+/* Returns true for errors that may be temporary: the machine's queue is full, or this process has
+ * no free descriptor until another machine has answered. */
 static bool passes(int why) { return why == EAGAIN || why == EMFILE || why == ENFILE || why == ENOBUFS || why == ENOMEM; }
 
 static void reach(struct command_told *t, enum command command) {
@@ -40,7 +40,7 @@ static void rest(const struct command_told *told, int count) {
 
 void command_broadcast(enum command command, struct command_told *told, int count, int patience_ms) {
     int64_t end_ms = monotonic_ms() + patience_ms;
-    bool last = false; /* a look after the patience: this process itself may have been held up */
+    bool last = false; /* one more look after the patience, in case this process was held up */
     for (int left = count; left > 0 && !last;) {
         last = monotonic_ms() > end_ms;
         left = 0;

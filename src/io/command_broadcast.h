@@ -1,5 +1,5 @@
-/* A stop or park to several machines at once. SAFETY: a machine that hangs, or is too busy to be
- * reached at once, does not delay the others: each is tried again while the patience lasts and
+/* Sends a stop or park to several machines at once. SAFETY: a machine that hangs, or is too busy to
+ * be reached at once, does not delay the others: each is tried again while the patience lasts and
  * the others' answers come in. Main thread; opens descriptors and closes each as soon as its
  * machine has answered. */
 #ifndef HEXID_COMMAND_BROADCAST_H

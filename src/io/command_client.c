@@ -32,14 +32,22 @@ void command_client_close(struct command_client *c) {
     c->fd = -1;
 }
 
-int command_client_send(struct command_client *c, enum command command, bool renew) {
-    unsigned char packet[COMMAND_REQUEST_SIZE];
-    command_request_encode(&(struct command_request){.id = ++c->id, .command = command, .renew = renew}, packet);
-    return send(c->fd, packet, sizeof packet, MSG_NOSIGNAL) == (ssize_t)sizeof packet ? 0 : -1;
+static int send_request(struct command_client *c, const struct command_request *request) {
+    unsigned char packet[COMMAND_SET_SIZE];
+    size_t size = command_request_encode(request, packet);
+    return send(c->fd, packet, size, MSG_NOSIGNAL) == (ssize_t)size ? 0 : -1;
 }
 
-/* Receives a packet. A connection that was closed with an unread request reports that first;
- * packets sent before it was closed can still be read afterwards. */
+int command_client_send(struct command_client *c, enum command command, bool renew) {
+    return send_request(c, &(struct command_request){.id = ++c->id, .command = command, .renew = renew});
+}
+
+int command_client_send_gains(struct command_client *c, const struct gain_change *change) {
+    return send_request(c, &(struct command_request){.id = ++c->id, .command = COMMAND_SET, .sets = true, .change = *change});
+}
+
+/* Receives a packet. If the other end closed the connection with a request unread, the first call
+ * fails with ECONNRESET; packets sent before that can still be read. */
 static ssize_t receive(int fd, unsigned char packet[COMMAND_ANSWER_SIZE]) {
     ssize_t size = recv(fd, packet, COMMAND_ANSWER_SIZE, MSG_DONTWAIT);
     return size < 0 && errno == ECONNRESET ? recv(fd, packet, COMMAND_ANSWER_SIZE, MSG_DONTWAIT) : size;

@@ -28,6 +28,7 @@ void command_client_close(struct command_client *c);
 
 /* Sends a request. Returns 0, or -1 if the connection has ended. */
 int command_client_send(struct command_client *c, enum command command, bool renew);
+int command_client_send_gains(struct command_client *c, const struct gain_change *change);
 
 /* Result of a wait. LEFT: the daemon has ended regularly, and c->answer has its last state
  * (OUTCOME_ENDED). LOST: the connection ended without that. */

@@ -4,6 +4,8 @@
  *
  * request, 16 bytes: "HEXC", version (2), command (1; enum command, 0 with renew), renew (1: 0 or
  *     1), id (4), zero (4)
+ *     A request to set gains has behind it: digest of the configuration (8), gains that are to be
+ *     changed (5 x 8), new gains (5 x 8), IEEE 754; without them it asks for the gains
  * answer, 512 bytes: "HEXA", version (2), outcome (1), state (1), id (4), lease in ms (4), text
  *     (496, ended by zeros) */
 #ifndef HEXID_COMMAND_PACKET_H
@@ -16,6 +18,7 @@
 enum {
     COMMAND_VERSION = 1,
     COMMAND_REQUEST_SIZE = 16,
+    COMMAND_SET_SIZE = COMMAND_REQUEST_SIZE + 8 + 2 * 8 * LOOP_GAINS,
     COMMAND_ANSWER_SIZE = 512,
     COMMAND_TEXT_SIZE = COMMAND_ANSWER_SIZE - 16,
 };
@@ -24,6 +27,11 @@ struct command_request {
     uint32_t id;          /* the client chooses it, and the answer repeats it */
     enum command command; /* the command; COMMAND_NONE if `renew` is set */
     bool renew;           /* the request renews the sender's lease */
+    bool sets;            /* COMMAND_SET with gains; otherwise it asks for them */
+    struct gain_change {
+        uint64_t digest;        /* config_digest() of the client's configuration */
+        struct gains from, to;  /* gains that the client knew, and those it asks for */
+    } change;
 };
 
 /* OUTCOME_STOPPED: the lease is renewed, but somebody's stop ended the tests begun last.
@@ -39,7 +47,8 @@ struct command_answer {
     char text[COMMAND_TEXT_SIZE]; /* reason for the outcome, and what to do first */
 };
 
-void command_request_encode(const struct command_request *request, unsigned char packet[COMMAND_REQUEST_SIZE]);
+/* Returns the size of the packet. */
+size_t command_request_encode(const struct command_request *request, unsigned char packet[COMMAND_SET_SIZE]);
 
 /* SAFETY: accepts a stop or park from a client of any version; the first 12 bytes of a request
  * never change. */

@@ -11,7 +11,7 @@
 
 #define GROUP "hexid"
 
-enum { BACKLOG = 512, NEW_AT_ONCE = 16, LAST_AT_ONCE = 2 * BACKLOG, PACKET_ROOM = 64 };
+enum { BACKLOG = 512, NEW_AT_ONCE = 16, LAST_AT_ONCE = 2 * BACKLOG, PACKET_ROOM = 128 };
 
 void command_server_init(struct command_server *s) {
     memset(s, 0, sizeof *s);
@@ -22,9 +22,9 @@ void command_server_init(struct command_server *s) {
 
 /* ---- opening ---- */
 
-/* SAFETY: the kernel decides by the file's group who may set the machine in motion. If the
- * daemon may not give the file to group hexid, only its own user may. A service already has that
- * group and changes nothing. */
+/* SAFETY: gives the file to group hexid. By the file's group the kernel decides who may set the
+ * machine in motion. If the daemon is not permitted to change the group, only the daemon's own user
+ * can. The file of a service is in that group from the start. */
 static bool give_to_group(const char *path) {
     struct group *group = getgrnam(GROUP);
     struct stat s;
@@ -64,7 +64,7 @@ int command_server_open(struct command_server *s, const char *name, const struct
     return status;
 }
 
-/* True only if the socket's file is certainly gone: other errors prove nothing, because the
+/* Returns true only if the socket's file is certainly gone: other errors prove nothing, because the
  * confined daemon may not look into some directories. */
 static bool missing(const struct command_server *s, enum command_socket kind) {
     struct sockaddr_un address;
@@ -93,9 +93,9 @@ static bool hung_up(int fd) {
     return poll_any(&p, 1, 0, NULL) != 0;
 }
 
-/* Takes a packet from the connection if one waits. False: the connection has ended. SAFETY: a stop
- * counts even if its sender has gone meanwhile; a moving command does not, because nobody waits for
- * it. */
+/* Takes a packet from the connection if one waits. Returns false if the connection has ended.
+ * SAFETY: a stop counts even if its sender has gone meanwhile; a moving command does not, because
+ * nobody waits for it. */
 static bool take_packet(struct command_server *s, struct command_place *c, enum command_socket kind) {
     unsigned char packet[PACKET_ROOM];
     struct command_request r;
@@ -152,8 +152,8 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     struct ucred peer = {.uid = (uid_t)-1};
     socklen_t length = sizeof peer;
     int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC), why = fd < 0 ? errno : 0;
-    /* out of descriptors, which the kernel says even if nobody waits: a connection that is not
-     * needed is closed for one that waits */
+    /* No descriptor is free, which the kernel also says if nobody waits. If a client does, a
+     * connection that is not needed is closed for it. */
     bool none = why == EMFILE || why == ENFILE, short_of = (none || why == ENOBUFS || why == ENOMEM) && awaited(s->listener[kind]);
     struct command_place *c = fd >= 0 ? free_place(s, kind) : none && short_of ? least_needed(s, kind) : NULL;
     bool sheds = fd < 0 && c;

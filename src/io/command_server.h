@@ -29,8 +29,8 @@ struct command_handler {
     /* Takes a request; may_move: it came over NAME, which the kernel opens only to the group. */
     void (*take)(void *context, uint64_t peer, const struct command_request *request, bool may_move);
     void (*gone)(void *context, uint64_t peer);
-    /* True if this peer waits for an answer or holds a lease; its connection is then not closed
-     * to make room. */
+    /* Returns true if this peer waits for an answer or holds a lease; its connection is then not
+     * closed to make room. */
     bool (*needs)(void *context, uint64_t peer);
 };
 
@@ -49,7 +49,8 @@ struct command_server {
     struct {
         dev_t device;
         ino_t inode;
-    } file[COMMAND_SOCKETS];       /* state of the file to which each listener was bound */
+    } file[COMMAND_SOCKETS];       /* device and inode of the file to which each listener was bound,
+                                    * by which a replaced file is noticed */
     bool rests[COMMAND_SOCKETS];   /* this listener is left out of the next poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
     uint64_t peers;
@@ -73,7 +74,7 @@ void command_server_polls(const struct command_server *s, struct pollfd polls[CO
  * it; COMMAND_SOCKETS: none. Looks up two paths in a local file system. */
 enum command_socket command_server_missing(const struct command_server *s);
 
-/* True if a client waits for a connection for which there is no descriptor or memory. */
+/* Returns true if a client waits for a connection for which there is no descriptor or memory. */
 bool command_server_starved(const struct command_server *s);
 
 /* Takes packets and connections, those of NAME.stop first; to be called after poll(). Returns the

@@ -93,7 +93,7 @@ static int read_section(struct reader *r, const char *path, size_t line) {
     if (keys && (status = read_mapping(r, path)) != STATUS_OK) return status;
     const char *dot = strchr(path, '.');
     bool effect = !strncmp(path, "effects.", strlen("effects."));
-    /* whoever names an effect must have meant something by it */
+    /* an effect named without a key is probably an oversight */
     if (effect && !r->params->effects[effect_find(dot + 1)].on)
         return fail(r->error, r->name, line, "%s has no key, so it stays off; set one (`hexid effects %s`) or delete the line", path,
                     dot + 1);
@@ -201,8 +201,8 @@ static int read_stream(struct reader *r) {
     return expect(r, YAML_STREAM_END_EVENT, "a second document begins here; a configuration is one");
 }
 
-/* If the built-in configuration is of another mechanism, clears its diameters that the
- * configuration does not state. */
+/* Marks diameters as stated only if the text states them, unless the mechanism is that of the
+ * built-in configuration. */
 static void forget_unstated(struct reader *r) {
     struct config_key key;
     for (int i = 0; !params_mechanism(r->params)->default_machine && config_key_at(i, &key); i++) {
@@ -212,7 +212,8 @@ static void forget_unstated(struct reader *r) {
     }
 }
 
-/* SAFETY: the reader is too large for the stack of a `command stop` under a low limit. */
+/* SAFETY: reads a configuration. The reader is on the heap, because under a low limit it is too
+ * large for the stack of a `command stop`. */
 static int read_text(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
     if (size > FILE_MAX) return fail(error, name, 0, "larger than %d bytes: this is no configuration", FILE_MAX);
     struct reader *r = calloc(1, sizeof *r);
@@ -309,7 +310,13 @@ static void print_sections(FILE *out, const char *path, const char *before) {
     }
 }
 
-static void print_entry(FILE *out, const struct config_key *key, const struct params *params) {
+static const char *note_of(const struct config_key *key, const struct config_note *note, int notes) {
+    for (int i = 0; i < notes; i++)
+        if (!strcmp(note[i].key, key->path)) return note[i].text;
+    return NULL;
+}
+
+static void print_entry(FILE *out, const struct config_key *key, const struct params *params, const char *note) {
     char value[CONFIG_TEXT_SIZE], range[CONFIG_TEXT_SIZE];
     const char *dot = strrchr(key->path, '.'), *name = dot ? dot + 1 : key->path;
     int indent = !dot ? 0 : strchr(key->path, '.') == dot ? 2 : 4;
@@ -319,23 +326,27 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
         fprintf(out, "%*s# %s: not stated; [%s] %s\n", indent, "", name, range, key->meaning);
         return;
     }
-    fprintf(out, "%*s%s: %-*s # [%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, range);
+    fprintf(out, "%*s%s: %-*s # %s%s[%s] ", indent, "", name, 40 - indent - (int)strlen(name), value, note ? note : "", note ? "; " : "",
+            range);
     if (key->effect < 0) fprintf(out, "%s\n", key->meaning);
     /* an effect's law is printed above, beside the effect's name */
     else fprintf(out, "%s %s\n", key->shapes_law ? "usually" : "adds nothing at", key->value);
 }
 
-char *config_text(const struct params *params) {
+char *config_text(const struct params *params) { return config_text_noted(params, NULL, NULL, 0); }
+
+char *config_text_noted(const struct params *params, const char *head, const struct config_note *note, int notes) {
     char *text = NULL, before[CONFIG_PATH_SIZE] = "";
     size_t size;
     struct config_key key;
     FILE *out = open_memstream(&text, &size);
     if (!out) return NULL;
+    if (head) fprintf(out, "# %s\n", head);
     fprintf(out, "# hexid configuration, SI units. A key that is left out has its default: `hexid run --print-config`.\n");
     for (int i = 0; config_key_at(i, &key); i++) {
         if (key.effect >= 0 && !params->effects[key.effect].on) continue;
         print_sections(out, key.path, before);
-        print_entry(out, &key, params);
+        print_entry(out, &key, params, note_of(&key, note, notes));
         snprintf(before, sizeof before, "%s", key.path);
     }
     if (fclose(out) == 0) return text;

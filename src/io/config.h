@@ -5,8 +5,10 @@
 #define HEXID_CONFIG_H
 
 #include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
 
+#include "config_note.h"
 #include "status.h"
 
 struct params;
@@ -18,9 +20,9 @@ void config_default(struct params *params);
  * checks that involve several keys. Returns 0 or -2. */
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
 
-/* Makes the checks that only a run needs, since evaluating a log moves nothing: ramps; legs whose
- * shortest length is within the limits; and a machine that cannot move without a controller for
- * longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
+/* Makes the checks that only a run needs, since evaluating a log moves nothing. Refuses: ramps that
+ * are too short; limits.length_min_m not below a leg that is fully in; and a machine that may move
+ * without a controller for longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
 /* Loads YAML text from memory, such as that in a log; `name` stands for the file in messages. */
@@ -34,6 +36,9 @@ int config_override(struct params *params, const char *name, const char *const *
  * effects that are on. To be freed by the caller. */
 char *config_text(const struct params *params);
 
+/* The same below this head line, with notes behind the values of some keys. */
+char *config_text_noted(const struct params *params, const char *head, const struct config_note *note, int notes);
+
 /* Finds the first key within these sections (names such as "payload", ended by NULL) whose values
  * differ, with both values as YAML. Returns false if there is none. */
 struct config_difference {
@@ -41,9 +46,14 @@ struct config_difference {
 };
 bool config_difference(const struct params *a, const struct params *b, const char *const *sections, struct config_difference *difference);
 
-/* Lists the keys of cylinder, valve and oil that still have the built-in machine's values
- * although the machine is another one (single axis or another geometry): "hydraulics.supply_pa
- * 10e6, ...". "": none, or the built-in machine. */
+/* Returns a hash of all that the closed loop and its following error depend on, but for the gains
+ * that may change while it runs (src/core/gains.h): whoever has the same may compute the loop for
+ * somebody else. */
+uint64_t config_digest(const struct params *params);
+
+/* Lists the keys of cylinder, valve and oil that still have the built-in machine's values although
+ * the machine is another one (single axis or another geometry): "hydraulics.supply_pa 10e6, ...".
+ * Writes "" if there is no such key, or for the built-in machine. */
 enum { CONFIG_DEFAULTS_SIZE = 480 };
 void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE]);
 

@@ -94,6 +94,7 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     require(c, shortest < neutral && neutral < stroke.most_m,
             "actuator.mid_stroke_m %g of leg %d: its stroke, %.4g to %.4g m, must enclose the neutral leg length, %.4g m",
             a->mid_stroke_m[i], i + 1, shortest, stroke.most_m, neutral);
+    if (p->geometry.height_m < 0.0) return; /* a platform that hangs is not parked */
     if (!require(c, drop < p->geometry.height_m, "motion.park_z_m %g must be below geometry.height_m %g", drop, p->geometry.height_m))
         return;
     require(c, parked >= shortest,
@@ -116,6 +117,15 @@ static bool check_legs(struct checker *c, const struct params *p) {
     ik_lengths(&k, (double[DOFS]){[DOF_Z] = p->motion.park_z_m}, parked);
     for (int i = 0; i < LEGS; i++) check_leg(c, p, i, &k, parked[i]);
     return c->count == wrong;
+}
+
+/* A reading of a leg on its stop is compared with the length there, so the standard deviation of
+ * that alone would make the whole length a zero error. */
+static void check_stops(struct checker *c, const struct actuator_params *a) {
+    for (int i = 0; i < LEGS && a->retracted_std_m > 0.0; i++)
+        require(c, a->retracted_m[i] > 0.0,
+                "actuator.retracted_std_m %g without actuator.retracted_m of leg %d: state the length that was measured, or leave both out",
+                a->retracted_std_m, i + 1);
 }
 
 static void check_hydraulics(struct checker *c, const struct params *p) {
@@ -147,8 +157,8 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
-/* Returns the distance in which no leg reaches an end of its stroke, if every joint moves by at
- * most this. */
+/* Returns the largest distance by which every joint may move without a leg reaching an end of its
+ * stroke. */
 static double room_m(const struct params *p, const struct kinematics *k) {
     double room = (double)INFINITY;
     for (int i = 0; i < LEGS; i++) {
@@ -233,11 +243,17 @@ static void check_rest(struct checker *c, const struct params *p) {
     }
 }
 
+static const double height_least_m = 0.05; /* lower, the legs lie in the plane of the joints */
+
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
     struct blind_time blind = blind_time(p);
     const char *refusal = params_mechanism(p)->refuses.run;
     if (!require(&c, !refusal, "%s", refusal)) return c.status;
+    /* SAFETY: start, parking and end stops are those of a platform that rests on its legs. */
+    require(&c, !params_mechanism(p)->pose || p->geometry.height_m > 0.0,
+            "geometry.height_m %g: the platform hangs; hexid moves platforms that stand on their legs, and of others reads recordings",
+            p->geometry.height_m);
     check_rest(&c, p);
     require(&c, p->tests.ramp_s >= ramp_min_s && p->tests.ramp_out_s >= ramp_min_s,
             "tests.ramp_s %g and ramp_out_s %g must be at least %g s: less is a blow to the machine", p->tests.ramp_s, p->tests.ramp_out_s,
@@ -257,8 +273,8 @@ static void check_channel(struct checker *c, const char *section, const struct c
     }
 }
 
-/* Refuses parameters of a law's shape without its strength: they have no effect, and the user meant
- * something by them. */
+/* Refuses keys that shape a law whose strength is not set: alone they have no effect, so the
+ * strength was probably forgotten. */
 static void check_effects(struct checker *c, const struct params *p) {
     for (int e = 0; effect_table[e]; e++) {
         const struct effect_key *keys = effect_table[e]->keys, *shape = NULL, *strength = NULL;
@@ -276,10 +292,15 @@ int config_check(const struct params *params, const char *name, struct error *er
     struct checker c = {.name = name, .error = error};
     bool pose = params_mechanism(params)->pose, driven = !params_mechanism(params)->refuses.run;
     check_payload(&c, &params->payload);
+    check_stops(&c, &params->actuator);
     check_hydraulics(&c, params);
+    if (pose)
+        require(&c, fabs(params->geometry.height_m) >= height_least_m, "geometry.height_m %g: its amount must be at least %g m",
+                params->geometry.height_m, height_least_m);
     bool moves = pose && check_legs(&c, params);
     if (driven) check_limits(&c, params);
-    check_tests(&c, params, moves);
+    /* what is only read has its own frequency and length, which are measured */
+    if (driven) check_tests(&c, params, moves);
     check_effects(&c, params);
     require(&c, !params->machine.name[0] || machine_name_valid(params->machine.name),
             "machine.name \"%.60s\": not 1 to %d of A-Z a-z 0-9 - _", params->machine.name, MACHINE_NAME_SIZE - 1);

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "config_keys.h"
+#include "gains.h"
 #include "params.h"
 
 static bool within(const char *path, const char *const *sections) {
@@ -27,6 +28,53 @@ bool config_difference(const struct params *a, const struct params *b, const cha
         return true;
     }
     return false;
+}
+
+static bool is_gain(const char *path) {
+    for (int i = 0; i < LOOP_GAINS; i++)
+        if (!strcmp(path, gain_keys[i])) return true;
+    return false;
+}
+
+/* FNV-1a, with the text's final zero. */
+static uint64_t add_text(uint64_t hash, const char *text) {
+    for (const char *c = text;; c++) {
+        hash = (hash ^ (unsigned char)*c) * 0x100000001b3u;
+        if (!*c) return hash;
+    }
+}
+
+uint64_t config_digest(const struct params *params) {
+    static const char *const sections[] = {"mechanism",
+                                           "geometry",
+                                           "payload",
+                                           "actuator",
+                                           "hydraulics",
+                                           "sensors",
+                                           "control",
+                                           "loop.period_s",
+                                           "motion.park_z_m",
+                                           "motion.engage_s",
+                                           "motion.park_s",
+                                           "motion.rate_mps",
+                                           "tests.frequency_hz",
+                                           "tests.amplitude_m",
+                                           "tests.amplitude_rad",
+                                           "limits.following_m",
+                                           "limits.length_min_m",
+                                           "limits.length_max_m",
+                                           "limits.oscillation_mps2",
+                                           "effects",
+                                           NULL};
+    uint64_t hash = 0xcbf29ce484222325u;
+    struct config_key key;
+    char value[CONFIG_TEXT_SIZE];
+    for (int i = 0; config_key_at(i, &key); i++) {
+        if (!within(key.path, sections) || is_gain(key.path) || (key.effect >= 0 && !params->effects[key.effect].on)) continue;
+        config_value_format(&key, params, value);
+        hash = add_text(add_text(hash, key.path), value);
+    }
+    return hash;
 }
 
 /* Compares the keys that matter for pressures and commands. */

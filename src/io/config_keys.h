@@ -45,7 +45,8 @@ struct config_key {
     const char *const *names;    /* words of a CONFIG_CHOICE; ended by NULL */
     int effect;          /* index of the effect in effect_table; -1: the key belongs to no effect */
     int count;                   /* number of values or points, at most LEGS */
-    bool shapes_law;         /* the key shapes an effect's law: no value of it adds nothing */
+    bool shapes_law;         /* the key only shapes an effect's law; it has no value with which the
+                              * effect adds nothing */
 };
 
 /* Gets a key by its index in the order of the file, effects last. Returns false past the end. */
@@ -79,8 +80,8 @@ bool config_value_add(const struct config_key *key, struct config_value *value, 
  * with or without brackets; points need brackets. */
 bool config_value_split(const struct config_key *key, const char *text, struct config_value *value);
 
-/* Checks kind and range, then stores the value; a key of an effect switches the effect on. If it
- * returns false, `reason` says what is wrong and what is accepted. */
+/* Checks kind and range, then stores the value; a key of an effect switches the effect on. Returns
+ * false with `reason`: the mistake, and the values that are accepted. */
 bool config_value_set(const struct config_key *key, const struct config_value *value, struct params *params,
                       char reason[CONFIG_REASON_SIZE]);
 
@@ -94,8 +95,8 @@ void config_range_format(const struct config_key *key, char text[CONFIG_TEXT_SIZ
  * stay inside its limits. `name` stands for the file in messages. */
 int config_check(const struct params *params, const char *name, struct error *error);
 
-/* True if the configuration states this key. Only a few keys record this; for all others the answer
- * is true. */
+/* Returns true if the configuration states this key. Only a few keys record this; for all others
+ * the answer is true. */
 bool config_is_stated(const struct config_key *key, const struct params *params);
 void config_keep_stated(const struct config_key *key, struct params *params, bool stated);
 

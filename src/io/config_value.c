@@ -173,7 +173,7 @@ static bool set_points(const struct config_key *key, const struct config_value *
     return true;
 }
 
-/* Returns the offset of the flag that says whether the key is stated; 0: the key has none. */
+/* Returns the offset of the flag that is true if the key is stated; 0: the key has no such flag. */
 static size_t stated_at(const struct config_key *key) {
     if (key->offset == offsetof(struct params, actuator.piston_diameter_m)) return offsetof(struct params, actuator.stated.piston);
     if (key->offset == offsetof(struct params, actuator.rod_diameter_m)) return offsetof(struct params, actuator.stated.rod);

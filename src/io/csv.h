@@ -20,11 +20,17 @@
  *                                                     there are pressures; p1 on the rodless side;
  *                                                     only the first two are required
  *
- * Other programs' files: cells may be quoted and separated by semicolons or tabs (numbers may then
- * have decimal commas); lines between rows that begin with # are skipped. A name may end in another
- * unit, "p1_3_bar" or "t [ms]": m cm mm um, s ms us, rad mrad deg, Pa kPa MPa bar psi, N kN; a map
- * translates the user's own names (csv_map.h). Values that are implausible for their names are
- * reported as doubtful, and hexid gap refuses them.
+ * Other programs' files: cells may be quoted and separated by semicolons, tabs or blanks
+ * (numbers may then have decimal commas); lines of text before the names, and lines between rows
+ * that begin with # are skipped, and a line of units below the names is taken (csv_layout.h). A
+ * name may end in another unit, "p1_3_bar" or "t [ms]" (csv_units.h); a map translates the
+ * user's own names (csv_map.h). Values that are implausible for their names are reported as
+ * doubtful, and hexid gap refuses them. Time may be a time of day.
+ *
+ * A file may have several columns of time, each for the columns after it; rows may have only some
+ * of the channels; a channel may be repeated; a position may be a speed; and files of a directory
+ * that share no column except the time are one test. Such channels are brought onto one clock
+ * (csv_table.h). MAT and MCAP files are read as tables, too (csv_foreign.h).
  *
  * Columns may stand in any order; only t_s is required. A missing column or an empty cell is NaN in
  * the log, and whatever needs it is not evaluated. `flags` (SAMPLE_..., decimal) and `phase` (enum
@@ -64,8 +70,8 @@ struct csv_report {
     int64_t empty;         /* import: number of cells without a number, NaN in the log */
     int64_t unreadable;    /* export: number of malformed messages on HEXID_STATE */
     bool several;          /* import: files of a single axis have different frequencies */
-    double rate_hz;        /* import: rate that the times of the first file have, if it differs from
-                            * that of the configuration or of the head; else 0 */
+    double rate_hz;        /* import: rate of the first file's time stamps, Hz, if it differs from
+                            * the rate of the configuration or of the head; else 0 */
     double stated_hz;     /* import: rate stated in the head, if it differs from rate_hz; 0: none */
     bool cut;              /* export: the log is cut off or damaged; it was read up to cut_offset */
     int64_t cut_offset;
@@ -81,6 +87,10 @@ struct csv_report {
     char zero[600];        /* import: times taken as t = 0 in files whose t_s does not begin near
                             * zero: "2_y.csv: 6.500; ..." */
     char overruled[600];   /* import: frequencies in heads that csv_source.overruled left out */
+    char notes[1200];      /* import: changes made to bring channels onto one clock (csv_table.h),
+                            * and lines left out */
+    bool turns;            /* import: the axis rotates and is read as at a lever of 1 m
+                            * (csv_units.h) */
     bool no_lengths;       /* import: a platform's file lacks leg lengths */
     char doubtful[CSV_DOUBTS_SIZE]; /* import: columns with values implausible for their names, and
                                      * the units that they might have (csv_doubts.h) */
@@ -88,7 +98,7 @@ struct csv_report {
 
 /* Writes the tests of a log as DIRECTORY/1_x.csv ..., and its configuration. Creates the directory
  * if needed; refuses one that has CSV files, and overwrites no file. run: number of the run in a
- * log that holds several (log_runs.h), else 0. On an error it returns -3 and names the file. */
+ * log that contains several (log_runs.h), else 0. On an error it returns -3 and names the file. */
 int csv_export(const char *log_path, int run, const char *directory, struct csv_report *report, struct error *error);
 
 struct csv_map;
@@ -108,8 +118,8 @@ struct csv_source {
  * there is one, else the base. Frequency, amplitude, times and rate in the files' heads, and the
  * rate of their times, replace its values; the list of tests is made from the files unless the
  * configuration lists all their axes. Every file is checked to its last row before the log is
- * begun. The frequency that a file states is kept beside its rows (csv_stated.h). -2 with file,
- * line and column for bad content, -3 for files that cannot be read or written. */
+ * begun. The frequency that a file states is kept beside its rows (csv_stated.h). Returns -2 with
+ * file, line and column for bad content, -3 for files that cannot be read or written. */
 int csv_import(const struct csv_source *source, const char *log_path, struct csv_report *report, struct error *error);
 
 #endif

@@ -6,18 +6,15 @@
 #include "params.h"
 #include "segments.h"
 
-static int read_test(struct recording_test *test, const struct csv_head *head, struct csv_map *map, const struct params *params,
-                     struct error *error) {
-    struct csv_reader *reader;
+static int read_test(struct recording_test *test, struct csv_rows *rows, const struct params *params, struct error *error) {
     struct cycle c;
-    int got = 1, status = csv_open(&reader, head->path, map, error);
-    if (status) return status;
-    while (!status && (got = csv_read_row(reader, &c, error)) > 0) {
+    int got = 1, status = STATUS_OK;
+    while (!status && (got = csv_rows_next(rows, &c, error)) > 0) {
         struct recording_sample s = recording_sample_of(params, &c);
-        s.refused = refusal_of(&c, params_legs(params)); /* only the motion matters here */
+        s.refused = refusal_of(&c, params_legs(params)); /* a sample without a force counts, too,
+                                                          * because only the motion matters here */
         status = recording_append(test, &s, error);
     }
-    csv_close(reader);
     return got < 0 ? got : status;
 }
 
@@ -36,10 +33,14 @@ static double zero_of(const struct recording_test *test, const struct segments *
     return first_s > 0.0 && first_s < ramp_s + duration_s ? 0.0 : steady_s - ramp_s;
 }
 
-int csv_begin_find(const struct csv_head *head, struct csv_map *map, const struct params *params, double *zero_s, struct error *error) {
+int csv_begin_find(const struct csv_head *head, const struct csv_table *table, struct csv_map *map, const struct params *params,
+                   double *zero_s, struct error *error) {
+    struct csv_rows rows;
     struct recording_test test = {.dof = head->dof, .first = -1};
     struct segments segments = {0};
-    int status = read_test(&test, head, map, params, error);
+    int status = csv_rows_open(&rows, head, table, map, error);
+    if (!status) status = read_test(&test, &rows, params, error);
+    csv_rows_close(&rows);
     if (!status) status = segments_find(&segments, &test, params_legs(params), error);
     if (!status) *zero_s = zero_of(&test, &segments, head->value[CSV_DURATION], params->tests.ramp_s);
     segments_free(&segments);

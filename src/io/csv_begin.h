@@ -3,15 +3,21 @@
 #ifndef HEXID_CSV_BEGIN_H
 #define HEXID_CSV_BEGIN_H
 
-#include "csv_reader.h"
+#include "csv_table.h"
 
-/* Finds the t_s of the file that is t = 0 from its segments (segments.h). The transition between
- * rest and steady motion has the same centre as the ramp-in, because its smooth ends are
- * detected late and early by the same amount. Without steady motion: the end of the first rest
- * that motion follows. Without a rest: the first row, or, if that is too early, ramp_s before
- * the steady motion. Steady from the first row on: the ramp-in was cut off, and t_s is taken as
- * right (0) if that row lies within the stated evaluated part. Heap. Returns -2 or -3 on
- * failure. */
-int csv_begin_find(const struct csv_head *head, struct csv_map *map, const struct params *params, double *zero_s, struct error *error);
+/* Finds which t_s of the file is t = 0, from its segments (segments.h):
+ *
+ *   rest, then steady motion   t = 0 is ramp_s / 2 before the middle of the transition, whose
+ *                              smooth ends are detected late and early by the same amount.
+ *   no steady motion           t = 0 is the end of the first rest that motion follows.
+ *   no rest                    t = 0 is ramp_s before the steady motion, but not before the
+ *                              first row.
+ *   steady from the first row  The ramp-in was cut off. t_s is taken as right (0) if the first row
+ *                              lies between 0 and the end of the stated evaluated part; otherwise
+ *                              t = 0 is ramp_s before that row.
+ *
+ * Heap. Returns -2 or -3 on failure. */
+int csv_begin_find(const struct csv_head *head, const struct csv_table *table, struct csv_map *map, const struct params *params,
+                   double *zero_s, struct error *error);
 
 #endif

@@ -56,8 +56,8 @@ static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 struct expectation {
     bool swing;
     double least, most; /* range of plausible values, SI */
-    double usual;       /* usual value: of the possible units, the one under which a value comes
-                         * nearest to this, as a ratio, is chosen */
+    double usual;       /* usual value; of the possible units, that one is named which brings the
+                         * value nearest to it by ratio */
     const char *si;
 };
 
@@ -75,10 +75,11 @@ enum { GROUPS = 2 };
 static const struct guess *const guesses[KINDS] = {
     [LENGTH] = lengths, [ANGLE] = angles, [PRESSURE] = pressures, [FORCE] = forces, [VALVE] = valves};
 
-static const double TURN_MAX_RAD = 0.6;     /* limit of any platform's motion, 35 degrees */
-static const double OF_SUPPLY = 0.6;        /* usual largest pressure, as a share of the supply's:
-                                             * between half of that with a light load and all of
-                                             * it */
+static const double TURN_MAX_RAD = 0.6;     /* largest angle that a platform reaches, about 35
+                                             * degrees */
+static const double OF_SUPPLY = 0.6;        /* usual largest pressure as a share of the supply
+                                             * pressure; it lies between a half (light load) and
+                                             * 1 */
 static const double SUPPLY_MOST = 2.0;      /* a load or the area ratio can raise a pressure to at
                                              * most this times the supply's */
 static const double OF_STROKE = 0.1;        /* usual swing of a length, as a share of the stroke, if

@@ -12,8 +12,8 @@
 struct csv_range {
     bool begun;
     double low[CSV_COLUMNS], high[CSV_COLUMNS];
-    double beside, sum[3], product[3][3]; /* rows that have force, p1 and p2: their number, sums and
-                                           * sums of products */
+    double beside, sum[3], product[3][3]; /* number, sums and sums of products of the rows that have
+                                           * force, p1 and p2 */
 };
 
 void csv_range_take(struct csv_range *range, const struct cycle *cycle);

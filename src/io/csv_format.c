@@ -1,142 +1,110 @@
 #include "csv_format.h"
 
-#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 #include "params.h"
-#include "units.h"
 
 enum { CSV_NAME_SIZE = 40 };
 
-#define REAL(name, member) {name, CSV_REAL, offsetof(struct cycle, member)}
-#define SIX(before, after, member)                                                                                                \
-    REAL(before "1" after, member[0]), REAL(before "2" after, member[1]), REAL(before "3" after, member[2]), \
-    REAL(before "4" after, member[3]), REAL(before "5" after, member[4]), REAL(before "6" after, member[5])
+#define REAL(name, quantity, member) {name, CSV_REAL, quantity, offsetof(struct cycle, member)}
+#define SIX(before, after, quantity, member)                                                              \
+    REAL(before "1" after, quantity, member[0]), REAL(before "2" after, quantity, member[1]),         \
+        REAL(before "3" after, quantity, member[2]), REAL(before "4" after, quantity, member[3]),     \
+        REAL(before "5" after, quantity, member[4]), REAL(before "6" after, quantity, member[5])
 
 const struct csv_column csv_columns[CSV_COLUMNS] = {
-    REAL("t_s", test_time_s),
-    REAL("ref_x_m", ref[DOF_X]),
-    REAL("ref_y_m", ref[DOF_Y]),
-    REAL("ref_z_m", ref[DOF_Z]),
-    REAL("ref_phi_rad", ref[DOF_PHI]),
-    REAL("ref_theta_rad", ref[DOF_THETA]),
-    REAL("ref_psi_rad", ref[DOF_PSI]),
-    SIX("l", "_m", in.length_m),
-    SIX("p1_", "_pa", in.p1_pa),
-    SIX("p2_", "_pa", in.p2_pa),
-    SIX("u", "", out.valve),
-    {"flags", CSV_FLAGS, offsetof(struct cycle, in.flags)},
-    {"phase", CSV_PHASE, offsetof(struct cycle, phase)},
-    REAL("position_m", in.length_m[0]),
-    REAL("ref_m", ref[DOF_X]),
-    REAL("force_n", force_n[0]),
-    REAL("p1_pa", in.p1_pa[0]),
-    REAL("p2_pa", in.p2_pa[0]),
-    REAL("u", out.valve[0]),
+    REAL("t_s", CSV_TIME, test_time_s),
+    REAL("ref_x_m", CSV_LENGTH, ref[DOF_X]),
+    REAL("ref_y_m", CSV_LENGTH, ref[DOF_Y]),
+    REAL("ref_z_m", CSV_LENGTH, ref[DOF_Z]),
+    REAL("ref_phi_rad", CSV_ANGLE, ref[DOF_PHI]),
+    REAL("ref_theta_rad", CSV_ANGLE, ref[DOF_THETA]),
+    REAL("ref_psi_rad", CSV_ANGLE, ref[DOF_PSI]),
+    SIX("l", "_m", CSV_LENGTH, in.length_m),
+    SIX("p1_", "_pa", CSV_PRESSURE, in.p1_pa),
+    SIX("p2_", "_pa", CSV_PRESSURE, in.p2_pa),
+    SIX("u", "", CSV_SHARE, out.valve),
+    {"flags", CSV_FLAGS, CSV_NO_QUANTITY, offsetof(struct cycle, in.flags)},
+    {"phase", CSV_PHASE, CSV_NO_QUANTITY, offsetof(struct cycle, phase)},
+    REAL("position_m", CSV_PLACE, in.length_m[0]),
+    REAL("ref_m", CSV_PLACE, ref[DOF_X]),
+    REAL("force_n", CSV_FORCE, force_n[0]),
+    REAL("p1_pa", CSV_PRESSURE, in.p1_pa[0]),
+    REAL("p2_pa", CSV_PRESSURE, in.p2_pa[0]),
+    REAL("u", CSV_SHARE, out.valve[0]),
 };
 
 bool csv_column_of(int column, const struct mechanism *mechanism) {
-    int place = (column - 1) % 6; /* the columns between time and flags stand in sixes */
+    int place = (column - 1) % 6; /* columns between time and flags come in groups of six */
     if (column == CSV_T || column == CSV_FLAGS_COLUMN || column == CSV_PHASE_COLUMN) return true;
     if (column >= CSV_POSITION_COLUMN || mechanism->legs == 1) return column >= CSV_POSITION_COLUMN && mechanism->legs == 1;
     return place < (column < CSV_LENGTH_1_COLUMN ? mechanism->axes : mechanism->legs);
 }
 
-/* Units as users write them, in any case, with the equivalent in csv_columns' names ("" for
- * quantities without a unit there). */
-static const struct {
-    const char *name, *si;
-    double factor;
-} units[] = {
-    {"s", "s", 1.0},   {"ms", "s", 1e-3},  {"us", "s", 1e-6},   {"m", "m", 1.0},       {"cm", "m", 1e-2},
-    {"mm", "m", 1e-3}, {"um", "m", 1e-6},  {"rad", "rad", 1.0}, {"mrad", "rad", 1e-3}, {"deg", "rad", PI / 180.0},
-    {"Pa", "pa", 1.0}, {"kPa", "pa", 1e3}, {"MPa", "pa", 1e6},  {"bar", "pa", 1e5},    {"psi", "pa", 6894.757293168},
-    {"N", "n", 1.0},   {"kN", "n", 1e3},   {"%", "", 0.01},
-};
-enum { UNITS = sizeof units / sizeof *units };
-
-/* Normalises a name: lower case, and "name_unit" for "name [unit]" and "name (unit)". */
-static void plain_name(const char *name, char plain[CSV_NAME_SIZE]) {
-    size_t used = 0;
-    for (; *name && used < CSV_NAME_SIZE - 1; name++) {
-        if (*name == ']' || *name == ')') break;
-        bool unit = *name == '[' || *name == '(';
-        while (unit && used > 0 && (plain[used - 1] == ' ' || plain[used - 1] == '_')) used--;
-        plain[used++] = unit ? '_' : (char)tolower((unsigned char)*name);
-    }
-    plain[used] = '\0';
+int csv_stem(int column) {
+    const char *name = csv_columns[column].name, *end = strrchr(name, '_');
+    return (int)(end && csv_unit_known(end + 1) ? end - name : (ptrdiff_t)strlen(name));
 }
 
-static int find_plain(const char *name) {
+/* Finds hexid's column whose name, or name without its unit (`stem`), equals the first `length`
+ * bytes of a name, in any case; -1 if there is none. */
+static int find_name(const char *name, size_t length, bool stem) {
     int column = CSV_COLUMNS - 1;
-    while (column >= 0 && strcmp(name, csv_columns[column].name) != 0) column--;
-    return column;
-}
-
-int csv_column_find(const char *name, double *unit) {
-    char plain[CSV_NAME_SIZE], si[CSV_NAME_SIZE + 8];
-    plain_name(name, plain);
-    char *end = strrchr(plain, '_');
-    *unit = 1.0;
-    int column = find_plain(plain);
-    for (int i = 0; i < UNITS && end && column < 0; i++) {
-        if (strcasecmp(end + 1, units[i].name) != 0) continue;
-        *unit = units[i].factor;
-        snprintf(si, sizeof si, "%.*s_%s", (int)(end - plain), plain, units[i].si);
-        column = find_plain(si);
+    for (; column >= 0; column--) {
+        const char *own = csv_columns[column].name;
+        size_t size = stem ? (size_t)csv_stem(column) : strlen(own);
+        if (size == length && !strncasecmp(own, name, size)) break;
     }
     return column;
 }
 
-/* Returns the unit in a column's name, "m" of position_m; "" if it has none. */
-static const char *si_of(int column) {
-    const char *end = strrchr(csv_columns[column].name, '_');
-    for (int i = 0; i < UNITS && end; i++)
-        if (!strcmp(end + 1, units[i].si)) return units[i].si;
-    return "";
+/* Copies the text in the last brackets that begin before `end`. Returns the address of the bracket,
+ * or NULL. */
+static const char *in_brackets(const char *name, const char *end, char text[CSV_NAME_SIZE]) {
+    const char *open = end;
+    while (open > name && open[-1] != '[' && open[-1] != '(') open--;
+    if (open == name) return NULL;
+    size_t length = strcspn(open, "])");
+    if (length >= CSV_NAME_SIZE) length = 0;
+    snprintf(text, CSV_NAME_SIZE, "%.*s", (int)length, open);
+    return open - 1;
+}
+
+int csv_column_find(const char *name, struct csv_unit *unit) {
+    char text[CSV_NAME_SIZE];
+    *unit = csv_unit_si;
+    int column = find_name(name, strlen(name), false);
+    if (column >= 0) return column;
+    const char *end = in_brackets(name, name + strlen(name), text), *under = strrchr(name, '_');
+    if (!end && under) end = under, snprintf(text, sizeof text, "%s", under + 1);
+    size_t length = end ? (size_t)(end - name) : 0;
+    while (length && (name[length - 1] == ' ' || name[length - 1] == '_')) length--;
+    column = find_name(name, length, true);
+    return column >= 0 && csv_unit_parse(text, csv_columns[column].quantity, unit) ? column : -1;
 }
 
 int csv_column_named(const char *name) {
-    char plain[CSV_NAME_SIZE];
-    plain_name(name, plain);
-    for (int i = 0; i < CSV_COLUMNS; i++) {
-        const char *own = csv_columns[i].name, *si = si_of(i);
-        size_t stem = strlen(own) - (*si ? strlen(si) + 1 : 0);
-        if (!strcmp(plain, own) || (strlen(plain) == stem && !strncmp(plain, own, stem))) return i;
-    }
-    return -1;
+    int column = find_name(name, strlen(name), false);
+    return column >= 0 ? column : find_name(name, strlen(name), true);
 }
 
-bool csv_unit_find(const char *unit, int column, double *factor) {
-    char plain[CSV_NAME_SIZE];
-    plain_name(unit, plain);
-    for (int i = 0; i < UNITS; i++) {
-        if (strcasecmp(plain, units[i].name) || strcmp(si_of(column), units[i].si) || csv_columns[column].kind != CSV_REAL) continue;
-        *factor = units[i].factor;
-        return true;
+enum csv_named_unit csv_unit_of(const char *name, enum csv_quantity quantity, struct csv_unit *unit) {
+    char text[CSV_NAME_SIZE];
+    bool brackets = false;
+    *unit = csv_unit_si;
+    for (const char *end = name + strlen(name); (end = in_brackets(name, end, text)); brackets = true)
+        if (csv_unit_parse(text, quantity, unit)) return CSV_UNIT_FOUND;
+    *unit = csv_unit_si;
+    if (brackets) return quantity == CSV_NO_QUANTITY || quantity == CSV_SHARE ? CSV_UNIT_NONE : CSV_UNIT_WRONG;
+    for (const char *end = name + strlen(name); end > name; end--) {
+        if (!strchr("/_, ", end[-1]) || !csv_unit_known(end) || !csv_unit_parse(end, quantity, unit)) continue;
+        return CSV_UNIT_FOUND;
     }
-    return false;
-}
-
-double csv_unit_of(const char *name, int column) {
-    double factor = 1.0;
-    const char *end = strpbrk(name, "[(");
-    for (const char *more = end; more; more = strpbrk(more + 1, "[(")) end = more;
-    if (!end) end = strrchr(name, '_');
-    return end && csv_unit_find(end + 1, column, &factor) ? factor : 1.0;
-}
-
-void csv_units_list(int column, char words[CSV_UNITS_SIZE]) {
-    words[0] = '\0';
-    for (int i = 0; i < UNITS; i++) {
-        size_t used = strlen(words);
-        if (csv_columns[column].kind != CSV_REAL || strcmp(units[i].si, si_of(column))) continue;
-        snprintf(words + used, CSV_UNITS_SIZE - used, "%s%s", used ? ", " : "", units[i].name);
-    }
-    if (!words[0]) strcpy(words, "none");
+    *unit = csv_unit_si;
+    return CSV_UNIT_NONE;
 }
 
 const char *const csv_keys[CSV_KEYS] = {"frequency_hz", "amplitude", "rate_hz", "settle_s", "ramp_s", "duration_s", "ramp_out_s"};
@@ -164,8 +132,11 @@ double *csv_place(struct params *params, enum csv_key key, enum dof dof) {
 }
 
 static int is_csv(const struct dirent *entry) {
-    size_t length = strlen(entry->d_name);
-    return length > 4 && strcmp(entry->d_name + length - 4, ".csv") == 0;
+    static const char *const ends[] = {".csv", ".tsv", ".mat", ".mcap"};
+    const char *dot = strrchr(entry->d_name, '.');
+    for (size_t i = 0; i < sizeof ends / sizeof *ends && dot && dot > entry->d_name; i++)
+        if (!strcasecmp(dot, ends[i])) return 1;
+    return 0;
 }
 
 int csv_list(const char *directory, struct dirent ***files) {

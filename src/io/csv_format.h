@@ -6,6 +6,7 @@
 #include <dirent.h>
 #include <stddef.h>
 
+#include "csv_units.h"
 #include "mechanism.h"
 
 enum { CSV_T = 0, CSV_FLAGS_COLUMN = 31, CSV_PHASE_COLUMN = 32, CSV_POSITION_COLUMN = 33, CSV_COLUMNS = 39 };
@@ -25,32 +26,32 @@ enum csv_kind { CSV_REAL, CSV_FLAGS, CSV_PHASE };
 struct csv_column {
     const char *name;
     enum csv_kind kind;
+    enum csv_quantity quantity;
     size_t offset; /* offset of the value in struct cycle */
 };
 
 extern const struct csv_column csv_columns[CSV_COLUMNS];
 
-/* True if the mechanism has this column; all have time, flags and phase. With one leg its columns
- * have no number. */
+/* Returns true if the mechanism has this column; all have time, flags and phase. With one leg its
+ * columns have no number. */
 bool csv_column_of(int column, const struct mechanism *mechanism);
 
-/* Finds a column by name; -1: none. The name may end in another unit than SI's, after _ or in
- * brackets ("p1_3_bar", "t [ms]"); `unit` is then the factor that converts values to SI. */
-int csv_column_find(const char *name, double *unit);
+/* Finds a column by hexid's own name for it; returns -1 if there is none. The name may end in
+ * another unit than SI's, after _ or in brackets ("p1_3_bar", "t [ms]"). */
+int csv_column_find(const char *name, struct csv_unit *unit);
 
-/* Finds a column by its name, with the SI unit or without a unit ("position", "p1_3"); -1: none. */
+/* Finds a column by its name, with the SI unit or without a unit ("position", "p1_3"); returns -1
+ * if there is none. */
 int csv_column_named(const char *name);
 
-/* True if the column's values can have this unit; `factor` converts them to SI. */
-bool csv_unit_find(const char *unit, int column, double *factor);
+enum csv_named_unit { CSV_UNIT_NONE, CSV_UNIT_FOUND, CSV_UNIT_WRONG };
 
-/* Returns the factor to SI from the unit that ends a foreign name, "Weg [mm]" or "Weg_mm"; 1
- * without a unit. */
-double csv_unit_of(const char *name, int column);
+/* Finds the unit that is part of a foreign name: "Weg [mm]", "Weg (mm)", "Weg / mm", "Weg_mm".
+ * Returns CSV_UNIT_WRONG if there are brackets, but no unit in them that the quantity can have. */
+enum csv_named_unit csv_unit_of(const char *name, enum csv_quantity quantity, struct csv_unit *unit);
 
-/* Lists the units that csv_unit_find() accepts for the column: "m, cm, mm, um". */
-enum { CSV_UNITS_SIZE = 80 };
-void csv_units_list(int column, char words[CSV_UNITS_SIZE]);
+/* Returns the length of a column's name without its unit: 8 for "position_m". */
+int csv_stem(int column);
 
 /* Keys of a head that have a number; dof, which has a name, is not among them. */
 enum csv_key { CSV_FREQUENCY, CSV_AMPLITUDE, CSV_RATE, CSV_SETTLE, CSV_RAMP, CSV_DURATION, CSV_RAMP_OUT, CSV_KEYS };

@@ -9,8 +9,10 @@
 #include "csv.h"
 #include "csv_begin.h"
 #include "csv_doubts.h"
+#include "csv_foreign.h"
 #include "csv_format.h"
 #include "csv_stated.h"
+#include "csv_table.h"
 #include "csv_times.h"
 #include "log.h"
 #include "messages.h"
@@ -32,6 +34,11 @@ struct import {
     struct params params;
     int files;
     struct csv_head head[CSV_FILES_MAX];
+    struct csv_head *part;     /* heads of the `parts` files that together are one test; NULL: each
+                                * file is a test */
+    int parts;
+    struct csv_table *table[CSV_FILES_MAX]; /* table of a test whose channels have several clocks;
+                                             * NULL: its rows are read from the file */
     int test[CSV_FILES_MAX];   /* index of each file's test in the list of tests */
     struct csv_times times[CSV_FILES_MAX];
     struct csv_range range[CSV_FILES_MAX];
@@ -48,8 +55,8 @@ struct import {
 
 static double period_s(const struct import *im) { return im->params.loop.period_s; }
 
-/* True if the head gives this key a value that has a meaning: without a sinusoid only the rate has
- * one. */
+/* Returns true if the head gives this key a value, and the value has a meaning: for a file without
+ * a sinusoid only the rate has one. */
 static bool gives(const struct csv_head *h, enum csv_key key) { return !isnan(h->value[key]) && (h->dof != DOF_NONE || key == CSV_RATE); }
 
 /* Takes the mechanism from the first file; all others must agree. */
@@ -62,7 +69,7 @@ static int merge_mechanism(struct import *im, int file) {
                          configured->csv_column, configured->name);
     if (file == 0) {
         im->params.mechanism = h->mechanism;
-        /* diameters of the configuration are those of another mechanism */
+        /* the configured diameters belong to another mechanism */
         im->params.actuator.stated.piston = im->params.actuator.stated.rod = false;
         return STATUS_OK;
     }
@@ -70,8 +77,8 @@ static int merge_mechanism(struct import *im, int file) {
                      has->words.machine, strrchr(im->head[0].path, '/') + 1);
 }
 
-/* True if a value given in a file of one axis also applies to the other axis, until that has a file
- * with its own value. */
+/* Returns true if a value given in a file of one axis also applies to the other axis, until that
+ * has a file with its own value. */
 static bool shares(enum csv_key key, enum dof a, enum dof b) { return key == CSV_FREQUENCY || (a < DOF_PHI) == (b < DOF_PHI); }
 
 /* Stores a value from a file's head. Files must agree, except on frequency and amplitude: the
@@ -194,17 +201,23 @@ static int check_rate(struct import *im, int file) {
                                                     : "no rate_hz, and the configuration's ";
     return error_set(im->error, STATUS_USAGE, "%.200s:%d: %s%g Hz is not what t_s has: steps of %.6g s, %.6g Hz; %s", h->path,
                      given ? h->line[CSV_RATE] : h->columns_line, whose, 1.0 / period_s(im), step_s, 1.0 / step_s,
-                     unit ? unit : "give the true rate_hz");
+                     unit              ? unit
+                     : im->table[file] ? "a channel is slower than the rows, and its clock is the log's: leave rate_hz out"
+                                       : "give the true rate_hz");
 }
 
-static int add_time(struct import *im, const struct csv_reader *reader, struct csv_times *times, double t_s) {
+static int add_time(struct import *im, int line, int file, double t_s) {
+    struct csv_times *times = &im->times[file];
+    const char *path = im->head[file].path;
     double last_s = times->rows ? times->t_s[times->rows - 1] : -HUGE_VAL;
-    if (!isfinite(t_s)) return csv_refuse(reader, CSV_T, im->error, "%.15g: every row needs its time", t_s);
+    if (!isfinite(t_s)) return error_set(im->error, STATUS_USAGE, "%.180s:%d: t_s: %.15g: every row needs its time", path, line, t_s);
     if (!(t_s > last_s))
-        return csv_refuse(reader, CSV_T, im->error,
-                          "%.15g after %.15g: time must increase from row to row; sort the rows, leave doubles out", t_s, last_s);
+        return error_set(im->error, STATUS_USAGE,
+                         "%.180s:%d: t_s: %.15g after %.15g: time must increase from row to row; sort the rows, leave doubles out", path,
+                         line, t_s, last_s);
     if (times->rows && t_s - last_s > gap_max_s)
-        return csv_refuse(reader, CSV_T, im->error, "%.15g after %.15g: too long a gap within one test", t_s, last_s);
+        return error_set(im->error, STATUS_USAGE, "%.180s:%d: t_s: %.15g after %.15g: too long a gap within one test", path, line, t_s,
+                         last_s);
     return csv_times_add(times, t_s, im->error);
 }
 
@@ -236,23 +249,33 @@ static int evaluate(struct import *im, int file) {
     return STATUS_OK;
 }
 
+static int make_table(struct import *im, int file) {
+    const struct csv_head one = im->head[file], *files = im->parts ? im->part : &one;
+    int64_t empty;
+    int status = csv_table_make(&im->table[file], &im->head[file], &empty, files, im->parts ? im->parts : 1, im->params.axis.middle_m,
+                                im->source->map, im->report->notes, im->error);
+    im->report->empty += empty;
+    return status;
+}
+
 /* Reads a file to its last row. */
 static int read_file(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
-    struct csv_reader *reader;
+    struct csv_rows rows;
     struct cycle c;
-    int got = 0, status = csv_open(&reader, h->path, im->source->map, im->error);
+    int got = 0, status = make_table(im, file);
+    if (!status) status = csv_rows_open(&rows, h, im->table[file], im->source->map, im->error);
     if (status) return status;
-    while (!status && (got = csv_read_row(reader, &c, im->error)) > 0) {
-        status = add_time(im, reader, &im->times[file], c.test_time_s);
+    im->last_line[file] = h->columns_line;
+    while (!status && (got = csv_rows_next(&rows, &c, im->error)) > 0) {
+        if (rows.reader) im->last_line[file] = rows.reader->in.line;
+        status = add_time(im, im->last_line[file], file, c.test_time_s);
         csv_range_take(&im->range[file], &c);
     }
     if (got < 0) status = got;
-    im->report->empty += reader->empty;
-    im->last_line[file] = reader->in.line;
-    csv_close(reader);
+    csv_rows_close(&rows);
     if (!status && !im->times[file].rows)
-        status = error_set(im->error, STATUS_USAGE, "%.250s:%d: no rows follow the column names", h->path, h->columns_line);
+        status = error_set(im->error, STATUS_USAGE, "%.250s:%d: no rows with a number follow the column names", h->path, h->columns_line);
     if (!status) status = csv_times_measure(&im->times[file], 1.0 / h->value[CSV_RATE], im->error);
     return status;
 }
@@ -265,7 +288,7 @@ static int find_zero(struct import *im, int file) {
     const struct csv_times *t = &im->times[file];
     bool own = t->t_s[0] <= im->params.tests.ramp_s && t->t_s[t->rows - 1] >= 0.0;
     if (h->dof == DOF_NONE || h->has[CSV_PHASE_COLUMN] || own) return STATUS_OK;
-    int status = csv_begin_find(h, im->source->map, &im->params, &im->zero_s[file], im->error);
+    int status = csv_begin_find(h, im->table[file], im->source->map, &im->params, &im->zero_s[file], im->error);
     if (im->zero_s[file] != 0.0) snprintf(words, sizeof words, "%.3f", im->zero_s[file]);
     if (!status) note(im->report->zero, sizeof im->report->zero, h, words);
     return status;
@@ -286,8 +309,8 @@ static bool axis_stated(const struct import *im, enum dof dof) {
     return false;
 }
 
-/* Writes the file's own frequency into the log before its rows; one that states none ends what
- * another file of its axis has stated. */
+/* Writes the file's own frequency into the log before its rows. A file that states none gets an
+ * entry that says so, and an earlier file's frequency no longer counts. */
 static int write_stated(struct import *im, const struct csv_head *h) {
     char text[CSV_STATED_SIZE];
     if (h->dof == DOF_NONE || !axis_stated(im, h->dof)) return STATUS_OK;
@@ -296,24 +319,37 @@ static int write_stated(struct import *im, const struct csv_head *h) {
 }
 
 static int write_file(struct import *im, int file) {
-    struct csv_reader *reader;
+    struct csv_rows rows;
     const struct csv_times *t = &im->times[file];
     struct cycle c;
-    int status = csv_open(&reader, im->head[file].path, im->source->map, im->error);
+    int status = csv_rows_open(&rows, &im->head[file], im->table[file], im->source->map, im->error);
     if (status) return status;
     status = write_stated(im, &im->head[file]);
     for (int64_t row = 0; row < t->rows && !status; row++) {
-        int got = csv_read_row(reader, &c, im->error);
+        int got = csv_rows_next(&rows, &c, im->error);
         status = got > 0 ? write_row(im, file, row, &c)
                  : got   ? got
                          : error_set(im->error, STATUS_IO, "%.250s: has become shorter meanwhile", im->head[file].path);
     }
-    csv_close(reader);
+    csv_rows_close(&rows);
     im->report->file[file].rows = t->rows;
     im->report->rows += t->rows, im->report->lost += csv_times_lost(t);
     im->seq += (uint64_t)csv_times_places(t);
     im->start_ns += ns_from_seconds(t->t_s[t->rows - 1] - t->t_s[0] + period_s(im));
     return status;
+}
+
+/* A record of an axis that is too short for two periods behind the ramp is no test, but has a
+ * motion all the same; as one it would keep all other files from being read. */
+static void take_short(struct import *im, int file) {
+    struct csv_head *h = &im->head[file];
+    const struct csv_times *t = &im->times[file];
+    const struct test_params *tests = &im->params.tests;
+    bool stated = h->has_dof || gives(h, CSV_FREQUENCY) || h->has[CSV_PHASE_COLUMN] || mechanism_table[h->mechanism]->pose;
+    if (stated || t->rows < 2 || t->t_s[t->rows - 1] - t->t_s[0] >= tests->ramp_s + 2.0 / tests->hz[DOF_X]) return;
+    h->dof = DOF_NONE;
+    csv_note(im->report->notes, "%.100s: shorter than tests.ramp_s, %g s, and two periods of tests.frequency_hz: taken as any motion",
+             strrchr(h->path, '/') + 1, tests->ramp_s);
 }
 
 static int check_files(struct import *im) {
@@ -324,30 +360,139 @@ static int check_files(struct import *im) {
     take_rate(im);
     for (int i = 0; i < im->files && !status; i++) {
         status = check_rate(im, i);
+        take_short(im, i);
         if (!status) status = find_zero(im, i);
         if (!status) status = evaluate(im, i);
     }
     return status;
 }
 
-static int read_head(struct import *im, const char *directory, const char *name) {
-    char path[CSV_PATH_SIZE];
+/* Reads the head of a text that a file was made into, or of the file itself, which may be a part of
+ * a test. */
+static int read_text_head(struct import *im, const char *path, const char *opened, const char *name) {
     struct csv_reader *reader;
     struct csv_head *h = &im->head[im->files];
-    if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path)
-        return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->source->path);
-    int status = csv_open(&reader, path, im->source->map, im->error);
+    *h = (struct csv_head){0};
+    snprintf(h->path, sizeof h->path, "%s", path);
+    snprintf(h->opened, sizeof h->opened, "%s", opened);
+    int status = csv_open_as(&reader, h, true, im->source->map, im->error);
     if (status) return status;
     *h = reader->head;
     csv_close(reader);
-    const struct mechanism *mechanism = mechanism_table[h->mechanism];
-    for (int i = 0; i < mechanism->legs && !mechanism->csv_column; i++)
-        im->report->no_lengths = im->report->no_lengths || !h->has[CSV_LENGTH_1_COLUMN + i];
-    note(im->report->missing, sizeof im->report->missing, h, h->missing);
-    note(im->report->ignored, sizeof im->report->ignored, h, h->ignored);
     snprintf(im->report->file[im->files].name, sizeof im->report->file->name, "%s", name);
     im->report->files = ++im->files;
     return STATUS_OK;
+}
+
+static int read_head(struct import *im, const char *directory, const char *name) {
+    char path[CSV_PATH_SIZE];
+    struct csv_texts texts;
+    if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path)
+        return error_set(im->error, STATUS_USAGE, "%.250s: too long a path", im->source->path);
+    int status = csv_foreign_open(path, im->source->map, &texts, im->error);
+    if (status) return status;
+    if (im->files + texts.count > CSV_FILES_MAX)
+        status = error_set(im->error, STATUS_USAGE, "%.250s: more than %d tests", im->source->path, CSV_FILES_MAX);
+    if (texts.cut) csv_note(im->report->notes, "%.100s: cut off: read up to there", name);
+    for (int i = 0; i < texts.count; i++) {
+        if (!status) status = read_text_head(im, path, texts.opened[i], name);
+        if (status) csv_foreign_close(texts.opened[i]);
+    }
+    return status;
+}
+
+/* Adds what a part of a test has to the whole. */
+static void unite(struct csv_head *whole, const struct csv_head *part) {
+    if (part->has_dof) whole->dof = part->dof, whole->has_dof = true;
+    if (part->mechanism == MECHANISM_AXIS) whole->mechanism = MECHANISM_AXIS;
+    whole->speed |= part->speed, whole->turns |= part->turns, whole->slides |= part->slides;
+    for (int i = 0; i < CSV_COLUMNS; i++) whole->has[i] = whole->has[i] || part->has[i];
+    for (int i = 0; i < CSV_KEYS; i++)
+        if (isnan(whole->value[i])) whole->value[i] = part->value[i], whole->line[i] = part->line[i];
+    csv_list_missing(whole);
+}
+
+static bool has_channel(const struct csv_head *h) {
+    bool any = false;
+    for (int i = CSV_T + 1; i < CSV_COLUMNS; i++) any = any || h->has[i];
+    return any;
+}
+
+static bool have_in_common(const struct csv_head *a, const struct csv_head *b) {
+    bool both = a->mechanism != b->mechanism;
+    for (int i = CSV_T + 1; i < CSV_COLUMNS; i++) both = both || (a->has[i] && b->has[i]);
+    return both;
+}
+
+/* Returns true if the files are parts of one test: no two share a column except the time, and one
+ * has the position, or a leg's length. whole: their columns and keys together. */
+static bool are_parts(const struct import *im, struct csv_head *whole) {
+    int parts = 0;
+    for (int file = 0; file < im->files; file++) {
+        if (!has_channel(&im->head[file])) continue;
+        if (parts && have_in_common(whole, &im->head[file])) return false;
+        if (parts++) unite(whole, &im->head[file]);
+        else *whole = im->head[file];
+    }
+    bool axis = parts && whole->mechanism == MECHANISM_AXIS;
+    return parts > 1 && whole->has[axis ? CSV_POSITION_COLUMN : CSV_LENGTH_1_COLUMN] && (axis || whole->has_dof);
+}
+
+static int unite_parts(struct import *im) {
+    struct csv_head whole;
+    if (!are_parts(im, &whole)) return STATUS_OK;
+    im->parts = im->files;
+    im->part = malloc((size_t)im->parts * sizeof *im->part);
+    if (!im->part) return error_set(im->error, STATUS_IO, "out of memory");
+    memcpy(im->part, im->head, (size_t)im->parts * sizeof *im->part);
+    im->head[0] = whole;
+    im->report->files = im->files = 1;
+    return STATUS_OK;
+}
+
+/* Refuses parts of which one turns and another slides. */
+static int check_kinds(const struct import *im) {
+    const struct csv_head *turning = im->part, *sliding = im->part;
+    if (!im->head[0].turns || !im->head[0].slides) return STATUS_OK;
+    while (!turning->turns) turning++;
+    while (!sliding->slides) sliding++;
+    return error_set(im->error, STATUS_USAGE,
+                     "%.200s:%d: has the unit of an axis that turns (rad, deg, N m), %.60s of one that slides (m, N): %s", turning->path,
+                     turning->columns_line, strrchr(sliding->path, '/') + 1, csv_one_kind);
+}
+
+/* Refuses a file that is neither a test nor a part of one, and a part with a channel in a unit that
+ * hexid does not know, if no other part has the channel. */
+static int check_whole(struct import *im, const struct csv_head *h) {
+    struct csv_reader *reader;
+    bool whole = !im->parts, unknown = h->unknown && !im->head[0].has[h->unknown];
+    if (!whole && !unknown) return STATUS_OK;
+    int status = csv_open_as(&reader, h, false, im->source->map, im->error);
+    if (!status) csv_close(reader);
+    return status;
+}
+
+/* Notes the parts of a file's head that import ignores, or reads in its own way. */
+static void note_head(struct import *im, int file) {
+    const struct csv_head *h = &im->head[file];
+    const struct mechanism *mechanism = mechanism_table[h->mechanism];
+    const char *name = strrchr(h->path, '/') + 1;
+    for (int i = 0; i < mechanism->legs && !mechanism->csv_column; i++)
+        im->report->no_lengths = im->report->no_lengths || !h->has[CSV_LENGTH_1_COLUMN + i];
+    im->report->turns = im->report->turns || h->turns;
+    if (h->skipped)
+        csv_note(im->report->notes, "%.100s: %d line%s of text before the names left out", name, h->skipped, h->skipped == 1 ? "" : "s");
+    if (h->units) csv_note(im->report->notes, "%.100s: line %d has the units", name, h->columns_line + 1);
+    note(im->report->missing, sizeof im->report->missing, h, h->missing);
+}
+
+static int finish_heads(struct import *im) {
+    int status = unite_parts(im);
+    if (!status && im->parts) status = check_kinds(im);
+    for (int i = 0; i < (im->parts ? im->parts : im->files) && !status; i++)
+        status = check_whole(im, im->parts ? &im->part[i] : &im->head[i]);
+    for (int i = 0; i < im->files && !status; i++) note(im->report->ignored, sizeof im->report->ignored, &im->head[i], im->head[i].ignored);
+    return status;
 }
 
 /* Reads the head of a single file, whatever the file's name. */
@@ -435,14 +580,16 @@ static void note_areas(struct import *im) {
 static int import(struct import *im, const char *log_path) {
     int status = base_params(im);
     if (!status) status = read_heads(im);
+    if (!status) status = finish_heads(im);
     if (!status) status = check_map(im);
     if (!status) status = merge_heads(im);
     if (status) return status;
-    note_areas(im);
-    place_tests(im);
     im->evaluated_s = (double)INFINITY;
     status = check_files(im);
     if (status) return status;
+    place_tests(im);
+    for (int i = 0; i < im->files; i++) note_head(im, i);
+    note_areas(im);
     if (isfinite(im->evaluated_s)) im->params.tests.duration_s = im->evaluated_s;
     return check_and_write(im, log_path);
 }
@@ -455,7 +602,12 @@ int csv_import(const struct csv_source *source, const char *log_path, struct csv
     im->report = report;
     im->error = error;
     int status = import(im, log_path);
-    for (int i = 0; i < im->files; i++) csv_times_free(&im->times[i]);
+    for (int i = 0; i < CSV_FILES_MAX; i++) {
+        csv_times_free(&im->times[i]);
+        csv_table_free(im->table[i]);
+    }
+    for (int i = 0; i < (im->parts ? im->parts : im->files); i++) csv_foreign_close((im->parts ? im->part : im->head)[i].opened);
+    free(im->part);
     free(im);
     return status;
 }

@@ -1,35 +1,44 @@
-/* Columns under the user's own names: "position=Weg:mm,force=Kraft [kN],t=Zeit:s". On the left
- * stands hexid's name of a column (csv.h), with or without its unit; on the right the name in the
- * file and, after a colon, its unit. Without a colon the unit at the end of the name counts ("Weg
- * [mm]", "Weg_mm"), else SI. Names contain no comma; a name that contains a colon must be followed
- * by another colon, with or without a unit. Pure; any thread. */
+/* Columns under the user's own names: "position=Weg:mm,force=Kraft [kN],t=Zeit:s". On the left is
+ * hexid's name of a column (csv.h), with or without its unit. On the right is the name in the file,
+ * or #3 for the third column whatever its name, and, after a colon, its unit (csv_units.h):
+ * "force=Strom:85.2 N" is a current of which an ampere makes 85.2 N. Without a colon the unit at
+ * the end of the name counts ("Weg [mm]", "Weg_mm"), then that of a line of units below the names,
+ * else SI. Brackets that contain no unit are refused. "t=#0:2 ms" takes the time from the number of
+ * the row. t may be given several times, because a file may have several clocks. Names contain no
+ * comma; a name that contains a colon must be followed by another colon, with or without a unit.
+ * Pure; any thread. */
 #ifndef HEXID_CSV_MAP_H
 #define HEXID_CSV_MAP_H
 
 #include "csv_format.h"
 #include "status.h"
 
-enum { CSV_ALIAS_SIZE = 120 };
+enum { CSV_ALIAS_SIZE = 120, CSV_CLOCKS = 16 };
 
 struct csv_alias {
     char name[CSV_ALIAS_SIZE]; /* name as it stands in the file */
     int column;                /* index of the column in csv_columns */
-    double unit;               /* factor that converts the column's values to SI */
+    struct csv_unit unit;
+    bool stated;               /* the unit is given by the map or by the name in it, not by the
+                                * file */
+    int cell;                  /* number of the column, from 1, for #1, #2 ...; 0: number of the
+                                * row; -1: the column has a name */
     bool seen;                 /* the name was found in some file */
     char nearest[CSV_ALIAS_SIZE]; /* the most similar name in the files; "": no name is similar */
 };
 
 struct csv_map {
     int count;
-    struct csv_alias alias[CSV_COLUMNS];
+    struct csv_alias alias[CSV_COLUMNS + CSV_CLOCKS];
 };
 
 /* Parses the map. Returns -2 with the name and the remedy: unknown column, impossible unit, or a
  * repeated name. */
 int csv_map_parse(struct csv_map *map, const char *text, struct error *error);
 
-/* Finds the column under this name and marks it as seen; NULL: none, or no map. */
-const struct csv_alias *csv_map_find(struct csv_map *map, const char *name);
+/* Finds the column under this name, or with this number, from 1, and marks it as seen; NULL if
+ * there is none, or no map. */
+const struct csv_alias *csv_map_find(struct csv_map *map, const char *name, int cell);
 
 /* Returns the user's name for one of hexid's columns, or NULL. */
 const struct csv_alias *csv_map_of(const struct csv_map *map, int column);

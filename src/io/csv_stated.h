@@ -1,6 +1,7 @@
 /* The frequency that a CSV file states for its own test. Import writes it into the log before the
- * file's rows, as an event of kind "stated": it is nearer to the data than any configuration, and
- * several files of one axis may each have their own. Pure; any thread. */
+ * file's rows, as an event of kind "stated", because it describes the data better than any
+ * configuration, and because several files of one axis may each have their own. Pure; any
+ * thread. */
 #ifndef HEXID_CSV_STATED_H
 #define HEXID_CSV_STATED_H
 
@@ -10,7 +11,8 @@
 enum { CSV_STATED_SIZE = 64 };
 extern const char csv_stated_kind[];
 
-/* hz: NaN for a file that states none, which ends what the file before it stated. */
+/* Writes the text of an event of kind "stated". hz: NaN for a file that states no frequency, so
+ * that an earlier file's no longer counts. */
 void csv_stated_text(enum dof dof, double hz, char text[CSV_STATED_SIZE]);
 
 /* Decodes an event of kind "stated"; *hz is NaN for a file that states none. Returns false for any

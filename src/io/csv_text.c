@@ -6,8 +6,12 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
+#include <unistd.h>
 
 #include "input.h"
+
+const char csv_text_mark[] = "\xef\xbb\xbf";
 
 int csv_text_refuse(const struct csv_text *t, struct error *error, const char *format, ...) {
     char reason[600];
@@ -24,23 +28,35 @@ char *csv_text_trim(char *text) {
     return text;
 }
 
-/* Normalises a line in place: commas between cells, points in numbers, no quotes. Returns false if
- * a quote is not closed. */
-static bool normalise(char *text, char separator) {
+/* Puts a comma in place of each run of at least so many blanks. Brackets and semicolons, by which
+ * rows are written as a matrix, are blanks, too. */
+static void join_blanks(char *text, size_t least) {
+    static const char blanks[] = " \t\r\n[];";
     char *to = text;
+    text += strspn(text, blanks);
+    while (*text) {
+        size_t run = strspn(text, blanks);
+        if (run && text[run]) *to++ = run < least ? ' ' : ',';
+        text += run;
+        if (!run) *to++ = *text++;
+    }
+    *to = '\0';
+}
+
+bool csv_text_normalise(char *text, char separator) {
+    char *to = text, *begin = text;
     bool quoted = false;
     for (; *text; text++) {
         if (*text == '"') quoted = !quoted;
-        else if (*text == separator && !quoted) *to++ = ',';
+        else if (*text == separator && !quoted && separator != ' ' && separator != CSV_WIDE) *to++ = ',';
         else *to++ = *text == ',' ? '.' : *text;
     }
     *to = '\0';
+    if (separator == ' ' || separator == CSV_WIDE) join_blanks(begin, separator == CSV_WIDE ? 2 : 1);
     return !quoted;
 }
 
 int csv_text_line(struct csv_text *t, char **line, struct error *error) {
-    static const char mark[] = "\xef\xbb\xbf"; /* byte order mark that some programs put before
-                                                * UTF-8 */
     while (fgets(t->text, sizeof t->text, t->file)) {
         t->line++;
         if (!strchr(t->text, '\n') && !feof(t->file))
@@ -49,15 +65,14 @@ int csv_text_line(struct csv_text *t, char **line, struct error *error) {
                                    CSV_LINE_SIZE - 2);
         if (t->separator && t->text[0] == '#') continue;
         if (t->separator) strcpy(t->raw, t->text);
-        if (t->separator && !normalise(t->text, t->separator)) return csv_text_refuse(t, error, "a quote is not closed");
-        *line = csv_text_trim(t->text + (t->line == 1 && strncmp(t->text, mark, 3) == 0 ? 3 : 0));
+        if (t->separator && !csv_text_normalise(t->text, t->separator)) return csv_text_refuse(t, error, "a quote is not closed");
+        *line = csv_text_trim(t->text + (t->line == 1 && strncmp(t->text, csv_text_mark, 3) == 0 ? 3 : 0));
         if (**line) return 1;
     }
     return ferror(t->file) ? error_set(error, STATUS_IO, "%.250s: cannot be read: %s", t->path, strerror(errno)) : 0;
 }
 
-/* Returns the separator of a line, looked for outside quotes. */
-static char separator_of(const char *line) {
+char csv_text_separator(const char *line) {
     static const char separators[] = ",;\t";
     for (const char *s = separators; *s; s++) {
         bool quoted = false;
@@ -82,8 +97,12 @@ const char *csv_text_cell(const struct csv_text *t, int cell, int *length) {
 }
 
 int csv_text_columns(struct csv_text *t, char *line, struct error *error) {
-    t->separator = separator_of(line);
-    return normalise(line, t->separator) ? STATUS_OK : csv_text_refuse(t, error, "a quote is not closed");
+    return csv_text_separate(t, line, csv_text_separator(line), error);
+}
+
+int csv_text_separate(struct csv_text *t, char *line, char separator, struct error *error) {
+    t->separator = separator;
+    return csv_text_normalise(line, separator) ? STATUS_OK : csv_text_refuse(t, error, "a quote is not closed");
 }
 
 /* Reads a decimal number of up to 15 digits: digits and power of ten are exact in binary, so that a
@@ -102,6 +121,31 @@ static char *read_plain(char *text, double *number) {
     return p;
 }
 
+/* Returns the end of a word for a missing number; NULL if there is no such word. */
+static char *read_missing(char *text) {
+    static const char *const words[] = {"NULL", "None", "NA", "N/A", "#N/A"};
+    size_t length = strcspn(text, ",");
+    while (length && text[length - 1] == ' ') length--;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strlen(words[i]) == length && !strncasecmp(text, words[i], length)) return text + strcspn(text, ",");
+    return NULL;
+}
+
+char *csv_text_time_of_day(char *text, double *seconds) {
+    char *end = text + strcspn(text, ","), *colon = strchr(text, ':'), *rest;
+    if (!colon || colon > end || colon == text) return NULL;
+    while (colon > text && colon[-1] >= '0' && colon[-1] <= '9') colon--;
+    long hours = strtol(colon, &rest, 10), minutes = *rest == ':' ? strtol(rest + 1, &rest, 10) : -1;
+    double s = *rest == ':' ? strtod(rest + 1, &rest) : 0.0;
+    bool noon = !strncasecmp(rest + strspn(rest, " "), "AM", 2) || !strncasecmp(rest + strspn(rest, " "), "PM", 2);
+    if (noon) rest += strspn(rest, " ") + 2, hours %= 12;
+    if (*rest == '+' || *rest == '-') rest += strspn(rest, "+-:0123456789"); /* a time zone */
+    rest += strspn(rest, " Z");
+    if (rest != end || hours < 0 || hours > 24 || minutes < 0 || minutes > 59 || !(s >= 0.0 && s < 61.0)) return NULL;
+    *seconds = 3600.0 * (double)hours + 60.0 * (double)minutes + s;
+    return end;
+}
+
 char *csv_text_number(char *text, double *number) {
     char *end = read_plain(text, number);
     if (end) return end;
@@ -109,15 +153,20 @@ char *csv_text_number(char *text, double *number) {
     *number = strtod(text, &end);
     if (end == text) *number = (double)NAN;
     end += strspn(end, " \t");
-    return *end == ',' || *end == '\0' ? end : NULL;
+    if (*end == ',' || *end == '\0') return end;
+    *number = (double)NAN;
+    return read_missing(text);
 }
 
-int csv_text_open(struct csv_text *t, const char *path, struct error *error) {
+int csv_text_open(struct csv_text *t, const char *path, struct error *error) { return csv_text_open_as(t, path, path, error); }
+
+int csv_text_open_as(struct csv_text *t, const char *path, const char *opened, struct error *error) {
     const char *reason = "out of memory";
     snprintf(t->path, sizeof t->path, "%s", path);
     t->line = 0, t->separator = '\0';
-    int descriptor = input_open(path, &reason);
+    int descriptor = input_open(opened, &reason);
     t->file = descriptor < 0 ? NULL : fdopen(descriptor, "r");
+    if (descriptor >= 0 && !t->file) close(descriptor);
     return t->file ? STATUS_OK : error_set(error, STATUS_IO, "%.250s: cannot be read: %s", path, reason);
 }
 

@@ -4,18 +4,20 @@
 #ifndef HEXID_CSV_TEXT_H
 #define HEXID_CSV_TEXT_H
 
+#include <stdbool.h>
 #include <stdio.h>
 
 #include "status.h"
 
-enum { CSV_PATH_SIZE = 1024, CSV_LINE_SIZE = 8192 };
+enum { CSV_WIDE = 'w' }; /* separator: two blanks and more, of names that have blanks in them */
+enum { CSV_PATH_SIZE = 1024, CSV_LINE_SIZE = 16384 };
 
 struct csv_text {
     char path[CSV_PATH_SIZE];
     FILE *file;
     int line;          /* number of the last line read, from 1 */
-    char separator;    /* between cells: ',', or ';' or tab, which allow decimal commas; 0:
-                        * unknown so far */
+    char separator;    /* separator of cells: ',', or ';', tab or ' ' (any number of blanks), which
+                        * allow decimal commas; 0: not known yet */
     char text[CSV_LINE_SIZE];
     char raw[CSV_LINE_SIZE]; /* last row as it stands in the file, for messages */
 };
@@ -33,9 +35,29 @@ int csv_text_line(struct csv_text *t, char **line, struct error *error);
  * lines. Returns 0 or -2. */
 int csv_text_columns(struct csv_text *t, char *line, struct error *error);
 
-/* Reads a number that ends at a comma or at the end of the text; NaN for an empty cell. Returns
- * the end of the number, or NULL if there is none. */
+/* Does what csv_text_columns() does, with a separator that is already known. */
+int csv_text_separate(struct csv_text *t, char *line, char separator, struct error *error);
+
+/* Returns the separator of a line of names: the first of comma, semicolon and tab that is in it,
+ * outside quotes; a comma if there is none. */
+char csv_text_separator(const char *line);
+
+/* Normalises a line in place: commas between cells, points in numbers, no quotes. Returns false if
+ * a quote is not closed. */
+bool csv_text_normalise(char *text, char separator);
+
+extern const char csv_text_mark[]; /* byte order mark that some programs put before UTF-8 */
+
+/* Opens the text at `opened` under the name `path`. */
+int csv_text_open_as(struct csv_text *t, const char *path, const char *opened, struct error *error);
+
+/* Reads a number that ends at a comma or at the end of the text; NaN for an empty cell and for
+ * words that mean one (NULL, N/A). Returns the end of the number, or NULL if there is no number. */
 char *csv_text_number(char *text, double *number);
+
+/* Reads a time of day, "12:00:01.5", with or without a date before it and AM or PM after it, as
+ * seconds since midnight; with AM or PM, since midnight or noon. Returns like csv_text_number(). */
+char *csv_text_time_of_day(char *text, double *seconds);
 
 /* Returns the text of a cell of the last row, as it stands in the file, and its length. cell: from
  * 0. */

@@ -81,8 +81,8 @@ static void follow_places(struct csv_times *t) {
     for (int64_t i = 0; i < t->rows; i++) t->place[i] = place += follow(&at_s, t->t_s[i], t->step_s);
 }
 
-/* Gives each row a place of its own on the grid: an early row moves on to a free place, late ones
- * move back. */
+/* Gives each row its own place on the grid. Of two rows at one place the later one moves on if the
+ * next place is free; otherwise the earlier ones move back. */
 static void part_places(struct csv_times *t) {
     int64_t *p = t->place, last = t->rows - 1;
     for (int64_t i = 1; i < last; i++)

@@ -22,7 +22,8 @@ extern const struct cycle_column cycle_columns[CYCLE_COLUMNS];
 
 static inline bool column_is_real(int column) { return cycle_columns[column].kind == COLUMN_REAL; }
 
-/* Return the value of a real column, and that of any other column. */
+/* Return the value of a column: column_real() if column_is_real() is true for it, column_integer()
+ * if not. */
 double column_real(const struct cycle *c, int column);
 int64_t column_integer(const struct cycle *c, int column);
 

@@ -230,8 +230,8 @@ static matvar_t *everything(struct mat_export *e) {
     return all;
 }
 
-/* Checks that the file in memory ends where its single variable does. The variable's tag holds
- * 15 (compressed) and its number of bytes (MAT-File Format, 1-9). */
+/* Checks that the file in memory ends where its single variable does. The variable's tag consists
+ * of 15 (compressed) and its number of bytes (MAT-File Format, 1-9). */
 static bool whole(int memory) {
     enum { TAG_AT = 128 };
     uint32_t tag[2];

@@ -44,8 +44,8 @@ static int take_slot(const struct host_lock_key *key, int *slot) {
     return -1;
 }
 
-/* Finds out who holds the slot; false if nobody does. A holder that cannot be identified gets no
- * group and the user (uid_t)-1. */
+/* Identifies the holder of the slot; returns false if nobody has it. A holder that cannot be
+ * identified gets no group and the user (uid_t)-1. */
 static bool ask_slot(const struct host_lock_key *key, int slot, struct holder *h) {
     struct sockaddr_un address;
     socklen_t length = slot_address(key, slot, &address), size = sizeof h->who, bytes = sizeof h->group;
@@ -66,7 +66,8 @@ static bool is_in(const struct holder *h, gid_t group) {
     return h->who.gid == group;
 }
 
-/* SAFETY: a lock counts only if its holder could command the machine without it. */
+/* SAFETY: returns true if the holder may command the machine. Anybody else's lock does not
+ * count. */
 static bool may_command(const struct host_lock_key *key, const struct holder *h) {
     if (h->who.uid == (uid_t)-1) return false;
     if (h->who.uid == 0 || h->who.uid == geteuid()) return true;
@@ -105,7 +106,7 @@ int host_lock(const char *url, const struct host_lock_key *key, struct error *do
                   "waited for; a second master is refused by the machine",
                   url, who, key->mode ? "who may write the device" : "group hexid");
     }
-    /* strangers hold all slots: this socket holds no lock */
+    /* strangers have all slots, so this socket has no name and locks nothing */
     if (own < 0 && reason == EADDRINUSE) own = new_socket();
     if (own >= 0) return own;
     return error_set(error, STATUS_IO, "--hal %.100s: no lock against a second master on this host: %s; it takes a Unix-domain socket", url,

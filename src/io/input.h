@@ -1,4 +1,5 @@
-/* Opens files from elsewhere, and only those whose reading must end. Ordinary threads. */
+/* Opens files that others may have made, and only regular ones, because reading them must end.
+ * Ordinary threads. */
 #ifndef HEXID_INPUT_H
 #define HEXID_INPUT_H
 

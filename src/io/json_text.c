@@ -54,7 +54,8 @@ void json_text_string(struct json_text *j, const char *text) {
     json_text_add(j, "\"", 1);
 }
 
-void json_text_real(struct json_text *j, double value) {
+/* Appends a number in the shortest form that reads back bit for bit. */
+static void add_real(struct json_text *j, double value) {
     char number[NUMBER_SIZE];
     const char *text = isfinite(value) ? number_shortest(value, number) : "null";
     json_text_add(j, text, strlen(text));
@@ -83,7 +84,7 @@ void json_text_cycle(struct json_text *j, const struct cycle *c) {
     for (int i = 0; i < CYCLE_COLUMNS; i++) {
         if (column_is_real(i) && !isfinite(column_real(c, i))) continue;
         json_text_name(j, cycle_columns[i].name);
-        if (column_is_real(i)) json_text_real(j, column_real(c, i));
+        if (column_is_real(i)) add_real(j, column_real(c, i));
         else json_text_say(j, "%lld", (long long)column_integer(c, i));
     }
     json_text_add(j, "}", 1);
@@ -91,7 +92,7 @@ void json_text_cycle(struct json_text *j, const struct cycle *c) {
 
 static void element(struct json_text *j, const struct message *m, int field, int i) {
     switch (m->type->field[field].kind) {
-    case FIELD_REAL: json_text_real(j, message_real(m, field, i)); break;
+    case FIELD_REAL: add_real(j, message_real(m, field, i)); break;
     case FIELD_TEXT: json_text_string(j, message_text(m, field, i)); break;
     case FIELD_BOOLEAN: json_text_say(j, "%s", message_integer(m, field, i) ? "true" : "false"); break;
     default: json_text_say(j, "%lld", (long long)message_integer(m, field, i)); break;

@@ -1,6 +1,7 @@
-/* Writes JSON sequentially into memory that grows: a cycle or a message as an object, thousands
- * of times. Documents for people use jansson. A number that JSON cannot hold is omitted from its
- * message, and null in an array. Ordinary threads. */
+/* Writes JSON sequentially into memory that grows, fast enough for thousands of cycles and
+ * messages. Documents for people use jansson. JSON has neither NaN nor infinity: a field with such
+ * a value is omitted from its message, and such an element of an array is null. Ordinary
+ * threads. */
 #ifndef HEXID_JSON_TEXT_H
 #define HEXID_JSON_TEXT_H
 
@@ -21,7 +22,7 @@ void json_text_free(struct json_text *j);
 /* Empties the text and clears `failed`. */
 void json_text_restart(struct json_text *j);
 
-/* Append raw bytes, and formatted names and numbers of our own of at most 200 bytes. */
+/* Append raw bytes, or, for names and numbers of our own, a formatted text of at most 200 bytes. */
 void json_text_add(struct json_text *j, const char *text, size_t length);
 __attribute__((format(printf, 2, 3))) void json_text_say(struct json_text *j, const char *format, ...);
 
@@ -29,9 +30,7 @@ __attribute__((format(printf, 2, 3))) void json_text_say(struct json_text *j, co
  * that are not UTF-8 become question marks. */
 void json_text_string(struct json_text *j, const char *text);
 
-/* Append numbers: in the shortest form that reads back bit for bit, or with the given number of
- * significant digits. */
-void json_text_real(struct json_text *j, double value);
+/* Append numbers with the given number of significant digits. */
 void json_text_rounded(struct json_text *j, double value, int digits);
 void json_text_rounded_array(struct json_text *j, const double *value, int count, int digits);
 

@@ -25,9 +25,9 @@ struct log_writer {
     unsigned char *buffer;   /* whole events that are still to be written; only the first may be
                               * partly written */
     size_t used, capacity;
-    int64_t kept, lost;      /* number of events of the counted channel that are in this file, and
-                              * in none */
-    const char *counted; /* the channel that log_count() was given */
+    int64_t kept, lost;      /* numbers of the counted channel's events that are in this file, and
+                              * that are in no file */
+    const char *counted; /* channel whose events are counted, given by log_count() */
     struct error error;      /* error of the first failure */
 };
 
@@ -120,7 +120,7 @@ int log_flush(struct log_writer *w, struct error *error) {
     return w->error.status;
 }
 
-/* Makes room for an event at the end of the buffer; false: no memory. */
+/* Makes the buffer at least this large. Returns false without memory. */
 static bool make_room(struct log_writer *w, size_t size) {
     if (size <= w->capacity) return true;
     unsigned char *larger = realloc(w->buffer, size);

@@ -60,8 +60,8 @@ static int by_age(const void *a, const void *b) {
     return strcmp(one->name, other->name);
 }
 
-/* Collects regular files with logs' names, oldest first. Returns their number; `entries` and
- * `found` share it. */
+/* Collects regular files with logs' names, oldest first. Returns their number. The entries' names
+ * are those of `found`, which must outlive them. */
 static int look_at(int directory, struct dirent **found, int count, struct entry *entries) {
     int kept = 0;
     for (int i = 0; i < count; i++) {

@@ -1,4 +1,4 @@
-/* Exports a whole log for other programs: every cycle and, if the format can hold them, the
+/* Exports a whole log for other programs: every cycle and, if the format has a place for them, the
  * messages. One pass over the log, whose content is not trusted (log.h, messages.h,
  * message_fields.h). Main thread. */
 #ifndef HEXID_LOG_EXPORT_H
@@ -8,8 +8,9 @@
 #include "status.h"
 #include "types.h"
 
-/* Functions of a format; `to` is its state. open() and close() return -3 with path and reason.
- * cycle() and message() ignore failures; failed() reports the first one as an errno, 0: none. */
+/* Functions of a format; `to` is the state of an export. open() and close() return -3 with path and
+ * reason. cycle() and message() ignore failures; failed() returns the first failure as an errno, or
+ * 0. */
 struct export_format {
     const char *name;
     int (*open)(void **to, const char *path, struct error *error);
@@ -25,9 +26,9 @@ struct export_format {
  * Numbers read back bit for bit. */
 extern const struct export_format export_table;
 
-/* MCAP: topics /hexid/state and /hexid/NAME for the types of message_fields.h, as JSON with
- * schemas (mcap.h); times are the log's utime. JSON has neither NaN nor infinity: such a field
- * is omitted, and null in an array. */
+/* MCAP: topics /hexid/state and /hexid/NAME for the types of message_fields.h, as JSON with schemas
+ * (mcap.h); times are the log's utime. JSON has neither NaN nor infinity: such a field is omitted,
+ * and such an element of an array is null. */
 extern const struct export_format export_mcap;
 
 /* MATLAB's format 5, compressed: one struct `hexid` with time_s and each column of
@@ -45,9 +46,9 @@ struct log_export_report {
     int64_t cut_offset;
 };
 
-/* Exports a log. run: number in a log that holds several (log_runs.h), else 0. Returns -3 with the
- * path of the file that cannot be read or written, or if the log has no cycle; no new file is left
- * then. */
+/* Exports a log. run: number of the run in a log that contains several (log_runs.h), else 0.
+ * Returns -3 with the path of the file that cannot be read or written, or if the log has no cycle;
+ * no new file is left then. */
 int log_export(const char *log_path, int run, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error);
 

@@ -1,8 +1,8 @@
 /* Makes the next file of a log that is written in parts. A separate process creates it and keeps
  * the directory within its quota, because opening and deleting files take time and the confined
- * daemon may do neither (confine.h). The recorder sends a request and goes on; later it receives
- * a descriptor of the new file. The process knows one directory and one name, accepts only that
- * request, and ends when its socket is closed. Ordinary threads. */
+ * daemon may do neither (confine.h). The recorder sends a request and goes on; later it receives a
+ * descriptor of the new file. The process is limited to one directory and one name, accepts only
+ * that request, and ends when its socket is closed. Ordinary threads. */
 #ifndef HEXID_LOG_KEEPER_H
 #define HEXID_LOG_KEEPER_H
 

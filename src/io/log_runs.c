@@ -8,16 +8,17 @@
 #include "messages.h"
 #include "units.h"
 
-/* A log is taken for one of two machines if the numbers of more than STRAYS_MOST cycles go back and
- * forth, or of more than STRAYS_LEAST that are more than 1 / STRAYS_SHARE of all cycles. Fewer are
- * damage. */
-enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2 };
+/* A log is taken for one of two machines if the numbers of many cycles go back and forth: of more
+ * than STRAYS_MOST cycles, or of more than STRAYS_LEAST that make up more than 1 / STRAYS_SHARE of
+ * all. Fewer are damage. A log in which more than JUMPS_MOST runs begin without a configuration is
+ * taken for one of two machines too. */
+enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2, JUMPS_MOST = 32 };
 static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that is longer than any
                                            * delay of a message */
 
 struct place {
     uint64_t seq;
-    int64_t time_ns; /* loop's time: that of samples goes back behind a failed read */
+    int64_t time_ns; /* the loop's time; the samples' time goes back after a failed read */
     int64_t utime_us;
     int64_t offset; /* byte at which the run begins, if this cycle begins one */
 };
@@ -26,14 +27,16 @@ struct finder {
     struct log_runs *runs;
     struct place last, before;   /* latest two cycles of the current run */
     struct place end;            /* last cycle of the previous run */
-    struct place candidate;      /* cycle that went back; the next cycle tells why */
+    struct place candidate;      /* cycle that went back; the next cycle shows whether it began a
+                                  * run */
     int known;                   /* how many of `last` and `before` are valid */
-    bool has_candidate, has_end, more;
+    bool has_candidate, has_end;
+    bool candidate_told;         /* a configuration precedes the candidate */
     int64_t config_at;     /* offset of a configuration after the latest cycle; -1: there is none */
     uint64_t config, candidate_config;
     int part, candidate_part;
     int64_t strays, cycles;
-    int crossings;
+    int crossings, jumps;
 };
 
 static uint64_t hash(const char *text, size_t size) {
@@ -48,11 +51,11 @@ static bool follows(const struct place *c, const struct place *p) { return c->se
 static bool repeats(const struct place *c, const struct place *p) { return c->seq == p->seq && c->time_ns == p->time_ns; }
 
 static void begin(struct finder *f, const struct place *c, uint64_t config, int part) {
+    if (f->runs->count) at_hand(f)->end = c->offset;
     if (f->runs->count == LOG_RUNS_MAX) {
-        f->more = true;
+        f->runs->more = true;
         return;
     }
-    if (f->runs->count) at_hand(f)->end = c->offset;
     f->has_end = f->known > 0, f->end = f->last;
     f->known = 0;
     f->runs->run[f->runs->count++] = (struct log_run){.begin = f->runs->count ? c->offset : 0,
@@ -64,14 +67,15 @@ static void begin(struct finder *f, const struct place *c, uint64_t config, int 
                                                       .part = part};
 }
 
-/* Tells whether the previous run continues: the cycle jumps from before that run's end to after it,
- * by far more than the usual step. */
+/* Returns true if the previous run continues with c: the cycles jump from before that run's end to
+ * after it, by far more than the usual step. */
 static bool crosses(const struct finder *f, const struct place *c) {
     if (!f->has_end || f->known < 2 || !follows(&f->end, &f->last) || !follows(c, &f->end)) return false;
     return c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq);
 }
 
 static void add(struct finder *f, const struct place *c) {
+    if (f->runs->more) return;
     if (crosses(f, c)) f->crossings++;
     f->before = f->last, f->last = *c;
     f->known += f->known < 2;
@@ -80,20 +84,20 @@ static void add(struct finder *f, const struct place *c) {
     f->config_at = -1, f->part = 0;
 }
 
-/* Tells whether the loop's time and the log's clock have advanced by the same amount. */
+/* Returns true if the loop's time and the log's clock have advanced by the same amount. */
 static bool same_clock(const struct place *c, const struct place *p) {
     double loop_s = ((double)c->time_ns - (double)p->time_ns) * 1e-9, log_s = ((double)c->utime_us - (double)p->utime_us) * 1e-6;
     return fabs(loop_s - log_s) < CLOCKS_APART_S;
 }
 
-/* Tells whether an unrecorded run lies between the last cycle and c: cycles are missing, and the
+/* Returns true if an unrecorded run lies between the last cycle and c: cycles are missing, and the
  * clock has changed. */
 static bool elsewhere(const struct finder *f, const struct place *c) {
     return f->known == 2 && c->seq - f->last.seq > 10 * (f->last.seq - f->before.seq) && !same_clock(c, &f->last);
 }
 
-/* Decides about the candidate: it began a run if the next cycle follows the candidate and not the
- * cycle before it. */
+/* Decides whether the candidate began a run. It did if the next cycle, c, follows the candidate and
+ * does not continue the run before it; otherwise it is a stray. */
 static void decide(struct finder *f, const struct place *c) {
     bool ahead = follows(&f->candidate, &f->last);
     f->has_candidate = false;
@@ -101,6 +105,7 @@ static void decide(struct finder *f, const struct place *c) {
         f->strays++;
         return;
     }
+    f->jumps += !f->candidate_told;
     begin(f, &f->candidate, f->candidate_config, f->candidate_part);
     add(f, &f->candidate);
 }
@@ -117,8 +122,8 @@ static void take_cycle(struct finder *f, const struct place *c) {
         /* the cycle before c was a stray that came too early */
         if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c;
         else {
-            f->has_candidate = true, f->candidate = *c;
-            f->candidate_config = f->config_at >= 0 ? f->config : config, f->candidate_part = f->part;
+            f->has_candidate = true, f->candidate = *c, f->candidate_told = f->config_at >= 0;
+            f->candidate_config = f->candidate_told ? f->config : config, f->candidate_part = f->part;
             f->config_at = -1, f->part = 0;
         }
         return;
@@ -155,7 +160,7 @@ int log_runs_find(const char *path, struct log_runs *runs, struct error *error) 
     *runs = (struct log_runs){0};
     int status = log_open(&log, path, error);
     if (status) return status;
-    for (int64_t offset = 0; log_next(log, &event); offset = log_offset(log)) {
+    for (int64_t offset = 0; !runs->more && log_next(log, &event); offset = log_offset(log)) {
         if (!strcmp(event.channel, CHANNEL_EVENT)) take_event(&f, &event, offset);
         if (strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         take_cycle(&f, &(struct place){.seq = cycle.seq,
@@ -164,7 +169,7 @@ int log_runs_find(const char *path, struct log_runs *runs, struct error *error) 
                                        .offset = f.config_at >= 0 ? f.config_at : offset});
     }
     log_release(log);
-    runs->mixed = f.more || f.crossings >= CROSSINGS_LEAST || f.strays > STRAYS_MOST ||
+    runs->mixed = f.jumps > JUMPS_MOST || f.crossings >= CROSSINGS_LEAST || f.strays > STRAYS_MOST ||
                   (f.strays > STRAYS_LEAST && f.strays * STRAYS_SHARE > f.cycles);
     note_disorder(runs);
     return STATUS_OK;
@@ -184,10 +189,13 @@ static size_t describe(const struct log_run *run, int number, char *text, size_t
 }
 
 static int refuse(const struct log_runs *runs, const char *path, int run, struct error *error) {
+    const char *configurations = runs->configurations ? ", with different configurations" : "";
     char list[400] = "";
     size_t used = 0;
-    for (int i = 0; i < runs->count && used + 50 < sizeof list; i++)
-        used += describe(&runs->run[i], i + 1, list + used, sizeof list - used);
+    int listed = 0;
+    for (; listed < runs->count && used + 60 < sizeof list; listed++)
+        used += describe(&runs->run[listed], listed + 1, list + used, sizeof list - used);
+    if (listed < runs->count) snprintf(list + used, sizeof list - used, "; ...");
     if (runs->mixed)
         return error_set(error, STATUS_IO,
                          "%.250s: has cycles of several daemons that ran at the same time, or cycles in disorder; record each by itself, "
@@ -198,8 +206,13 @@ static int refuse(const struct log_runs *runs, const char *path, int run, struct
                          path);
     if (run > runs->count)
         return error_set(error, STATUS_USAGE, "--run %d: %.250s has %d run%s", run, path, runs->count, runs->count == 1 ? "" : "s");
+    if (runs->more)
+        return error_set(error, STATUS_IO,
+                         "%.250s: is of more than %d runs of the daemon%s; take one of the first %d with --run N (%s), and cut the log for "
+                         "the others",
+                         path, LOG_RUNS_MAX, configurations, LOG_RUNS_MAX, list);
     return error_set(error, STATUS_IO, "%.250s: is of %d runs of the daemon%s; take one with --run N (%s)", path, runs->count,
-                     runs->configurations ? ", with different configurations" : "", list);
+                     configurations, list);
 }
 
 int log_open_run(struct log_reader **reader, const char *path, int run, struct error *error) {

@@ -1,8 +1,8 @@
-/* Finds the runs of the daemon in a log, which may hold several if lcm-logger recorded them or
- * if logs were joined. Within a run, numbers and times of cycles increase, so a cycle that goes
- * back, or a second configuration, begins another run. Parts of one run, joined in order, are
- * one run. A single cycle that jumps back or ahead between two consecutive ones is damage, not a
- * run. Ordinary threads. */
+/* Finds the runs of the daemon in a log. A log has several if lcm-logger recorded them or if logs
+ * were joined. Within a run, numbers and times of cycles increase, so a cycle that goes back, or a
+ * second configuration, begins another run. Parts of one run, joined in order, are one run. A
+ * single cycle that jumps back or ahead between two consecutive ones is damage, not a run. Ordinary
+ * threads. */
 #ifndef HEXID_LOG_RUNS_H
 #define HEXID_LOG_RUNS_H
 
@@ -11,10 +11,10 @@
 
 #include "log.h"
 
-enum { LOG_RUNS_MAX = 32 };
+enum { LOG_RUNS_MAX = 1024 };
 
 struct log_run {
-    int64_t begin, end;          /* the run's events begin within these bytes of the log */
+    int64_t begin, end;          /* range of bytes in the log in which the run's events begin */
     int64_t began_us;            /* utime of the run's first cycle */
     int64_t cycles;
     uint64_t first_seq, last_seq;
@@ -23,9 +23,11 @@ struct log_run {
     int part;                    /* number of the part with which the run begins */
 };
 
+/* The struct takes 80 kB, so it does not belong on the stack. */
 struct log_runs {
     struct log_run run[LOG_RUNS_MAX];
     int count;
+    bool more;                   /* the log has more runs than fit in `run` */
     bool mixed;                  /* cycles of several daemons are interleaved */
     bool disordered;             /* parts of one run are out of order */
     bool configurations;         /* the runs have different configurations */
@@ -34,9 +36,9 @@ struct log_runs {
 /* Reads the whole log; its content cannot make this fail. Returns -3 as log_open() does. */
 int log_runs_find(const char *path, struct log_runs *runs, struct error *error);
 
-/* Opens a log, or the run with this number, from 1, in a log that holds several. Returns -3 as
- * log_open() does, for several runs with run 0, naming them and the remedy, and for a log that is
- * mixed or out of order; -2: there is no such run. */
+/* Opens a log or, in a log of several runs, the run with this number, from 1. Returns -2 if there
+ * is no such run. Returns -3 as log_open() does; for run 0 of a log of several runs, with their
+ * list and the remedy; and for a log that is mixed or out of order. */
 int log_open_run(struct log_reader **reader, const char *path, int run, struct error *error);
 
 #endif

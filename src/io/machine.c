@@ -61,7 +61,7 @@ static void add_own(struct places *p) {
     if (!access(usual, F_OK)) add_place(p, usual, "/hexid");
 }
 
-/* SAFETY: root's stop finds the machines of all users. */
+/* SAFETY: adds the directories of all users for root. Root's stop finds all machines. */
 static void add_all_users(struct places *p) {
     glob_t found;
     if (geteuid() != 0) return;
@@ -90,7 +90,7 @@ void machine_places(char *text, size_t size) {
         used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "", p.path[i]);
 }
 
-/* Checks that a directory may be used and tells who owns it. */
+/* Checks that a directory may be used, and finds its owner. */
 static int check_place(const char *path, uid_t *owner, struct error *error) {
     struct stat s;
     uid_t own = geteuid();
@@ -221,8 +221,9 @@ int machine_connect(const struct machine *m, bool stop) {
     return -1;
 }
 
-/* True if the machine runs: everybody may connect to the socket for stops. SAFETY: any failure
- * but the end of the daemon is reported as doubt, because the machine may run all the same. */
+/* Returns true if the machine runs: everybody may connect to the socket for stops. SAFETY: any
+ * failure but the end of the daemon is reported as doubt, because the machine may run all the
+ * same. */
 static bool runs(const struct machine *m, struct error *doubt) {
     int fd = machine_connect(m, true), why = errno;
     if (fd >= 0) close(fd);

@@ -37,7 +37,7 @@ struct machine {
     char directory[MACHINE_DIRECTORY_SIZE];
 };
 
-/* True if the name has 1 to 32 characters of A-Z a-z 0-9 - _ */
+/* Returns true if the name has 1 to 32 characters of A-Z a-z 0-9 - _ */
 bool machine_name_valid(const char *name);
 
 /* Makes the address of the machine's socket NAME.stop (`stop`) or NAME. Returns false if the path
@@ -51,13 +51,13 @@ int machine_claim(const char *name, struct machine *m, int *lock, struct error *
 
 /* For clients: finds the running machines with this name, or with "" all. Returns their number, at
  * most MACHINES_MAX. SAFETY: at most MACHINES_EACH for a directory, so that sockets in one user's
- * directory do not displace a machine in another's. *doubt tells which directory could not be
- * searched and why (status STATUS_OK: none). */
+ * directory do not displace a machine in another's. *doubt names a directory that could not be
+ * searched, and why (status STATUS_OK: none). */
 int machine_find(const char *name, struct machine list[MACHINES_MAX], struct error *doubt);
 
-/* Client: connects to the machine's socket, non-blocking. Returns -1 with errno: EACCES: not
+/* For clients: connects to the machine's socket, non-blocking. Returns -1 with errno: EACCES: not
  * permitted; ECONNREFUSED, ENOENT: the daemon has ended; EPERM: the socket belongs to neither root,
- * this user nor the directory's owner; EAGAIN: too many wait, try again. */
+ * this user nor the directory's owner; EAGAIN: too many clients wait, try again. */
 int machine_connect(const struct machine *m, bool stop);
 
 /* Lists the directories in which a client looks, for messages: "/run/hexid,

@@ -18,8 +18,10 @@ int mat_library_load(struct mat_library *l, struct error *error) {
     bool there = handle && look_up(handle, "Mat_CreateVer", &l->create) && look_up(handle, "Mat_Close", &l->close) &&
                  look_up(handle, "Mat_VarCreate", &l->variable) && look_up(handle, "Mat_VarCreateStruct", &l->structure) &&
                  look_up(handle, "Mat_VarSetStructFieldByName", &l->set) && look_up(handle, "Mat_VarWrite", &l->write) &&
-                 look_up(handle, "Mat_VarFree", &l->free);
-    return there
-               ? STATUS_OK
-               : error_set(error, STATUS_IO, "%s: cannot be loaded, so no .mat is written: install libmatio11, or take csv or mcap", name);
+                 look_up(handle, "Mat_VarFree", &l->free) && look_up(handle, "Mat_Open", &l->open) &&
+                 look_up(handle, "Mat_VarReadNext", &l->next) && look_up(handle, "Mat_VarGetNumberOfFields", &l->fields) &&
+                 look_up(handle, "Mat_VarGetStructFieldnames", &l->names) && look_up(handle, "Mat_VarGetStructFieldByIndex", &l->field);
+    return there ? STATUS_OK
+                 : error_set(error, STATUS_IO,
+                             "%s: cannot be loaded, so no .mat is written or read: install libmatio11, or take csv or mcap", name);
 }

@@ -15,6 +15,11 @@ struct mat_library {
     __typeof__(&Mat_VarSetStructFieldByName) set;
     __typeof__(&Mat_VarWrite) write;
     __typeof__(&Mat_VarFree) free;
+    __typeof__(&Mat_Open) open;
+    __typeof__(&Mat_VarReadNext) next;
+    __typeof__(&Mat_VarGetNumberOfFields) fields;
+    __typeof__(&Mat_VarGetStructFieldnames) names;
+    __typeof__(&Mat_VarGetStructFieldByIndex) field;
 };
 
 /* Loads the library, which then stays loaded. Returns -3 on failure. */

@@ -129,7 +129,7 @@ int mcap_create(struct mcap_writer **writer, const char *path, struct error *err
     }
     put(&w->out, magic, MAGIC_SIZE);
     size_t header = record_begin(&w->out, HEADER);
-    put_text(&w->out, "");      /* the profile; hexid's files follow none */
+    put_text(&w->out, "");      /* profile; hexid's files have none */
     put_text(&w->out, "hexid");
     record_end(&w->out, header);
     flush(w, &w->out);

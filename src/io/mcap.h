@@ -31,9 +31,9 @@ void mcap_message(struct mcap_writer *w, int channel, uint64_t time_ns, const vo
 /* Returns the first failure as an errno, after which nothing is written; 0: none. */
 int mcap_failure(const struct mcap_writer *w);
 
-/* Finishes the file and frees the writer. failure: an errno of the caller's that makes the file
- * incomplete; 0: none. After a failure of the caller's or of a write the file is removed, and -3
- * with path and reason is returned. */
+/* Finishes the file and frees the writer. failure: errno of a failure of the caller's that makes
+ * the file incomplete; 0: none. After such a failure, or one of writing, removes the file and
+ * returns -3 with path and reason. */
 int mcap_close(struct mcap_writer *w, int failure, struct error *error);
 
 #endif

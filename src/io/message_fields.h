@@ -43,7 +43,7 @@ struct message {
                                              * FIELD_COUNT */
 };
 
-/* True if the channel is in the table; other channels are HEXID_STATE or not hexid's. */
+/* Returns true if the channel is in the table; other channels are HEXID_STATE or not hexid's. */
 bool message_known(const char *channel);
 
 /* Reads data as one whole message of the channel's type. Returns false, with *message untouched, if

@@ -85,8 +85,8 @@ int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *te
     return hexid_event_t_encode(buffer, 0, capacity, &m);
 }
 
-/* The casts are needed because the generated encoders lack const on arguments that they do not
- * change. */
+/* Encodes a command. The casts are needed because the generated encoders lack const on arguments
+ * that they do not change. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
     hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_names[command]};
     return hexid_command_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);
@@ -167,7 +167,7 @@ static void skip_statements(struct wire *w) {
     skip_doubles(w, 1); /* certainty */
 }
 
-/* Reads a result in the present type or in the one of earlier versions. */
+/* Reads a result of the present type or of the type of earlier versions. */
 bool gap_decode(const void *data, int size, struct gap_summary *summary) {
     enum { CHANNELS = 5 };
     struct wire w = wire_open(data, size, __hexid_gap_2_t_get_hash());

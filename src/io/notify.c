@@ -14,8 +14,8 @@
 
 enum { NONE = -1 };
 
-/* Returns the time in which the manager wants a life sign; 0: it wants none, wants it from another
- * process, or the number is invalid. */
+/* Returns the time within which the manager wants a life sign; 0: it wants none, wants it from
+ * another process, or the number is invalid. */
 static int64_t watchdog_ns(void) {
     const char *time_us = getenv("WATCHDOG_USEC"), *process = getenv("WATCHDOG_PID");
     if (!time_us || (process && strtoll(process, NULL, 10) != getpid())) return 0;

@@ -56,8 +56,8 @@ int output_place(const char *name, char path[PATH_MAX], bool *in_place) {
     return errno == ENOENT ? 0 : -1;
 }
 
-/* Makes up a name in the same directory that nothing else has, because a file can be renamed within
- * its file system only. */
+/* Makes a unique name in the same directory, because a file can be renamed only within its file
+ * system. */
 static int name_beside(const char *path, char beside[PATH_MAX]) {
     size_t folder = folder_length(path);
     uint64_t number;
@@ -88,8 +88,8 @@ static int refuse_place(const char *name, int reason, struct error *error) {
     return error_set(error, STATUS_IO, "%.250s: cannot be written: %s", name, strerror(reason));
 }
 
-/* True if the file is standard output under another name. The output is then written through
- * stdout, after the text printed before. */
+/* Returns true if the file is standard output under another name. The output is then written
+ * through stdout, after the text printed before. */
 static bool is_standard_output(const struct stat *s) {
     struct stat out;
     return !fstat(STDOUT_FILENO, &out) && out.st_dev == s->st_dev && out.st_ino == s->st_ino;
@@ -125,7 +125,8 @@ static int refuse_recording(const struct output *o, const char *kind, struct err
 /* Removes the temporary file by exactly the call that the confined daemon may use (confine.h). */
 static int remove_beside(const struct output *o) { return unlinkat(AT_FDCWD, o->beside, 0); }
 
-/* Checks that the temporary file can be created, by creating it for a moment. */
+/* Checks that the file can be replaced: one that is there must be writable, and the temporary file
+ * must be possible, which is tried for a moment. */
 static int try_beside(struct output *o, struct error *error) {
     bool there = o->before.st_ino != 0;
     int file = there && access(o->path, W_OK) ? -1 : open(o->beside, OUTPUT_FLAGS, 0600);
@@ -155,7 +156,7 @@ int output_prepare(struct output *o, const char *name, enum output_kind kind, st
     return try_beside(o, error);
 }
 
-/* True if another file has taken the place of the one to be replaced. */
+/* Returns true if another file has taken the place of the one to be replaced. */
 static bool replaced(const struct output *o) {
     struct stat now;
     return o->before.st_ino && !lstat(o->path, &now) && (now.st_ino != o->before.st_ino || now.st_dev != o->before.st_dev);
@@ -257,7 +258,7 @@ int output_text(const char *name, const char *text, struct error *error) {
 
 /* ---- logs ---- */
 
-/* True if the descriptor's file still has that name. */
+/* Returns true if the descriptor's file still has that name. */
 static bool is_at(int file, const char *path) {
     struct stat here, there;
     return !fstat(file, &here) && !stat(path, &there) && here.st_dev == there.st_dev && here.st_ino == there.st_ino;
@@ -298,8 +299,9 @@ static int open_log_in_place(const char *path, struct error *error) {
     return file;
 }
 
-/* Locks a log. Pruning of a log directory holds each lock only for a moment (log_directory.h); a
- * writer keeps it. On a file system without locks it succeeds, because no other writer can ask. */
+/* Locks a log. Pruning of a log directory keeps each lock only for a moment (log_directory.h); a
+ * writer keeps it. Succeeds on a file system without locks, where no other writer can lock it
+ * either. */
 static bool lock(int file) {
     for (int ms = 0; flock(file, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK; ms += STEP_MS) {
         if (ms >= LOCK_MS) return false;

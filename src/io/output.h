@@ -49,15 +49,15 @@ int output_prepare(struct output *o, const char *name, enum output_kind kind, st
  * file is untouched. */
 int output_write(struct output *o, const char *text, struct error *error);
 
-/* Do what output_write() does with a text that was made for it, and free it. NULL: there was no
- * memory for it, -3. output_page(): making it had the status `made` and its *error (pictures are
- * missing); returns that, unless the page cannot be written either. */
+/* Do what output_write() does, and free the text. With text NULL they return -3, because there was
+ * no memory for it. `made` and *error are the result of making the page, such as pictures that are
+ * missing; output_page() returns `made` unless writing fails, too. */
 int output_made(struct output *o, char *text, struct error *error);
 int output_page(struct output *o, int made, char *page, struct error *error);
 
 /* Do what output_write() does in two steps, for output written bit by bit, never in place.
- * output_open() returns NULL for -3. failure: errno of an earlier write; 0: none. output_close()
- * closes the stream and on failure removes the temporary file. */
+ * output_open() returns NULL with an error of status -3. failure: errno of an earlier write; 0:
+ * none. output_close() closes the stream and on failure removes the temporary file. */
 FILE *output_open(struct output *o, struct error *error);
 int output_close(struct output *o, FILE *stream, int failure, struct error *error);
 
@@ -73,9 +73,9 @@ int output_text(const char *name, const char *text, struct error *error);
 int output_place(const char *name, char path[PATH_MAX], bool *in_place);
 
 /* Opens a log for writing: locked and empty. A file that is not empty is renamed to NAME.1, or the
- * next free number, which aside returns; "" otherwise. Files that are not regular are written in
- * place, a FIFO only with a reader. Returns -2 if there is a recording of another kind; -3 if
- * another process writes the log, or it cannot be opened. */
+ * next free number; `aside` returns the new name, "" if nothing was renamed. Files that are not
+ * regular are written in place, a FIFO only with a reader. Returns -2 if there is a recording of
+ * another kind; -3 if another process writes the log, or it cannot be opened. */
 int output_log(const char *name, char aside[PATH_MAX], struct error *error);
 
 #endif

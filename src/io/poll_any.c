@@ -9,8 +9,7 @@ enum { REST_MS = 2 };
 
 static struct timespec from_ms(int64_t ms) { return (struct timespec){.tv_sec = ms / MS_PER_S, .tv_nsec = ms % MS_PER_S * NS_PER_MS}; }
 
-/* Looks at the descriptors without waiting, at half of them at a time where the limit asks for
- * that. */
+/* Polls the descriptors without waiting, in halves if the limit is below their number. */
 static int look(struct pollfd *p, nfds_t count) {
     int ready = poll(p, count, 0);
     if (ready >= 0 || errno != EINVAL) return ready;

@@ -32,8 +32,8 @@ static char *next_line(char **rest) {
 static bool is_number(const char *cell) { return *cell && strspn(cell, "+-.,0123456789eE \"") == strlen(cell); }
 static bool is_empty(const char *cell) { return cell[strspn(cell, " \"")] == '\0' || !strcasecmp(cell, "nan"); }
 
-/* True for a table: names of columns, then a row with the same number of cells; a header with
- * hexid's own time column suffices. A comma separates cells unless there is a tab or a
+/* Returns true for a table: names of columns, then a row with the same number of cells; a header
+ * with hexid's own time column suffices. A comma separates cells unless there is a tab or a
  * semicolon. */
 static bool is_table(char *text) {
     if (!strncmp(text, "\xef\xbb\xbf", 3)) text += 3;

@@ -7,7 +7,7 @@
  * numbers" (for hexid import, hexid export and trajectories: names of columns, then numbers).
  * NULL: none of these, not a regular file, or unreadable. Never waits. */
 const char *recognise(const char *path);
-extern const char recognise_log[]; /* what recognise() returns for an LCM event log */
+extern const char recognise_log[]; /* result of recognise() for an LCM event log */
 
 /* Finds the first recording in a directory, copies its name to name[size] and returns its kind.
  * csv: CSV files count, too. NULL: there is none, or the directory cannot be read. */

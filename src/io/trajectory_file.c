@@ -131,7 +131,7 @@ static int read_rows(struct file *f, struct trajectory *t) {
     return status;
 }
 
-/* Joins the passes: the end must equal the beginning but for rounding, which is removed. */
+/* Joins the passes: the end must equal the beginning except for rounding, which is removed. */
 static int join_passes(struct file *f, struct trajectory *t) {
     struct trajectory_knot *last = &t->knot[t->knots - 1];
     for (int i = 0; i < DOFS; i++)

@@ -13,8 +13,8 @@
 #include "trajectory.h"
 
 /* Reads the file and fits a spline through the poses, to be run `passes` times; with more than one
- * pass it must end where it begins. Returns -2, or -3 if the file cannot be read. To be freed in
- * any case. */
+ * pass it must end where it begins. Returns -2, or -3 if the file cannot be read. Call
+ * trajectory_free() in any case. */
 int trajectory_load(struct trajectory *t, const char *path, int passes, struct error *error);
 void trajectory_free(struct trajectory *t);
 

@@ -1,7 +1,7 @@
-/* Reads an LCM message field by field from untrusted bytes: liblcm would allocate its strings,
- * and would believe a length that the message cannot fill. Big-endian, in the order of the .lcm
- * file. A field that runs past the end makes the message bad, and every later one 0 or NULL:
- * `good` is checked once, after the last field. Ordinary threads, no heap. */
+/* Reads an LCM message field by field from untrusted bytes: liblcm would allocate its strings, and
+ * would believe a length that the message cannot fill. Big-endian, in the order of the .lcm file. A
+ * field that runs past the end makes the message bad, and every later field 0 or NULL: `good` is
+ * checked once, after the last field. Ordinary threads, no heap. */
 #ifndef HEXID_WIRE_H
 #define HEXID_WIRE_H
 
@@ -14,7 +14,7 @@ struct wire {
     bool good;
 };
 
-/* Checks the fingerprint of a message and starts reading behind it. */
+/* Checks the fingerprint of a message and starts reading after it. */
 struct wire wire_open(const void *data, int size, int64_t type);
 
 /* Returns the next `size` bytes; NULL if fewer are left. */

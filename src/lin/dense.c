@@ -4,10 +4,11 @@
 #include <string.h>
 
 enum { TOGETHER = 8 };
-static const double SINGULAR = 1e-14; /* least pivot over its diagonal element; below, only
-                                       * rounding is left */
+static const double SINGULAR = 1e-14; /* least pivot as a share of its diagonal element; a smaller
+                                       * one is only rounding error */
 
-/* Computes element j of several rows of L at once: their sums do not wait for each other. */
+/* Computes element j of several rows of L at once, so that their sums do not wait for each
+ * other. */
 static inline void column(int j, int row, int rows, double *a, const double *aj) {
     double s[TOGETHER];
     for (int i = 0; i < rows; i++) s[i] = a[i * row + j];
@@ -39,7 +40,7 @@ double dense_dot(int n, const double *a, const double *b) {
     return sum;
 }
 
-/* Solves L y = b in place, of which the elements before `first` are zero. */
+/* Solves L y = b in place. The elements of b before `first` are zero. */
 static void forward(int n, int row, const double *l, int first, double *b) {
     for (int i = first; i < n; i++) b[i] = (b[i] - dense_dot(i - first, l + i * row + first, b + first)) / l[i * row + i];
 }

@@ -15,7 +15,7 @@ bool dense_factor(int n, int row, double *a);
 /* Solves L L' x = b in place: b becomes x. */
 void dense_solve(int n, int row, const double *factor, double *b);
 
-/* Computes the diagonal of (L L')^-1. `work` holds n values. */
+/* Computes the diagonal of (L L')^-1. `work` has room for n values. */
 void dense_inverse_diagonal(int n, int row, const double *factor, double *diagonal, double *work);
 
 #endif

@@ -1,6 +1,7 @@
-/* Dense linear algebra of small fixed sizes by Eigen, behind extern "C". No exception leaves,
- * and no heap is used (Eigen's own allocations are compiled to assertion failures). Matrices are
- * row-major; a result must not overlap an input. Callers check rank and condition. Any thread. */
+/* Dense linear algebra by Eigen for at most LIN_MAX rows and columns, behind extern "C". No
+ * exception escapes, and no heap is used (Eigen's own allocations are compiled to assertion
+ * failures). Matrices are row-major; a result must not overlap an input. Callers check rank and
+ * condition. Any thread. */
 #ifndef HEXID_LIN_H
 #define HEXID_LIN_H
 

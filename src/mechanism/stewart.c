@@ -7,7 +7,7 @@
 #include "params.h"
 #include "vec.h"
 
-/* Adds the wrench that holds against the moments of joint friction. */
+/* Adds the wrench that overcomes the moments of joint friction. */
 static void push_joints(const struct inverse_dynamics *d, const struct rigid_legs *legs, const double acceleration[DOFS],
                         double wrench[DOFS]) {
     struct joint_axes axes;
@@ -29,7 +29,8 @@ static bool forces(struct inverse_dynamics *d, const struct inverse_dynamics_inp
     return true;
 }
 
-/* Inverts J M^-1 J', the accelerations of the legs for forces along them. */
+/* Computes the mass that forces along the legs have to accelerate: the inverse of J M^-1 J', which
+ * maps these forces to accelerations of the legs. */
 static void leg_mass(const struct params *params, double lambda[LEGS][LEGS]) {
     struct rigid_model rigid;
     struct rigid_state s;

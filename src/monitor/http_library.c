@@ -4,8 +4,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* The copy is allowed because POSIX makes pointers to functions and to objects the same size;
- * ISO C has no cast between them. */
+/* Looks up a function. The copy is allowed because POSIX makes pointers to functions and to objects
+ * the same size; ISO C has no cast between them. */
 static void *look_up(void *handle, const char *name, void *function) {
     void *symbol = dlsym(handle, name);
     memcpy(function, &symbol, sizeof symbol);

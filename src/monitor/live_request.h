@@ -1,4 +1,4 @@
-/* Addresses of the live page, and the check of a request's Host header. Pure but for
+/* Addresses of the live page, and the check of a request's Host header. Pure, except
  * live_listen(). */
 #ifndef HEXID_LIVE_REQUEST_H
 #define HEXID_LIVE_REQUEST_H
@@ -30,9 +30,9 @@ struct live_listener {
  * host's, or the port is taken or needs privileges. */
 int live_listen(const struct live_address *address, struct live_listener *listener, struct error *error);
 
-/* True if the request's Host header is one of ours. SAFETY: a foreign page whose name is made to
- * resolve to this host (DNS rebinding) could read the machine's state through its user's browser,
- * but its requests carry that name. So only known names pass: localhost, this host's own
+/* Returns true if the request's Host header is one of ours. SAFETY: a foreign page whose name is
+ * made to resolve to this host (DNS rebinding) could read the machine's state through its user's
+ * browser, but its requests carry that name. So only known names pass: localhost, this host's own
  * (own_name), the one that the page is served under (served). Any literal address passes, because
  * it cannot be rebound; so does any port, because tunnels have their own. */
 bool live_host_allowed(const char *host, const char *served, const char *own_name);

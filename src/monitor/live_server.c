@@ -10,13 +10,15 @@
 
 enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000, TURN_MS = 50 };
 
-/* The stream to one browser. `cycle`, `event` and `version` tell what it has been sent. */
+/* The stream to one browser. `cycle` and `event` are the numbers of the last ones sent to it, and
+ * `version` those of the places. */
 struct client {
     struct live_server *server;
     struct MHD_Connection *connection; /* connection to the browser; NULL: this place is free */
-    struct json_text piece; /* the chunk being sent; `sent` bytes of it are handed over */
+    struct json_text piece; /* the chunk being sent; its first `sent` bytes are handed over */
     size_t sent;
-    bool greeted, waits;               /* greeted: machine sent; waits: suspended till news */
+    bool greeted, waits;               /* greeted: the machine's description was sent; waits:
+                                        * suspended until there is news */
     int64_t health_ms;
     uint64_t cycle, event, version[LIVE_PLACES];
 };
@@ -95,7 +97,8 @@ static void compose(struct client *c) {
     c->greeted = true;
 }
 
-/* libmicrohttpd calls this whenever the browser has taken what it was given. */
+/* Gives libmicrohttpd the next bytes; it calls this whenever the browser has taken the last
+ * ones. */
 static ssize_t give(void *context, uint64_t position, char *buffer, size_t room) {
     struct client *c = context;
     (void)position;

@@ -12,7 +12,8 @@
 
 enum { DIGITS = 6, REORDERED_MS = 100, REORDERED_CYCLES = 100, EVENT_TEXT = 600 };
 
-/* spacing of kept cycles: 50 a second, whatever the rate on the wire */
+/* least time between kept cycles, a little below 20 ms: 50 a second, whatever the rate on the
+ * wire */
 static const uint64_t APART_NS = 19 * NS_PER_S / 1000;
 
 const char *const live_place_names[LIVE_PLACES] = {
@@ -56,7 +57,7 @@ static void machine_tests(struct json_text *j, const struct params *p) {
     int count = tests_count(t);
     for (int i = 0; i < count; i++) name[i] = tests_name(t, tests_single(t) ? t->order[i] : DOF_NONE);
     words(j, "tests", name, count);
-    /* The length of a trajectory is not in the configuration. */
+    /* The duration of a trajectory is not in the configuration, so test_s is then null. */
     bool timed = tests_single(t) || t->multisine;
     number(j, "settle_s", t->settle_s);
     number(j, "test_s", timed ? t->ramp_s + t->duration_s + t->ramp_out_s : (double)NAN);
@@ -134,9 +135,10 @@ static void write_fault(struct live_state *s) {
     json_text_add(j, "}", 1);
 }
 
-/* A fault is known from two sources: its events, which carry the run's own text, and the state
- * of each cycle while the fault stands. Either may be missing: a message was lost, the viewer
- * joined late, or a run ended with its fault and sent no cycle of it. */
+/* Takes the fault from a cycle. A fault is known from two sources: its events, which carry the
+ * run's own text, and the state of each cycle while the fault is latched. Either may be missing: a
+ * message was lost, the viewer joined late, or a run ended with its fault and sent no cycle that
+ * has it. */
 static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     struct live_fault *f = &s->fault;
     const struct failure *row = failure_of(c->first_fault);
@@ -202,7 +204,8 @@ static void keep_cycle(struct live_state *s, const struct cycle *c) {
     json_text_add(j, "}", 1);
 }
 
-/* Begins a new run: drops what the previous run left, except LIVE_GAP, which belongs to no run. */
+/* Begins a new run: drops the contents of the previous run, except LIVE_GAP, which belongs to no
+ * run. */
 static void begin_run(struct live_state *s) {
     s->run++;
     s->messages = s->lost = s->step = 0;

@@ -1,6 +1,7 @@
-/* State behind the live page: what is heard of a hexid over LCM, as JSON ready to send: the
- * newest message of each kind, the last events, the cycles of the last 20 s. Memory is bounded
- * whatever arrives: a message larger than any of hexid's is counted and dropped. One thread. */
+/* State behind the live page: messages of a running hexid, received over LCM, as JSON ready to
+ * send. It has the newest message of each kind, the last events, and the cycles of the last 20 s.
+ * Memory is bounded whatever arrives: a message larger than any of hexid's is counted and dropped.
+ * One thread. */
 #ifndef HEXID_LIVE_STATE_H
 #define HEXID_LIVE_STATE_H
 

@@ -4,10 +4,10 @@
 
 #include "units.h"
 
-/* Least share of samples at the largest or smallest value for a channel to be clipped. */
+/* Least share of samples at the largest or smallest value that makes a channel count as clipped. */
 static const double CLIPPED = 0.12;
-/* A channel is clipped if it has more than this times as many samples at its largest value as a
- * sinusoid read at the same resolution. */
+/* A channel is clipped if the number of samples at its largest value exceeds this times the number
+ * that a sinusoid of the same resolution has there. */
 static const double CLIPPED_TIMES = 2.0;
 /* An end stop, not friction, stopped the leg if its mean step onto the largest length exceeds this
  * share of its largest step. */
@@ -16,7 +16,7 @@ static const double ABRUPT = 0.3;
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);
 _Static_assert(sizeof(struct recording_sample) % sizeof(double) == 0, "samples are addressed as doubles");
 
-/* Number of samples at the largest value, or, with sign -1, at the smallest. 0 if they are no more
+/* Number of samples at the largest value, or, with sign -1, at the smallest. 0 if there are no more
  * than a sinusoid has there, or if a smooth channel does not arrive there at speed. */
 static int plateau(const struct recording_test *t, const double *first, double sign, const struct recording_scale *scale) {
     double top = -HUGE_VAL, next = -HUGE_VAL, bottom = HUGE_VAL, before = NAN, entering = 0.0, fastest = 0.0;
@@ -40,8 +40,8 @@ int recording_clipped(const struct recording_test *t, const double *first, const
     int clipped = 0, few = (t->end - t->first) / 50;
     for (int i = t->first; i < t->end; i++) clipped += first[(size_t)(i - t->first) * STRIDE] >= scale->top;
     if (clipped <= few) clipped = plateau(t, first, 1.0, scale);
-    /* Only lengths are clipped at their low end, too: pressures, for example, rest there at the
-     * tank's. */
+    /* The low end is examined for lengths only. Other channels may rest there: pressures, for
+     * example, at the tank's pressure. */
     if (clipped <= few && scale->smooth) clipped = plateau(t, first, -1.0, scale);
     return clipped > few ? clipped : 0;
 }

@@ -62,8 +62,8 @@ static double share_at(const struct recording_test *t, struct signals of, double
     return all > 0.0 ? of_frequency / all : 0.0;
 }
 
-/* Frequency with the largest share of the variance in that channel of a group that moves most. The
- * grid of frequencies is a quarter of the resolution 1 / span_s. */
+/* Finds the frequency with the largest share of the variance, in the channel of a group that moves
+ * most. The grid of frequencies is a quarter of the resolution 1 / span_s. */
 static double search(const struct recording_test *t, struct signals of, double span_s, double until_s) {
     double most = 0.0, best = 0.0, hz = (double)NAN;
     struct signals one = {of.offset, 1};
@@ -103,14 +103,15 @@ static double fit(const struct recording_test *t, struct signals of, double near
         window_s = fmin(span_s, fmax(SEARCH_S, SEARCH_CYCLES / near_hz));
         hz = search(t, of, window_s, start_s + window_s);
     }
-    /* the window grows with the accuracy of the frequency, so that no cycle is counted wrongly */
+    /* the window grows as the frequency becomes more accurate, so that no cycle is counted
+     * wrongly */
     for (;; window_s = fmin(2.0 * window_s, span_s)) {
         hz = refine(t, of, hz, start_s, window_s);
         if (!(hz * window_s > REPEATS_LEAST)) return (double)NAN;
         if (window_s >= span_s) break;
     }
-    /* While a machine settles, its phase changes too, but less and less: the second half of the
-     * record gives a better frequency. */
+    /* While a machine settles, its phase changes too, but less and less. Therefore the second half
+     * of the record gives a better frequency. */
     if (0.5 * span_s * hz >= SEARCH_CYCLES) hz = refine(t, of, hz, start_s + 0.5 * span_s, 0.5 * span_s);
     return hz;
 }

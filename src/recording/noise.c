@@ -6,21 +6,21 @@
 
 enum { BLOCKS = 2048, BLOCK_LEAST = 32 };
 
-static const double FOURTH = 70.0;      /* variance of white noise's fourth difference, as a
-                                         * multiple of the noise's: the sum of the squares of 1 -4 6
-                                         * -4 1 */
+static const double FOURTH = 70.0;      /* variance of the fourth difference of white noise, as a
+                                         * multiple of the noise's variance: sum of the squares of 1
+                                         * -4 6 -4 1 */
 static const double ROUNDING = 1e-12;   /* a difference of up to this share of the value's magnitude
                                          * is rounding, not a step */
-static const double MULTIPLE = 0.05;    /* a difference is a multiple of the step if it is off a
-                                         * whole number of steps by less than this share of a
-                                         * step */
+static const double MULTIPLE = 0.05;    /* a difference counts as a multiple of the step if it
+                                         * differs from a whole number of steps by less than this
+                                         * share of a step */
 static const double MULTIPLES = 0.95;   /* share of the differences that must be multiples of the
                                          * smallest */
 static const double STEPS_MOST = 1e6;   /* a difference of more steps counts as no multiple, because
-                                         * every number looks like one */
+                                         * any number would be near one */
 
 /* Rms of the white noise: from the median over blocks of the mean square of fourth differences. NaN
- * without five finite values in a row. */
+ * without five successive finite values. */
 static double white(int count, const double *x, size_t stride) {
     double block[BLOCKS], sum = 0.0;
     int size = count / BLOCKS + 1 > BLOCK_LEAST ? count / BLOCKS + 1 : BLOCK_LEAST, blocks = 0, n = 0;
@@ -58,7 +58,7 @@ static double step_of(int count, const double *x, size_t stride) {
 
 struct noise noise_measure(int count, const double *x, size_t stride) {
     struct noise n = {.rms = white(count, x, stride), .step = step_of(count, x, stride)};
-    /* fmax skips NaN: with too few values for white noise only that of quantisation is left */
+    /* fmax skips NaN, so with too few values for white noise only quantisation noise is returned */
     if (n.step > 0.0) n.rms = fmax(n.rms, n.step / sqrt(12.0));
     return n;
 }

@@ -7,12 +7,11 @@
 
 struct noise {
     /* White noise, from fourth differences, as the median over time: motion slower than a tenth of
-     * the sampling rate hardly counts. At least the quantisation noise, step / sqrt(12), which
-     * stands alone if no five values in a row are finite. NaN if no step is seen either, so that
-     * nothing is known. */
+     * the sampling rate hardly counts. It is at least the quantisation noise, step / sqrt(12), and
+     * equal to it if no five successive values are finite. NaN if then no step is found either. */
     double rms;
-    /* Resolution of the sensor, of which at least 95 % of the differences are multiples; 0 if none
-     * is seen. */
+    /* Resolution of the sensor: at least 95 % of the differences are multiples of it; 0 if none is
+     * found. */
     double step;
 };
 

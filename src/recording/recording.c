@@ -8,10 +8,10 @@
 #include "params.h"
 
 enum {
-    LONG = 400000,     /* samples of a test, at which every other block is dropped: thirteen minutes
-                        * at 2 ms */
-    BLOCK = LONG / 16  /* samples in a block: 50 s at 2 ms, which holds whole segments of any motion
-                        * (motion.h) */
+    LONG = 400000,     /* number of samples of a test at which every other block is dropped:
+                        * thirteen minutes at 2 ms */
+    BLOCK = LONG / 16  /* samples in a block: 50 s at 2 ms, long enough for whole segments of any
+                        * motion (motion.h) */
 };
 
 void recording_init(struct recording *r, const struct params *params) {
@@ -32,7 +32,8 @@ void recording_free(struct recording *r) {
     r->tests = 0;
 }
 
-/* Number of the current run's first test: one above the largest number in earlier runs. */
+/* Returns the number of the current run's first test: one above the largest number in earlier
+ * runs. */
 static int tests_before(const struct recording *r) {
     int n = 0;
     for (int i = 0; i < r->tests; i++)
@@ -40,8 +41,8 @@ static int tests_before(const struct recording *r) {
     return n;
 }
 
-/* The test that the cycle belongs to: the last one, or a new one. NULL if there is no room for
- * it. */
+/* Returns the test that the cycle belongs to: the last one, or a new one. NULL if there is no room
+ * for it. */
 static struct recording_test *place(struct recording *r, const struct cycle *c) {
     struct recording_test *t = r->tests ? &r->test[r->tests - 1] : NULL;
     int run = r->runs - 1, test = tests_before(r) + c->test;
@@ -65,7 +66,7 @@ static bool finite_all(int count, const double *x) {
     return isfinite(sum);
 }
 
-/* Refuses a sample without these numbers, unless it is refused already. */
+/* Refuses a sample if `numbers` is false, unless it is refused already. */
 static void need(struct recording_sample *s, bool numbers) {
     if (!s->refused && !numbers) s->refused = REFUSED_NO_NUMBER;
 }
@@ -104,14 +105,14 @@ static enum refusal surplus(struct recording_test *t) {
     return t->offered++ / BLOCK % (INT64_C(1) << t->thinned) ? REFUSED_SURPLUS : REFUSED_NOT;
 }
 
-/* Refuses what is neither in a ramp-in nor in an evaluated part. An imported recording of any
- * motion has no phases. */
+/* Refuses a cycle that is neither in a ramp-in nor in an evaluated part. An imported recording of
+ * any motion has no phases. */
 static enum refusal outside(const struct cycle *c) {
     bool kept = c->dof == DOF_NONE ? c->test >= 0 : c->phase == PHASE_RAMP_IN || c->phase == PHASE_EVALUATE;
     return kept ? REFUSED_NOT : REFUSED_OUTSIDE;
 }
 
-/* Drops every other block of a test. The first block, which holds the ramp-in, stays. */
+/* Drops every other block of a test. The first block, which contains the ramp-in, stays. */
 static void thin(struct recording_test *t) {
     int kept = 0, first = t->first, end = t->end;
     t->thinned++;
@@ -179,7 +180,7 @@ int recording_at(const struct recording_test *t, double test_time_s) {
 
 double recording_step_s(const struct recording_test *t) {
     double first_s = t->sample[t->first].test_time_s, step_s = (t->sample[t->end - 1].test_time_s - first_s) / (t->end - 1 - t->first);
-    for (int pass = 0; pass < 3; pass++) { /* mean of the steps that are no gaps */
+    for (int pass = 0; pass < 3; pass++) { /* mean of the steps that are not gaps */
         double sum = 0.0;
         int steps = 0;
         for (int i = t->first + 1; i < t->end; i++) {

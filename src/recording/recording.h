@@ -13,7 +13,7 @@ struct params;
 enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
 #define RECORDING_CLOCK_TOLERANCE 1e-4 /* relative difference between two clocks that their crystals
                                         * explain */
-#define RECORDING_FASTEST_HZ 40.0 /* fastest motion of any platform */
+#define RECORDING_FASTEST_HZ 40.0 /* fastest motion that any platform makes */
 
 struct recording_sample {
     double test_time_s;  /* controller's clock, s from the start of the test */
@@ -21,7 +21,7 @@ struct recording_sample {
     double length_m[LEGS], p1_pa[LEGS], p2_pa[LEGS];
     double force_n[LEGS];/* A1 P1 - A2 P2; without pressures, the reading of a force sensor or a
                           * drive */
-    double valve[LEGS];  /* commands computed from this sample and held to the next */
+    double valve[LEGS];  /* commands that were computed from this sample and held until the next */
     double ref[DOFS];
     enum refusal refused;/* why the sample is not used: a flag, or a measured value that is no
                           * number */
@@ -29,7 +29,7 @@ struct recording_sample {
 
 struct recording_test {
     int run;             /* index of the run that the test belongs to */
-    int test;            /* number in the list of tests, counted on through all runs */
+    int test;            /* number in the list of tests, continued through all runs */
     enum dof dof;
     double frequency_hz; /* frequency of the motion: as stated, or the measured one that
                           * recording_check() puts here */
@@ -38,9 +38,10 @@ struct recording_test {
                                 * sinusoid */
     int segment;         /* number of the segment in its record, from 0 */
     int count, capacity;
-    int64_t offered;     /* samples offered so far; those of a long test that fall into dropped
-                          * blocks are not kept */
-    int thinned; /* times that every other block was dropped; the gaps look like lost samples */
+    int64_t offered;     /* number of samples offered so far; those in dropped blocks of a long test
+                          * count, but are not kept */
+    int thinned; /* number of times that every other block was dropped; the gaps look like lost
+                  * samples */
     struct recording_sample *sample;
     bool borrowed;       /* the samples belong to another segment, which frees them */
     enum refusal refused;/* why a segment is not evaluated: REFUSED_NOISE */
@@ -64,8 +65,10 @@ struct recording {
     struct test_params run[RECORDING_RUNS];
     int tests;
     struct recording_test test[RECORDING_TESTS];
-    int excluded;                /* number of records that recording_check() left out of several, */
-    struct error exclusion;      /* and why it left out the last one */
+    int excluded;                /* number of records that recording_check() left out because others
+                                  * can be evaluated */
+    struct error exclusion;      /* reason why recording_check() left out the last of these
+                                  * records */
 };
 
 /* Starts a recording of one run with the tests of the configured model. */
@@ -83,20 +86,21 @@ int recording_add(struct recording *r, const struct cycle *cycle, struct error *
 
 void recording_remove(struct recording *r, int test);
 
-/* A cycle's values as a sample: refused by refusal_of(), or since time or force are no numbers. */
+/* A cycle's values as a sample. It is refused if refusal_of() gives a reason, or if its time or
+ * force is no number. */
 struct recording_sample recording_sample_of(const struct params *params, const struct cycle *cycle);
 
 /* Appends a sample to a test; times must increase. Returns -3 without memory. */
 int recording_append(struct recording_test *test, const struct recording_sample *sample, struct error *error);
 
-/* Finishes the recording after the last cycle. Samples are refused in which a signal that the log
- * has is no number, and signals that it lacks become zero. */
+/* Finishes the recording after the last cycle. Where a signal that the log has is no number, the
+ * sample is refused; a signal that the log lacks becomes zero. */
 void recording_settle(struct recording *r);
 
 /* Index of the first sample at or after this time; t->count if all are earlier. */
 int recording_at(const struct recording_test *t, double test_time_s);
 
-/* Mean sampling period of a test's evaluated part, gaps left out, s. */
+/* Mean sampling period of a test's evaluated part, s; gaps do not count. */
 double recording_step_s(const struct recording_test *t);
 
 /* First test of this axis in this run, or NULL. */

@@ -1,6 +1,7 @@
 /* Reasons for which a sample, a stretch of a record, or a test is excluded from the evaluation: one
- * list for all who decide, with a sentence for people and what to do. Whole recordings are refused
- * by recording_check.h. `hexid doctor --refusals` prints the table for the documentation. Pure. */
+ * list for all code that excludes, with a sentence for people and the remedy. Whole recordings are
+ * refused by recording_check.h. `hexid doctor --refusals` prints the table for the documentation.
+ * Pure. */
 #ifndef HEXID_REFUSAL_H
 #define HEXID_REFUSAL_H
 
@@ -11,29 +12,29 @@
 /* clang-format off */
 enum refusal {
     REFUSED_NOT, /* used */
-    /* samples: first the flags of types.h, in the order of their bits */
+    /* for samples: first the flags of types.h, in the order of their bits */
     REFUSED_STALE, REFUSED_LATE, REFUSED_DROPPED, REFUSED_INVALID, REFUSED_OVERRUN, REFUSED_IO,
     REFUSED_FOREIGN, REFUSED_OPEN, REFUSED_UNWRITTEN, REFUSED_TWIN,
     REFUSED_NO_NUMBER, REFUSED_NO_POSE, REFUSED_UNPLACED, REFUSED_OUTSIDE,
-    REFUSED_SURPLUS, /* samples and segments */
-    /* segments of any motion, or cycles of a sinusoid */
+    REFUSED_SURPLUS, /* for samples and segments */
+    /* for segments of any motion, or cycles of a sinusoid */
     REFUSED_GAP, REFUSED_TURN, REFUSED_REST, REFUSED_NOISE,
-    /* tests */
+    /* for tests */
     REFUSED_EMPTY, REFUSED_INCOMPLETE, REFUSED_UNDETERMINED,
     REFUSALS
 };
 /* clang-format on */
 
 struct refusal_row {
-    const char *word;   /* reason in a word; that of JSON where JSON has one */
+    const char *word;   /* reason in one word, the same as in JSON if JSON has it */
     const char *what;   /* kind of thing that is excluded */
     const char *why;    /* sentence for people, without capital and full stop */
     const char *remedy; /* what to do about it */
 };
 extern const struct refusal_row refusals[REFUSALS]; /* the row of REFUSED_NOT is empty */
 
-/* The reason for which a cycle's sample says nothing of the motion: its first flag, or a length of
- * these legs that is no number. */
+/* Returns the reason for which a cycle's sample is not used: its first flag, or a length of one of
+ * the first `legs` legs that is no number. */
 enum refusal refusal_of(const struct cycle *cycle, int legs);
 
 /* Prints the table in Markdown. */

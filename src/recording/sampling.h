@@ -6,7 +6,7 @@
 
 struct sampling {
     double step_s;    /* sampling period, lost samples left out */
-    double jitter_s;  /* rms deviation of the steps from step_s, gaps left out */
+    double jitter_s;  /* rms deviation of the steps from step_s; gaps do not count */
     int64_t lost;     /* number of samples missing in gaps */
     double gap_s;     /* longest time between two samples */
 };

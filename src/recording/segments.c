@@ -17,11 +17,11 @@ static const double GRID_HZ = 400.0;
 static const double POINTS_LEAST = 5.0;  /* least number of points in a cycle */
 enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 
-static const double REST_S = 0.5;        /* shortest rest; a shorter one is a turning point */
+static const double REST_S = 0.5;        /* shortest rest; a shorter one is a reversal */
 static const double NOISE_BAND = 5.0;    /* largest deviation of a leg at rest, in rms noise: white
                                           * noise stays within it for an hour */
 static const double REST_SHARE = 3e-3;   /* largest wander of a leg at rest, as a share of its whole
-                                          * range; a position loop wanders by less */
+                                          * range; a position loop at rest wanders by less */
 
 /* Least number of cycles of a steady segment. */
 static const double CYCLES_LEAST = 4.0;
@@ -31,8 +31,8 @@ static const double ALIKE = 0.05;
 /* While the period is searched, successive cycles may differ by this share of the motion's rms: a
  * period error adds 2 pi times its relative size. */
 static const double SEARCHED = 0.2;
-/* Tolerance factor on the mean square difference of a run's cycles, since some loops hunt beside
- * their motion. */
+/* Tolerance factor on the mean square difference of a run's cycles, because some loops oscillate
+ * slightly in addition to their motion. */
 static const double RESTLESS = 1.5;
 /* A trial period off by this factor makes a sinusoid's cycles differ by more than SEARCHED. */
 static const double SEARCHED_RATIO = 1.04;
@@ -45,18 +45,18 @@ static const double MOTION = 0.25;
 static const double SWEEP = 3e-3;
 static const double SWELL = 0.1;         /* largest relative change of amplitude from the first to
                                           * the second half of a run */
-/* Least share of a cycle's points that must be measured both in it and in the next; also the least
- * share of a rest's points that must be measured. */
+/* Least share of a cycle's points that must be measured in this cycle and in the next one; also the
+ * least share of a rest's points that must be measured. */
 static const double COMPARED = 0.25;
-/* Tolerance of a change between halves of a run, in standard deviations of their estimates, which
- * scatter as the cycles do. */
+/* Tolerance of a change between halves of a run, in standard deviations of the estimates, which
+ * follow from the scatter of the cycles. */
 static const double UNSURE = 2.0;
-/* Gain in the length of a run that justifies a longer period; a multiple of the true period gains
- * less. */
+/* A longer period is preferred if it lengthens the run by this factor; a multiple of the true
+ * period lengthens it by less. */
 static const double LONGER_BY = 1.1;
-enum { WINDOW_POINTS = 64 };             /* points compared per cycle; those between are skipped */
+enum { WINDOW_POINTS = 64 };             /* points compared in a cycle; those between are skipped */
 enum { PARTS = 32 };                     /* fractions of a period that are tried: 1/32 to 1/2 */
-enum { DEPTH = 64 };                     /* levels of the search for runs beside longer runs */
+enum { DEPTH = 64 };                     /* depth of the search on both sides of a longer run */
 
 struct grid {
     int count, legs;
@@ -73,8 +73,8 @@ struct grid {
     struct sums *sums;
 };
 
-/* Sums over all points before a given one: the squared differences from the value a period later,
- * the number of these differences, the values, and the values' squares. */
+/* Sums over all points before a given one: of the squared differences from the value one period
+ * later, of the number of these differences, of the values, and of the values' squares. */
 struct sums {
     double difference, compared, x, square;
 };
@@ -104,8 +104,8 @@ static int point_of(const struct grid *g, double t_s) {
     return point < 0.0 ? 0 : point >= g->count ? g->count - 1 : (int)point;
 }
 
-/* Fills the grid for one leg. The samples nearest to each grid point are averaged, and the point is
- * interpolated between their mean instants. */
+/* Fills the grid for one leg. The samples nearest to each grid point are averaged; the value at the
+ * point is interpolated between the mean instants of these averages. */
 static void grid_fill(struct grid *g, const struct recording_test *t, int leg) {
     double zero = (double)NAN, at[2] = {0}, value[2] = {0}, sum_t = 0.0, sum_x = 0.0;
     int point = -1, n = 0, next = 0;
@@ -140,13 +140,13 @@ static int grid_make(struct grid *g, const struct recording_test *t, int legs, s
     for (int k = 0; k < legs; k++) {
         grid_fill(g, t, k);
         struct noise n = noise_measure(t->count, t->sample->length_m + k, sizeof *t->sample / sizeof(double));
-        /* The error of quantisation does not average out at rest. */
+        /* The quantisation error of a leg at rest does not average out. */
         g->noise[k] = isnan(n.rms) ? 0.0 : fmax(n.rms / sqrt(together), n.step / sqrt(12.0));
     }
     return STATUS_OK;
 }
 
-/* Finds, for each point, the least and the greatest value of the `window` points from it on. */
+/* Finds, for each point, the least and the greatest of `window` values from this point on. */
 static void extremes(struct grid *g, const double *x, int window) {
     memcpy(g->low, x, (size_t)g->count * sizeof *x), memcpy(g->high, x, (size_t)g->count * sizeof *x);
     for (int covered = 1, shift; covered < window; covered += shift) {
@@ -175,7 +175,7 @@ static void find_rests(struct grid *g) {
     for (int i = 0, until = 0; i < g->count; i++) {
         seen += g->measured[i + window - 1 < g->count ? i + window - 1 : g->count];
         bool stays = i + window <= g->count && !leaves[i] && seen >= COMPARED * window;
-        /* The leg jumped from one place of rest to another between two samples. */
+        /* true if the leg jumped from one place of rest to another between two samples */
         bool jumps = stays && i == until && i > 0;
         if (stays) until = i + window;
         if (i < until && !jumps) g->kind[i] = SEGMENT_REST;
@@ -228,7 +228,7 @@ static struct lag lag_of(double points) {
 
 static const double LAG_MARGIN = 2.0; /* points beyond the lag that cubic interpolation needs */
 
-/* Finds the difference d between the value a lag later and the value at point i. Returns false,
+/* Finds the difference d between the value one lag later and the value at point i. Returns false,
  * with d = 0, if either is not measured. */
 static bool differs(const struct grid *g, const struct stretch *s, int i, const struct lag *lag, double *d) {
     const double *x = s->x + i + lag->whole, *w = lag->weight;
@@ -267,8 +267,9 @@ struct run {
     double period; /* in grid points */
 };
 
-/* Smallest fraction of a period with which the run repeats as well as with the whole, or the period
- * itself. A gap or a single unlike cycle may have hidden the fraction from the search. */
+/* Returns the smallest fraction of a period with which the run repeats as well as with the whole
+ * period, or the period itself. A gap or a single unlike cycle may have hidden the fraction from
+ * the search. */
 static double shortest_period(const struct grid *g, const struct stretch *s, const struct run *r, double period, double shortest) {
     double most = RESTLESS * misfit(g, s, r->first, r->end, period) + 4.0 * s->noise * s->noise;
     for (int part = PARTS; part > 1; part--)
@@ -277,8 +278,8 @@ static double shortest_period(const struct grid *g, const struct stretch *s, con
     return period;
 }
 
-/* True if the cycle that starts here is like the next one. from: sums at the cycle's first point;
- * share: largest rms difference, as a share of the motion's rms. */
+/* True if the cycle that starts at `from` is like the next one. from: sums at the cycle's first
+ * point; share: largest rms difference, as a share of the motion's rms. */
 static bool alike(const struct sums *from, int cycle, double share, double noise) {
     double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
     double e = (from[cycle].difference - from->difference) / n, mean = (from[2 * cycle].x - from->x) / points;
@@ -303,7 +304,7 @@ static void sum_up(const struct grid *g, const struct stretch *s, double period,
 
 static int run_points(const struct run *r) { return r->end - r->first; }
 
-/* Longest run of alike cycles with this period in a stretch; empty if it is shorter than
+/* Finds the longest run of alike cycles with this period in a stretch; it is empty if shorter than
  * CYCLES_LEAST. */
 static struct run longest_run(const struct grid *g, const struct stretch *s, double period, double share) {
     int stride = (int)fmax(1.0, period / WINDOW_POINTS), cycle = (int)lround(period / stride);
@@ -329,12 +330,12 @@ static bool holds(const struct grid *g, const struct stretch *s, const struct ru
     double first = variance(g, s->x, r->first, r->first + cycles), second = variance(g, s->x, r->end - cycles, r->end);
     double early = refine(g, s, r->first, middle, r->period), late = refine(g, s, middle, r->end, r->period);
     double restless = fmax(misfit(g, s, r->first, middle, early), misfit(g, s, middle, r->end, late)) / fmin(first, second);
-    /* Noise of an amplitude ratio, and of a phase in radians. */
+    /* standard deviation, times UNSURE, of an amplitude ratio, and of a phase in radians */
     double unsure = UNSURE * sqrt(2.0 * restless * r->period / run_points(r));
     return fabs(late / early - 1.0) < SWEEP + unsure / (2.0 * PI) && fabs(sqrt(second / first) - 1.0) < SWELL + unsure;
 }
 
-/* Finds the longest run of any period. Returns false if there is none, or if it is part of a
+/* Finds the longest run of any period. Returns false if there is no run, or if it is part of a
  * sweep. */
 static bool steady_run(const struct grid *g, const struct stretch *s, struct run *best) {
     double shortest = fmax(POINTS_LEAST, 1.0 / (RECORDING_FASTEST_HZ * g->step_s));
@@ -352,7 +353,8 @@ static bool steady_run(const struct grid *g, const struct stretch *s, struct run
     return holds(g, s, best);
 }
 
-/* Marks the longest steady run in points first..end-1, then those before and behind it. */
+/* Marks the longest steady run in points first..end-1, then searches the points before and behind
+ * it. */
 static void find_steady(struct grid *g, int first, int end, int depth) {
     struct stretch s = stretch_of(g, first, end);
     struct run r;

@@ -1,5 +1,5 @@
-/* Splits a recording into segments in time: rest, steady repetition, and any other motion
- * (ramps, sweeps, steps). Only the measured lengths decide, whatever the file says of its motion.
+/* Splits a recording into segments in time: rest, steady repetition, and any other motion (ramps,
+ * sweeps, steps). Only the measured lengths decide; the motion that the file states is not used.
  * For sampling rates from 100 Hz to 10 kHz. Ordinary threads; heap. */
 #ifndef HEXID_SEGMENTS_H
 #define HEXID_SEGMENTS_H
@@ -11,7 +11,7 @@ enum segment_kind {
      * range. */
     SEGMENT_REST,
     /* At least four cycles of one frequency and amplitude, which differ by noise and at most 5 %
-     * (20 % if all differ so). */
+     * beyond it. More, up to 20 %, is allowed if all cycles of the run differ alike. */
     SEGMENT_STEADY,
     SEGMENT_MOVING, /* all other motion */
     SEGMENT_KINDS

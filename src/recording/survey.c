@@ -57,8 +57,8 @@ int survey_add(struct survey *s, const struct params *params, const struct cycle
         s->unplaced++;
         return STATUS_OK;
     }
-    /* Only a force sensor's reading is kept; a force that is computed from the pressures would tell
-     * nothing more. */
+    /* Only a force sensor's reading is kept; a force that is computed from the pressures contains
+     * nothing new. */
     memcpy(sample.force_n, c->force_n, sizeof sample.force_n);
     sample.refused = refusal_of(c, s->channel[SURVEY_LENGTH].of);
     s->flagged += c->in.flags != 0;
@@ -82,8 +82,8 @@ static void take_channel(const struct recording_test *t, enum survey_kind kind, 
     if (noise.step > 0.0) c->step = c->step > 0.0 ? fmin(c->step, noise.step) : noise.step;
 }
 
-/* Finds saturated channels in the longest steady segment, or else the longest moving one: at rest,
- * every reading stays at one value. */
+/* Finds saturated channels in the longest steady segment, or, without one, in the longest moving
+ * one. At rest every reading stays at one value, saturated or not. */
 static void find_clipped(struct survey *s, const struct params *params) {
     const struct segment *p = segments_longest(&s->segments, SEGMENT_STEADY);
     struct recording_test part = s->test;
@@ -138,8 +138,9 @@ static void find_amplitude(struct survey *s, const struct params *params) {
     for (int leg = 0; leg < legs; leg++) s->amplitude = fmax(s->amplitude, swing(s, &k, leg, p ? p->first : 0, p ? p->end : s->test.count));
 }
 
-/* Finds whether the evaluated part begins before the motion is steady. A steady segment tolerates
- * cycles that differ by 5 %, so its first may be the end of the ramp: one more period is added. */
+/* Finds whether the evaluated part begins before the motion is steady. One more period is added,
+ * because a steady segment tolerates cycles that differ by 5 %, so that its first cycle may be the
+ * end of the ramp. */
 static void find_ramp(struct survey *s) {
     const struct segment *p = s->segments.segment, *end = p + s->segments.count;
     while (p < end && !(p->kind == SEGMENT_STEADY && p->end > s->evaluated)) p++;

@@ -29,18 +29,18 @@ struct survey_channel {
 
 struct survey {
     char name[SURVEY_NAME];     /* name of the file, or of the axis */
-    struct recording_test test; /* all samples of the file; refused: by refusal_of() alone,
-                                 * since only their motion matters */
+    struct recording_test test; /* all samples of the file; they are refused by refusal_of() alone,
+                                 * because only the lengths are needed */
     const struct mechanism *mechanism;
     double stated_hz, stated_amplitude; /* as the configuration states them; NaN if no axis is
                                          * tested */
-    double measured_hz;         /* frequency of the longest steady segment; NaN without one */
+    double measured_hz;         /* frequency of the longest steady segment; NaN if there is none */
     /* Half the swing in the longest steady segment, or in all samples without one: m or rad on the
      * tested axis; without a tested axis, m of the leg that moves most. */
     double amplitude;
-    int evaluated;              /* first sample of the evaluated part; -1 without one */
-    /* If the evaluated part begins before the motion is steady: the time when it gets steady, and
-     * the least tests.ramp_s that would do. Otherwise NaN. */
+    int evaluated;              /* first sample of the evaluated part; -1 if there is none */
+    /* If the evaluated part begins before the motion is steady: the time at which the motion
+     * becomes steady, and the least tests.ramp_s that is long enough. Otherwise NaN. */
     double steady_s, ramp_least_s;
     int flagged;                /* number of samples with a flag */
     int not_a_number;           /* number of samples that lack a number in a channel that has

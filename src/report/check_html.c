@@ -6,8 +6,8 @@
 #include "html.h"
 #include "page.h"
 
-/* Styles of a sentence. Only one that asks for action has the colour of a warning, as only such a
- * line has a '!' on the terminal. */
+/* Styles of a sentence. Only one that asks for action has the colour of a warning, just as only
+ * such a line has a '!' on the terminal. */
 static const char fact[] = "<p>%s: %s</p>\n", to_do[] = "<p class=\"notice\">%s: %s</p>\n";
 
 static void words(FILE *out, const char *style, const char *label, const char *text) {

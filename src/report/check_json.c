@@ -8,7 +8,7 @@ static json_t *text(const char *words) {
     return json_string(printable);
 }
 
-/* List of the legs whose bits are set, as numbers from 1. */
+/* Returns a list of the legs whose bits are set, numbered from 1. */
 static json_t *legs(unsigned bits) {
     json_t *array = json_array();
     for (int i = 0; i < LEGS; i++)

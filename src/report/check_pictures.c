@@ -7,8 +7,8 @@
 
 enum { POINTS = 500, WIDTH = 1100, PANEL = 165, HEAD = 22, FOOT = 50, GROUNDS_MOST = 200 };
 
-/* True if a kind of channel has a panel of its own. Without a pose, the reference is that of the
- * length and shown in its panel. */
+/* Returns true if a kind of channel has a panel of its own. Without a pose, the reference is a
+ * length and is shown in the panel of the length. */
 static bool has_panel(const struct survey *s, int kind) {
     return s->channel[kind].there && !(!s->mechanism->pose && kind == SURVEY_REFERENCE && s->channel[SURVEY_LENGTH].there);
 }

@@ -22,8 +22,8 @@ struct check_report {
     /* Keys that have a default value instead of this machine's own (config_defaults()); "" without
      * pressures. */
     char defaults[CONFIG_DEFAULTS_SIZE];
-    char zero[CHECK_LIST_SIZE];  /* time t_s of a CSV file that its motion makes t = 0, in the words
-                                  * of csv_report */
+    char zero[CHECK_LIST_SIZE];  /* t_s that is t = 0 according to the motion in a CSV file, in the
+                                  * words of csv_report */
     /* Tests without a sample in the evaluated part: "y, phi"; with several logs "b.lcm: y; ...". */
     char left_out[CHECK_LIST_SIZE];
     /* Answers of `hexid gap` and `hexid identify` to the data. Status 0: the command would take
@@ -38,20 +38,21 @@ struct check_unit {
 };
 extern const struct check_unit check_units[SURVEY_KINDS];
 
-/* Name of a kind of channel for readers; a length has the name that the mechanism gives it. */
+/* Returns the name of a kind of channel for readers; a length has the name that the mechanism gives
+ * it. */
 const char *check_name_of(const struct survey *s, enum survey_kind kind);
 
-/* Unit of a kind of channel for display; the reference of a mechanism without a pose is a
- * length. */
+/* Returns the unit of a kind of channel for display; the reference of a mechanism without a pose is
+ * a length. */
 const char *check_unit_of(const struct survey *s, enum survey_kind kind);
 
-/* Words that join "would take it" or "would refuse it" to the answer's text. */
+/* Returns the words that join "would take it" or "would refuse it" to the answer's text. */
 const char *check_answer_joint(const struct error *answer);
 
-/* Unit of 1000 times a test's amplitude: "mm" or "mrad". */
+/* Returns the unit of 1000 times a test's amplitude: "mm" or "mrad". */
 const char *check_amplitude_unit(const struct survey *s);
 
-/* Jitter of the sampling in ms, rounded to the microsecond. */
+/* Returns the jitter of the sampling in ms, rounded to the microsecond. */
 double check_jitter_ms(const struct survey *s);
 
 /* Writes a warning if the evaluated part begins before the motion is steady; otherwise "". */
@@ -61,12 +62,12 @@ void check_ramp(const struct survey *s, char text[CHECK_RAMP_SIZE]);
 /* Prints the report as tables in 80 columns. Text from outside is made printable. */
 void check_text_print(FILE *out, const struct check_report *report);
 
-/* The report as JSON, schema hexid.check/1, in which unknown values are null. The caller frees the
- * text. NULL without memory. */
+/* Returns the report as JSON, schema hexid.check/1, in which unknown values are null. The caller
+ * frees the text. NULL without memory. */
 char *check_json(const struct check_report *report);
 
 /* Writes the report as one page without scripts or other files; the caller frees *page. Returns -3
- * without memory (*page is NULL), or if pictures could not be drawn (*page is complete but for
+ * without memory (*page is NULL), or if pictures could not be drawn (*page is complete except for
  * them). */
 int check_html(const struct check_report *report, char **page, struct error *error);
 

@@ -9,7 +9,8 @@
 
 enum { NAMED = 8 /* most values that the verdict names */, COLUMN = 12 };
 
-const char *combination_unit(int value) {
+/* Unit of a matrix entry, a friction or a spring, given by its index in the equations. */
+static const char *unit_of(int value) {
     static const char *const of_entries[] = {"kg", "kg m", "kg m^2"};
     int row, column;
     if (value >= UNKNOWN_SPRING) return value < UNKNOWN_SPRING + 3 ? "N/m" : "N m/rad";
@@ -67,7 +68,7 @@ static void print_values(FILE *out, const struct combination *c) {
         double std;
         if (i >= UNKNOWN_SPRING && !c->all.springs) break;
         equations_name(i, name);
-        fprintf(out, "%-22s %-7s", name, combination_unit(i));
+        fprintf(out, "%-22s %-7s", name, unit_of(i));
         for (int l = 0; l < c->logs; l++) cell(out, method_c_value(&c->log[l].id->method_c, i, &std), digits, c->agreement.apart[l][i]);
         cell(out, method_c_value(&c->all, i, &std), digits, false);
         cell(out, NUMERIC_95 * std, digits, false);

@@ -33,12 +33,9 @@ struct verdict combination_verdict(const struct combination *c);
  * deviation, with a star at values that are apart; then the verdict. */
 void combination_table_print(FILE *out, const struct combination *c);
 
-/* The result as JSON, schema hexid.identifications/1: "logs", each a hexid.identification/1 with
- * its path as "log"; "combined"; "agreement"; "verdict". The caller frees the text. NULL without
- * memory. */
+/* Returns the result as JSON, schema hexid.identifications/1: "logs", each a hexid.identification/1
+ * with its path as "log"; "combined"; "agreement"; "verdict". The caller frees the text. NULL
+ * without memory. */
 char *combination_json(const struct combination *c);
-
-/* Unit of a matrix entry, a friction or a spring, given by its index in the equations. */
-const char *combination_unit(int value);
 
 #endif

@@ -9,7 +9,8 @@ static json_t *log_json(const struct combination_log *log) {
     return report_set(report_identification(log->id, log->verdicts, &log->loop), "log", json_string(path));
 }
 
-/* Deviation of each log's values from those of the other logs; null if it is not compared. */
+/* Returns the deviation of each log's values from those of the other logs; null if a value is not
+ * compared. */
 static json_t *deviations(const struct agreement *a) {
     json_t *object = json_object();
     for (int i = 0; i < AGREEMENT_VALUES; i++) {

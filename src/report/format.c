@@ -52,7 +52,7 @@ bool format_next(struct format *f) {
         take_argument(f);
         return true;
     }
-    f->text = f->rest += *f->rest == '%'; /* of "%%" the second one is text */
+    f->text = f->rest += *f->rest == '%'; /* skips the first % of "%%"; the second is text */
     const char *next = memchr(f->rest + 1, '%', (size_t)(f->end - f->rest - 1));
     f->rest = next ? next : f->end;
     f->length = (size_t)(f->rest - f->text);

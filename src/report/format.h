@@ -11,15 +11,16 @@
 enum { FORMAT_OWN = 512 };
 
 struct format {
-    const char *rest, *end;  /* the part that is not yet taken; `end` lies behind its last byte */
+    const char *rest, *end;  /* the part that is not taken yet; `end` is the address after its last
+                              * byte */
     va_list args;
     /* The segment taken last: literal text, or an argument as its conversion formats it. */
     const char *text;
     size_t length;
     bool argument, unknown;  /* unknown: a number that is not finite; its text is a "-" in the
                               * width of the conversion */
-    char own[FORMAT_OWN];    /* text of an argument; a longer one is cut, but not that of a plain
-                              * %s */
+    char own[FORMAT_OWN];    /* text of a formatted argument, cut to this size; that of a plain %s
+                              * is not copied */
 };
 
 /* Takes the next segment. Returns false at the end. */

@@ -5,7 +5,7 @@
 #include "ident.h"
 #include "report_json.h"
 
-/* One number if all legs have the same value, otherwise a list. */
+/* Returns one number if all legs have the same value, otherwise a list. */
 static json_t *legs(const double x[LEGS]) {
     bool alike = true;
     for (int k = 1; k < LEGS; k++) alike = alike && x[k] == x[0];
@@ -30,7 +30,7 @@ static json_t *effect(const struct gap_effect *e) {
                      "share_explained", report_number(e->share_explained), "z", report_number(e->z), "evidence", e->evidence);
 }
 
-/* Values of a statement: of its effect, or of the likeliest effect of its family. */
+/* Returns a statement, with the values of its effect or of the likeliest effect of its family. */
 static json_t *statement(const struct gap_statement *s) {
     const struct effect *of = effect_table[s->effect.effect];
     json_t *values = json_object(), *std = json_object();
@@ -49,7 +49,7 @@ static json_t *statements(const struct gap_result *r) {
     return array;
 }
 
-/* Rms of what is left on held-out data above the noise, by channel. */
+/* Returns, by channel, the rms above the noise that the model leaves on held-out data. */
 static json_t *remaining(const struct gap_result *r) {
     json_t *object = json_object();
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {
@@ -94,8 +94,8 @@ static json_t *rejected(const struct gap_result *r) {
     return array;
 }
 
-/* The base's values: one object for each, or a list of six for values of the legs, with null for
- * legs without one. */
+/* Returns the base's values: one object for each, or a list of six for values of the legs, with
+ * null for legs without one. */
 static json_t *base(const struct gap_result *r) {
     json_t *object = json_object();
     for (int i = 0; i < r->base_values; i++) {
@@ -119,8 +119,8 @@ static json_t *base(const struct gap_result *r) {
 
 static json_t *matrix(const double m[DOFS][DOFS], bool there) { return there ? report_matrix(m[0]) : json_null(); }
 
-/* Matrices from the measurement, from the model before and after, and from the measurement less the
- * effect of the friction found. */
+/* Returns the matrices of the measurement, of the models before and after, and of the measurement
+ * less the effect of the friction found. */
 static json_t *matrices(const struct gap_result *r) {
     return json_pack("{so so so so}", "measured", matrix(r->measured_mt, r->matrices), "before", matrix(r->before_mt, r->matrices), "after",
                      matrix(r->after_mt, r->matrices), "repaired", matrix(r->repaired_mt, r->repaired));

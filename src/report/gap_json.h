@@ -5,8 +5,8 @@
 
 #include "gap_result.h"
 
-/* The result as text, which the caller frees; NULL without memory. model: path of the configuration
- * with the effects found. */
+/* Returns the result as text, which the caller frees; NULL without memory. model: path of the
+ * configuration with the effects found. */
 char *gap_json(const struct gap_result *r, const char *model);
 
 #endif

@@ -14,7 +14,7 @@ const struct picture_unit picture_units[GAP_CHANNELS] = {
 
 static const char *const labels[GAP_CHANNELS] = {"length - mean", "force", "P1", "P2", "valve command"};
 
-/* Distance of tics so that about four fit between -size and size. */
+/* Returns the distance of tics, of which about four fit between -size and size. */
 static double tic_step(double size) {
     double power = pow(10.0, floor(log10(size / 2.0))), lead = size / 2.0 / power;
     return power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
@@ -28,15 +28,15 @@ static double value_at(const double row[SPECTRUM_SIZE], const struct wave_test *
     return value[0];
 }
 
-/* Rate of change, from the harmonics that the equations use: after differentiation, higher ones are
- * mostly noise. */
+/* Returns the rate of change, from the harmonics that the equations use: after differentiation,
+ * higher ones are mostly noise. */
 static double rate_at(const double row[SPECTRUM_SIZE], const struct wave_test *t, double t_s) {
     double value[3];
     spectrum_value(row, t->segment_s > 0.0 ? SPECTRUM_HARMONICS : RESIDUAL_HARMONICS, t->omega, t_s, value);
     return value[1];
 }
 
-/* Mean of a curve over the plotted time. */
+/* Returns the mean of a curve over the plotted time. */
 static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE]) {
     double sum = 0.0;
     for (int i = 0; i < POINTS; i++) sum += value_at(row, t, time_at(t, i)) / POINTS;
@@ -44,7 +44,7 @@ static double middle(const struct wave_test *t, const double row[SPECTRUM_SIZE])
 }
 
 /* Writes columns: ms, measured, before, after, measured less before, measured less after. Returns
- * the largest difference in them. */
+ * the largest difference, at least the noise of a sample; 1 if that is 0. */
 static double wave_data(FILE *script, const struct picture *p) {
     const struct wave *w = &p->test->wave[p->channel][p->leg];
     const struct picture_unit *u = &picture_units[p->channel];

@@ -1,7 +1,7 @@
 /* The pictures of a gap report as gnuplot scripts (plot.h), which write SVG to standard output. The
- * measured curve is black, that of the model before grey and dashed, that of the model after in the
- * accent colour, so that they also differ without colour. All show one mean cycle or segment, in
- * display units. */
+ * measured curve is black, the model before is grey and dashed, and the model after has the accent
+ * colour, so that they also differ without colour. All show one mean cycle or segment, in display
+ * units. */
 #ifndef HEXID_GAP_PICTURES_H
 #define HEXID_GAP_PICTURES_H
 
@@ -14,7 +14,7 @@ struct picture {
     const struct wave_test *test;
     int leg;
     enum gap_channel channel;
-    bool after;   /* false: there is no model after to show */
+    bool after;   /* the model after is shown, too */
 };
 
 /* These plot a struct picture (page_script of page.h).
@@ -23,7 +23,8 @@ struct picture {
  * band. */
 void picture_wave(FILE *script, const void *picture);
 
-/* Plot force over velocity from waves_motion: the loop, and what the models leave of it (rest). */
+/* Plot over velocity, from waves_motion: picture_force_loop() the forces, picture_rest_loop() the
+ * measured force less each model's. */
 void picture_force_loop(FILE *script, const void *picture);
 void picture_rest_loop(FILE *script, const void *picture);
 

@@ -18,7 +18,8 @@ const char *section_channel_words(int legs, enum gap_channel channel) {
     return words[channel];
 }
 
-/* Words for a channel's place, such as ", leg force of leg 3"; ", force" for a single axis. */
+/* Returns the words for a channel's place, such as ", leg force of leg 3"; ", force" for a single
+ * axis. */
 static const char *place_words(int legs, enum gap_channel channel, int leg, char words[PLACE_WORDS]) {
     int length = snprintf(words, PLACE_WORDS, ", %s", section_channel_words(legs, channel));
     if (legs > 1) snprintf(words + length, (size_t)(PLACE_WORDS - length), " of leg %d", leg + 1);
@@ -41,8 +42,8 @@ const char *section_feature_words(const char *feature) {
     return feature;
 }
 
-/* Writes words for a platform in the singular, for a single axis with one cylinder, valve and
- * sensor. */
+/* Writes words for a platform with their plurals made singular, because a single axis has one
+ * cylinder, valve and sensor. */
 static void singular(FILE *out, const char *plain) {
     static const char *const words[][2] = {
         {"cylinders", "cylinder"}, {"pistons", "piston"}, {"slower spools", "a slower spool"},     {"spools", "spool"},
@@ -179,8 +180,8 @@ void section_waveforms(struct page *p, const struct gap_report *report) {
     free(list);
 }
 
-/* Place of the largest gap in a force, or, if there is none in a force, of the largest gap. NULL:
- * there is none. */
+/* Returns the place of the largest gap in a force or, if no force has one, of the largest gap; NULL
+ * if there is none. */
 static const struct gap_place *loop_place(const struct gap_result *r) {
     for (int i = 0; i < r->places; i++)
         if (r->where[i].channel == GAP_FORCE) return &r->where[i];
@@ -212,8 +213,8 @@ void section_loops(struct page *p, const struct gap_report *report) {
 
 /* --- disagreement map */
 
-/* Difference that has the full colour: the largest one, or the noise of a sample if that is
- * larger. */
+/* Returns the difference that has the full colour: the largest one, or the noise of a sample if
+ * that is larger. */
 static double full_colour(const struct waves *w) {
     double full = 0.0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
@@ -225,8 +226,8 @@ static double full_colour(const struct waves *w) {
     return full;
 }
 
-/* Colour of a share, from white through the accent to nearly black. Lightness only falls, so that
- * it can be read by every eye and on paper. */
+/* Computes the colour of a share, from white through the accent to nearly black. Lightness only
+ * falls, so that it can be read by every eye and on paper. */
 static void colour(double share, int rgb[3]) {
     static const double stops[3][3] = {{255, 255, 255}, {86, 164, 209}, {0, 52, 96}};
     double place = 2.0 * fmin(fmax(share, 0.0), 1.0);
@@ -234,7 +235,8 @@ static void colour(double share, int rgb[3]) {
     for (int i = 0; i < 3; i++) rgb[i] = (int)(stops[from][i] + (place - from) * (stops[from + 1][i] - stops[from][i]));
 }
 
-/* Relative luminance as WCAG 2 defines it: below 0.179, white text has more contrast than black. */
+/* Returns the relative luminance as WCAG 2 defines it: below 0.179, white text has more contrast
+ * than black. */
 static double luminance(const int rgb[3]) {
     static const double weight[3] = {0.2126, 0.7152, 0.0722};
     double sum = 0.0;

@@ -5,7 +5,7 @@
 #include "gap_html.h"
 #include "page.h"
 
-/* Disagreement by test, channel and leg, and the list of places. */
+/* Writes the disagreement by test, channel and leg, and the list of places. */
 void section_map(FILE *out, const struct gap_report *report);
 void section_waveforms(struct page *p, const struct gap_report *report); /* plots of the largest
                                                                           * disagreements */
@@ -15,14 +15,14 @@ void section_loops(struct page *p, const struct gap_report *report);     /* plot
 /* Writes words such as "dry friction in the cylinders (leg 3 only)". pattern: as in gap.h. */
 void section_effect_words(FILE *out, int effect, int pattern, int legs);
 
-/* True for an effect that is named, is a rival of a named one, or contains one as a special case.
- * It is no runner-up. */
+/* Returns true for an effect that is named, is a rival of a named one, or contains one as a special
+ * case. Such an effect is no runner-up. */
 bool section_named(const struct gap_result *r, int effect);
 
-/* Words for a channel, such as "leg length"; "position" for a single axis. */
+/* Returns the words for a channel, such as "leg length"; "position" for a single axis. */
 const char *section_channel_words(int legs, enum gap_channel channel);
 
-/* Words for a feature: "where the velocity reverses" for "velocity_reversal". */
+/* Returns the words for a feature: "where the velocity reverses" for "velocity_reversal". */
 const char *section_feature_words(const char *feature);
 
 #endif

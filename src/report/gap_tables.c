@@ -101,15 +101,15 @@ static bool is_named(const struct gap_result *r, int effect) {
     return false;
 }
 
-/* Index of the best candidate that is named; 0 if none is. */
+/* Returns the index of the best candidate that is named; 0 if none is. */
 static int first_named(const struct gap_result *r) {
     for (int i = 0; i < r->candidates; i++)
         if (is_named(r, r->candidate[i].effect)) return i;
     return 0;
 }
 
-/* Outcome of a candidate, or "". A candidate that explains more alone than the named effects gets
- * the reason why it is not named. */
+/* Returns the outcome of a candidate, or "". A candidate that explains more alone than the named
+ * effects gets the reason why it is not named. */
 static const char *fate(const struct gap_result *r, int place) {
     int effect = r->candidate[place].effect;
     if (is_named(r, effect)) return "named";

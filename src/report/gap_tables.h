@@ -4,10 +4,11 @@
 
 #include "gap_html.h"
 
-/* Statements beside a remainder; nothing if there are none. */
+/* Writes the probable statements about effects, if a part of the gap remains unexplained; nothing
+ * if there are none. */
 void table_statements(FILE *out, const struct gap_result *r);
 void table_hypotheses(FILE *out, const struct gap_result *r);
-/* Gap in each channel, in SI units and normalised by the measured variation. */
+/* Writes the gap in each channel, in SI units and normalised by the measured variation. */
 void table_numbers(FILE *out, const struct gap_report *report);
 void table_base(FILE *out, const struct gap_result *r);
 /* Writes nothing if no matrix was identified. */

@@ -45,7 +45,8 @@ static void print_findings(FILE *out, const struct gap_result *r) {
         if (section_named(r, r->candidate[i].effect)) continue;
         const char *name = effect_table[r->candidate[i].effect]->name;
         double percent = 100.0 * r->candidate[i].share_explained;
-        /* Candidates were tried alone, so several effects together are no measure for them. */
+        /* Candidates were tried alone, so their z is not compared with that of several effects
+         * together. */
         if (r->effects > 1) fprintf(out, "  %s alone would explain %.1f %%\n", name, percent);
         else fprintf(out, "  runner-up %s: %.1f %%, short by z = %.0f\n", name, percent, gap_short(r, &r->candidate[i]));
         shown++;
@@ -55,8 +56,8 @@ static void print_findings(FILE *out, const struct gap_result *r) {
     if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
 }
 
-/* Lists what the verdict does not say, with values: the likeliest effects, each as in the likeliest
- * set of effects that has it. */
+/* Lists the statements that the verdict leaves out, with values: the likeliest effects, each as in
+ * the likeliest set of effects that has it. */
 static void print_statements(FILE *out, const struct gap_result *r) {
     int first = r->effects < r->statements ? r->effects : r->statements;
     if (r->statements == first) return;

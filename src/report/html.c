@@ -121,8 +121,8 @@ void html_svg(FILE *out, const char *svg, size_t size, const char *alt) {
     fputs("\">", out);
 }
 
-/* Exponent of ten, a multiple of three, by which a number outside 0.01 .. 1e5 is shown; otherwise
- * 0. */
+/* Returns the exponent of ten, a multiple of three, with which a number outside 0.01 .. 1e5 is
+ * shown; 0 for other numbers. */
 static int power_of(double value) {
     double size = fabs(value);
     if (!(size > 0.0) || (size >= 1e-2 && size < 1e5)) return 0;

@@ -13,7 +13,7 @@ __attribute__((format(printf, 2, 3))) void html_print(FILE *out, const char *for
 
 /* Tables. The cells of a format are separated by '|', and are markup with escaped arguments. A cell
  * that begins with '>' is of numbers and stands to the right; one that begins with '*' is a heading
- * of its row. From a number that is not finite on, a cell is a dash.
+ * of its row. If a number is not finite, a dash replaces it and what follows it in its cell.
  *
  *     html_table(out, "survey", "test|>rate");
  *     html_row(out, "%s|>%.3g Hz", name, rate_hz);
@@ -33,8 +33,8 @@ void html_commands(FILE *out, const char *text);
 /* Writes an SVG as an <img> that needs no other file. */
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt);
 
-/* Writes a value ± half its interval, with two digits of this, or without an interval four digits
- * of the value; with a power of ten if it is large or small. NaN: "not known". */
+/* Writes a value ± half its interval, to two digits of the half; without an interval, the value to
+ * four digits. A very large or small value is written with a power of ten. NaN: "not known". */
 void html_quantity(FILE *out, double value, double half, const char *unit);
 
 #endif

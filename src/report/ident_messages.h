@@ -13,7 +13,8 @@ int test_result_encode(const struct test_result *t, int64_t time_ns, unsigned ch
 int identification_encode(const struct identification *id, const struct verdict *verdict, int64_t time_ns, unsigned char *buffer,
                           int capacity);
 
-/* tests: number of tests evaluated so far. Values that are not determined are NaN. */
+/* Encodes method C's result; values that are not determined are NaN. tests: number of tests
+ * evaluated so far. */
 int method_c_encode(const struct method_c *c, int tests, int64_t time_ns, unsigned char *buffer, int capacity);
 
 int loop_stats_encode(const struct loop_statistics *s, int64_t time_ns, unsigned char *buffer, int capacity);

@@ -28,7 +28,7 @@ json_t *report_matrix(const double *m) {
     return array;
 }
 
-/* Fundamental of a pose or wrench: a sine and a cosine coefficient for each axis. */
+/* Returns the fundamental of a pose or wrench: a sine and a cosine coefficient for each axis. */
 static json_t *fundamental(const double c[DOFS][2]) {
     double sine[DOFS], cosine[DOFS];
     for (int i = 0; i < DOFS; i++) sine[i] = c[i][0], cosine[i] = c[i][1];
@@ -52,7 +52,7 @@ static json_t *method(const struct method_result *m, bool damping, const struct 
     return damping ? report_set(report_set(object, "Bt", report_matrix(m->bt[0])), "Bt_std", report_matrix(m->bt_std[0])) : object;
 }
 
-/* List of every second value from x: the legs' dry friction in x[0]'s direction. */
+/* Returns a list of every second value from x: the legs' dry friction in x[0]'s direction. */
 static json_t *strided(const double *x) {
     double value[LEGS];
     for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];
@@ -72,7 +72,8 @@ static json_t *payload_json(const struct payload *p) {
                      report_number(p->misfit));
 }
 
-/* The systematic errors that there may be, each with its value, deviation and prior deviation. */
+/* Returns the systematic errors that the tolerances allow, each with its value, deviation and prior
+ * deviation. */
 static json_t *systematic(const struct method_c *c) {
     json_t *array = json_array();
     for (int i = 0; i < SYSTEMATICS; i++) {
@@ -87,7 +88,7 @@ static json_t *systematic(const struct method_c *c) {
     return array;
 }
 
-/* Share of each cause in the variance of each entry. */
+/* Returns the share of each cause in the variance of each entry. */
 static json_t *shares(const struct method_c *c) {
     json_t *object = json_object();
     for (int i = 0; i < CAUSES; i++) object = report_set(object, method_c_cause(i), report_matrix(c->share[i][0]));
@@ -143,7 +144,7 @@ json_t *report_agreement(const struct agreement *a) {
                      report_number(a->chi_square), "degrees", a->degrees, "probability", report_number(a->probability));
 }
 
-/* Adds readings at rest and of a known weight; a log without them has none. */
+/* Adds the readings at rest and of a known weight, if the log has them. */
 static json_t *with_calibration(json_t *root, const struct identification *id) {
     const struct rest_found *r = &id->rest;
     const struct weighing_found *w = &id->weighed;
@@ -162,7 +163,7 @@ static json_t *with_calibration(json_t *root, const struct identification *id) {
                                 "p2_shares", report_vector(w->share[1], LEGS)));
 }
 
-/* Adds the parts of a long motion; other motions have none. */
+/* Adds the parts of a long motion; other motions have no parts. */
 static json_t *with_parts(json_t *root, const struct identification *id) {
     if (!id->parts) return root;
     return report_set(root, "parts",

@@ -1,5 +1,5 @@
-/* Contents of `hexid report`: the identification from one log, or those from several side by
- * side. */
+/* Contents of `hexid report`: the identification from one log, or the identifications from several
+ * logs side by side. */
 #ifndef HEXID_IDENTIFICATION_REPORT_H
 #define HEXID_IDENTIFICATION_REPORT_H
 
@@ -47,7 +47,7 @@ struct identification_report {
 };
 
 /* Writes the report as one page without scripts or other files; the caller frees *page. Returns -3
- * without memory (*page is NULL), or if pictures could not be drawn (*page is complete but for
+ * without memory (*page is NULL), or if pictures could not be drawn (*page is complete except for
  * them). */
 int identification_html(const struct identification_report *report, char **page, struct error *error);
 

@@ -12,12 +12,12 @@
 
 enum { QUANTITY = 60 };
 
-/* Begins a section. number: "Log 2: " of several logs; "" of one. */
+/* Begins a section. number: "Log 2: " if there are several logs, otherwise "". */
 static void title(FILE *out, const char *number, const char *words) { html_print(out, "<section><h2>%s%s</h2>\n", number, words); }
 
 /* --- matrices */
 
-/* The systematic errors that the data found. */
+/* Writes the systematic errors that the data found. */
 static void systematic_errors(FILE *out, const struct method_c *c) {
     int found = 0;
     for (int i = 0; i < SYSTEMATICS; i++) found += method_c_found(&c->systematic[i]);
@@ -39,7 +39,7 @@ static void systematic_errors(FILE *out, const struct method_c *c) {
     html_table_end(out);
 }
 
-/* The systematic errors, and the share of each cause in the variance of the diagonal. */
+/* Writes the systematic errors, and the share of each cause in the variance of the diagonal. */
 static void systematic(FILE *out, const struct method_c *c) {
     fputs("<h3>Sensors and drawing</h3>\n", out);
     systematic_errors(out, c);
@@ -129,8 +129,8 @@ static void test_figure(struct page *p, const struct identification_log *l, int 
                 l->recording->measured.pressures ? " A1 P1 - A2 P2" : "");
 }
 
-/* Says which part of a long motion the pictures show: earlier ones are not kept (src/cli/parts.h).
- * False: there is nothing to draw. */
+/* Writes which part of a long motion the pictures show: earlier ones are not kept
+ * (src/cli/parts.h). Returns false if there is nothing to draw. */
 static bool long_motion(FILE *out, const struct identification_log *l) {
     if (!l->id->parts) return true;
     fputs(l->recording->tests ? "<p class=\"small\">The motion is long: the numbers are of all of it, the pictures of what came after "
@@ -222,8 +222,8 @@ static void exclusions(FILE *out, const struct identification_log *l) {
     fputs("</ul>\n", out);
 }
 
-/* Largest asymmetry of method A's matrix, computed as the verdict does, and its row and column,
- * from 1. */
+/* Finds the largest asymmetry of method A's matrix, computed as the verdict does, and its row and
+ * column, from 1. */
 static double asymmetry_pct(const struct method_result *a, int *row, int *column) {
     double most = -1.0;
     for (int i = 0; i < DOFS; i++)

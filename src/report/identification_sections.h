@@ -6,7 +6,7 @@
 #include "identification_report.h"
 #include "page.h"
 
-/* log: index in the report. */
+/* Writes the sections of a log, given by its index in the report. */
 void sections_of_log(struct page *p, const struct identification_report *report, int log);
 
 #endif

@@ -19,7 +19,7 @@ int identification_decimals(const double mt[DOFS][DOFS]) {
     return identification_decimals_of(least);
 }
 
-/* Prints an entry by a method and its error in per cent. */
+/* Prints an entry of a method's matrix and its error in per cent. */
 static void cell(FILE *out, const struct identification *id, const struct method_result *m, const struct ident_entry *e) {
     double value = m->mt[e->row][e->col], error = value - id->nominal_mt[e->row][e->col];
     fprintf(out, "  %8.*f %+7.2f", identification_decimals(id->nominal_mt), value, 100.0 * error / ident_scale(id->nominal_mt, e));
@@ -31,7 +31,7 @@ static void print_error_note(FILE *out) {
 
 static void row(FILE *out, const char *what, int count, const double *value, const double *std, int stride, const char *unit) {
     fprintf(out, "%-24s", what);
-    double most = NAN; /* that of the determined values */
+    double most = NAN; /* largest deviation of the determined values */
     for (int k = 0; k < count; k++) {
         words_row(out, " %7.1f", value[k * stride]);
         most = fmax(most, std[k * stride]);
@@ -68,8 +68,8 @@ static void print_payload(FILE *out, const struct payload *p) {
     if (p->whole && !p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
 }
 
-/* Prints the systematic errors that the data found, and what widens the diagonal's intervals
- * most. */
+/* Prints the systematic errors that the data found, and the causes that widen the diagonal's
+ * intervals most. */
 static void print_systematic(FILE *out, const struct method_c *c) {
     for (int i = 0; i < SYSTEMATICS; i++) {
         const struct systematic_found *e = &c->systematic[i];

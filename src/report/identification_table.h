@@ -6,8 +6,8 @@
 
 #include "ident.h"
 
-/* Number of decimals for a matrix: three, or more if its smallest diagonal entry is below one, so
- * that this entry has three significant figures. */
+/* Returns the number of decimals for a matrix: three, or more if its smallest diagonal entry is
+ * below one, so that this entry has three significant figures. */
 int identification_decimals(const double mt[DOFS][DOFS]);
 int identification_decimals_of(double value);
 
@@ -16,7 +16,7 @@ int identification_decimals_of(double value);
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
 /* Prints the first results of the table in some five lines: method C's diagonal with errors and
- * intervals, and what was not evaluated or not determined. */
+ * intervals, and the entries that were not evaluated or not determined. */
 void identification_brief_print(FILE *out, const struct identification *id, bool sinusoids);
 
 /* Prints how much the data determine: how many of the 21 entries and how well, the condition

@@ -87,7 +87,8 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
     bool found[COLUMNS] = {0}, any = false;
     for (int m = 0; m < c->methods; m++) found[m] = any_found(r, c, m), any = any || found[m];
     if (!any) return false;
-    /* Without a configured column the "methods" are kinds of friction, which stay together. */
+    /* A table without a configured column has kinds of friction as "methods": if one is found, all
+     * are shown. */
     for (int m = 0; m < c->methods && !c->configured; m++) found[m] = true;
     int configured = !c->configured ? 0 : same_configured(r, c) ? 1 : r->logs;
     fprintf(out, "<div class=\"wide\"><table class=\"values\">\n<tr><th>%s</th>", c->head);
@@ -157,8 +158,8 @@ static struct quantity payload_configured(const struct identification_log *log, 
     return (struct quantity){value[row], 0.0};
 }
 
-/* Value that is 100 % for a difference of a payload's value. For a product of inertia it is the
- * geometric mean of its two moments. */
+/* Returns the value that is 100 % for a difference of a payload's value. For a product of inertia
+ * it is the geometric mean of its two moments. */
 static double payload_whole(const struct identification_log *log, int row) {
     const struct payload_params *p = &log->params->payload;
     const double moment[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};

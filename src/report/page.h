@@ -1,5 +1,5 @@
-/* Pages: what all have in common. Each is one file without scripts. Ordinary threads; heap;
- * gnuplot as a child process. */
+/* The parts that all pages have in common. Each page is one file without scripts. Ordinary threads;
+ * heap; gnuplot as a child process. */
 #ifndef HEXID_PAGE_H
 #define HEXID_PAGE_H
 
@@ -13,22 +13,22 @@ struct page {
     struct error picture;  /* why the first picture was not drawn; status 0: all were drawn */
 };
 
-/* Writes a page of a subject by `write`, which begins with page_begin(). The caller frees *text.
- * Returns -3 with the reason: no memory (*text is NULL), or pictures are missing (*text is complete
- * but for them, and says so). */
+/* Makes a page about a subject by calling `write`, which begins with page_begin(). The caller frees
+ * *text. Returns -3 with the reason: no memory (*text is NULL), or pictures are missing (*text is
+ * complete except for them, and names the reason). */
 typedef void page_writer(struct page *p, const void *subject);
 int page_make(page_writer *write, const void *subject, char **text, struct error *error);
 
 /* Writes the beginning of a page of `hexid COMMAND`, up to the list of sources in its header.
- * about: what the title says besides the command; NULL: nothing. */
+ * about: words of the title after the command; NULL: none. */
 void page_begin(struct page *p, const char *command, const char *about);
 
 /* Writes the style sheet. The live page has the same palette and type. */
 void page_style(FILE *out);
 
-/* Writes the picture of a subject, by the gnuplot script (plot.h) that `write` makes of it, with
- * its caption. If it cannot be drawn, the page says so, and no later picture is tried. A script
- * without a byte says that there is nothing to be drawn. */
+/* Writes the picture of a subject with its caption; `write` makes the picture's gnuplot script
+ * (plot.h). If it cannot be drawn, the page says so, and no later picture is tried. An empty script
+ * means that there is nothing to draw. */
 typedef void page_script(FILE *script, const void *subject);
 __attribute__((format(printf, 4, 5))) void page_figure(struct page *p, page_script *write, const void *subject, const char *caption, ...);
 

@@ -25,8 +25,8 @@ void plot_axes(FILE *script, const char *x, const char *y);
  * axis, as a share of the width. */
 void plot_panels(FILE *script, double left, double x_from, double x_to);
 
-/* Begins the panel between these shares of the height, which count from below. x NULL: the axis has
- * neither name nor numbers, because those of the panel below are its own, too. */
+/* Begins the panel between these shares of the height, which count from below. x NULL: the x axis
+ * has neither name nor numbers, because it shares those of the panel below. */
 void plot_panel(FILE *script, double top, double bottom, const char *x, const char *y);
 
 /* Runs a script that draws to standard output. The caller frees *svg. Returns 0, or -3 with the

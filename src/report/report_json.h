@@ -6,7 +6,7 @@
 
 #include "identification_json.h"
 
-/* A number as JSON; null if JSON cannot hold it. */
+/* Returns a number as JSON; null if it is not finite. */
 json_t *report_number(double x);
 
 /* Add a value to an array or an object, and take it over. Both return NULL if an argument is NULL
@@ -14,7 +14,7 @@ json_t *report_number(double x);
 json_t *report_append(json_t *array, json_t *value);
 json_t *report_set(json_t *object, const char *key, json_t *value);
 
-/* Numbers as a list; a 6x6 row-major matrix as a list of lists. */
+/* Return numbers as a list, and a 6x6 row-major matrix as a list of lists. */
 json_t *report_vector(const double *x, int count);
 json_t *report_matrix(const double *m);
 

@@ -6,7 +6,8 @@
 
 const char *const words_axes[6] = {"x", "y", "z", "φ", "θ", "ψ"};
 
-/* Length of the next word. Text in backquotes is one word, so that it can be copied whole. */
+/* Returns the length of the next word. Text in backquotes is one word, so that it can be copied
+ * whole. */
 static int word_length(const char *text) {
     const char *quote = *text == '`' ? strchr(text + 1, '`') : NULL;
     size_t quoted = quote ? (size_t)(quote - text) : 0;

@@ -1,7 +1,7 @@
-/* The part of a measured motion that is too fast for the Fourier series of its segment, such as
- * a rod that turns sharply or starts. Straight lines under Hann windows are fitted to the
- * lengths less the series, all along the segment, and cubics join the lines. Pure but for the
- * heap. */
+/* The part of a measured motion that is too fast for the Fourier series of its segment, for example
+ * when a rod reverses sharply or starts to move. Straight lines under Hann windows are fitted to
+ * the lengths less the series, all along the segment, and cubics join the lines. Pure, except for
+ * the heap. */
 #ifndef HEXID_FAST_MOTION_H
 #define HEXID_FAST_MOTION_H
 

@@ -114,8 +114,8 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* A leg slower than this may be held: a reversal is then nearer than the harmonics can resolve, or
- * the motion is lost in the noise of the speed. */
+/* Returns the speed below which a leg may be held: a reversal is then nearer than the harmonics can
+ * resolve, or the motion is lost in the noise of the speed. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SPEED_STDS * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }
@@ -127,12 +127,12 @@ static double sliding_share(const struct inverse_dynamics *d, int leg, const str
     return fmin(fmax(speed / slow_mps(d, leg, acceleration) - 1.0, 0.0), 1.0);
 }
 
-/* Dry friction of a leg that may be held. A leg that sticks holds against any load, so its friction
- * is the balance of forces, up to the limit F. The balance is noisy, and held friction lies
- * anywhere within +-F, with variance F^2 / 3. So sliding friction moves towards the balance by the
- * share F^2 / 3 / (F^2 / 3 + noise^2) of their difference. The limit includes the harmonics' Gibbs
- * overshoot; a limit of F would cut the balance's ringing on one side only and make the friction
- * too large. */
+/* Dry friction of a leg that may be held. A leg that sticks resists any load, so its friction is
+ * the balance of forces, up to the limit F. The balance is noisy, and the friction of a held leg
+ * may be anywhere within +-F, with variance F^2 / 3. So sliding friction moves towards the balance
+ * by the share F^2 / 3 / (F^2 / 3 + noise^2) of their difference. The limit includes the harmonics'
+ * Gibbs overshoot; a limit of F would cut the balance's ringing on one side only and make the
+ * friction too large. */
 static double held_friction(double balance_n, double noise_n, double extend_n, double retract_n, double sliding_n) {
     double reach_n = 0.5 * (extend_n + retract_n), variance = reach_n * reach_n / 3.0;
     double gain = variance > 0.0 ? variance / (variance + noise_n * noise_n) : 0.0;
@@ -216,7 +216,7 @@ struct seals {
     double at, left;
 };
 
-/* Slides the seals by way_m: updates `now`, and adds the mean deflection on the way, times the
+/* Slides the seals by way_m: updates `now`, and adds the mean deflection over this path, times the
  * share of the time that it takes, to `sum`. */
 static void slide(double way_m, double distance_m, double share, struct seals *now, struct seals *sum) {
     double ratio = fabs(way_m) / distance_m, to = copysign(1.0, way_m), mean = ratio > 0.0 ? -expm1(-ratio) / ratio : 1.0;
@@ -224,8 +224,8 @@ static void slide(double way_m, double distance_m, double share, struct seals *n
     now->at = to + (now->at - to) * exp(-ratio), now->left *= exp(-ratio);
 }
 
-/* Slides the seals for time_s, during which the rod may turn, and updates `now`. Returns the mean
- * deflection. */
+/* Slides the seals for time_s, within which the rod may reverse, and updates `now`. Returns the
+ * mean deflection. */
 static struct seals slide_on(double speed, double acceleration, double time_s, double distance_m, struct seals *now) {
     double first = speed - 0.5 * acceleration * time_s, last = speed + 0.5 * acceleration * time_s;
     double before = first * last < 0.0 ? first / (first - last) : 0.0;

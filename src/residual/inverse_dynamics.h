@@ -10,8 +10,8 @@
 
 enum { PHASES = 128 }; /* instants per cycle at which forces are evaluated */
 
-/* A leg slower than this, m/s, may be held; from twice this speed on it surely slides. A leg that
- * sticks still yields at this speed, as its chambers do. */
+/* A leg slower than this, m/s, may be held by friction; from twice this speed on it surely slides.
+ * A leg that sticks still yields at this speed, as its chambers do. */
 #define INVERSE_DYNAMICS_SLOW_MPS 2e-3
 
 struct inverse_dynamics {
@@ -22,10 +22,10 @@ struct inverse_dynamics {
     double window_s;            /* dry friction is averaged over this time about each instant,
                                  * because a reversal falls between two instants */
     double speed_std_mps[LEGS]; /* standard deviations of the legs' measured speeds */
-    double force_std_n[LEGS];   /* standard deviation of the friction that the balance of forces
-                                 * leaves each leg; 0 after init */
+    double force_std_n[LEGS];   /* standard deviation of each leg's friction as it follows from the
+                                 * balance of forces; 0 after init */
     double resolution_s;        /* time that the motion's harmonics do not resolve: a quarter period
-                                 * of the highest */
+                                 * of the highest one */
     bool joints;
 };
 
@@ -36,21 +36,22 @@ void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *para
 double inverse_dynamics_direction(double value, double rate, double window_s);
 
 /* Finds pose, twist and acceleration of the platform. leg: length, rate and acceleration of each
- * leg. Pose and twist are left in d->state. acceleration: of the origin of {M}, then angular, both
- * in {B}. Row k of j times a twist is leg k's rate. False: no pose has these lengths. */
+ * leg. Leaves pose and twist in d->state. acceleration: acceleration of the origin of {M}, then
+ * angular acceleration, both in {B}. Row k of j times a twist is leg k's rate. False: no pose has
+ * these lengths. */
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
-/* Finds, beside these, the wrench on the platform that its bodies need: inertia and weight, less
- * what effects and springs exert, without joint friction. */
+/* Does what inverse_dynamics_move() does, and finds the wrench on the platform that its bodies
+ * need: inertia and weight, less the wrench of effects and springs, without joint friction. */
 bool inverse_dynamics_bodies(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                              double acceleration[DOFS], double wrench[DOFS]);
 
-/* Turns a wrench F on the platform into forces along the legs, in place: J'^-1 F. False: J is
+/* Converts a wrench F on the platform to forces along the legs, in place: J'^-1 F. False: J is
  * singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
-/* The same for all unit wrenches: leg forces of each. */
+/* Finds the leg forces of each unit wrench. False: J is singular. */
 bool inverse_dynamics_unit_wrenches(double j[LEGS][DOFS], double force_n[DOFS][LEGS]);
 
 /* Measured values at an instant. */
@@ -61,12 +62,12 @@ struct inverse_dynamics_input {
                                             * puts each rod ahead of its joint */
     double p1_pa[LEGS], p2_pa[LEGS];
     double deflection[LEGS];               /* deflection of each leg's seals, -1..1 */
-    double push_n[LEGS];                   /* measured force of each leg; it tells the friction of a
-                                            * leg that sticks */
+    double push_n[LEGS];                   /* measured force of each leg, from which the friction of
+                                            * a leg that sticks follows */
 };
 
-/* Friction of a leg's rod in its cylinder. balance_n: the friction that the balance of forces
- * leaves, which is taken for a leg that is held. */
+/* Computes the friction of a leg's rod in its cylinder. balance_n: friction according to the
+ * balance of forces, which is used for a leg that is held. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);
 
 /* Finds the hydraulic force of each leg for bodies and friction. False: no pose has these
@@ -75,12 +76,13 @@ bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dyna
 
 /* Finds the deflection of each leg's seals that the motion causes (cylinder.h), as its mean over
  * window_s about each of at most PHASES instants, which are window_s apart. cycle: the last instant
- * is followed by the first. If the motion is no cycle, the first deflection of a leg that rests or
- * has just turned is fitted to the balance of forces. False: no pose has these lengths. */
+ * is followed by the first. If the motion is no cycle, the first deflection of a leg that is at
+ * rest or has just reversed is fitted to the balance of forces. False: no pose has these
+ * lengths. */
 bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle, struct inverse_dynamics_input in[]);
 
-/* Inertia of all bodies along the legs in a platform's last pose. inertia[k][l]: force of leg k for
- * an acceleration of leg l while the other legs keep their lengths. */
+/* Computes the inertia of all bodies along the legs in the platform's last pose. inertia[k][l]:
+ * force of leg k for an acceleration of leg l while the other legs keep their lengths. */
 void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]);
 
 #endif

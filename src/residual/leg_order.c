@@ -20,36 +20,38 @@ enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
 
 /* Error of any model, as a share of the force's rms variation. */
 static const double FLOOR = 0.02;
-/* Standard deviation of the payload's ten numbers, as a share of mass, moment and inertia that are
- * configured, and the share of the force that a payload costs which is off by one such deviation in
- * each number. */
+/* PRIOR: standard deviation of each of the payload's ten numbers, as a share of the configured
+ * mass, moment or inertia. PRIOR_COST: share of the force that it costs if each number is off by
+ * one such deviation. */
 static const double PRIOR = 0.5, PRIOR_COST = 0.02;
-/* An order refutes the stated one if it leaves less than this share of what the stated one leaves,
- * and that is more than any sensor's error or friction leaves. */
+/* An order refutes the stated one if its unexplained share is less than DECISIVE times the stated
+ * order's, and the stated order's share exceeds UNEXPLAINED, more than any sensor's error or
+ * friction causes. */
 static const double DECISIVE = 0.25, UNEXPLAINED = 0.05;
-/* Orders that leave at most so many times what the best one leaves, or hardly more than that,
- * cannot be told from it. */
+/* An order cannot be distinguished from the best one if the share that it leaves unexplained is at
+ * most ALIKE times the best one's, plus SAME. */
 static const double ALIKE = 1.3, SAME = 1e-4;
-/* Lengths follow a reference if their correlation is at least FOLLOWS, and in another order than
- * the stated one if the correlation is larger by BETTER there. */
+/* Lengths follow a reference if their correlation is at least FOLLOWS. They follow it in another
+ * order than the stated one if their correlation is larger by BETTER in that order. */
 static const double FOLLOWS = 0.8, BETTER = 0.2;
 
 struct order {
-    int leg[LEGS]; /* the place, from 0, where leg k stands */
+    int leg[LEGS]; /* index of the channel, from 0, that belongs to leg k in this order */
     char name[40];
 };
 
 struct leg_space {
     double legs[LEGS][LEGS];            /* inertia of the configured legs, along the legs */
     double weight[LEGS][LEGS];          /* W */
-    double body[BODY][LEGS][LEGS];      /* inertia of a unit of each of the payload's ten numbers */
+    double body[BODY][LEGS][LEGS];      /* inertia for one unit of each of the payload's ten
+                                         * numbers */
     double configured[BODY], width[BODY];
     double inverse[DOFS][LEGS];         /* J^-1 at neutral */
 };
 
 struct work {
     struct leg_space space;
-    /* sums of the products of all channels, each row divided by its error */
+    /* sums of the products of all channels, each row divided by its standard deviation */
     double product[ALL][ALL];
     double rows[ALL][RESIDUAL_SIZE];
 };
@@ -72,7 +74,7 @@ static void unit_matrix(int number, double m[DOFS][DOFS]) {
     }
 }
 
-/* Turns a matrix of the platform into one along the legs: J'^-1 M J^-1. */
+/* Converts a matrix of the platform to one along the legs: J'^-1 M J^-1. */
 static void along_legs(const struct leg_space *s, double m[DOFS][DOFS], double along[LEGS][LEGS]) {
     for (int k = 0; k < LEGS; k++)
         for (int l = 0; l < LEGS; l++) {
@@ -82,7 +84,7 @@ static void along_legs(const struct leg_space *s, double m[DOFS][DOFS], double a
         }
 }
 
-/* Forces along the legs that hold the weight in a pose. */
+/* Computes the forces along the legs that carry the weight in a pose. */
 static void holding(const struct kinematics *k, const double pose[DOFS], double weight_n, double force_n[LEGS]) {
     double j[LEGS][DOFS], wrench[DOFS] = {[DOF_Z] = -weight_n};
     ik_jacobian(k, pose, j);
@@ -138,7 +140,8 @@ static void find_leg_space(struct leg_space *s, const struct params *configured)
 
 /* --- products of the channels */
 
-/* Takes out the constant, as a test's mean says nothing of its motion. */
+/* Removes the constant from a row, because a test's mean contains no information about its
+ * motion. */
 static void vary(const struct residual_test *t, double row[RESIDUAL_SIZE]) {
     double along = 0.0, sum = 0.0;
     for (int a = 0; a < t->size; a++) along += row[a] * t->coupling[a][0], sum += square(t->coupling[a][0]);
@@ -165,9 +168,9 @@ static void fill_rows(struct work *w, const struct residual_test *t) {
     for (int i = 0; i < ALL; i++) vary(t, w->rows[i]);
 }
 
-/* Adds a test's products. The error of a coefficient is the mean over all legs, so that no order
- * is favoured: noise of the force, that of the length in the acceleration, and what any model
- * lacks. */
+/* Adds a test's products. The error of a coefficient is a mean over all legs, so that no order is
+ * favoured. It contains the noise of the force, the length's noise in the acceleration, and the
+ * error of any model. */
 static void add_test(struct work *w, const struct residual_test *t, double lambda[LEGS][LEGS]) {
     double varies = 0.0, mass = 0.0;
     fill_rows(w, t);
@@ -208,8 +211,8 @@ static int list_orders(struct order order[ORDERS]) {
     return n;
 }
 
-/* Sum of the products of two forms in the channels' quantities of one leg: a row of a matrix times
- * a quantity of all legs. */
+/* Sum of the products of two forms of one leg. A form is a row of a matrix times a quantity of all
+ * legs; the quantities are p and q. */
 static double between(const struct work *w, const double *one, enum quantity p, const double *other, enum quantity q,
                       const struct order *lengths) {
     double sum = 0.0;
@@ -218,7 +221,8 @@ static double between(const struct work *w, const double *one, enum quantity p, 
     return sum;
 }
 
-/* The design of the least squares. Column c of leg k is a form in one quantity of the lengths. */
+/* Returns column `unknown` of leg `leg` in the least squares, as a form in the quantity *q of the
+ * lengths. */
 static const double *form_of(const struct leg_space *s, int unknown, int leg, double unit[LEGS], enum quantity *q) {
     memset(unit, 0, LEGS * sizeof *unit);
     *q = unknown < BODY ? ACCELERATION : unknown < DRY ? RATE : SIGN;
@@ -227,7 +231,8 @@ static const double *form_of(const struct leg_space *s, int unknown, int leg, do
     return unit;
 }
 
-/* Product of a column with what the configured legs and weight leave of the force. */
+/* Product of a column and the target of a leg, which is its force less the forces of the configured
+ * legs and weight. */
 static double with_target(const struct work *w, const double *form, enum quantity q, int leg, const struct order *lengths,
                           const struct order *forces) {
     double sum = 0.0;
@@ -236,7 +241,7 @@ static double with_target(const struct work *w, const double *form, enum quantit
            between(w, form, q, w->space.weight[leg], LENGTH, lengths);
 }
 
-/* Square of the target of a leg. */
+/* Square of the target of a leg (with_target). */
 static double target_square(const struct work *w, int leg, const struct order *lengths, const struct order *forces) {
     const double *legs = w->space.legs[leg], *weight = w->space.weight[leg];
     int f = at(FORCE, forces->leg[leg]);
@@ -285,8 +290,8 @@ static double unexplained(const struct work *w, const struct order *lengths, con
 
 static double apart(const double a[3], const double b[3]) { return sqrt(square(a[0] - b[0]) + square(a[1] - b[1]) + square(a[2] - b[2])); }
 
-/* True if the drawing with its legs in this order is the same up to a rotation or a reflection: all
- * distances of its joints are. */
+/* True if the drawing with its legs in this order is the same up to a rotation or a reflection,
+ * because all distances between its joints are the same. */
 static bool symmetric(const struct kinematics *k, const struct order *order) {
     static const double same_m = 1e-4;
     for (int a = 0; a < LEGS; a++)
@@ -348,8 +353,8 @@ struct candidate {
     double share;
 };
 
-/* Names the best orders, one for each target: the others differ from it by a symmetry of the
- * machine. */
+/* Writes the best orders, one for each target; all others that explain as much differ from it by a
+ * symmetry of the machine. */
 static void describe(const struct candidate *c, int candidates, const char *force, double best, char text[LEG_ORDER_TEXT]) {
     char both[48];
     snprintf(both, sizeof both, "lengths and %s, or the drawing", force);

@@ -12,9 +12,9 @@
 
 static const double SINUSOID = 0.995;     /* least share of a sinusoid in the legs' mean square
                                            * motion; a triangle has 0.986 */
-static const double STATED = 0.5;         /* share of a sinusoid that suffices at the stated
-                                           * frequency: friction, a weak loop or a shut valve
-                                           * distort a test */
+static const double STATED = 0.5;         /* least share of a sinusoid in the legs' mean square
+                                           * motion for a test at its stated frequency: friction, a
+                                           * weak loop or a shut valve distort it */
 static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a share of the
                                            * cycles' mean amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
@@ -33,25 +33,26 @@ static const double STANDS_OUT = 10.0;    /* a bin is motion if its power exceed
                                            * noise floor; of noise alone, the strongest of 500 bins
                                            * in twelve windows reaches 3 */
 static const double REST = 1e-3;          /* a segment is at rest if its mean square speed is less
-                                           * than this share of the mean of all segments */
+                                           * than this share of the mean over all segments */
 static const double STEPS_LEAST = 3.0;    /* least motion of a segment, in resolution steps per
                                            * period of its highest frequency: rounding errors of
                                            * slower motion are not random */
 static const double THIN_HZ = 200.0;
 static const double MISSING = 0.1;        /* share of a segment's samples that may be missing */
 static const double GAP_STEPS = 2.5;      /* two good samples enclose a gap if they are more than
-                                           * this many steps apart: jitter is less */
+                                           * this many steps apart; jitter is less */
 static const double BESIDE = 3.0, /* least time over which a speed beside a gap is fitted, in
                                    * steps */
     BESIDE_S = 0.01;              /* least time over which a speed beside a gap is fitted */
-static const double TURN = 4.0;           /* the motion turns in a gap if its speed changes by more
-                                           * than this times what a motion of the mean frequency
-                                           * changes in that time */
-static const double TURN_LEAST = 0.5;     /* least change of speed that is a turn, as a share of the
-                                           * rms speed */
+static const double TURN = 4.0;           /* the speed of a leg changes sharply in a gap if it
+                                           * changes by more than this times the change that a
+                                           * motion of the mean frequency makes in that time */
+static const double TURN_LEAST = 0.5;     /* least change of speed that counts as sharp, as a share
+                                           * of the rms speed */
 static const double GAPS = 2.0;           /* a window of the periodogram is excluded if it lasts
-                                           * more than this times its samples: half of it is gaps,
-                                           * and no motion goes on across them */
+                                           * longer than this times the time that its samples take
+                                           * without gaps: half of it is then gaps, across which no
+                                           * motion continues */
 enum { PER_CYCLE = 16, SEGMENTS = 48, SEGMENTS_NEEDED = 6, SEGMENT = 1024, WINDOWS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
@@ -71,7 +72,7 @@ static double variance(const struct recording_test *t, int leg) {
     return (square - sum * sum / n) / n;
 }
 
-/* Leg that moves most, from 0. */
+/* Index of the leg that moves most. */
 static int mover(const struct recording_test *t, int legs) {
     double most = -1.0;
     int leg = 0;
@@ -82,9 +83,9 @@ static int mover(const struct recording_test *t, int legs) {
     return leg;
 }
 
-/* Adds the sum of squares of a leg's motion to `square`, and that of the motion less a fitted
- * sinusoid to `rest`. Samples are first averaged over a sixteenth of the cycle, so that faster
- * noise does not count. */
+/* Adds the sum of squares of a leg's motion to `square`, and the sum of squares of the motion less
+ * a fitted sinusoid to `rest`. Samples are first averaged over a sixteenth of the cycle, so that
+ * faster noise does not count. */
 static void add_remainder(const struct recording_test *t, int leg, double hz, double *square, double *rest) {
     double h[9], g[3], s1 = 0.0, s2 = 0.0, zero = first_good(t, leg);
     int n = 0;
@@ -120,7 +121,7 @@ static bool repeats(const struct recording_test *t, int leg, double hz) {
         const struct recording_sample *sample = &t->sample[i];
         if (sample->test_time_s >= until_s) {
             double amplitude = n ? hypot(s, c) / n : HUGE_VAL;
-            /* a cycle without good samples says nothing */
+            /* a cycle without good samples is not judged */
             if (n) least = fmin(least, amplitude), sum += amplitude, cycles++;
             s = c = 0.0, n = 0, until_s += 1.0 / hz;
         }
@@ -152,8 +153,8 @@ static void add_power(int n, const double *rest, double *power) {
     }
 }
 
-/* Adds the power under Hann windows of n points, spread evenly over the record. False: none
- * is added, since each is half gaps. */
+/* Adds the power under Hann windows of n points, spread evenly over the record. Windows that are
+ * half gaps are left out; returns false if all are. */
 static bool add_windows(const struct recording_test *t, const double *x, int all, int n, int many, double step_s, double *power) {
     double rest[SEGMENT];
     bool added = false;
@@ -190,9 +191,9 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
     return n / 2;
 }
 
-/* Finds the frequency band to evaluate: harmonics of the speed's mean frequency. A long record gets
- * a lower band, so that the segments cover all of it, but not below the harmonics of the length's
- * mean frequency. -2: too short, or no motion; -3: no memory. */
+/* Finds the highest frequency to evaluate, from harmonics of the speed's mean frequency. A long
+ * record gets a lower one, so that the segments cover all of it, but not below the harmonics of the
+ * length's mean frequency. -2: the record is too short, or does not move; -3: no memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
@@ -227,7 +228,7 @@ struct cut {
     int legs;
     /* before_s, behind_s: samples that a segment needs before and behind it */
     double step_s, segment_s, before_s, behind_s;
-    /* turns: segments with a gap in which a leg may turn */
+    /* turns: number of segments with a gap in which the speed of a leg may change sharply */
     int all, kept, turns;
     struct cut_segment *segment;                /* all segments; keep_segments() moves the kept
                                                  * ones to the front */
@@ -268,8 +269,8 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* True if a leg may turn within one of the segment's gaps, more sharply than a motion of the mean
- * frequency does. The series bridges a gap only if the motion goes on as before. */
+/* True if the speed of a leg may change within one of the segment's gaps, more sharply than in a
+ * motion of the mean frequency. The series bridges a gap only if the motion continues as before. */
 static bool hides_turn(const struct cut *c, const struct cut_segment *p, double omega, double speed) {
     const struct recording_test *t = c->test;
     double last_s = p->start_s - c->before_s;
@@ -280,7 +281,7 @@ static bool hides_turn(const struct cut *c, const struct cut_segment *p, double 
         if (t->sample[i].refused) continue;
         for (int k = 0; k < c->legs && gap_s > GAP_STEPS * c->step_s; k++) {
             double before = speed_of(t, k, last_s - beside_s, last_s), after = speed_of(t, k, at_s, at_s + beside_s);
-            /* NaN, an unknown speed, counts as a turn */
+            /* NaN, an unknown speed, counts as a sharp change */
             hides = hides || !(fabs(after - before) <= turn * speed);
         }
         last_s = at_s;
@@ -288,7 +289,7 @@ static bool hides_turn(const struct cut *c, const struct cut_segment *p, double 
     return hides;
 }
 
-/* Chooses at most `most` complete segments, spread evenly over the record. Returns how many. */
+/* Chooses at most `most` complete segments, spread evenly over the record. Returns their number. */
 static int choose_segments(struct cut *c, int most) {
     int complete = 0, chosen = 0;
     for (int i = 0; i < c->all; i++) complete += !c->segment[i].refused;
@@ -301,7 +302,7 @@ static int choose_segments(struct cut *c, int most) {
     return chosen;
 }
 
-/* Keeps the chosen segments that move and in which no gap hides a turn. */
+/* Keeps the chosen segments that move and whose gaps hide no sharp change of speed. */
 static void keep_segments(struct cut *c, int most, double resolution_m) {
     double mean = 0.0, moves = 0.0;
     int chosen = choose_segments(c, most);
@@ -317,11 +318,11 @@ static void keep_segments(struct cut *c, int most, double resolution_m) {
     }
 }
 
-/* Replaces a test of the recording by those of its segments that are kept. */
+/* Replaces a test of the recording by its kept segments. */
 static void put_segments(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
-    int before = 0; /* the pieces of all records are numbered on, so that even and odd ones
-                     * alternate in a pool of short records, too */
+    int before = 0; /* the pieces of all records are numbered consecutively, so that even and odd
+                     * ones alternate also in a pool of short records */
     for (int i = 0; i < test; i++) before += r->test[i].segment_s > 0.0;
     memmove(r->test + test + c->kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
     r->tests += c->kept - 1;
@@ -356,8 +357,8 @@ int motion_enough(const struct recording *r, struct error *error) {
 }
 
 static int cut_segments(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
-    int most = (RECORDING_TESTS - test) / (r->tests - test); /* the tests not yet cut share the room
-                                                              * that is left */
+    int most = (RECORDING_TESTS - test) / (r->tests - test); /* the tests that are not yet cut share
+                                                              * the remaining room */
     if (most < SEGMENTS_NEEDED)
         return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
                          RECORDING_TESTS);

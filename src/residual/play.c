@@ -6,13 +6,13 @@
 #include "dense.h"
 #include "mechanism.h"
 
-static const double FORCE_STDS = 3.0; /* a contact force has an unsure sign if it is less than this
-                                       * many of its standard deviations */
-static const double SEEN = 1.2;    /* the path is used if the rod's rms place in its backlash
-                                    * exceeds this times the path's noise: see seen() */
-static const double RIPPLE = 0.06; /* a contact force has an unsure sign if it is less than this
-                                    * share of the largest one: beside a knock the series rings by 5
-                                    * % of that (Gibbs) */
+static const double FORCE_STDS = 3.0; /* the sign of a contact force is uncertain if the force is
+                                       * less than this many of its standard deviations */
+static const double SEEN = 1.2;    /* the path is used only if the rods' rms place in the backlash
+                                    * is at least this times the noise of the path; see seen() */
+static const double RIPPLE = 0.06; /* the sign of a contact force is uncertain if the force is less
+                                    * than this share of the largest one: beside a knock the series
+                                    * rings by 5 % of the jump (Gibbs) */
 
 struct instant {
     int flank[LEGS];                 /* 1: the rod pushes; -1: the rod pulls; 0: its joint may be
@@ -24,8 +24,8 @@ struct instant {
     double response[LEGS][LEGS];     /* change of ahead_mps2 by the imbalance of each leg */
 };
 
-/* Finds contact force, imbalance and inertia at an instant. A held leg's friction is taken to
- * balance the rod alone, since the joint may be loose. False: no pose has these lengths. */
+/* Finds contact force, imbalance and inertia at an instant. The friction of a held leg is assumed
+ * to balance the rod alone, because the joint may be loose. False: no pose has these lengths. */
 static bool look(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct instant *now) {
     struct rigid_legs legs;
     double bodies_n[LEGS];
@@ -87,7 +87,8 @@ static void accelerate(const struct machine *machine, struct instant *now) {
 }
 
 /* Mean square that noise gives a leg's path between two flanks. Length noise of other legs is left
- * out: that of legs loose at the same time cancels, since M_uu^-1 M_uu = 1. */
+ * out: where it comes from legs that are loose at the same time it cancels, since M_uu^-1 M_uu =
+ * 1. */
 static double way_noise_m2(const struct play_motion *m, const struct instant at[PHASES], int leg, int from, int steps) {
     double sum = m->noise->length_m2[steps][leg];
     for (int k = 0; k < LEGS; k++)
@@ -96,14 +97,14 @@ static double way_noise_m2(const struct play_motion *m, const struct instant at[
     return sum;
 }
 
-/* Share s of the integrated path that is used, by far_m, the distance that the rod goes. The path
- * follows the noise of the residuals: under white forces that lowers their sum of squares by the
- * share 2 s - 5/3 s^2, so that a joint without backlash would seem to have some. A rod that crosses
- * to the other flank pays for this: its straight path alone raises the sum by the share 0.27 r^2,
- * where r^2 is the mean square of a place in the backlash, half^2 / 3, divided by that of the
- * noise. With s rising from 0 at r = 1.2 to 1 at r = 2.4, crossing costs more than the noise gains.
- * A rod that returns to its flank pays nothing, so its path itself must reach that far from the
- * flank. */
+/* Share s, 0..1, with which the integrated path is used. far_m: distance that the rod goes. The
+ * path follows the noise of the residuals: under white forces this lowers their sum of squares by
+ * the share 2 s - 5/3 s^2, so that a joint without backlash would seem to have some. A rod that
+ * crosses to the other flank pays for this: its straight path alone raises the sum by the share
+ * 0.27 r^2, where r^2 is the mean square of a place in the backlash, half^2 / 3, divided by the
+ * noise's mean square. With s rising from 0 at r = 1.2 to 1 at r = 2.4, crossing costs more than
+ * the noise gains. A rod that returns to its flank pays nothing, so its path must itself go that
+ * far from the flank. */
 static double seen(double noise_m2, double far_m) {
     double least_m = SEEN * sqrt(3.0 * noise_m2);
     return least_m > 0.0 ? fmin(fmax(far_m / least_m - 1.0, 0.0), 1.0) : 1.0;
@@ -129,9 +130,9 @@ static void integrate(const struct play_motion *m, const struct instant at[PHASE
     }
 }
 
-/* Follows a rod from flank to flank. In a motion that does not repeat, the rod stays at its first
- * known flank until then, and at its last known flank from then on. If no flank is sure, the rod
- * pushes. */
+/* Follows a rod from flank to flank. In a motion that does not repeat, the rod is assumed to stay
+ * on its first known flank before the first instant at which a flank is known, and on its last
+ * known flank after the last such instant. If no flank is sure, the rod pushes. */
 static void follow(const struct play_motion *m, const struct instant at[PHASES], int leg, double half_m, double ahead_m[PHASES][LEGS]) {
     int first = 0, last;
     while (first < m->phases && at[first].flank[leg] == 0) first++;

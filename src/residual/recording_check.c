@@ -19,22 +19,22 @@
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
-static const double SENSOR_SCALE = 0.06; /* wrong scales of the sensors can explain a difference of
-                                          * force and weight of less than this share of the sum of
-                                          * the chambers' forces */
-static const double SUPPLY_MOST = 1.04;  /* a pressure of more than this times the supply's is an
-                                          * error, unless it lasts for moments only */
-/* The force works against the motion if the mean power is less than this share of rms force times
- * rms speed: -WITHOUT_LOSS if force and acceleration agree, -AGAINST_SPRING if a spring makes them
- * disagree, WITH_LOSS if they look like the configured mass with the wrong sign. */
+static const double SENSOR_SCALE = 0.06; /* a difference of force and weight may come from wrong
+                                          * scales of the sensors if it is less than this share of
+                                          * the sum of the chambers' forces */
+static const double SUPPLY_MOST = 1.04;  /* a pressure above this times the supply's is an error,
+                                          * unless it lasts for moments only */
+/* The force works against the motion if the mean power is less than a share of rms force times rms
+ * speed. The share is -WITHOUT_LOSS if force and acceleration agree, -AGAINST_SPRING if a spring
+ * makes them disagree, WITH_LOSS if they look like the configured mass with the wrong sign. */
 static const double WITHOUT_LOSS = 0.2, AGAINST_SPRING = 0.05, WITH_LOSS = 0.05;
-static const double MIRRORED = 2.0; /* largest ratio of such a mass to the configured one, or of
-                                     * that one to it */
-static const double ABSURD = 1e12;       /* magnitude in any unit that no sensor reads */
+static const double MIRRORED = 2.0; /* a mass looks like the configured one with the wrong sign if
+                                     * their ratio is within this factor */
+static const double ABSURD = 1e12;       /* magnitude, in any unit, that no sensor reads */
 static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
                                              * are the same: two crystals differ by less */
-static const double NOISE_MOST = 0.5;       /* nothing can be said of a test or segment if its rms
-                                             * noise exceeds this share of its rms variation */
+static const double NOISE_MOST = 0.5;       /* a test or segment is not judged if its rms noise
+                                             * exceeds this share of its rms variation */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
 
@@ -42,8 +42,8 @@ static const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m
 
 static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
-/* First test of the last run. Earlier runs are checked already, and must not outvote a plug in the
- * wrong socket in the last one. */
+/* Returns the first test of the last run. Earlier runs were checked before. They must not be
+ * averaged with the last one, which would hide a plug in the wrong socket. */
 static int first_of_run(const struct recording *r) {
     int first = 0;
     while (first < r->tests - 1 && r->test[first].run < r->runs - 1) first++;
@@ -114,8 +114,8 @@ static int check_channels(const struct recording *r, const struct recording_test
     return STATUS_OK;
 }
 
-/* Sets a steady sinusoid's frequency to that at which the legs move. `any`: set for any other
- * motion. The stated frequency is a hint. */
+/* Sets a steady sinusoid's frequency to the one at which the legs move. `any`: set to true for any
+ * other motion. The stated frequency is a hint. */
 static int check_frequency(struct recording_test *t, int legs, bool reference, bool *any, struct error *error) {
     double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, reference, t->frequency_hz),
            off = fabs(fitted_hz / t->stated_hz - 1.0);
@@ -128,11 +128,13 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     return STATUS_OK;
 }
 
-/* Second moments of measured and asked lengths about their means. They show wrong signs, exchanged
- * legs and another machine. */
+/* Second moments of the measured lengths and of the lengths by the reference, about their means.
+ * They reveal wrong signs, exchanged legs and another machine. */
 struct leg_moments {
-    double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* sums of products and of squares over
-                                                              * all tests */
+    double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* product: measured times reference
+                                                              * length of each two legs, summed over
+                                                              * all tests; measured, asked: sums of
+                                                              * squares */
 };
 
 /* Guesses a missing reference as a sinusoid of the tested axis alone, with amplitude and phase
@@ -169,13 +171,13 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
         }
     }
     /* The reference is taken about its mean, as the lengths are, because a segment of a motion may
-     * lie far from neutral. */
+     * be far from neutral. */
     for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
 }
 
-/* Refuses a reference that all legs move against; a leg with a wrong sign would be one of six. The
- * segments of a record are judged together, because in single segments a weak loop may move the
- * legs against it. */
+/* Refuses a reference against which all legs move; if a leg's sign were wrong, only this leg would.
+ * The segments of a record are judged together, because in a single segment a weak loop may let the
+ * legs move against the reference. */
 static int check_reference(const struct recording *r, int first, int end, const struct kinematics *k, struct error *error) {
     const struct recording_test *t = &r->test[first];
     struct leg_moments m = {0};
@@ -188,8 +190,8 @@ static int check_reference(const struct recording *r, int first, int end, const 
                   t->dof == DOF_NONE ? "reference" : reference_names[t->dof]);
 }
 
-/* Refuses a drawing that is turned or mirrored against the reference: lengths and forces alone
- * cannot tell that. */
+/* Refuses a drawing that is rotated or mirrored against the reference, which lengths and forces
+ * alone cannot show. */
 static int check_turned(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
     char order[LEG_ORDER_TEXT];
@@ -255,7 +257,7 @@ static int check_machine(const struct params *p, const struct recording_test *t,
     return STATUS_OK;
 }
 
-/* Refuses lengths beyond the end stops, between which any motion may go. */
+/* Refuses lengths beyond the end stops; between the stops any motion is allowed. */
 static int check_reach(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
     for (int leg = 0; leg < LEGS; leg++) {
         double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
@@ -268,13 +270,14 @@ static int check_reach(const struct params *p, const struct recording_test *t, c
 
 static bool bears(double force_n, double weight_n) { return force_n > 0.2 * weight_n && force_n < 5.0 * weight_n; }
 
-/* True if wrong scales of the sensors can explain a force other than the weight: the forces of the
- * two chambers nearly cancel. The search is to find such scales. */
+/* True if wrong scales of the sensors can explain a force that differs from the weight, because the
+ * forces of the two chambers nearly cancel. Such a recording is accepted, so that the search can
+ * find the scales. */
 static bool within_sensors(double force_n, double weight_n, double chambers_n, double most_n) {
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
 
-/* Refuses chambers whose pressure exceeds the supply's, except for moments. */
+/* Refuses chambers whose pressure exceeds the supply's for more than moments. */
 static int check_supply(const struct recording *r, struct error *error) {
     double supply_pa = r->params->hydraulics.supply_pa;
     for (int k = 0; k < params_legs(r->params); k++) {
@@ -293,14 +296,14 @@ static int check_supply(const struct recording *r, struct error *error) {
     return STATUS_OK;
 }
 
-/* Compares mean forces with the weight: all legs together must hold the machine, and no leg may
- * differ from the others by as much as exchanged pressures make. */
+/* Compares mean forces with the weight: all legs together must carry the machine, and no leg may
+ * differ from the others by as much as exchanged pressures would cause. */
 static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
-    bool segments = t->segment_s > 0.0; /* segments are averaged over the whole record, else the
-                                         * first test alone is */
+    bool segments = t->segment_s > 0.0; /* segments are averaged over the whole record, otherwise
+                                         * only the first test */
     int from = t->first, until = segments && last->sample == t->sample ? last->end : t->end;
     double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
@@ -342,17 +345,17 @@ static int check_stroke(const struct params *p, const struct recording_test *t, 
                   low, high, p->actuator.stroke_m[0], middle);
 }
 
-/* Force of a single axis against its motion, over the evaluated parts. */
+/* Power with which the force of a single axis drives its motion, over the evaluated parts. */
 struct drive {
-    /* power: sum of F v over the instants; effort: the most that it can be with this rms force and
+    /* power: sum of F v over the instants; effort: largest possible power with this rms force and
      * speed */
     double power, effort;
     double mass_kg;
     double most_kg;       /* mass that the rms force could move with the rms acceleration */
 };
 
-/* Adds the sums of a test over its phases: of a cycle the fundamental, of a segment all its band.
- * exchanged: as if p1 and p2 were exchanged. */
+/* Adds the sums of a test over its phases, by the fundamental of a cycle, or by all harmonics of a
+ * segment. exchanged: compute them as if p1 and p2 were exchanged. */
 static void add_drive(const struct recording *r, const struct residual_test *t, bool exchanged, double sum[5]) {
     struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
     const struct spectrum *s = &t->spectrum;
@@ -383,8 +386,9 @@ static struct drive drive_of(const struct recording *r, const struct residual_da
 }
 
 /* True if the force drives the motion. The true force does, whatever the friction, so the power
- * shows whether the force has the right sign. A spring makes the mass look negative but returns its
- * energy. A mass that is the configured one with the wrong sign must show a loss. */
+ * shows whether the sign of the force is right. A spring makes the mass look negative, but returns
+ * its energy. Only if the mass looks like the configured one with the wrong sign must the power be
+ * clearly positive. */
 static bool drives(const struct drive *d, double mass_kg) {
     double least = d->mass_kg > -mass_kg / MIRRORED ? -WITHOUT_LOSS : d->mass_kg > -mass_kg * MIRRORED ? WITH_LOSS : -AGAINST_SPRING;
     return d->power > least * d->effort;
@@ -426,8 +430,8 @@ static bool exchanged(const struct leg_likeness *l, int a, int b) {
     return margin > 0.2 && likeness(l, a, b) > 0.8;
 }
 
-/* Refuses exchanged legs and wrong signs. most: number of legs that can have a wrong sign. If more
- * go the wrong way, the cause acts on all of them and is no exchanged plug. */
+/* Refuses exchanged legs and wrong signs. most: largest number of wrong signs that is believed. If
+ * more legs move in the wrong direction, the cause acts on all of them and is no exchanged plug. */
 static int check_likeness(const struct leg_likeness *l, int legs, int most, const char *what, const char *as, struct error *error) {
     for (int a = 0; a < legs; a++)
         for (int b = 0; b < a; b++)
@@ -440,15 +444,15 @@ static int check_likeness(const struct leg_likeness *l, int legs, int most, cons
     return STATUS_OK;
 }
 
-/* Takes the constant out of a coefficient row: the weight, which the force of every leg has, would
- * make all legs alike. */
+/* Removes the constant from a coefficient row, because the weight, which is in the force of every
+ * leg, would make all legs alike. */
 static void vary(const struct residual_test *t, double row[RESIDUAL_SIZE]) {
     double along = 0.0, square = 0.0;
     for (int a = 0; a < t->size; a++) along += row[a] * t->coupling[a][0], square += t->coupling[a][0] * t->coupling[a][0];
     for (int a = 0; a < t->size; a++) row[a] -= along / square * t->coupling[a][0];
 }
 
-/* Compares measured forces with those that the motion needs, and valve commands with the legs'
+/* Compares measured forces with the forces that the motion needs, and valve commands with the legs'
  * speeds. */
 static int check_drives(const struct recording *r, const struct residual_data *data, struct error *error) {
     struct leg_likeness force = {0}, valve = {0};
@@ -499,8 +503,8 @@ static double level_of(const struct residual_test *t, enum channel channel, int 
 
 typedef double levels[RESIDUALS][LEGS];
 
-/* Means of the channels over all segments: a force that is constant within each, as dry friction is
- * in a slow stroke, varies from one to the next. */
+/* Computes the means of the channels over all segments. A force that is constant within each
+ * segment, as dry friction is in a slow stroke, varies from one segment to the next. */
 static void mean_levels(const struct recording *r, const struct residual_data *data, levels mean) {
     int segments = 0;
     memset(mean, 0, sizeof(levels));
@@ -514,9 +518,10 @@ static void mean_levels(const struct recording *r, const struct residual_data *d
         }
 }
 
-/* Share of noise in the mean square variation of a test: the force's, or the median of force and
- * both pressures, since a chamber may hardly change its pressure. mean: levels, from which that
- * of a segment counts as variation; NULL: only variation within counts. */
+/* Share of noise in the mean square variation of a test: of the force's, or the median of force and
+ * both pressures, because a chamber may hardly change its pressure. mean: levels; the difference of
+ * a segment's level from them counts as variation. NULL: only variation within the segment
+ * counts. */
 static double noise_share(const struct residual_test *t, const struct params *params, double (*mean)[LEGS], struct whitener *w) {
     int kinds = t->chambers ? RESIDUALS : 1;
     double share[RESIDUALS];
@@ -535,8 +540,8 @@ static double noise_share(const struct residual_test *t, const struct params *pa
     return middle(kinds, share);
 }
 
-/* Marks segments that are mostly noise, about which nothing can be said. Returns the median
- * share of noise in the rms variation. */
+/* Marks segments that are mostly noise, so that they are not evaluated. Returns the median share of
+ * noise in the rms variation. */
 static double mark_noise(struct recording *r, const struct residual_data *data, double (*mean)[LEGS], struct whitener *w) {
     double share[RECORDING_TESTS];
     int n = 0;
@@ -572,7 +577,7 @@ static void run_at(struct recording *r, int first) {
     double *hz = r->run[r->runs - 1].hz;
     for (int i = first; i < r->tests; i++) {
         const struct recording_test *t = &r->test[i];
-        /* false for NaN, which any motion has */
+        /* false for NaN, the frequency of a motion that is no sinusoid */
         bool other = t->dof != DOF_NONE && fabs(t->frequency_hz / hz[t->dof] - 1.0) > FREQUENCY_SAME;
         if (other) hz[t->dof] = t->frequency_hz;
     }
@@ -587,7 +592,7 @@ static bool has_lengths(const struct recording_test *t, int legs) {
     return false;
 }
 
-/* Refuses channels whose legs are in another order than the drawing's. */
+/* Refuses channels whose legs are not in the order of the drawing. */
 static int check_order(const struct recording *r, const struct residual_data *data, struct error *error) {
     struct leg_order order;
     int status = leg_order_find(data, r, first_of_run(r), &order, error);
@@ -636,7 +641,8 @@ int recording_check(struct recording *r, struct error *error) {
             int tests = r->tests;
             status = motion_cut(r, i, error);
             i += r->tests - tests;
-            /* A test of one axis is not left out: a matrix without it would be another result. */
+            /* A test of one axis is not left out, because a matrix without it would be a different
+             * result. */
             bool spare = !pose || t->dof == DOF_NONE;
             if (status == STATUS_USAGE && spare && r->tests > first_of_run(r) + 1) status = exclude(r, i--, error);
         }

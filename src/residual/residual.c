@@ -11,13 +11,13 @@
 #include "units.h"
 #include "valve_line.h"
 
-/* Turns a difference of values, as a coefficient row, into a difference of readings, so that its
- * noise is what the whitener assumes, whatever the sensor's scale and lag. */
+/* Converts a difference of values, as a coefficient row, to a difference of readings, so that its
+ * noise is the noise that the whitener assumes, whatever the sensor's scale and lag. */
 static void read_back(const struct sensor_path *path, const struct residual_test *t, double *row) {
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
 
-/* Turns a force difference A1 P1 - A2 P2 into one of readings, scaled by the noise of both
+/* Converts a force difference A1 P1 - A2 P2 to one of readings, scaled by the noise of both
  * pressures; the lag is P1's. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
     struct sensor_path both = m->machine.sensors.p1[leg];
@@ -40,8 +40,8 @@ static const double SPOOL_TIMES = 10.0; /* run-in of any other spool, in its tim
 /* A simulation of the hydraulics for the measured motion and commands. */
 struct run {
     const struct residual_test *t;
-    double dither;               /* -1..1: factor of the commands' noise that is added to their mean
-                                  * cycle */
+    double dither;               /* -1..1: factor with which the commands' noise is added to their
+                                  * mean cycle */
     struct params timing;        /* the model, with the recording's command period */
     struct cylinder_model cylinder;
     struct valve_line line;
@@ -51,8 +51,8 @@ struct run {
     struct rods_motion series[SPECTRUM_SIZE];
 };
 
-/* Coefficient rows of the pressures at the gauges (port), and of their excess over those in the
- * chambers (drop). */
+/* Coefficient rows of the pressures at the gauges (port), and of the pressures at the gauges less
+ * those in the chambers (drop). */
 struct pressure_rows {
     double port[PORTS][LEGS][RESIDUAL_SIZE], drop[PORTS][LEGS][RESIDUAL_SIZE];
 };
@@ -84,8 +84,8 @@ static void look(const struct run *r, int node, struct rods_motion *to) {
     }
 }
 
-/* Sample of the simulated cycle at the same phase as a sample before the first. A cycle need not be
- * a whole number of samples. */
+/* Returns the sample of the simulated cycle that has the same phase as a sample before the first
+ * one. A cycle need not be a whole number of samples. */
 static int sample_before(const struct residual_test *t, int sample) {
     double cycle = 2.0 * PI / t->spectrum.omega / t->step_s, place = fmod(sample, cycle);
     return (int)lround(place < 0.0 ? place + cycle : place);
@@ -117,8 +117,8 @@ static int run_in(const struct run *r) {
     return t->spectrum.cycles ? (int)samples : (int)fmin(samples, t->lead);
 }
 
-/* Moves the spools alone through their run-in, up to the first sample, since they may forget their
- * start later than the chambers. */
+/* Moves the spools alone through their run-in, up to the first sample, because they may forget
+ * their start later than the chambers do. */
 static void settle_spools(struct run *r) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
@@ -178,8 +178,8 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
 /* Weight of the end of substep j in a mean over an even number of substeps, by Simpson's rule. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
-/* Simulates up to the next sample. mean_n: each leg's mean force on the way is added to it; may be
- * NULL. */
+/* Simulates up to the next sample. mean_n: each leg's mean force over this time is added to it; may
+ * be NULL. */
 static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
     const struct residual_test *t = r->t;
     double valve[LEGS];
@@ -224,7 +224,7 @@ static bool at_limit(const struct run *r) {
 }
 
 /* Simulates the pressures and adds their coefficient rows, times `share`, to p. Sets `limited` if a
- * spool meets its rate limit. */
+ * spool reaches its rate limit. */
 static void add_pressures(struct run *r, const struct residual_test *t, const struct params *model, int leg, const struct series *rows,
                           double dither, double share, struct pressure_rows *p, bool *limited) {
     begin_run(r, t, model, leg, dither, rows);
@@ -253,8 +253,9 @@ static void simulate_pressures(const struct residual_test *t, const struct param
 }
 
 /* Excess of the sample force_n[1] over the mean force. mean_n: mean forces of the intervals before
- * and after it. The force is smooth but for a ripple of the sampling period, of which all samples
- * see the same phase; Simpson's rule averages the smooth part of the three samples. */
+ * and after this sample. The force is smooth except for a ripple with the sampling period, which
+ * all samples read at the same phase; Simpson's rule averages the smooth part of the three
+ * samples. */
 static double above_mean(const double force_n[3], const double mean_n[2]) {
     return (force_n[0] + 4.0 * force_n[1] + force_n[2]) / 6.0 - 0.5 * (mean_n[0] + mean_n[1]);
 }
@@ -286,8 +287,8 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     return ok;
 }
 
-/* Tabulates the measured values at each phase, from so many harmonics. p: pressure drops from gauge
- * to chamber, or NULL for none. False: no pose has these lengths. */
+/* Tabulates the measured values at each phase, from the given number of harmonics. p: pressure
+ * drops from gauge to chamber, or NULL for none. False: no pose has these lengths. */
 static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct inverse_dynamics *d, const struct series *rows,
                            const struct pressure_rows *p, struct inverse_dynamics_input table[PHASES]) {
     const struct cylinder_model *m = &d->cylinder;
@@ -320,14 +321,16 @@ static void project_phase(const struct residual_test *t, int phase, double value
 
 static void prepare_inverse(const struct residual_test *t, const struct params *model, struct inverse_dynamics *inverse) {
     double period_s = 2.0 * PI / t->spectrum.omega;
-    /* Excluding the reversals of long strokes would cost more information than they spoil. */
+    /* Only a mechanism with short strokes excludes the instants about a reversal: with long strokes
+     * this would lose more information than reversals spoil. */
     bool spare = params_mechanism(model)->short_strokes;
     inverse_dynamics_init(inverse, model, period_s / PHASES, spare && t->spectrum.cycles ? period_s / (4 * t->harmonics) : 0.0);
     if (spare) memcpy(inverse->speed_std_mps, t->speed_std_mps, sizeof inverse->speed_std_mps);
     memcpy(inverse->force_std_n, t->force_std_n, sizeof inverse->force_std_n);
 }
 
-/* Finds where backlash puts the rods, as a series. False: no pose has these lengths. */
+/* Finds the positions of the rods in joints with backlash, as a series. False: no pose has these
+ * lengths. */
 static bool find_play(const struct residual_test *t, struct inverse_dynamics *inverse, const struct pressure_rows *p, struct series *rows) {
     struct inverse_dynamics_input table[PHASES];
     double ahead_m[PHASES][LEGS], period_s = 2.0 * PI / t->spectrum.omega;
@@ -422,7 +425,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
     series_undo(&cylinder.machine, t, &rows);
-    /* With hoses to the gauges the force needs the pressure drops from gauge to chamber, of all
+    /* With hoses to the gauges the force needs the pressure drops from gauge to chamber of all
      * legs. */
     if (has_hoses(&cylinder)) equations = EQUATIONS_ALL, leg = ALL_LEGS;
     if (!t->chambers) equations &= EQUATIONS_FORCE;

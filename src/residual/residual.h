@@ -8,19 +8,21 @@
  *
  * Signals are Fourier series, so that velocity and acceleration need no difference quotients. A
  * test that repeats its motion gives the series of its mean cycle; any other motion is cut into
- * segments (motion.h), each with a series of its own over the segment and its margins. The chambers
- * also see the motion that is too fast for a segment's series. The effects of the model's sensors
- * (scale, offset, lag, delay) are undone in the series, before any law is applied. Commands are
- * held for the controller's cycle; those that a slower recording lacks are interpolated. Without
- * pressures the force is the reading of its sensor or drive; without pressures or commands the
- * chambers are not evaluated. One axis is a machine of one leg, whose inverse dynamics is m (a +
- * g), springs and friction. Rigid bodies, hydraulics and effects are sim's.
+ * segments (motion.h), each with a series of its own over the segment and its margins. The
+ * chambers' simulation also gets the motion that is too fast for a segment's series. The effects of
+ * the model's sensors (scale, offset, lag, delay) are undone in the series, before any law is
+ * applied. Commands are held for the controller's cycle; those that a slower recording lacks are
+ * interpolated. Without pressures the force is the reading of its sensor or drive; without
+ * pressures or commands the chambers are not evaluated. One axis is a machine of one leg, whose
+ * inverse dynamics is m (a + g), springs and friction. Rigid bodies, hydraulics and effects are
+ * those of sim.
  *
- * A residual is a row of coefficients. It is in the units of the readings, as the whitener's noise
- * is, so that a sensor's scale cannot shrink it. The row of a cycle holds its harmonics. The row of
- * a segment holds local cosines, whose overlapping windows are orthogonal (Coifman, Meyer 1991), so
- * that white noise stays white; measured and simulated values both reach it through the series. For
- * the right model all coefficients are zero within the noise. Pure but for the heap. */
+ * A residual is a row of coefficients. Its unit is that of the readings, as in the whitener's
+ * noise, so that a sensor's scale cannot reduce the residual. The row of a cycle contains its
+ * harmonics. The row of a segment contains local cosines, whose overlapping windows are orthogonal
+ * (Coifman, Meyer 1991), so that white noise stays white; measured and simulated values both pass
+ * through the series. For the right model all coefficients are zero within the noise. Pure, except
+ * for the heap. */
 #ifndef HEXID_RESIDUAL_H
 #define HEXID_RESIDUAL_H
 
@@ -31,13 +33,13 @@
 enum residual_kind { RESIDUAL_FORCE, RESIDUAL_P1, RESIDUAL_P2, RESIDUALS };
 enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 
-/* Highest frequency of a segment's coefficient row times the length of the segment, no unit. */
+/* Highest frequency of a segment's coefficient row, times the length of the segment; no unit. */
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
-#define RESIDUAL_SETTLE_S 0.1 /* run-up of simulated chambers, which forget their start, the
-                               * measured pressures, in 30 ms */
-double residual_margin_s(double segment_s); /* record that a segment needs on either side */
-double residual_gap_s(double segment_s, double step_s); /* longest time that a segment may be
-                                                         * without a good sample */
+#define RESIDUAL_SETTLE_S 0.1 /* run-up of the simulated chambers. They start with the measured
+                               * pressures, and have forgotten this start after 30 ms */
+double residual_margin_s(double segment_s); /* record that a segment needs on either side, s */
+double residual_gap_s(double segment_s, double step_s); /* longest time without a good sample that a
+                                                         * segment may have, s */
 
 /* Parts of the residuals that can be computed separately; EQUATIONS_FORCE_SENSOR marks a force
  * that is measured, not computed from pressures. */
@@ -49,7 +51,8 @@ typedef double residual_row[LEGS][RESIDUALS][RESIDUAL_SIZE]; /* [leg][residual][
 struct residual_test {
     int of;                      /* index of the test in the recording */
     struct spectrum spectrum;
-    int legs;                    /* legs of the mechanism; coefficients of the others are zero */
+    int legs;                    /* number of legs of the mechanism; coefficients of the others are
+                                  * zero */
     /* pressures: they are measured, not a force. chambers: commands are measured as well, so that
      * the chambers' pressures are evaluated. */
     bool pressures, chambers;
@@ -57,10 +60,10 @@ struct residual_test {
     int size;                    /* coefficients in a row, at most RESIDUAL_SIZE */
     double rate[RESIDUAL_SIZE];  /* frequency of each coefficient, rad/s */
     double weight[RESIDUAL_SIZE];/* weight of each coefficient's square in the mean square */
-    double curve[RESIDUAL_SIZE]; /* noise of an acceleration divided by that of a length, 1/s^2:
-                                  * rate^2, more where a window's slope adds to it */
+    double curve[RESIDUAL_SIZE]; /* noise of an acceleration divided by the noise of a length,
+                                  * 1/s^2: rate^2, or more where a window's slope adds to it */
     /* coefficient rows of the measured values, and their standard deviations by noise and, for a
-     * cycle, by rounding in step with it */
+     * cycle, by rounding in step with the motion */
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
     double speed_std_mps[LEGS];  /* standard deviation of each leg's speed */
     double force_std_n[LEGS];    /* standard deviation of each leg's force residual at an instant */
@@ -71,26 +74,27 @@ struct residual_test {
     double first_s, step_s;
     bool in_step;                /* every sample falls on a command's instant */
     int measured;                /* measured samples per cycle */
-    /* simulated samples, of which only the last `fitted` are compared */
+    /* samples: number of simulated samples. fitted: number of the last ones, which alone are
+     * compared */
     int samples, fitted;
     int substeps;                /* simulation steps per command */
-    int phases;                  /* instants at which the force is evaluated; PHASES fill a period
-                                  * of the series */
+    int phases;                  /* number of instants at which the force is evaluated; PHASES of
+                                  * them fill a period of the series */
     double *cycle;               /* [PHASES][SPECTRUM_SIZE]: Fourier basis over a period of the
                                   * series, from the first phase on */
     double (*basis)[RESIDUAL_SIZE];   /* [phases]: value at a phase of the function that belongs to
                                        * each element of a row */
-    double (*project)[RESIDUAL_SIZE]; /* [phases]: what a value of 1 at a phase adds to each element
-                                       * of a row */
-    double (*series)[SPECTRUM_SIZE];  /* [phases]: what a value of 1 at a phase adds to each Fourier
-                                       * coefficient */
+    double (*project)[RESIDUAL_SIZE]; /* [phases]: contribution of a value of 1 at a phase to each
+                                       * element of a row */
+    double (*series)[SPECTRUM_SIZE];  /* [phases]: contribution of a value of 1 at a phase to each
+                                       * Fourier coefficient */
     double *node;                /* [2 substeps samples + 1][1 + 2 harmonics]: Fourier basis at the
                                   * nodes, which are the ends and middles of the simulation steps;
                                   * NULL without residual_tabulate() */
     struct fast_motion fast;     /* for segments: measured motion that the series lacks. It is too
                                   * fast for the rows, but the chambers need it: the valve's flow
-                                  * law bends where the spool crosses zero, and so turns it into
-                                  * slower pressure changes */
+                                  * law bends where the spool crosses zero, and so converts fast
+                                  * motion to slower pressure changes */
     int lead;                    /* for segments: number of commands before the first simulated
                                   * sample */
     double *valve;               /* [lead + samples][leg]: commands */
@@ -131,9 +135,10 @@ enum { ALL_LEGS = -1 };
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_equations equations, int leg,
                        residual_row row);
 
-/* Parts in which the legs are independent, so that a leg's own constants change no other leg's
- * residuals: none if the legs share hoses to the power unit, or if there are backlash and hoses
- * to the gauges; not the force if there is backlash, which moves the pose; otherwise all. */
+/* Returns the equations in which the legs are independent, so that a leg's own constants change no
+ * other leg's residuals. There are none if the legs share hoses to the power unit, or if there are
+ * backlash and hoses to the gauges. Backlash alone excludes the force, because it moves the pose.
+ * Otherwise all are returned. */
 enum residual_equations residual_legs_apart(const struct params *model);
 
 /* Coefficient row of the rate of a leg's length, m/s. */
@@ -142,15 +147,15 @@ void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_S
 /* Mean square of the varying part of a measured channel. */
 double residual_variation(const struct residual_test *t, enum channel channel, int leg);
 
-/* Ripple that sampling adds to the measured force, by the model's chambers, as coefficient rows.
- * Commands held from sample to sample make the force ripple, and samples in step with the commands
- * always see the same phase of the ripple. Zero if commands are at most 0.5 ms apart (the ripple is
- * then a sixteenth of that at 2 ms) or samples are not in step. False if the chambers are not
- * evaluated. */
+/* Computes the ripple that sampling adds to the measured force, by the model's chambers, as
+ * coefficient rows. Commands held from sample to sample make the force ripple, and samples in step
+ * with the commands always read the same phase of the ripple. Zero if commands are at most 0.5 ms
+ * apart (the ripple is then a sixteenth of the one at 2 ms) or samples are not in step. False if
+ * the chambers are not evaluated. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
-/* Coefficient rows of the hydraulic force that each leg needs for the measured motion, friction
- * included: inverse dynamics alone. False: no pose has these lengths. */
+/* Computes the coefficient rows of the hydraulic force that each leg needs for the measured motion,
+ * friction included, by inverse dynamics alone. False: no pose has these lengths. */
 bool residual_required(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 #endif

@@ -25,12 +25,13 @@ static const double SUBSTEP_S = 0.5e-3;   /* step of the Runge-Kutta method: its
 static const double SLOWER = 1.25;        /* a recording is slower than the commands if its
                                            * sampling period exceeds this times theirs; jitter
                                            * is less */
-static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period is
-                                           * a whole number of command periods */
+static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period
+                                           * counts as a whole number of command periods */
 
 static const double OVERLAP = 0.15, /* share of a segment's length by which its window overlaps each
                                      * neighbour */
-    STRETCH = 1.2; /* period of a segment's series over the time to which the series is fitted */
+    STRETCH = 1.2; /* period of a segment's series, as a multiple of the time to which the series is
+                    * fitted */
 enum { COUPLING_POINTS = 2048 };
 
 /* Makes t->projection for a cycle: the least squares fit of samples to coefficients, which is exact
@@ -69,7 +70,7 @@ static int allocate(struct residual_test *t, struct error *error) {
     return all ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }
 
-/* Takes the commands' noise over the simulated time: the commands less their mean cycle. Each
+/* Stores the commands' noise over the simulated time: the commands less their mean cycle. Each
  * instant takes the nearest sample. */
 static void take_dither(struct residual_test *t, const struct recording_test *test) {
     double sampling_s = recording_step_s(test);
@@ -85,8 +86,8 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
     }
 }
 
-/* Resolution of a channel in a test, as its samples show it: a sensor's, or that of the bus or file
- * that it came through; 0 if none is seen. */
+/* Resolution of a channel in a test, found from its samples: of the sensor, or of the bus or file
+ * that the samples came through; 0 if none is found. */
 static double step_of(const struct recording_test *test, enum channel ch, int leg) {
     const struct recording_sample *s = test->sample;
     const double *const first[CHANNELS] = {
@@ -95,7 +96,7 @@ static double step_of(const struct recording_test *test, enum channel ch, int le
 }
 
 /* Finds the rounding errors in step with the motion: of the lengths, and of the pressures and the
- * force A1 P1 - A2 P2, or of the force that is read itself. row: harmonics of each cycle. */
+ * force A1 P1 - A2 P2, or of the reading of a force sensor. row: harmonics of each cycle. */
 static void find_in_step(struct spectrum *s, bool pressures, spectrum_cycle *row, const struct recording_test *test,
                          const struct params *params) {
     static const enum channel chambers[] = {CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2}, sensor[] = {CHANNEL_LENGTH, CHANNEL_FORCE};
@@ -279,8 +280,8 @@ static bool fit_series(struct residual_test *t) {
     return true;
 }
 
-/* Prepares a segment of any motion, whose row holds local cosines. The chambers' simulation starts
- * before the segment. */
+/* Prepares a segment of any motion, whose row contains local cosines. The chambers' simulation
+ * starts before the segment. */
 static int prepare_segment(struct residual_test *t, const struct recording_test *test, struct error *error) {
     double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
     double segment_s = test->segment_s, begin_s = test->start_s - OVERLAP * segment_s, span_s = (1.0 + 2.0 * OVERLAP) * segment_s;
@@ -291,8 +292,8 @@ static int prepare_segment(struct residual_test *t, const struct recording_test 
     t->lead = t->chambers ? (int)(lead_s(test, t->first_s) / t->step_s) : 0;
     t->harmonics = SPECTRUM_HARMONICS;
     double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
-    /* A row's highest frequency is at most that of the series, whose period is longer by the
-     * run-up: a short segment gets fewer coefficients. */
+    /* The highest frequency of a row is at most that of the series. The period of the series
+     * includes the run-up, so a short segment gets fewer coefficients. */
     t->size = (int)fmin(2.0 * segment_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
     t->phases = (int)(PHASES * span_s / period_s);
     int status = allocate(t, error);
@@ -335,7 +336,7 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->chambers = recording->measured.pressures && recording->measured.valve;
     find_step(t, recording_step_s(test), recording->params);
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
-    /* Simpson's rule in residual_staircase() needs an even number. */
+    /* Simpson's rule in residual_staircase() needs an even number of substeps. */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
     int status = test->segment_s > 0.0 ? prepare_segment(t, test, error) : prepare_cycle(t, test, recording->params, which, error);
     if (status) return status;
@@ -345,8 +346,8 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     return STATUS_OK;
 }
 
-/* `which` selects segments of even or odd number, as it does cycles; refused segments are
- * excluded. */
+/* True if a test belongs to `which`. For segments it selects even or odd numbers, as for cycles,
+ * and refused ones are excluded. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
     return !(test->segment_s > 0.0) || (!test->refused && which & (test->segment % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }

@@ -16,8 +16,8 @@ static const double WEAK = 1e-6; /* share of 1 / 12, the mean square of all erro
 static double tone_square(int k, double shaken) { return 0.5 * square(exp(-2.0 * square(PI * k * shaken)) / (PI * k)); }
 
 /* Standard deviation of the signal from one cycle to the next, in steps. scatter: standard
- * deviation of samples at one place, which this variation causes, and those rounding errors that do
- * not repeat. */
+ * deviation of samples at one place, in steps; it is caused by this variation, and by the rounding
+ * errors that do not repeat. */
 static double shaking(double scatter) {
     double least = 0.0, most = scatter;
     for (int i = 0; i < BISECTIONS; i++) {
@@ -29,7 +29,7 @@ static double shaking(double scatter) {
     return least;
 }
 
-/* Adds the variance by tone k, of this mean square. */
+/* Adds the variance by tone k, whose mean square is mean_square. */
 static void add_tone(const struct rounding *r, int harmonics, const double *row, int k, double mean_square, double *variance) {
     int size = 1 + 2 * harmonics;
     double sine[1 + 2 * ROUNDING_HARMONICS] = {0}, cosine[1 + 2 * ROUNDING_HARMONICS] = {0}, basis[1 + 2 * ROUNDING_HARMONICS];

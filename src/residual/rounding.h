@@ -1,36 +1,37 @@
-/* Rounding errors that repeat in every cycle of a steady sinusoid, because its samples fall on the
- * same places of each cycle. They do not show in the spread between cycles, do not average out over
- * many of them, and are therefore computed from the sensor's step.
+/* Rounding errors that repeat in every cycle of a steady sinusoid, because its samples are at the
+ * same places of each cycle. They cause no spread between cycles, do not average out over many of
+ * them, and are therefore computed from the sensor's step.
  *
  * A rounding error is a sum of tones of the motion x: sin(2 pi k x / step) step / (pi k), k = 1, 2,
- * .. . Variation from cycle to cycle weakens their mean (dither): noise of standard deviation s
- * weakens tone k by exp(-2 (pi k s / step)^2), and a motion that drifts by the mean of exp(2 pi i k
- * drift / step) over all cycles. The two must be told apart: while a machine settles it drifts by
- * steps, but the longer the test, the more cycles are past that.
+ * .. . Variation from cycle to cycle weakens the mean of a tone (dither). Noise of standard
+ * deviation s weakens tone k by the factor exp(-2 (pi k s / step)^2); drift weakens it by the mean
+ * of exp(2 pi i k drift / step) over all cycles. Noise and drift must be treated separately: a
+ * machine drifts by steps only while it settles, and the longer the test, the more cycles come
+ * after that.
  *
- * Where x lies within a step counts as unknown, so that the phase of each tone is random. The mean
- * cycle is known and decides how much of a tone falls on each harmonic: a sinusoid of amplitude A
- * spreads it over the harmonics up to z = 2 pi k A / step (Bessel functions), most of it just below
- * z, where the motion turns, and N samples a cycle fold the harmonics above N / 2 back onto lower
- * ones. Pure. */
+ * The position of x within a step counts as unknown, so that the phase of each tone is random. The
+ * mean cycle is known and decides how much of a tone falls on each harmonic: a sinusoid of
+ * amplitude A spreads the tone over the harmonics up to z = 2 pi k A / step (Bessel functions),
+ * most of it just below z, where the motion reverses. N samples a cycle fold the harmonics above N
+ * / 2 back onto lower ones. Pure. */
 #ifndef HEXID_ROUNDING_H
 #define HEXID_ROUNDING_H
 
 enum { ROUNDING_TONES = 20, ROUNDING_HARMONICS = 16 };
 
-/* A signal as it is read in steps. */
+/* A signal that is read in steps. */
 struct rounding {
     double step;
     /* scatter: standard deviation of samples at one place, from one cycle to the next. first_phase:
      * phase of the first sample, rad. */
     double scatter, first_phase;
-    int places;                /* number of places in a cycle that have samples, evenly spaced */
+    int places;                /* number of evenly spaced places in a cycle that have samples */
     int cycles;
     const double *middle;      /* [cycles]: mean of each cycle */
 };
 
-/* Computes the variance of each coefficient of a mean cycle by such errors. row: the mean cycle,
- * 1 + 2 harmonics coefficients, as is `variance`. */
+/* Computes the variance that such errors give each coefficient of a mean cycle. row: the mean
+ * cycle; row and variance have 1 + 2 harmonics coefficients. */
 void rounding_in_step(const struct rounding *r, int harmonics, const double *row, double *variance);
 
 #endif

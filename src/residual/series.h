@@ -8,11 +8,12 @@
 
 struct series {
     double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
-    double ahead[LEGS][SPECTRUM_SIZE]; /* how far backlash puts the rods ahead of their joints */
+    double ahead[LEGS][SPECTRUM_SIZE]; /* distance by which backlash puts the rods ahead of their
+                                        * joints */
 };
 
 /* Undoes offset, scale, lag and delay of this machine's sensors in the series of a test's readings.
- * The rods are where their joints are. */
+ * The rods are taken to be at their joints, without backlash. */
 void series_undo(const struct machine *m, const struct residual_test *t, struct series *rows);
 
 /* Finds the series of the force on a leg's rod, from the chambers' pressures or from the force
@@ -23,7 +24,7 @@ void series_push(const struct cylinder_model *m, const struct residual_test *t, 
 /* Finds the series of the rate of change of a series. */
 void series_rate(const struct residual_test *t, const double *row, double *rate);
 
-/* Turns a series into a coefficient row of residuals. */
+/* Converts a series to a coefficient row of residuals. */
 void series_row(const struct residual_test *t, const double *series, double row[RESIDUAL_SIZE]);
 
 #endif

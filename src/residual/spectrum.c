@@ -10,12 +10,12 @@
 enum {
     SAMPLES_PER_HARMONIC = 3,
     SPEED_POINTS = 64,
-    SLOWEST = 2,         /* periodogram bins, over the cycles, that count as slow */
+    SLOWEST = 2,         /* number of periodogram bins, over the cycles, that count as slow */
 };
-static const double RIDGE_PER_SAMPLE = 1e-9; /* per sample, added to the normal equations'
-                                              * diagonal: above rounding, below any signal */
-static const double SAME_PHASE = 0.05; /* difference of sampling phases that counts as none, in
-                                        * sampling periods */
+static const double RIDGE_PER_SAMPLE = 1e-9; /* ridge per sample on the diagonal of the normal
+                                              * equations: above rounding, below any signal */
+static const double SAME_PHASE = 0.05; /* difference of sampling phases up to which they count as
+                                        * equal, in sampling periods */
 static const double GOOD_SHARE = 0.9; /* share of a cycle's samples that must be good */
 
 void spectrum_basis(double phase, int harmonics, double *basis) {
@@ -62,7 +62,8 @@ const double *spectrum_channel(const struct recording_sample *s, enum channel ch
 }
 
 /* Sums the products of the Fourier basis with itself, and with the channels, over the good samples
- * of first .. end-1. longest_s: longest time between two of them. Returns how many are good. */
+ * of first .. end-1. longest_s: longest time between two of them. Returns the number of good
+ * samples. */
 static int add_samples(const struct spectrum *s, const struct recording_test *t, int first, int end,
                        double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double *longest_s) {
     double basis[SPECTRUM_SIZE], last_s = NAN;
@@ -87,9 +88,9 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     return good;
 }
 
-/* Fourier coefficients of one cycle, samples first .. end-1, by least squares over the good ones.
- * Refuses it if too few are good, or if a gap lasts half a period of the highest harmonic; single
- * lost samples are no gap. */
+/* Finds the Fourier coefficients of one cycle, samples first .. end-1, by least squares over the
+ * good ones. Refuses the cycle if too few samples are good, or if a gap lasts half a period of the
+ * highest harmonic; single lost samples are no gap. */
 static enum refusal fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
                               double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
@@ -102,8 +103,8 @@ static enum refusal fit_cycle(const struct spectrum *s, const struct recording_t
     return REFUSED_NOT;
 }
 
-/* Mean of a value over the cycles, and the mean's standard deviation. drift: deviations are taken
- * about a line over the cycles. Returns the slope of the line, 0 without drift. */
+/* Finds the mean of a value over the cycles, and the mean's standard deviation. drift: deviations
+ * are taken from a line over the cycles. Returns the slope of the line, 0 without drift. */
 static double average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
     double sum = 0.0, x = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
     for (int i = 0; i < n; i++) sum += value[i], x += place[i];
@@ -164,7 +165,7 @@ static void remove_sawtooth(double slope, double start_phase, int harmonics, dou
 }
 
 /* Adds the squares of a cycle's good samples, less the varying part of the mean cycle and the
- * cycle's own constant. Returns how many are good. */
+ * cycle's own constant. Returns the number of good samples. */
 static int add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
                      double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
     double basis[SPECTRUM_SIZE];
@@ -187,8 +188,8 @@ struct cycle_span {
     int first, end;
 };
 
-/* Finds cycles whose samples fall on the same phases. alike: for each cycle, the first cycle with
- * its phases. Returns how many differ. */
+/* Finds cycles whose samples are at the same phases. alike: for each cycle, the first cycle with
+ * its phases. Returns the number of different cycles. */
 static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, const double *place,
                       int alike[CYCLES_MAX]) {
     double period_s = 2.0 * PI / s->omega, step_s = recording_step_s(t), start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
@@ -278,7 +279,8 @@ bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const 
     return enough;
 }
 
-/* rms error of the speed in the middle half of the segment, per rms noise of a sample. */
+/* rms error of the speed in the middle half of the segment, for one unit of a sample's rms
+ * noise. */
 static double speed_gain(const struct spectrum *s, const struct recording_test *t, int first, int end,
                          double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], rate[SPECTRUM_SIZE] = {0}, sum = 0.0;

@@ -1,8 +1,7 @@
 /* A test as harmonics of its frequency: means over some of its cycles, and the spread of single
- * cycles about the means. The spread measures the noise, and its correlation between successive
- * cycles, which a motion that wanders slowly gives its rounding errors. Errors in step with the
- * motion (rounding) do not show in the spread (rounding.h).
- * Pure.
+ * cycles about the means. The spread measures the noise, and the correlation of the noise between
+ * successive cycles, which occurs in the rounding errors of a motion that wanders slowly. Errors in
+ * step with the motion (rounding) do not show in the spread (rounding.h). Pure.
  *
  * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
 #ifndef HEXID_SPECTRUM_H
@@ -22,8 +21,8 @@ struct spectrum {
     int harmonics;               /* number of harmonics: fewer than SPECTRUM_HARMONICS if the
                                   * sampling is slow */
     int cycles;                  /* number of averaged cycles; 0 for a segment */
-    double speed_gain;           /* for a segment: standard deviation of a leg's speed divided by
-                                  * that of a sample's length, 1/s */
+    double speed_gain;           /* for a segment: standard deviation of a leg's speed for one unit
+                                  * of the noise of a sample's length, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the
@@ -46,28 +45,28 @@ typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
 bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, enum cycles which);
 
 /* Fits a Fourier series to any motion by least squares, over the samples with from_s <= t <=
- * until_s; choose 2 pi / omega > until_s - from_s, so that the ends need not match. inverse: of the
- * normal equations; a coefficient's std is the samples' noise times the square root of its
- * diagonal. False: too few good samples, or a gap. */
+ * until_s. Choose 2 pi / omega > until_s - from_s, so that the ends need not match. inverse:
+ * inverse of the normal equations; a coefficient's std is the samples' noise times the square root
+ * of its diagonal. False: too few good samples, or a gap. */
 bool spectrum_cut(struct spectrum *s, const struct recording_test *test, double from_s, double until_s, double omega,
                   double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]);
 
 /* Longest time without a good sample between from_s and until_s, s. */
 double spectrum_gap(const struct recording_test *test, double from_s, double until_s);
 
-/* Values of one channel in a sample, one per leg. */
+/* Values of one channel in a sample, one for each leg. */
 const double *spectrum_channel(const struct recording_sample *sample, enum channel channel);
 
 /* Fourier basis at a phase: [1, sin phase, cos phase, sin 2 phase, ...], 1 + 2 harmonics values. */
 void spectrum_basis(double phase, int harmonics, double *basis);
 
 /* Value of a coefficient row and its first two derivatives in time. spectrum_at takes the instant
- * as a Fourier basis of at least so many harmonics, spectrum_value as a test time. */
+ * as a Fourier basis of at least `harmonics` harmonics, spectrum_value as a test time. */
 void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]);
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
-/* Standard deviation of a leg's speed in the mean cycle of so many harmonics, m/s. A segment is
- * taken with all its harmonics. */
+/* Standard deviation of a leg's speed, m/s, in a mean cycle of `harmonics` harmonics. For a segment
+ * all its harmonics count. */
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics);
 
 #endif

@@ -9,10 +9,11 @@
 
 /* Coordinates of a leg's two joints, which are the keys of geometry_error. */
 enum { COORDINATES = JOINT_COORDINATES / LEGS };
-/* Standard deviation of a leg's own lag or pipe about the common one, as a share of that one's. */
+/* Standard deviation by which a leg's lag or pipe differs from the value common to all legs, as a
+ * share of the common value's standard deviation. */
 static const double REST = 0.5;
 
-static const double NO_ERROR = 1e-12; /* smaller tolerances count as none */
+static const double NO_ERROR = 1e-12; /* a smaller tolerance counts as 0 */
 
 extern const struct effect geometry_error;
 
@@ -104,17 +105,17 @@ static void add_to_sensors(const double error[SYSTEMATICS], struct machine *m) {
         m->sensors.force[k].lag_s += lag_s;
         m->sensors.length[k].scale *= 1.0 + gain;
         m->sensors.length[k].offset += error[SYSTEMATIC_LENGTH_ZERO + k] - gain * m->bodies.neutral_length_m[k];
-        /* Only the difference of the delays matters, and dry friction goes by the lengths as they
-         * are read; therefore the pressures are moved. */
+        /* Only the difference of the delays matters. The pressures are moved, because dry friction
+         * is computed from the lengths as they are read. */
         m->sensors.p1[k].delay_s -= error[SYSTEMATIC_SKEW];
         m->sensors.p2[k].delay_s -= error[SYSTEMATIC_SKEW];
         m->sensors.force[k].delay_s -= error[SYSTEMATIC_SKEW];
     }
 }
 
-/* Finds the pressure in a chamber from that at the other end of its pipe. With the flow q = A v + C
- * dP/dt into the chamber, the gauge shows P + R q + I dq/dt. rate: flow by the piston's motion as a
- * series, A v. */
+/* Finds the pressure in a chamber from the pressure at the other end of its pipe. With the flow q =
+ * A v + C dP/dt into the chamber, the gauge reads P + R q + I dq/dt. flow: part A v of the flow, by
+ * the piston's motion, as a series. */
 static void through_pipe(const struct residual_test *t, double inertance, double resistance, double capacitance, const double *flow,
                          double *pressure) {
     for (int h = 1; h <= t->spectrum.harmonics; h++) {

@@ -1,14 +1,15 @@
 /* Systematic errors of a machine's sensors and drawing. Nobody knows them, and each is therefore an
- * unknown of every estimate from measured motion, with a normal prior of mean zero. Its standard
- * deviation is stated in model.tolerance; 0 says that there is no such error, and sensors that are
- * exact (sensors.enabled false) have none.
+ * unknown of every estimate from measured motion, with a normal prior of mean zero. The standard
+ * deviation of the prior is stated in model.tolerance; 0 means that there is no such error, and
+ * sensors that are exact (sensors.enabled false) have none.
  *
- *   gain   reading = gain times pressure, each sensor; a force sensor takes the place of P1's
- *   length reading = length + zero + gain (length - neutral length), each leg
- *   skew   lengths are older than pressures by so much, common to all legs
- *   lag    readings of pressures follow in first order; one for all, and a rest for each leg
- *   pipe   oil in front of the chambers, behind the pressure sensors; one length for all, and a
- *          rest for each leg
+ *   gain   reading = gain times pressure, for each sensor; a force sensor takes the place of P1's
+ *   length reading = length + zero + gain (length - neutral length), for each leg
+ *   skew   age of the lengths less age of the pressures, one value for all legs
+ *   lag    first-order lag of the pressure readings: one value common to all legs, and a
+ *          difference for each leg
+ *   pipe   length of the oil column between pressure sensor and chamber: one value common to all
+ *          legs, and a difference for each leg
  *   joint  coordinates of the joints; model.tolerance.joints_m is their greatest error, uniform
  *
  * The zero of a pressure is no unknown, because a constant force of a leg is part of its dry
@@ -52,7 +53,7 @@ void systematic_exclude(struct tolerance_params *tolerance);
 /* True if this error changes the measured motion or the joints, and not just the leg forces. */
 bool systematic_moves(int error);
 
-/* Families of errors that users are shown: their names, and the family of an error. */
+/* Families of errors as they are shown to users: their names, and the family of an error. */
 enum systematic_family {
     FAMILY_PRESSURE_GAINS,
     FAMILY_LENGTH_GAINS,
@@ -64,7 +65,7 @@ enum systematic_family {
     FAMILIES
 };
 /* Words of a family: its name, the key of model.tolerance that states its prior, and the unit that
- * people read, with the number of these units in an SI unit. */
+ * is shown, with the number of these units in an SI unit. */
 struct systematic_words {
     const char *name, *key, *unit;
     double scale;
@@ -79,16 +80,16 @@ void systematic_name(int error, char name[SYSTEMATIC_NAME]);
 /* Moves the joints of a machine by the errors of its drawing. */
 void systematic_joints(const double error[SYSTEMATICS], struct params *machine);
 
-/* Finds a test's series with these errors of the sensors undone; pressures become those in the
- * chambers. m: the machine that the series belong to, without such errors. */
+/* Finds a test's series with these errors of the sensors undone; pressures become the pressures in
+ * the chambers. m: the machine that the series belong to, without such errors. */
 void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows);
 
-/* Mass along a leg that the oil in one metre of its pipes stands for, kg/m. */
+/* Mass along a leg that is equivalent to the oil in one metre of its pipes, kg/m. */
 double systematic_pipe_mass(const struct cylinder_model *m, int leg);
 
 /* Relative change of a chamber's pressure for one metre of pipe, divided by the square of the
- * frequency, s^2/m: the pressure behind the pipe is the larger, the faster it varies. length_m:
- * of the leg. */
+ * frequency, s^2/m: the faster the pressure varies, the larger it is behind the pipe. length_m:
+ * length of the leg. */
 double systematic_pipe_gain(const struct cylinder_model *m, int leg, int port, double length_m);
 
 #endif

@@ -10,13 +10,13 @@
 #include "units.h"
 
 /* Factor on the model error of mean pressures. The commands' noise is averaged away here, but a
- * real spool rectifies it where it passes zero. */
+ * real spool rectifies it where it crosses zero. */
 static const double STATIC_ERROR = 3.0;
 static const double UNSTEADY = 10.0; /* the state is unsteady if a mean pressure changes from cycle
                                       * to cycle by more than this times its noise */
 static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor, as a share of its
-                                                * variation: class 0.5; a drive knows its motor's
-                                                * constant no better */
+                                                * variation: class 0.5; the motor constant of a
+                                                * drive is known no better */
 
 /* Replaces the lower triangle of the covariance C by the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {
@@ -38,8 +38,8 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
     }
 }
 
-/* Pressure changes per change of a leg's length at this frequency, for two stiff volumes with a
- * leak between them and valve flows as recorded. */
+/* Pressure changes for one unit of change of a leg's length at this frequency, for two stiff
+ * volumes with a leak between them and valve flows as recorded. */
 static void stiffness(const struct cylinder_leg *leg, const double volume_m3[2], double rate_radps, double complex pa_per_m[2]) {
     double complex rate = CMPLX(0.0, rate_radps), leak = leg->leakage_m3_per_s_pa;
     double complex one = rate * volume_m3[PORT_A] / leg->bulk_modulus_pa + leak,
@@ -49,9 +49,9 @@ static void stiffness(const struct cylinder_leg *leg, const double volume_m3[2],
     pa_per_m[PORT_B] = rate_radps > 0.0 ? rate * (leg->a1_m2 * leak - leg->a2_m2 * one) / both : 0.0;
 }
 
-/* Mean square change of a mean pressure from cycle to cycle beyond that of its noise. A chamber
- * whose valve stays shut keeps its oil for seconds, and no steady state determines how much that
- * is. */
+/* Variance of a cycle's mean pressure about its drift, less the most that still counts as noise
+ * (UNSTEADY); 0 if it is no more. A chamber whose valve stays shut keeps its oil for seconds, and
+ * no steady state determines how much that is. */
 static double wander(const struct spectrum *s, enum channel channel, int leg, int samples) {
     return fmax(square(s->std[channel][leg][0]) * s->cycles - square(UNSTEADY * s->noise[channel][leg]) / samples, 0.0);
 }
@@ -117,8 +117,8 @@ void whiten_force_std(const struct residual_test *t, const struct params *model,
     }
 }
 
-/* Mean square deviation of a sinusoid of random phase from its chord, divided by the sinusoid's
- * mean square and radians^4. The chord's ends are so many radians apart. */
+/* Mean square deviation of a sinusoid of random phase from a chord that spans `radians` of it,
+ * divided by the sinusoid's mean square and by radians^4. */
 static double off_line(double radians) {
     if (radians < 0.3) return 1.0 / 120.0;
     double c = cos(radians);

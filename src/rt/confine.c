@@ -68,7 +68,7 @@ static int allow_always(scmp_filter_ctx filter) {
         SCMP_SYS(sched_getaffinity),
         /* signals */
         SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(rt_sigtimedwait), SCMP_SYS(sigaltstack),
-        /* SAFETY: for a thread that is just starting; glibc ends the process if these fail */
+        /* SAFETY: calls of a thread that is just starting; glibc ends the process if they fail */
         SCMP_SYS(rseq), SCMP_SYS(set_robust_list),
         /* this process */
         SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getrandom), SCMP_SYS(brk), SCMP_SYS(munlockall), SCMP_SYS(capset), SCMP_SYS(exit),
@@ -129,7 +129,7 @@ static int allow_reconnecting(scmp_filter_ctx filter) {
     if (!failed)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
-    if (!failed) /* with these flags libmodbus opens a serial device */
+    if (!failed) /* libmodbus opens a serial device with these flags */
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
     return failed;
@@ -152,7 +152,7 @@ static int allow_can(scmp_filter_ctx filter) {
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
-    /* options that make the filter faster; it may work without them */
+    /* these options only make the filter faster, so a failure is ignored */
     if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);

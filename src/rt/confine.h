@@ -6,10 +6,10 @@
  * a platform.
  *
  * Allowed in all threads: reading and writing open descriptors, accepting connections on listening
- * sockets, waiting, telling the time, memory that is not executable, signals to this process, and
- * exit; creating the temporary file beside the result, renaming or linking it to the result and
- * removing it (output.h), by two paths in memory that can no longer be written, unmapped or
- * replaced. For a back-end that reconnects: connecting internet sockets, reading files (the
+ * sockets, waiting, reading the clock, memory that is not executable, signals to this process, and
+ * exit. Also allowed: creating the temporary file beside the result, renaming or linking it to the
+ * result and removing it (output.h), by two paths in memory that can no longer be written, unmapped
+ * or replaced. For a back-end that reconnects: connecting internet sockets, reading files (the
  * resolver's), opening a serial device, and SCHED_FIFO for its thread; for one that reopens a CAN
  * socket: opening it, and asking for the interface's index and state. Everything else is denied:
  * programs, new threads, other files, sockets and processes, mounts, users, modules.
@@ -37,8 +37,8 @@ struct confinement {
  * process is not confined. */
 int confine(const struct confinement *c, struct error *error);
 
-/* Drops all capabilities of the calling thread, because no system call drops those of other
- * threads. Threads that do not call it keep theirs, but the filter denies the calls that need them.
+/* Drops all capabilities of the calling thread, because no system call drops another thread's.
+ * Threads that do not call it keep theirs, but the filter denies the calls that need them.
  * SCHED_FIFO and locked memory stay. RT: one system call. */
 void confine_thread(void);
 

@@ -1,23 +1,27 @@
 #include "loop.h"
 
+#include <math.h>
 #include <string.h>
 #include <strings.h>
 
 #include "confine.h"
 #include "crash.h"
+#include "gains.h"
 #include "params.h"
 #include "thread.h"
 #include "units.h"
 
-/* True if the loop was told to end or an automatic run is over, and the valves no longer hold the
- * platform up. After `abort` it is true at once. */
+enum { TRIES = 1000 };
+
+/* True if the loop was told to end or an automatic run is over, and the valves no longer drive the
+ * platform. After `abort` it is true at once. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
     return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_powers(l->platform.supervisor.state);
 }
 
-/* Handles missed deadlines. Returns how many commands the machine missed; on a paced clock none,
+/* Handles missed deadlines. Returns how many commands the machine missed; 0 on a paced clock,
  * because time is stretched instead. */
 static int64_t overrun(struct loop *l, int64_t late_ns) {
     int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = late_ns / period_ns;
@@ -33,6 +37,8 @@ static int64_t overrun(struct loop *l, int64_t late_ns) {
 /* SAFETY: once told to end, the loop ignores other requests and parks the platform. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
+    /* gains that are just being written belong to a later request; none is no gain */
+    if (request.command == COMMAND_SET && !gains_box_get(&l->gains, &request.gains)) request.gains = (struct gains){.value = {(double)NAN}};
     if (atomic_load_explicit(&l->quit, memory_order_acquire)) request.command = COMMAND_PARK;
     return request;
 }
@@ -57,8 +63,23 @@ uint64_t loop_acted_word(const struct loop_acted *a) {
            (uint64_t)a->stopped << 1 | a->taken;
 }
 
+static void tell_gains(struct loop *l) {
+    struct gains gains = gains_of(&l->platform.control), told;
+    if (!gains_box_get(&l->present, &told) || !gains_equal(&gains, &told)) gains_box_put(&l->present, &gains);
+}
+
+struct gains loop_gains(const struct loop *l) {
+    struct gains gains;
+    /* SAFETY: the thread of the stops does not wait: the loop writes in a few instructions, and
+     * values of two writes are at worst refused */
+    for (int i = 0; i < TRIES && !gains_box_get(&l->present, &gains); i++) continue;
+    return gains;
+}
+
 static void tell_acted(struct loop *l) {
     const struct platform *p = &l->platform;
+    tell_gains(l); /* first, so that a thread that sees the request as processed also sees the gains
+                    * that it has set */
     struct loop_acted acted = {.request_id = p->supervisor.request_id,
                                .taken = p->request_taken,
                                .stopped = p->stopping,
@@ -127,7 +148,9 @@ int loop_init(struct loop *l, const struct params *params, struct hal *hal, stru
     l->records = records;
     clock_start(&l->clock, clock);
     sem_init(&l->started, 0, 0);
-    return platform_init(&l->platform, params, error);
+    int status = platform_init(&l->platform, params, error);
+    tell_gains(l);
+    return status;
 }
 
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error) {

@@ -3,14 +3,14 @@
  *
  * An overrun is a cycle that begins a whole period or more after its deadline. On the real clock
  * missed cycles are skipped, never caught up in a burst: the next deadline is the next one of the
- * original grid, the late cycle's sample carries SAMPLE_OVERRUN (so the identifier excludes it),
- * and loop.overrun_limit deadlines missed in a row are a fault. On the paced clock an overrun is
- * the host's delay, which the machine does not see: time stretches by the periods missed. The
- * reference counts cycles, so it never jumps.
+ * original grid. The late cycle's sample has the flag SAMPLE_OVERRUN, by which the identifier
+ * excludes it, and loop.overrun_limit deadlines missed in a row are a fault. On the paced clock an
+ * overrun is the host's delay, which the machine does not see: time stretches by the periods
+ * missed. The reference counts cycles, so it never jumps.
  *
- * The record ring: on the real clock a full ring loses the record (counted, and visible as a gap
- * in seq), never the deadline; on the other clocks the loop waits for room, so that only an
- * abort loses records. */
+ * The record ring: on the real clock, if the ring is full, the record is lost (counted, and visible
+ * as a gap in seq) and the deadline is kept. On the other clocks the loop waits for room, so that
+ * only an abort loses records. */
 #ifndef HEXID_LOOP_H
 #define HEXID_LOOP_H
 
@@ -29,6 +29,8 @@ struct loop {
     struct hal *hal;
     struct ring *records;            /* records (struct cycle) from the loop to the recorder */
     struct mailbox requests;         /* requests from any thread to the loop */
+    struct gains_box gains;          /* new gains, from the operator's thread */
+    struct gains_box present;        /* present gains; set by the loop */
     _Atomic bool quit;         /* the loop is to park and end; set by any thread with loop_quit() */
     _Atomic bool abort;        /* the loop is to centre the valves and end now; set by any thread */
     _Atomic bool ended;              /* the last record is in the ring; set by the loop */
@@ -65,6 +67,9 @@ struct loop_acted {
     uint32_t first_fault;        /* the first latched fault, one of FAULT_...; 0: none is latched */
 };
 struct loop_acted loop_acted(const struct loop *l);
+
+/* The gains with which the loop drives. Any thread but the loop's. */
+struct gains loop_gains(const struct loop *l);
 
 /* Packs struct loop_acted in a word, for tests that act as the loop. Pure, RT. */
 uint64_t loop_acted_word(const struct loop_acted *acted);

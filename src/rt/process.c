@@ -48,8 +48,8 @@ static void raise_limit(int resource, rlim_t wanted) {
     setrlimit(resource, &limit);
 }
 
-/* Checks that a limit is at least `least`. unit: size of the message's unit, because the kernel
- * counts stacks in bytes. */
+/* Checks that a limit is at least `least`. unit: number of the kernel's units in one of the
+ * message's: 1024 for kB of stack, which the kernel counts in bytes. */
 static int need(int resource, rlim_t least, rlim_t unit, const char *what, const char *remedy, struct error *error) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= least) return STATUS_OK;

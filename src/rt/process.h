@@ -26,7 +26,7 @@
 
 enum {
     PROCESS_STACK = 8 << 20, /* bytes of stack; `hexid gap` needs the most, but less than this
-                              * (stack.sh) */
+                              * (stacks.py) */
     PROCESS_FILES = 128,     /* a run opens fewer than 32 descriptors, and 66 more for clients of
                               * `hexid command` */
 };

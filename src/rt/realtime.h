@@ -20,8 +20,8 @@ void realtime_heap(void);
  * log. */
 int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error);
 
-/* Sets SCHED_FIFO for the calling thread, with a priority `below` that of the loop; if refused,
- * the thread continues unchanged. */
+/* Sets SCHED_FIFO for the calling thread, with a priority lower than the loop's by `below`; if
+ * refused, the thread continues unchanged. */
 void realtime_follow(const struct loop_params *params, int below);
 
 /* Unlocks the memory of the whole process: once nothing is driven, the remaining work may need

@@ -60,8 +60,8 @@ static int64_t now_ns(void) {
     return (int64_t)t.tv_sec * NS_PER_S + t.tv_nsec;
 }
 
-/* The linker redirects the engine's calls of dWorldStep to this, which measures its share of a
- * simulated step within the step itself. */
+/* The linker redirects the engine's calls of dWorldStep here. Both times, of this call and of the
+ * whole step, come from the same run, so that their ratio is exact. */
 typedef struct dxWorld *dWorldID;
 int __real_dWorldStep(dWorldID world, double dt_s);
 int __wrap_dWorldStep(dWorldID world, double dt_s);
@@ -109,7 +109,8 @@ static void step_plant(struct work *w, int i) {
 }
 
 /* Runs the daemon's own loop on the simulation, so the recorded cycles contain everything that a
- * run needs up to its test. The closed form supplies every engine's commands, ten times as fast. */
+ * run needs up to its test. The commands for the benchmarks of all engines come from the
+ * closed-form engine, which is ten times as fast. */
 static void record(struct work *w, int cycles) {
     static struct loop loop;
     struct hal *hal;
@@ -197,7 +198,7 @@ static void measured_ident(struct work *w) {
     ident_end(&w->ident);
 }
 
-/* Six results of a machine with the nominal matrix and no friction. */
+/* Makes six results of a machine with the nominal matrix and no friction. */
 static void prepare_solve(struct work *w) {
     prepare_ident(w);
     struct identification *r = &w->ident.result;

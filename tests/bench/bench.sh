@@ -1,8 +1,8 @@
 #!/bin/bash
 # `make bench`: what every part of a cycle costs, in time and in instructions, and how the loop compares with the bare machine.
 #     bench.sh BUILD
-# Prints tables and writes BUILD/bench.csv, whose first line says the build. No figure is judged: on a shared machine only ratios, medians
-# and instructions mean something. What could not be measured ends it with an error. Environment, for a short form: RUNS=15, SHARE=1 (of the
+# Prints tables and writes BUILD/bench.csv, whose first line names the build. No figure is judged: on a shared machine only ratios, medians
+# and instructions mean something. A figure that cannot be measured ends it with an error. Environment, for a short form: RUNS=15, SHARE=1 (of the
 # plant's cycles), SECONDS_OF="5 60 600" (tests that identify is timed on), TURNS=4 (beside cyclictest, 14 s each).
 set -uo pipefail
 shopt -s lastpipe # an error in a row's pipeline ends the script
@@ -50,7 +50,7 @@ row() {
 }
 title() { printf '\n%-40s %10s %10s %10s  %-6s %12s\n' "$1" median p10 p90 unit "$2"; }
 
-# instructions NAME: instructions of one operation.
+# instructions NAME: prints the instructions of one operation.
 instructions() {
     local collected operations
     operations=$(valgrind --tool=callgrind --instr-atstart=no --toggle-collect='measured_*' --callgrind-out-file=/dev/null \
@@ -75,7 +75,8 @@ for name in $(grep sim_step_ode <<<"$names"); do
     awk '{ print $3 }' "$work/$name" | row "${name/step/over_dWorldStep}" x 1 ""
 done
 
-# Six tests; closed form, because ten hours of rigid bodies are not the subject. The first reading warms the cache.
+# Logs of six tests each. They come from the closed-form engine, because the simulation is not timed here. The first reading warms the
+# cache.
 title "hexid identify LOG (warm cache)" "max RSS"
 for seconds in $lengths; do
     log=$work/$seconds.lcm
@@ -94,7 +95,7 @@ for seconds in $lengths; do
     rm -f "$log"
 done
 
-# Real time against the bare machine, in turns, so that both see the same minutes. `make bench-rt` measures all of it.
+# Compares the loop in real time with the bare machine, in turns, so that both run in the same minutes. `make bench-rt` measures all of it.
 if ((turns == 0)) || ! chrt -f 80 true 2>/dev/null; then
     printf '\nthe loop against cyclictest: left out, %s\n' "$( ((turns)) && echo 'this user has no SCHED_FIFO: run as root' || echo 'TURNS=0')"
 else

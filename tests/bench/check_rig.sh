@@ -10,4 +10,7 @@ claim "no seed is no table" fails springs 0
 sensors() { python3 tests/ident/real_sensors.py --machines "$1" --row as_modelled --recordings "$work/sensors"; }
 claim "make bench-sensors has its row with every figure" table 6 as_modelled sensors 1
 claim "no machine is no table" fails sensors 0
+faults() { tests/ident/random_faults.py --recordings "$work/sensors" --row as_modelled --machines 1 --faults "$1"; }
+claim "make bench-faults counts its draws" faults 6
+claim "no fault is no figure" fails faults 0
 claim "nor is a hexid that does nothing" fails env HEXID="$work/empty/hexid" python3 tests/ident/real_sensors.py --machines 1 --row as_modelled

@@ -1,7 +1,7 @@
 /* The control laws side by side on the simulated machine (ODE, with its sensors): six sines at 2,
- * 4, 8 and 12 Hz, without and with 100 N of dry friction in each cylinder, driven by the PID as
- * shipped and by the law `model` with what it may know of the payload. Prints the tables of
- * docs/validation.md; a cell is the worst of six tests:
+ * 4, 8 and 12 Hz, without and with 100 N of dry friction in each cylinder. They are driven by the
+ * PID as shipped, and by the law `model` with different knowledge of the payload. Prints the tables
+ * of docs/validation.md; a cell is the worst of six tests:
  *
  *     amplitude error, % / phase, deg / unwanted motion, % / rms distance of the true pose, mm */
 #include <math.h>
@@ -12,6 +12,7 @@
 #include "config.h"
 #include "failure.h"
 #include "ident.h"
+#include "machine_found.h"
 #include "method_c.h"
 #include "params.h"
 #include "payload.h"
@@ -45,20 +46,32 @@ static void configure(struct params *p, double dry_n) {
     if (dry_n > 0.0) rub(p, all_n, all_n);
 }
 
-/* A run of the paper's tests under the PID, identified. */
+/* A run of the paper's tests under the PID, identified with the configuration `wrong`. */
 struct found {
     struct ident ident;
     struct recording recording;
     struct method_c c;
+    struct machine_found written; /* what `hexid identify --model` writes */
 };
 
-static void identify(const struct params *machine, struct found *f) {
+static void solve(const struct params *wrong, struct found *f) {
+    struct error error;
+    struct equations *equations = malloc(sizeof *equations);
+    struct estimate *estimate = malloc(sizeof *estimate);
+    if (recording_check(&f->recording, &error) || method_c_equations(&f->recording, equations, &error) ||
+        method_c_solve(equations, wrong, estimate, &f->c, &error))
+        fail("not identified");
+    machine_found(wrong, &f->c, estimate, &f->written);
+    free(equations), free(estimate);
+}
+
+static void identify(const struct params *machine, const struct params *wrong, struct found *f) {
     struct error error;
     struct plant *plant = plant_create(machine, 1, &error);
     struct platform *platform = calloc(1, sizeof *platform);
     struct cycle c = {0};
-    if (!plant || !platform || platform_init(platform, machine, &error) || ident_init(&f->ident, machine, &error)) fail(error.text);
-    recording_init(&f->recording, machine);
+    if (!plant || !platform || platform_init(platform, wrong, &error) || ident_init(&f->ident, wrong, &error)) fail(error.text);
+    recording_init(&f->recording, wrong);
     for (int64_t i = 0; c.state != STATE_PARKING && c.state != STATE_FAULT; i++) {
         struct hal_sample sample = {.time_ns = ns_from_seconds((double)i * machine->loop.period_s), .device_seq = (uint64_t)i + 1};
         plant_measure(plant, &sample);
@@ -68,12 +81,13 @@ static void identify(const struct params *machine, struct found *f) {
         plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
     }
     ident_end(&f->ident);
-    if (!ident_solve(&f->ident) || recording_check(&f->recording, &error) || method_c(&f->recording, &f->c, &error)) fail("not identified");
+    if (!ident_solve(&f->ident)) fail("not identified");
+    solve(wrong, f);
     plant_destroy(plant);
     free(platform);
 }
 
-/* Takes the payload from a matrix whose entries are all alike in their deviation. */
+/* Takes the payload from a matrix; all entries get the same relative standard deviation. */
 static void take_matrix(struct params *p, const double mt[DOFS][DOFS]) {
     struct kinematics k;
     struct error error;
@@ -88,35 +102,30 @@ static void take_matrix(struct params *p, const double mt[DOFS][DOFS]) {
     if (!found.whole) fail("the matrix has no payload");
     const double *v = found.nearest, *inertia = &v[PAYLOAD_INERTIA];
     p->payload.mass_kg = v[PAYLOAD_MASS];
-    /* the centre moves, and with it the origin of {M}: the sines are then about another point, so
-     * it is left where it is */
+    /* The mass centre stays as configured: it is the origin of {M}, and with another origin the
+     * sines would be about another point. */
     p->payload.inertia_xx_kg_m2 = inertia[0], p->payload.inertia_yy_kg_m2 = inertia[1], p->payload.inertia_zz_kg_m2 = inertia[2];
     p->payload.inertia_xy_kg_m2 = inertia[3], p->payload.inertia_xz_kg_m2 = inertia[4], p->payload.inertia_yz_kg_m2 = inertia[5];
 }
 
-static void take_friction(struct params *p, const struct method_c *c) {
-    double extend_n[LEGS], retract_n[LEGS];
-    for (int leg = 0; leg < LEGS; leg++) {
-        if (isfinite(c->viscous[leg])) p->hydraulics.viscous_n_s_per_m[leg] = c->viscous[leg];
-        extend_n[leg] = fmax(isfinite(c->dry[leg][0]) ? c->dry[leg][0] : 0.0, 0.0);
-        retract_n[leg] = fmax(isfinite(c->dry[leg][1]) ? c->dry[leg][1] : 0.0, 0.0);
-    }
-    rub(p, extend_n, retract_n);
+enum driver { BY_PID, BY_WRONG, BY_METHOD_A, BY_FOUND, BY_TRUTH, DRIVERS };
+static const char *const driver_names[DRIVERS] = {"PID as shipped", "model, payload 30 % too light", "model, method A's matrix",
+                                                  "model, as identify --model wrote it", "model, the truth"};
+
+/* The configuration with a payload that is 30 % too light, and without dry friction. */
+static void make_wrong(struct params *p, const struct params *machine) {
+    struct payload_params *load = &p->payload;
+    *p = *machine;
+    p->effects[effect_find("cylinder_coulomb_friction")].on = false;
+    load->mass_kg *= 0.7, load->inertia_xx_kg_m2 *= 0.7, load->inertia_yy_kg_m2 *= 0.7, load->inertia_zz_kg_m2 *= 0.7;
 }
 
-enum driver { BY_PID, BY_WRONG, BY_METHOD_A, BY_METHOD_C, BY_TRUTH, DRIVERS };
-static const char *const driver_names[DRIVERS] = {"PID as shipped", "model, payload 30 % too light", "model, method A's matrix",
-                                                  "model, method C's matrix and friction", "model, the truth"};
-
 static void make_driver(struct params *p, enum driver driver, const struct params *machine, const struct found *found) {
-    *p = *machine;
+    if (driver == BY_FOUND) *p = found->written.params;
+    else if (driver == BY_TRUTH || driver == BY_PID) *p = *machine;
+    else make_wrong(p, machine);
     p->control.law = driver == BY_PID ? CONTROL_PID : CONTROL_MODEL;
-    if (driver != BY_TRUTH) p->effects[effect_find("cylinder_coulomb_friction")].on = false;
-    struct payload_params *load = &p->payload;
-    if (driver == BY_WRONG)
-        load->mass_kg *= 0.7, load->inertia_xx_kg_m2 *= 0.7, load->inertia_yy_kg_m2 *= 0.7, load->inertia_zz_kg_m2 *= 0.7;
     if (driver == BY_METHOD_A) take_matrix(p, found->ident.result.method_a.mt);
-    if (driver == BY_METHOD_C) take_matrix(p, found->c.matrix.mt), take_friction(p, &found->c);
 }
 
 static void cell(const struct params *machine, const struct params *controller, int rate) {
@@ -138,15 +147,16 @@ static void cell(const struct params *machine, const struct params *controller, 
     fflush(stdout);
 }
 
-/* With an argument: that frequency alone, without dry friction. */
+/* An argument selects one frequency, without dry friction. */
 int main(int argc, char **argv) {
-    static struct params machine, controller;
+    static struct params machine, wrong, controller;
     static struct found found;
     double only_hz = argc > 1 ? atof(argv[1]) : 0.0;
     printf("hexid %s\n", version);
     for (int friction = 0; friction < (only_hz > 0.0 ? 1 : FRICTIONS); friction++) {
         configure(&machine, DRY_N[friction]);
-        identify(&machine, &found);
+        make_wrong(&wrong, &machine);
+        identify(&machine, &wrong, &found);
         printf("\n| %g N of dry friction |", DRY_N[friction]);
         for (int rate = 0; rate < RATES; rate++)
             if (!(only_hz > 0.0) || HZ[rate] == only_hz) printf(" %g Hz |", HZ[rate]);

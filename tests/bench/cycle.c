@@ -31,7 +31,7 @@ static void configure(struct params *p) {
     if (config_load(p, NULL, settings, sizeof settings / sizeof *settings, &error)) fail(error.text);
 }
 
-/* The loop's cycle; only platform_step() is counted. */
+/* Runs one cycle of the loop; only platform_step() is counted. */
 static bool step(struct platform *platform, struct hal *hal, int64_t now_ns, int i) {
     struct hal_sample sample = {0};
     struct cycle c;

@@ -6,7 +6,7 @@ cd "$(dirname "$0")/../.." || exit 1
 modules=${*:-platform search residual method_c csv_map operator can_master cylinder gap_text frequency}
 TIMEFORMAT='%U %S'
 for module in $modules; do
-    make check T="$module" >/dev/null || exit # what an earlier change left to build
+    make check T="$module" >/dev/null || exit # builds what an earlier change left unbuilt
 done
 for module in "" $modules; do
     [ -z "$module" ] || touch -c {src/*,hal,sim}/"$module".c 2>/dev/null

@@ -13,7 +13,7 @@ def fail(text): raise SystemExit("%s: %s" % (os.path.basename(sys.argv[0]), text
 
 
 def build():
-    """`hexid 0.9.0 (commit ...)` of the measured program."""
+    """Returns the version of the measured program, such as `hexid 0.9.0 (commit ...)`."""
     program = os.environ.get("HEXID", "build/hexid")
     try: said = subprocess.run([program, "--version"], capture_output=True, text=True).stdout.strip()
     except OSError as e: fail("%s: %s: `make` first, or set HEXID" % (program, e.strerror))
@@ -22,19 +22,19 @@ def build():
 
 
 def finite(value, what):
-    """Returns the value if it is a number."""
+    """Returns the value if it is a finite number; otherwise ends the benchmark."""
     if value is None or not math.isfinite(value): fail("%s: %s: nothing was measured" % (what, value))
     return value
 
 
 def enough(things, what):
-    """Returns the items if there is at least one."""
+    """Returns the items if there is at least one; otherwise ends the benchmark."""
     if not things: fail("%s: none: nothing was measured" % what)
     return things
 
 
 def row_faults(lines, count, name):
-    """Names the error of that row, or nothing."""
+    """Returns the error of that row, or nothing."""
     rows = [line[len(name):] for line in lines if re.match(re.escape(name) + r"(?![\w.])", line)]
     if len(rows) != 1: return "%s: %d rows" % (name, len(rows))
     numbers = [float(x) for x in NUMBER.findall(rows[0])]

@@ -5,11 +5,12 @@
  *
  * Runs HEXID once per case (viscous friction only; with 20..200 N of dry friction) with exact
  * sensors, then LEAST_SQUARES (tests/ident/least_squares.py) on the same logs, one process per
- * core; leaves the JSON of both in OUT and compares them. hexid's errors are relative to the
- * nominal matrix of its configuration, the paper's to the paper's: its inputs are rounded and its
- * hydraulics and controller are not printed (docs/method.md). No figure passes or fails here, but
- * a NaN from hexid ends the benchmark with an error. Each table starts with its build,
- * `# hexid ...`. */
+ * core. Leaves the JSON of both in OUT and compares them. hexid's errors are relative to the
+ * nominal matrix of its configuration, the paper's errors to the paper's own matrix, because the
+ * paper's inputs are rounded and its hydraulics and controller are not printed (docs/method.md). No
+ * figure passes or fails here, but a NaN from hexid ends the benchmark with an error. Each table
+ * starts with its build, `# hexid ...`.
+ * */
 #include <jansson.h>
 #include <math.h>
 #include <stdbool.h>
@@ -204,8 +205,8 @@ static FILE *begin(const char *out, const char *name, const char *title, const c
     return csv;
 }
 
-/* Tables 3 and 4: `value` and `error` are the paper's columns for each method, -1 if it has
- * none. */
+/* Prints table 3 or 4. `value` and `error` are the columns of the paper's table for each method, -1
+ * if the table has none. */
 static void print_methods(FILE *csv, const struct table *paper, const int value[METHODS], const int error[METHODS],
                           const struct result *r) {
     for (int i = 0; i < ENTRIES; i++) {
@@ -258,7 +259,8 @@ static void print_errors(const char *out, const char *title, int method, const s
     fclose(csv);
 }
 
-/* docs/method.md section 4: values from an independent simulation of the same machine. */
+/* Prints the errors that docs/method.md, section 4, expects, from an independent simulation of the
+ * same machine. */
 static void print_expected(const char *out, const struct result *r) {
     static const char *const expected[ENTRIES] = {"0.55", "0.55", "1.0", "4.4", "6.9", "1.2", "2-46", "2-46", "2-46", "2-46"};
     char path[400];

@@ -1,8 +1,9 @@
-/* Which effects the six tests can tell apart. For every effect at its typical size, on a machine
- * like the model, it prints z, the normalised signature that the base cannot absorb, and the share
- * of it that no other effect absorbs. With a file's name it writes CSV for tests/gap/score.py: the
- * strength of each effect at which z = 8 (0: no strength has so little), and the share of that z
- * that each other effect leaves. Effects named after the file are the only rows.
+/* Finds out which effects the six tests can tell apart. For every effect at its typical size, on a
+ * machine like the model, it prints z, the normalised signature that the base cannot absorb, and
+ * the share of z that no other effect absorbs. With a file's name it writes CSV for
+ * tests/gap/score.py: the strength of each effect at which z = 8 (0: z is larger at any strength),
+ * and the share of that z that each other effect leaves. Effects named after the file are the only
+ * rows.
  *
  *     signatures [FILE [EFFECT ...]]
  */
@@ -42,18 +43,18 @@ static void span_add(struct span *s, const double *column, double min, double ma
     s->min[s->count] = min, s->max[s->count++] = max;
 }
 
-/* Removes the span's part from the vector in place; returns the length of the rest. */
+/* Removes the span's part from the vector in place; returns the length of the remainder. */
 static double leave(const struct span *s, double *vector) {
     double x[FIT_VARIABLES];
     int values = d.fit.values;
     if (!fit_box(s->count, values, vector, s->column, NULL, s->min, s->max, x, NULL)) fail("the columns are singular");
     for (int i = 0; i < s->count; i++)
         for (int a = 0; a < values; a++) vector[a] += x[i] * s->column[i][a];
-    /* the held-out cycles are as many again */
+    /* the factor 2 adds the held-out cycles, which are as many */
     return sqrt(2.0 * fit_square(values, vector));
 }
 
-/* The base within its tolerance, except for directions parallel to the hypothesis. */
+/* Returns the changes of the base within its tolerance, except those parallel to the hypothesis. */
 static struct span base_span(const struct hypothesis *h) {
     struct span s = {0};
     for (int i = 0; i < d.variables; i++) {
@@ -64,8 +65,8 @@ static struct span base_span(const struct hypothesis *h) {
     return s;
 }
 
-/* Normalised change of the residual at this strength. Returns false if no machine can have that
- * strength. */
+/* Computes the normalised change of the residual at this strength. Returns false if no machine can
+ * have that strength. */
 static bool signature(int effect, double strength, double *vector) {
     struct params with = d.model;
     double *here = room((size_t)d.fit.values);
@@ -76,15 +77,16 @@ static bool signature(int effect, double strength, double *vector) {
     return possible;
 }
 
-/* Returns the z of the signature beside the base. */
+/* Returns z of the part of the signature that the base cannot absorb; HUGE_VAL if no machine can
+ * have that strength. */
 static double z_at(const struct hypothesis *h, double strength, double *vector) {
     struct span base = base_span(h);
     return signature(h->effect, strength, vector) ? leave(&base, vector) : HUGE_VAL;
 }
 
-/* Strength at which z = 8. The base absorbs changes within its tolerance, so z is not proportional
- * to the strength. Returns 0 if no strength has so little: the shortest hose acts as one of 0.2 m,
- * and air replaces the modulus of the base. */
+/* Returns the strength at which z = 8, or 0 if z is at least 8 at any strength: the shortest hose
+ * acts as one of 0.2 m, and air replaces the modulus of the base. The base absorbs changes within
+ * its tolerance, so z is not proportional to the strength. */
 static double detectable(const struct hypothesis *h, double *vector) {
     double low = 1e-5, high = 4.0, z = z_at(h, high, vector);
     if (z < 8.0) return high * 8.0 / z;
@@ -98,7 +100,7 @@ static double detectable(const struct hypothesis *h, double *vector) {
 }
 
 /* Adds the rival to the span, each key separately at its typical size and without bounds, so that
- * the rest is a lower bound for any law of its kind. */
+ * the remainder is a lower bound for any law of its kind. */
 static void add_rival(const struct hypothesis *h, double *place, struct span *s) {
     struct params at = d.model;
     size_t values = (size_t)d.fit.values;
@@ -111,8 +113,9 @@ static void add_rival(const struct hypothesis *h, double *place, struct span *s)
         if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0) span_add(s, place + (size_t)i * values, -1e300, 1e300);
 }
 
-/* Length of the signature's rest beside the base and each other effect, in all legs or in one, by
- * the other's place in the list. */
+/* For each hypothesis of another effect, in all legs or in one, sets left[] to the length of the
+ * signature that the base and that hypothesis together do not absorb; for the others, to
+ * INFINITY. */
 static void leave_beside(const struct hypothesis *all, int count, int of, const double *vector, double left[]) {
     size_t values = (size_t)d.fit.values;
     double *rest = room(values), *place = room(HYPOTHESIS_VARIABLES * values);
@@ -131,7 +134,8 @@ static void leave_beside(const struct hypothesis *all, int count, int of, const 
 
 static const char *name_of(int of) { return effect_table[hypothesis[of].effect]->name; }
 
-/* The effect, other than `but`, beside which least is left. */
+/* Returns the index of the hypothesis that leaves least of the signature, among the hypotheses of
+ * other effects than `but`. */
 static int least(const double left[], int count, int but) {
     int found = -1;
     for (int j = 0; j < count; j++)
@@ -139,7 +143,7 @@ static int least(const double left[], int count, int but) {
     return found;
 }
 
-/* For each other effect, the minimum over its basis functions. */
+/* Writes for each other effect the smallest share of z that one of its hypotheses leaves. */
 static void write_left(FILE *file, const double left[], int count, double z) {
     double share[EFFECTS_MAX];
     for (int e = 0; e < EFFECTS_MAX; e++) share[e] = INFINITY;
@@ -148,7 +152,7 @@ static void write_left(FILE *file, const double left[], int count, double z) {
         if (isfinite(share[e])) fprintf(file, "%s:%.3f ", effect_table[e]->name, share[e]);
 }
 
-/* Tells whether a row is wanted; all are if none is named. */
+/* True if the row of this effect is wanted: it is named, or no effect is. */
 static bool asked(const char *effect, int names, char **name) {
     for (int i = 0; i < names; i++)
         if (!strcmp(name[i], effect)) return true;

@@ -17,7 +17,8 @@ SIZES = {128 << 10: "COPY", 512 << 10: "REALTIME", 2 << 20: "IDENTIFY", 8 << 20:
 
 
 def resident(pid):
-    """(address, size, resident bytes) of the threads' stacks: anonymous, of these sizes, behind a guard page. size 0: the main thread's."""
+    """Yields (address, size, resident bytes) of the threads' stacks: anonymous, of these sizes, behind a guard page. Size 0 is the main
+    thread's."""
     guard_end = 0
     with open(f"/proc/{pid}/smaps", encoding="ascii") as smaps:
         for line in smaps:

@@ -46,7 +46,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         for (int i = 0; i < 2 * sent.count; i++) can_node_receive(&node[i % 2], &sent.frame[i / 2], now_ns, &q);
         can_master_sample(&master, &sample);
         can_condition_describe(can_master_condition(&master), &params, text, sizeof text);
-        for (int k = 0; k < 2; k++) /* SAFETY: the node's watchdog promise */
+        for (int k = 0; k < 2; k++) /* SAFETY: a node that is not operational has no output */
             if (can_node_output(&node[k]) != 0 && node[k].state != CAN_OPERATIONAL) __builtin_trap();
     }
     return 0;

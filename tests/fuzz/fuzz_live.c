@@ -36,7 +36,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (s.events) is_json(&s.event[s.events % LIVE_EVENTS]);
     for (int i = 0; i < LIVE_PLACES; i++)
         if (s.place[i].size) is_json(&s.place[i]);
-    s.machine = (struct json_text){0}; /* belongs to the new one */
+    s.machine = (struct json_text){0}; /* `fresh` owns that text */
     live_state_free(&s);
     return 0;
 }

@@ -69,8 +69,8 @@ static void results(const uint8_t *data, int size) {
     if (gap_decode(data, size, &g)) assert(within(g.verdict, data, size) && within(g.reason, data, size));
 }
 
-/* Text made printable is no longer than before, has no control characters, and stays unchanged when
- * made printable again. */
+/* Checks that text made printable is no longer than before, has no control characters, and stays
+ * unchanged when made printable again. */
 static void printable(const uint8_t *data, size_t size) {
     char text[200], out[sizeof text], again[sizeof text];
     size_t length = size < sizeof text ? size : sizeof text - 1;

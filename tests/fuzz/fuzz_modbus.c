@@ -1,7 +1,7 @@
-/* libFuzzer: a Modbus device's answers, through libmodbus and the register map to a reading; the
- * first two bytes, the transaction's number, are corrected, since nearly all inputs would end
- * there. And a client's requests: the same bytes as a stream, on TCP and on a serial line, through
- * the framing to the device's registers. */
+/* libFuzzer. The bytes are first a Modbus device's answer, which goes through libmodbus and the
+ * register map to a reading; its first two bytes, the transaction's number, are corrected, because
+ * nearly all inputs would be refused for them. Then they are a client's stream of requests, on TCP
+ * and on a serial line, which goes through the framing to the device's registers. */
 #include <arpa/inet.h>
 #include <assert.h>
 #include <math.h>
@@ -38,7 +38,7 @@ ssize_t send(int fd, const void *request, size_t size, int flags) {
     return write(next.device, next.data, next.size) == (ssize_t)next.size ? (ssize_t)size : -1;
 }
 
-/* For any register content, a reading is plausible or NaN. */
+/* Checks that a reading is plausible or NaN, whatever the registers contain. */
 static void look(const struct params *p, const struct modbus_reading *r) {
     for (int i = 0; i < LEGS; i++) {
         assert(isnan(r->length_m[i]) || (r->length_m[i] >= p->length_channel.low[i] && r->length_m[i] <= p->length_channel.high[i]));
@@ -47,8 +47,8 @@ static void look(const struct params *p, const struct modbus_reading *r) {
     }
 }
 
-/* Whatever is written, an unclaimed client moves nothing and the watchdog stays within its
- * bounds. */
+/* Sends a request. Checks that an unclaimed client moves nothing, and that the watchdog stays
+ * within its bounds. */
 static void ask(struct modbus_server *s, const struct modbus_peer *from, const struct adu *a, int64_t now_ns, bool serial) {
     /* exact size, so that a sanitizer sees an overrun */
     uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX], *exact = malloc(a->pdu_size);
@@ -67,7 +67,7 @@ static void ask(struct modbus_server *s, const struct modbus_peer *from, const s
         assert(!memcmp(s->registers + MODBUS_WATCHDOG_MS, before + MODBUS_WATCHDOG_MS, 2 * (MODBUS_SAMPLE - MODBUS_WATCHDOG_MS)));
 }
 
-/* The bytes arrive in segments whose sizes are taken from the bytes themselves. */
+/* Sends the bytes in segments whose sizes are taken from the bytes themselves. */
 static void stream(struct modbus_server *s, const uint8_t *data, size_t size, bool serial) {
     static const uint8_t claim[] = {FUNCTION_WRITE, 0, MODBUS_WATCHDOG_MS, 0, 3, 6, 0, 10, 0, 0, 0, 1};
     const struct modbus_peer peer[2] = {{.connection = !serial}, {.connection = serial ? 0 : 2}};
@@ -97,7 +97,7 @@ static void stream(struct modbus_server *s, const uint8_t *data, size_t size, bo
     }
 }
 
-/* All inputs share a machine; its registers are reset each time. */
+/* Sends requests to a server whose machine all inputs share; its registers are reset each time. */
 static void requests(struct params *params, const uint8_t *data, size_t size) {
     static struct device *device;
     struct error error;
@@ -110,7 +110,7 @@ static void requests(struct params *params, const uint8_t *data, size_t size) {
     }
 }
 
-/* A connection whose device is this process. */
+/* Opens a connection to a device that is this process. */
 static struct modbus_link *connected(int *device) {
     struct sockaddr_in address = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     socklen_t length = sizeof address;

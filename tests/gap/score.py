@@ -22,7 +22,7 @@ MOTION = os.environ.get("MOTION", "sines")
 FIELDS = score_report.FIELDS
 SIZES = {"typical": 1.0, "strong": 3.0}  # relative to the catalogue's typical size; "detectable": the likelihood ratio is z = 8
 
-# The base's own values, and effects whose parameters add to one or scale one: the search must find their sum or product.
+# Values of the base, and effects whose parameters are added to one of them or scale one: the search must find the sum or the product.
 BASE = {"payload.mass_kg": 178.6, "payload.inertia_xx_kg_m2": 13.6, "payload.inertia_yy_kg_m2": 13.6, "payload.inertia_zz_kg_m2": 23.92,
         "actuator.upper_mass_kg": 15.65, "actuator.lower_mass_kg": 52.48}
 EACH = {"hydraulics.viscous_n_s_per_m": 2000, "hydraulics.bulk_modulus_pa": 1e9, "hydraulics.leakage_m3_per_s_pa": 3e-11,
@@ -42,7 +42,7 @@ ALIKE = [{"payload_rotational_inertia", "external_stiffness"}, {"payload_mass", 
          {"actuator_inertia", "external_stiffness"}, {"position_sensor_scale", "position_sensor_offset"},
          {"geometry_error", "payload_center_of_mass"},
          {"geometry_error", "position_sensor_offset"}]  # moving a joint along a leg lengthens it, as a zero error of its sensor does
-RIVAL_Z = 4  # threshold of src/gap/search.c to tell two effects apart; below it an ambiguous set holds both
+RIVAL_Z = 4  # threshold of src/gap/search.c to distinguish two effects; below it an ambiguous set contains both
 
 
 def effects():
@@ -66,7 +66,7 @@ def base(r, series):
 
 
 def unlisted(r, name):
-    """Effects that the catalogue lacks (sim/surroundings.h)."""
+    """Draws an effect that the catalogue lacks (sim/surroundings.h)."""
     if name == "unknown_base_spring": return {"sim.base_hz": r.uniform(5, 8), "sim.base_mass_kg": r.uniform(800, 1500)}
     return {"sim.ripple_pa": r.uniform(2e5, 8e5), "sim.ripple_hz": 4 * r.randrange(8, 55) + r.uniform(1, 3)}
 
@@ -84,7 +84,7 @@ def detectable(): return {row["effect"]: float(row["strength"]) for row in signa
 
 
 def told_apart(name, other, z):
-    """The z that separates a just detectable effect in all legs from another one, by their signatures on the six sines."""
+    """Returns the z that separates a just detectable effect in all legs from another one, by their signatures on the six sines."""
     left = next((row["left"] for row in signatures() if row["effect"] == name), "").split()
     return z * next((float(share) for effect, share in (x.split(":") for x in left) if effect == other), math.inf)
 
@@ -96,7 +96,7 @@ def value_at(key, strength):
 
 
 def hide(r, effect, size):
-    """The effect's values, for all legs alike or for one; sign and size of each key are drawn around the requested size."""
+    """Draws the effect's values, for all legs alike or for one; sign and size of each key are drawn around the requested size."""
     per_leg = all(k["per_leg"] for k in effect["keys"])
     one = r.randrange(6) if per_leg and r.random() < 1 / 3 else None
     sign = r.choice([-1, 1])
@@ -123,8 +123,8 @@ def six(value): return value if isinstance(value, list) else [value] * 6
 
 
 def whole(settings, name, value, found, neutral):
-    """The parameter's value in a model with the base as given that yields the rig's sum or product of both: in a leg that has the effect,
-    or, if all are found alike, in the mean of the legs."""
+    """Returns the parameter's value in a model with the base as given that yields the rig's sum or product of both: in a leg that has the
+    effect, or, if all are found alike, in the mean of the legs."""
     short = name.removeprefix("effects.")
     value, alike = six(value), min(six(found)) == max(six(found))
     off = [(six(settings[table[short]]), (BASE | EACH | NEUTRAL)[table[short]]) for table in (SUMS, PRODUCTS)
@@ -136,8 +136,8 @@ def whole(settings, name, value, found, neutral):
 
 
 def parameters(table, settings, truth, result):
-    """The true parameters beside the rig's totals: the largest error in units of the hidden value; whether each is within 5 % of the rig's
-    full value or two standard deviations; how many of how many are within two; the largest in deviations."""
+    """Compares the found parameters with the rig's totals: the largest error in units of the hidden value; whether each is within 5 % of
+    the rig's full value or two standard deviations; how many of how many are within two; and the largest error in deviations."""
     worst, right, covered, count, sigmas = 0.0, True, 0, 0, 0.0
     for name, hidden in truth.items():
         _, effect, key = name.split(".")
@@ -153,14 +153,14 @@ def parameters(table, settings, truth, result):
             right = right and abs(f - x) <= max(.05 * abs(x + given), 2 * sd)
             if sd > 0: sigmas = max(sigmas, abs(f - x) / sd)
         pairs = list(zip(found, full, std))
-        if min(found) == max(found): pairs = pairs[:1]  # one number in the model
+        if min(found) == max(found): pairs = pairs[:1]  # the model has one number for all legs
         pairs = [p for p in pairs if p[2] > 0]
         covered, count = covered + sum(abs(f - x) <= 2 * sd for f, x, sd in pairs), count + len(pairs)
     return {"error": worst, "right": int(right), "covered": covered, "values": count, "sigmas": sigmas}
 
 
 def judge(names, result, z, weak):
-    """1, 0.5 or 0; and whether it is 1 because the effect is too weak to be told from the others of the set."""
+    """Returns the score, 1, 0.5 or 0; and whether it is 1 because the effect is too weak to be distinguished from the others of the set."""
     verdict, named, rivals = result["verdict"], [e["name"] for e in result["effects"]], result["ambiguous_with"]
     if names == ["none"]: return (1.0 if verdict == "no_gap" else 0.0), False
     if names[0].startswith("unknown_"): return (1.0 if verdict == "unknown_effect" else 0.0), False
@@ -177,7 +177,7 @@ def judge(names, result, z, weak):
 
 @functools.cache
 def drawing():
-    """Drawing data of the independent rig: the orientation of its joints' axes."""
+    """Returns settings with the drawing of the independent rig: the orientation of its joints' axes."""
     if not RIG: return []
     return subprocess.run([RIG, "-c", CONFIG, "--joint-axes"], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
 
@@ -191,19 +191,20 @@ def diagnose(log, out, settings=()):
 
 
 def seen(name, result):
-    """z of an effect in the first round, beside the base alone."""
+    """Returns z of an effect in the first round, beside the base alone."""
     z = [e["z"] for e in result["effects"] + result["rejected"] if e["name"] == name and e["z"]]
     return z[0] if z else 0.0
 
 
 def seen_beside(name, other, hidden, log, out):
-    """The same with the other effect in the model at its true size: can these data show both?"""
+    """Returns z of an effect when the model has the other effect at its true size, to find out whether these data can show both."""
     result, refused = diagnose(log, out, [setting(*i) for i in hidden[other].items()])
     return math.nan if refused else seen(name, result)
 
 
 def own_rig(r, series, seed, work, log, hidden, table):
-    """hexid's own plant with the other engine. Returns its parameters besides the hidden ones, and the reason if there is no log."""
+    """Records hexid's own plant with the other engine. Returns its parameters besides the hidden ones, and the reason if there is no
+    log."""
     settings = base(r, series)
     for name in hidden: settings |= unlisted(r, name) if name.startswith("unknown_") else hidden[name]
     settings |= {"sim.substeps": int(os.environ.get("SUBSTEPS", 12))}
@@ -216,7 +217,7 @@ def own_rig(r, series, seed, work, log, hidden, table):
 
 
 def other_rig(r, series, seed, work, log, hidden, table):
-    """An independent rig (RIG), through its CSV."""
+    """Records an independent rig (RIG), through its CSV; returns the same as own_rig()."""
     options = []
     for name in hidden:
         if name == "unknown_base_spring": values = {"base_spring.frequency_hz": r.uniform(5, 8), "base_spring.mass_kg": r.uniform(800, 1500)}
@@ -240,7 +241,8 @@ def other_rig(r, series, seed, work, log, hidden, table):
 
 
 def recorded(case, size, series, seed, work, log, table):
-    """The rig's log, made or kept. Returns its other parameters, the hidden effects, their legs, and the reason if there is no log."""
+    """Makes the rig's log, unless it was kept. Returns its other parameters, the hidden effects, their legs, and the reason if there is no
+    log."""
     r, hidden, shapes = random.Random("%s %s %s %s" % (case, size, seed, series)), {}, []
     rig = "rig" if RIG else "own%s" % os.environ.get("SUBSTEPS", 12)
     if MOTION != "sines": rig += "-" + MOTION
@@ -264,7 +266,7 @@ def recorded(case, size, series, seed, work, log, table):
 
 
 def off_legs(table, name, value):
-    """Where the law is a limit, a 0 in the rig means no limit."""
+    """Returns the six values for the rig, in which 0 means no limit if the law is a limit."""
     _, effect, key = name.split(".")
     k = next(x for x in table[effect]["keys"] if x["name"] == key)
     return [0 if x == k["neutral"] and k["reciprocal"] else x for x in six(value)]
@@ -284,7 +286,7 @@ def run_case(case, size, seed, series):
         if refused: return row | {"score": 0.0, "remark": "refused: " + refused}
         z = seen(names[0], result)
         score, weak = judge(names, result, z, size == "detectable" and shapes == ["all"] and MOTION == "sines")
-        if len(names) == 2 and score == 0:  # the less visible of the two
+        if len(names) == 2 and score == 0:  # the effect that is less visible
             z = min(seen_beside(a, b, hidden, log, work + "/beside") for a, b in (names, names[::-1]))
     g = {k: (result["gap"][k]["overall"] or math.nan) for k in ("held_out_before", "held_out_after", "noise_floor")}
     where = result["where"][0] if result["where"] else {}

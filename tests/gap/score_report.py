@@ -4,11 +4,11 @@ import csv, html
 FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "right", "covered",
           "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark", "white", "weak"]
 SIZES = ("detectable", "typical", "strong")
-DETECTABLE_Z = 6  # of the likelihood ratio after the fit of the base
+DETECTABLE_Z = 6  # threshold for z of the likelihood ratio after the fit of the base
 
 
 def read(files):
-    """Rows of the files; a line that begins with # names their build."""
+    """Returns the rows of the files; a line that begins with # names their build."""
     return [row for f in files for row in csv.DictReader((line for line in open(f) if line[0] != "#"), FIELDS) if row["truth"] != "truth"]
 
 
@@ -18,7 +18,7 @@ def builds(files): return sorted({line[1:].strip() for f in files for line in op
 def score(rows): return sum(float(r["score"]) for r in rows)
 
 
-def weak(r): return r["weak"] == "1"  # right, because signatures of this size cannot be told apart
+def weak(r): return r["weak"] == "1"  # True if the case counts as right because signatures of this size cannot be distinguished.
 
 
 def share(rows): return "%5.1f %% of %d" % (100 * score(rows) / len(rows), len(rows)) if rows else "-"
@@ -36,7 +36,8 @@ def single(r): return r["truth"] != "none" and "+" not in r["truth"] and not unk
 def detectable(r): return single(r) and r["z"] and float(r["z"]) >= DETECTABLE_Z
 
 
-def both_show(r): return float(r["score"]) > 0 or not r["z"] or float(r["z"]) >= DETECTABLE_Z  # z of a miss with the other effect in the model
+# True unless z shows that the missed effect is invisible with the other one in the model.
+def both_show(r): return float(r["score"]) > 0 or not r["z"] or float(r["z"]) >= DETECTABLE_Z
 
 
 def wrong_name(r): return r["verdict"] == "effect_named" and float(r["score"]) == 0 and not unknown(r)
@@ -49,7 +50,7 @@ def otherwise(r): return "%s %s s%s%s: %s" % (r["size"], r["shape"], r["seed"], 
 
 
 def figures(ran):
-    """Figures of the scorecard with their names."""
+    """Yields the figures of the scorecard with their names."""
     for series in ("tolerance", "beyond"):
         of = [r for r in ran if r["series"] == series]
         if not of: continue
@@ -82,7 +83,7 @@ def figures(ran):
 
 
 def of_effect(ran, name):
-    """Right cases by size, and the smallest size at which all were named right."""
+    """Returns the right cases by size, and the smallest size at which all were named right."""
     rows = [r for r in ran if r["truth"] == name]
     by_size = [(size, [r for r in rows if r["size"] == size]) for size in SIZES]
     by_size = [(size, of) for size, of in by_size if of]
@@ -120,7 +121,8 @@ def verdict_of(r): return r["named"].split()[0] if r["verdict"] == "effect_named
 
 
 def matrix(ran):
-    """A row per hidden effect, a column per effect named first; green is right, yellow half, grey too weak to be seen."""
+    """Makes a table with a row per hidden effect and a column per effect named first; green is right, yellow half, grey too weak to be
+    seen."""
     verdicts = ["ambiguous", "unknown_effect", "no_gap", "refused"]
     truths, said = sorted({r["truth"] for r in ran if "+" not in r["truth"]}), {verdict_of(r) for r in ran if "+" not in r["truth"]}
     columns = sorted({t for t in truths if single({"truth": t})} | said - set(verdicts)) + verdicts
@@ -144,7 +146,7 @@ def table(head, rows):
 
 
 def values_of(ran, name):
-    """Median error relative to the hidden value of a typical size, and the share of values within two deviations."""
+    """Returns the median error relative to the hidden value of a typical size, and the share of values within two deviations."""
     right = [r for r in ran if r["truth"] == name and r["right"] and float(r["score"]) == 1]
     error = sorted(float(r["error"]) for r in right if r["size"] == "typical")
     count = sum(int(r["values"]) for r in right)

@@ -18,7 +18,7 @@ ENTRIES = least_squares.ENTRIES
 
 
 def run(dry_n, seed, choice, more):
-    """Errors in % by method and entry; seed 0: exact sensors."""
+    """Returns the errors in % by method and entry; seed 0: exact sensors."""
     settings = list(BRIEF) + ["sensors.enabled=" + ("true" if seed else "false")]
     if dry_n: settings += ["effects.cylinder_coulomb_friction.force_%s_n=%g" % (way, dry_n) for way in ("extend", "retract")]
     with tempfile.TemporaryDirectory() as work:

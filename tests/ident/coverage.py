@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Do method C's intervals hold? Random machines on the simulated platform against their own inertia matrix, computed here.
+"""Do method C's intervals contain the truth? Random machines on the simulated platform against their own inertia matrix, computed here.
 
     coverage.py [--machines 200] [--first 1] [--dry 150] [KEY=VALUE ...]
 
-Each machine has its joints off by model.tolerance.joints_m (uniform, each coordinate), a payload of 0.7 to 1.3 times the configured mass and
-inertias with its centre off by up to 30 mm, separate dry friction of 0 to --dry N for each leg and direction, sensors and their noise; the
-configuration stays the same. Prints, entry by entry, how many of the 95 % intervals hold, and the payload's largest errors. Environment: HEXID."""
+Each machine has its joints off by model.tolerance.joints_m (uniform, each coordinate), a payload of 0.7 to 1.3 times the configured mass
+and inertias with its centre off by up to 30 mm, and separate dry friction of 0 to --dry N for each leg and direction. It has sensors with
+noise; the configuration stays the same. Prints, entry by entry, how many of the 95 % intervals contain the machine's own value, and the
+payload's largest errors. Environment: HEXID."""
 import argparse, concurrent.futures, json, math, os, random, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree
@@ -14,7 +15,7 @@ import measured
 
 HEXID = os.environ.get("HEXID", "build/hexid")
 AXES = ("x", "y", "z", "phi", "theta", "psi")
-# Tian 2015 Tables 1 and 2, as in config/tian2015.yaml.
+# Values of Tian 2015 Tables 1 and 2, as in config/tian2015.yaml.
 RA, RB, H, ALPHA, BETA, CENTRE = .56, 1.20, 1.64, .2343, .1886, .16
 MASS, INERTIA = 178.6, (13.6, 13.6, 23.92)
 MA, MB, IA, IB, UPPER, LOWER = 15.65, 52.48, 2.11, 3.58, .70, .71
@@ -38,7 +39,7 @@ def times(a, b): return [[sum(a[i][k] * b[k][j] for k in range(len(b))) for j in
 
 
 def matrix(a, b, mass, centre, inertia):
-    """Tian 2015 A1 to A6 at neutral, about the origin of {M}, with an off-centre payload."""
+    """Returns the matrix by Tian 2015 A1 to A6 at neutral, about the origin of {M}, with an off-centre payload."""
     m = [[0.0] * 6 for _ in range(6)]
     c = skew(centre)
     cc = times(c, c)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """A known weight, weighed by the legs of machines with real sensors: is the gain that all pressures have in common found, and do method C's
-intervals hold with it?
+intervals contain the truth with it?
 
     known_weight.py [-c FILE] [--machines 6] [--first 1] [--share 0.3] [--dry N] [--gain PCT] [--recordings DIR] [--hold PCT] [KEY=VALUE ...]
 
@@ -19,7 +19,7 @@ NO_DRIFT = ["--set", "model.tolerance.pressure_drift_pa=0"]
 
 
 def drawn(a, seed):
-    """Options of a machine, with a gain that all pressures have in common on top."""
+    """Draws the options of a machine, all of whose pressures have an additional gain in common."""
     options = sensors.draw(a, "all_priors", seed)
     for i, text in enumerate(options):
         key, _, values = text.partition("=")
@@ -36,7 +36,7 @@ def weighted(a, seed, weight_kg):
 
 
 def recorded(a, seed, work, weight_kg):
-    """Logs without and with the weight, and the matrix without it, which is written last."""
+    """Records the logs without and with the weight, and the matrix without it, which is written last."""
     logs = [work + "/%s.lcm" % name for name in ("without", "with")]
     if not os.path.exists(work + "/matrix.json"):
         os.makedirs(work, exist_ok=True)

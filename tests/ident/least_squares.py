@@ -28,7 +28,7 @@ CHOICES = {
     "motion_hz": 40.0,     # cut-off of the lengths' filter: ten times the excitation
     "rows_hz": 20.0,       # cut-off of the filter of both sides
     "order": 4,  # order of the Butterworth filter, which acts twice
-    "smooth_mps": 0.0,     # Coulomb friction as tanh(v / this); 0: the sign
+    "smooth_mps": 0.0,     # speed s of Coulomb friction tanh(v / s); 0: sign(v)
     "offset": 1,  # a constant force per leg, as Gautier has it; 0: none
     "finest": 5, "coarsest": 5, # levels of the wavelets, of 2^level samples: 64 ms, half a stroke
     "reversal_mps": 0.005, # below this speed a leg may stick
@@ -44,7 +44,7 @@ def constants():
 
 
 def joints(p):
-    """Upper joints in {M}, lower joints in {B}: [leg, xyz]."""
+    """Returns the upper joints in {M} and the lower joints in {B}: [leg, xyz]."""
     third, signs = 2 * np.pi / 3 * np.arange(3), np.array([-1, 1])
     upper = (third[:, None] + signs * p.alpha).ravel()
     lower = (third[:, None] + signs * (np.pi / 3 - p.beta)).ravel()
@@ -57,7 +57,7 @@ def cross(a): return np.stack([np.stack([0 * a[..., 0], -a[..., 2], a[..., 1]], 
 
 
 def rotation(angles):
-    """Rz(psi) Ry(theta) Rx(phi), [sample, 3, 3]."""
+    """Returns Rz(psi) Ry(theta) Rx(phi): [sample, 3, 3]."""
     (c1, c2, c3), (s1, s2, s3) = np.cos(angles.T), np.sin(angles.T)
     return np.stack([np.stack([c3 * c2, c3 * s2 * s1 - s3 * c1, c3 * s2 * c1 + s3 * s1], -1),
                      np.stack([s3 * c2, s3 * s2 * s1 + c3 * c1, s3 * s2 * c1 - c3 * s1], -1),
@@ -65,7 +65,7 @@ def rotation(angles):
 
 
 def angular_rates(angles):
-    """Matrix that maps the rates of the angles to omega in {B}."""
+    """Returns the matrix that maps the rates of the angles to omega in {B}."""
     (_, c2, c3), (_, s2, s3), one = np.cos(angles.T), np.sin(angles.T), np.ones(len(angles))
     return np.stack([np.stack([c3 * c2, -s3, 0 * one], -1), np.stack([s3 * c2, c3, 0 * one], -1), np.stack([-s2, 0 * one, one], -1)], -2)
 
@@ -108,13 +108,13 @@ def differences(signal, step_s):
 
 
 def leg_wrench(p, legs, velocity, acceleration):
-    """Wrench on the platform that moves and holds the legs without friction, [sample, 6]. velocity and acceleration are those of the upper
-    joints. From T = ma Ldot^2 / 2 + g(L) Omega^2 / 2 and the weight of both parts."""
+    """Returns the wrench on the platform that moves and holds the legs without friction: [sample, 6]. velocity and acceleration are those
+    of the upper joints. The formulas follow from T = ma Ldot^2 / 2 + g(L) Omega^2 / 2 and the weight of both parts."""
     n, length = legs.along, legs.length[..., None]
     dot = lambda a, b: (a * b).sum(-1, keepdims=True)
     rate = dot(n, velocity)
     turn = (velocity - n * rate) / length
-    turn_rate = (acceleration - n * dot(n, acceleration) - 2 * rate * turn) / length  # its component across the leg
+    turn_rate = (acceleration - n * dot(n, acceleration) - 2 * rate * turn) / length  # angular acceleration's component across the leg
     inertia, slope = p.ma * (length - p.ra) ** 2 + p.mb * p.rb ** 2 + p.ia + p.ib, 2 * p.ma * (length - p.ra)
     # ma Lddot - g'(L) Omega^2 / 2 along the leg, Lddot = n.a + L Omega^2
     force = n * (p.ma * (dot(n, acceleration) + length * dot(turn, turn)) - slope * dot(turn, turn) / 2)
@@ -125,7 +125,7 @@ def leg_wrench(p, legs, velocity, acceleration):
 
 
 def payload_wrench(legs, acceleration, omega, alpha):
-    """Wrench for a unit of each of the ten parameters: [sample, 6, TEN]."""
+    """Returns the wrench for a unit of each of the ten parameters: [sample, 6, TEN]."""
     columns = np.zeros((len(omega), 6, TEN))
     lift, t = acceleration - GRAVITY, legs.rotation
     columns[:, :3, 0] = lift
@@ -140,15 +140,15 @@ def payload_wrench(legs, acceleration, omega, alpha):
 
 
 def friction_columns(rate, choice):
-    """Viscous, dry and constant force of each leg: [sample, leg, unknown]."""
+    """Returns the columns of viscous, dry and constant force of each leg: [sample, leg, unknown]."""
     sign = np.tanh(rate / choice["smooth_mps"]) if choice["smooth_mps"] else np.sign(rate)
     parts = [rate] + [sign] + [np.ones_like(rate)] * (choice["offset"] > 0)
     return np.concatenate([part[..., None] * np.eye(LEGS) for part in parts], 2)
 
 
 def equations(p, test, choice):
-    """One unfiltered test: columns of the unknowns [sample, leg, unknown], the forces that they explain [sample, leg], the rates of the
-    legs."""
+    """Returns for one unfiltered test the columns of the unknowns [sample, leg, unknown], the forces that they explain [sample, leg], and
+    the rates of the legs."""
     upper, lower = joints(p)
     pose = forward_kinematics(butterworth(test.lengths, choice["motion_hz"], choice["order"], test.step_s), upper, lower)
     legs = Legs(pose, upper, lower)
@@ -168,7 +168,8 @@ def equations(p, test, choice):
 
 
 def decimated(tests, choice):
-    """Rows of all tests, (test, its equations): both sides filtered alike and decimated over the evaluated time. A list by leg."""
+    """Returns the rows of all tests, given as (test, its equations), in a list by leg: both sides are filtered alike, and decimated over
+    the evaluated time."""
     rows = [[] for _ in range(LEGS)]
     for test, (columns, target, _) in tests:
         both = butterworth(np.concatenate([columns, target[..., None]], 2), choice["rows_hz"], choice["order"], test.step_s)
@@ -183,15 +184,15 @@ def haar(level):
 
 
 def strokes(rate, slow):
-    """Stretches of samples between two reversals."""
+    """Returns the stretches of samples between two reversals."""
     moving = np.concatenate([[0], np.where(np.abs(rate) > slow, np.sign(rate), 0), [0]])
     ends = np.flatnonzero(np.diff(moving))
     return [(a, b) for a, b in zip(ends, ends[1:]) if moving[a + 1]]
 
 
 def in_wavelets(tests, choice):
-    """Rows of all tests: wavelet coefficients whose support lies between two reversals of their leg, where dry friction is constant and
-    a wavelet of it is zero. A list by leg."""
+    """Returns the rows of all tests in a list by leg: wavelet coefficients whose support lies between two reversals of their leg, where dry
+    friction is constant and a wavelet of it is zero."""
     rows = [[] for _ in range(LEGS)]
     filters = [haar(level) for level in range(int(choice["finest"]), int(choice["coarsest"]) + 1)]
     for test, (columns, target, rate) in tests:
@@ -205,7 +206,7 @@ def in_wavelets(tests, choice):
 
 
 def solve(rows):
-    """Ordinary least squares, then each leg weighted by its residuals."""
+    """Solves by ordinary least squares, then with each leg weighted by its residuals."""
     weight = np.ones(LEGS)
     for _ in range(2):
         all_rows = np.concatenate([w * r for w, r in zip(weight, rows)])
@@ -216,7 +217,7 @@ def solve(rows):
 
 
 def matrix(p, ten):
-    """Mt at neutral of the known legs and a payload with these ten parameters, by the accelerations of a platform at rest."""
+    """Returns Mt at neutral of the known legs and a payload with these ten parameters, by the accelerations of a platform at rest."""
     upper, lower = joints(p)
     result, still = np.zeros((6, 6)), np.zeros((1, 3))
     legs = Legs(np.zeros((1, 6)), upper, lower)
@@ -262,7 +263,7 @@ def exported(log, directory):
 
 
 def chosen(settings):
-    """CHOICES with NAME=VALUE of the command line."""
+    """Returns CHOICES with NAME=VALUE of the command line."""
     choice = dict(CHOICES)
     for name, _, value in (x.partition("=") for x in settings):
         if name not in choice: sys.exit("least_squares: no such choice: %s; there are: %s" % (name, ", ".join(choice)))

@@ -11,8 +11,8 @@ Options and files are those of the rig (tests/rig/README.md), which shares no co
   tau of its inverse dynamics the legs push with f = J'^-1 K' tau, where the rows of J are those of K for the slides. The matrix at neutral
   is K' M K, M being MuJoCo's.
 - Motion: the six sines of the configuration with their ramps, and in all coordinates a wander of some micrometres, as a controller leaves it.
-- Chambers: continuity of both, with the one valve opening that gives the force A1 P1 - A2 P2 = f + friction; their common pressure swings as
-  valve, leakage and oil let it. Dry friction is tanh(v / 2 mm/s). Of a pipe, inertia and resistance of its oil act; orifices see chambers.
+- Chambers: continuity of both, with the one valve opening that gives the force A1 P1 - A2 P2 = f + friction; their common pressure follows
+  from valve, leakage and oil. Dry friction is tanh(v / 2 mm/s). Of a pipe, inertia and resistance of its oil act; orifices see chambers.
 - Tolerance, uniform: payload, upper and lower masses 1 %, legs alike; viscous friction, bulk modulus, leakage of each leg 5 %.
 
 Environment: HEXID (for the configuration's numbers)."""
@@ -28,9 +28,9 @@ from real_sensors import configured
 
 AXES = "x y z phi theta psi".split()
 PLATFORM = [0, 1, 2, 5, 4, 3] # place of x y z phi theta psi among the platform's joints: x y z psi theta phi
-PERIOD_S, FINE = .002, 4      # of samples; steps of the chambers for each
+PERIOD_S, FINE = .002, 4      # period of the samples; steps of the chambers in each
 SLIDES_AT = 2e-3              # m/s: dry friction is tanh of the speed over this
-WANDER = .0015                # rms, of the amplitude
+WANDER = .0015                # rms of the wander, as a share of the amplitude
 OIL_KG_M3, OIL_M2_S = 870, 4e-5
 EFFECTS = {
     "cylinder_coulomb_friction.force_extend_n": 0, "cylinder_coulomb_friction.force_retract_n": 0,
@@ -50,7 +50,7 @@ def circle(radius, angles): return np.array([[radius * math.cos(x), radius * mat
 
 
 def joints(config, effects):
-    """Upper joints in {M} and lower ones in {B}: docs/method.md, section 1."""
+    """Returns the upper joints in {M} and the lower ones in {B}: docs/method.md, section 1."""
     third, alpha, beta = math.pi / 3, config["geometry.upper_half_angle_rad"], config["geometry.lower_half_angle_rad"]
     a = np.array(config["geometry.upper_joints_m"] or circle(config["geometry.upper_radius_m"], [
         2 * third * (i // 2) + (alpha if i % 2 else -alpha) for i in range(6)]), float)
@@ -62,14 +62,14 @@ def joints(config, effects):
 
 
 def rotation(pose):
-    """Rz Ry Rx of poses, one a row."""
+    """Returns Rz Ry Rx of poses, one a row."""
     (cx, cy, cz), (sx, sy, sz) = np.cos(pose[:, 3:].T), np.sin(pose[:, 3:].T)
     return np.moveaxis(np.array([[cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
                                  [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx], [-sy, cy * sx, cy * cx]]), 2, 0)
 
 
 def frame(axis):
-    """z along the leg, x level."""
+    """Returns the frame with z along the leg and x level."""
     z = axis / np.linalg.norm(axis)
     x = np.cross([0, 0, 1], z)
     x /= np.linalg.norm(x)
@@ -110,7 +110,7 @@ class Bodies:
         return text + "</worldbody></mujoco>"
 
     def coordinates(self, pose):
-        """All 24 of poses, one a row: the platform's, then two angles and the slide of each leg."""
+        """Returns all 24 coordinates of poses, one a row: the platform's, then two angles and the slide of each leg."""
         q = np.empty((len(pose), 24))
         q[:, PLATFORM] = pose
         T = rotation(pose)
@@ -123,7 +123,7 @@ class Bodies:
         return q
 
     def closure(self):
-        """K at MuJoCo's present position."""
+        """Returns K at MuJoCo's present position."""
         K, platform = np.eye(24, 6), self.model.body("platform").id
         end, joint = np.zeros((3, 24)), np.zeros((3, 24))
         T, c = self.data.xmat[platform].reshape(3, 3), self.data.xpos[platform]
@@ -135,7 +135,7 @@ class Bodies:
         return K
 
     def forces(self, q, v, a):
-        """Of the legs along their axes, at one instant; positive pushes."""
+        """Returns the forces of the legs along their axes, at one instant; positive pushes."""
         self.data.qpos[:], self.data.qvel[:], self.data.qacc[:] = q, v, a
         mujoco.mj_inverse(self.model, self.data)
         K = self.closure()
@@ -156,7 +156,7 @@ def smooth(q):
 
 
 class Test:
-    """One sine and its wander."""
+    """One sine of an axis, and the wander of all coordinates."""
     def __init__(self, config, axis, r):
         def of(key, place):
             value = config["tests." + key]
@@ -181,14 +181,14 @@ class Test:
 
 
 def motion(bodies, test, t, h=1e-3):
-    """Coordinates, rates and accelerations by differences of fourth order."""
+    """Returns coordinates, rates and accelerations by differences of fourth order."""
     q = [bodies.coordinates(test.pose(t + k * h)) for k in (-2, -1, 0, 1, 2)]
     rate = (q[0] - 8 * q[1] + 8 * q[3] - q[4]) / (12 * h)
     return q[2], rate, (-q[0] + 16 * q[1] - 30 * q[2] + 16 * q[3] - q[4]) / (12 * h * h)
 
 
 class Chambers:
-    """Six legs; arrays are [test, leg]."""
+    """Chambers of six legs; arrays are [test, leg]."""
     def __init__(self, config, draw, neutral_m):
         def of(key): return six(config["hydraulics." + key])
         piston, rod = six(config["actuator.piston_diameter_m"]), six(config["actuator.rod_diameter_m"])
@@ -200,7 +200,7 @@ class Chambers:
         self.half, self.middle = six(config["actuator.stroke_m"]) / 2, six(config["actuator.mid_stroke_m"])
 
     def start(self, f):
-        """Rest: what leaks into the rodless side leaves by the valve, so both orifices have the same drop."""
+        """Returns P2 at rest: the leakage into the rodless side leaves by the valve, so both orifices have the same drop."""
         p2 = (self.a1 * (self.supply + self.tank) - f) / (self.a1 + self.a2)
         if np.any(p2 < self.supply + self.tank - p2): raise SystemExit("mujoco_machine.py: a leg that pulls at rest is not provided for")
         return p2
@@ -219,7 +219,7 @@ class Chambers:
         return p1, opening * root1, -opening * root2, c2 * (-opening * root2 + self.a2 * rate - leak)
 
     def pressures(self, t, f, slide):
-        """On the grid t from splines of force and slide: P1, P2 and the flows into both."""
+        """Returns P1, P2 and the flows into both chambers on the grid t, from splines of force and slide."""
         f_rate, rate, h, p2 = f.derivative(), slide.derivative(), t[1] - t[0], self.start(f(t[0]))
         given = [[x(at) for x in (f, f_rate, slide, rate)] for at in (t, t + h / 2)]
         out = np.empty((4, len(t), *p2.shape))
@@ -236,13 +236,13 @@ class Chambers:
 
 
 def piped(p, q, rate, length, diameter):
-    """Pressure at the valve's end of a pipe, one a leg."""
+    """Returns the pressure at the valve's end of a pipe, one a leg."""
     section = math.pi / 4 * diameter**2
     return p + length * (OIL_KG_M3 / section * rate + 128 * OIL_KG_M3 * OIL_M2_S / (math.pi * diameter**4) * q)
 
 
 def lagged(p, h, cutoff_hz):
-    """First order, exact for pressures that are straight between the samples."""
+    """Returns the pressure with a lag of first order, exact for pressures that are straight between the samples."""
     if not np.any(cutoff_hz > 0): return p
     x = 2 * math.pi * np.where(cutoff_hz > 0, cutoff_hz, 1) * h
     y, out, decay = p[0].copy(), np.empty_like(p), np.exp(-x)
@@ -275,7 +275,7 @@ def record(config, effects, draw, bodies, seed, directory):
     fine = np.arange(FINE * len(t) - FINE + 1) * PERIOD_S / FINE
     chambers = Chambers(config, draw, bodies.neutral_m)
 
-    # Friction turns within a millisecond: it goes on the fine grid, where the bodies' forces are smooth.
+    # Friction reverses within a millisecond, so it is computed on the fine grid, on which the bodies' forces are smooth.
     slide = CubicSpline(t, np.moveaxis(np.array([m[0][:, 8::3] for m in moved]), 0, 1))
     rate = slide(fine, 1)
     dry = np.where(rate > 0, effects["cylinder_coulomb_friction.force_extend_n"], effects["cylinder_coulomb_friction.force_retract_n"])

@@ -7,8 +7,8 @@
 Each row of ROWS draws machines, records six tests of each by the independent rig (tests/rig/) or by MuJoCo's bodies (mujoco_machine.py), and
 compares the result of `hexid identify` with that machine's own inertia matrix at neutral. Every machine has masses, valves, oil and viscous
 friction within model.tolerance (`rig --tolerance`), its joints within model.tolerance.joints_m and --dry N of dry friction in each leg.
-KEY=VALUE goes to `hexid identify` alone. Recordings in DIR are used again, so DIR is that of one --dry. --truth mujoco wants a Python that has
-it (`make bench-sensors TRUTH=mujoco`). Environment: HEXID, RIG."""
+KEY=VALUE goes to `hexid identify` alone. Recordings in DIR are used again, so a DIR belongs to one --dry. --truth mujoco needs a Python that has
+MuJoCo (`make bench-sensors TRUTH=mujoco`). Environment: HEXID, RIG."""
 import argparse, concurrent.futures, contextlib, functools, json, math, os, random, re, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree
@@ -19,12 +19,12 @@ import measured
 HEXID = os.environ.get("HEXID", "build/hexid")
 MAIN = {"mx": 0, "my": 1, "mz": 2, "Ixx": 3, "Iyy": 4, "Izz": 5}
 ENTRIES = [(i, k) for i in range(6) for k in range(i, 6)]
-TRUTHS = { # programs of the same options. The rig's step keeps fundamentals within 1e-6 of those at its own 0.25 ms, in 0.6 of the time.
+TRUTHS = { # Programs with the same options. The rig's step keeps fundamentals within 1e-6 of those at its own 0.25 ms, in 0.6 of the time.
     "rig": [os.environ.get("RIG", "build/tests/rig/rig"), "--step", ".5e-3", "--settle", "1"],
     "mujoco": [sys.executable, os.path.join(HERE, "mujoco_machine.py")],
 }
 BORE_M = .020     # of pipes
-NO_PIPE_M = .05   # a shorter one is drawn as none: the rig's step would be below 20 us
+NO_PIPE_M = .05   # a shorter pipe is left out, because the rig's step would be below 20 us
 
 
 def six(value): return [value] * 6
@@ -47,7 +47,7 @@ def lag(seconds): return {"pressure_sensor_lag.cutoff_hz": [1 / (2 * math.pi * x
 
 
 def skew(seconds):
-    """Above zero the lengths are older than the pressures."""
+    """Returns the effect of this skew; above zero the lengths are older than the pressures."""
     return {"%s_delay.delay_s" % ("position_sensor" if seconds > 0 else "pressure_sensor"): six(abs(seconds))}
 
 
@@ -62,7 +62,7 @@ def zeros(lengths_m): return {"position_sensor_offset.offset_m": lengths_m}
 
 
 def all_priors(r, config):
-    """One machine of the priors: each leg's own beside a common part, where a common part is likely."""
+    """Draws one machine from the priors: each leg's own part, and a part in common where that is likely."""
     common_lag, common_pipe = r.gauss(0, 1e-3), abs(r.gauss(0, .3))
     pressure_pa = .005 * config["sensors.pressure_full_scale_pa"]
     return (scales(r, .005) | length_scales([1 + r.gauss(0, .001) for _ in range(6)]) | skew(r.gauss(0, .5e-3))
@@ -77,7 +77,7 @@ def base(hz): return {"base_spring.frequency_hz": six(hz)}
 def payload(hz, config): return {"payload_mode.frequency_hz": six(hz), "payload_mode.mass_kg": six(.1 * config["payload.mass_kg"])}
 
 
-ROWS = { # what the machine has, drawn with r
+ROWS = { # effects of each row's machine, drawn with r
     "as_modelled": lambda r, config: {},
     "gains_0.25%": lambda r, config: scales(r, .0025),
     "gains_0.5%": lambda r, config: scales(r, .005),
@@ -102,7 +102,7 @@ NOT_RIGID = ["base_15Hz", "base_10Hz", "payload_8Hz"]
 
 @functools.cache
 def configured(file):
-    """Numbers and lists of the configuration, by section.key."""
+    """Returns the numbers and lists of the configuration, by section.key."""
     found, section = {}, []
     for line in called([HEXID, "run", "--print-config"] + (["-c", file] if file else [])).splitlines():
         key, _, value = line.split("#")[0].partition(":")
@@ -118,7 +118,7 @@ def called(command):
 
 
 def draw(a, row, seed):
-    """Options of the machine, for the recording and for its matrix."""
+    """Draws the options of the machine, for the recording and for its matrix."""
     r, config = random.Random("%s %d" % (row, seed)), configured(a.c)
     effects = joints(r, config["model.tolerance.joints_m"])
     effects |= {"cylinder_coulomb_friction.force_%s_n" % way: six(a.dry) for way in ("extend", "retract")}
@@ -139,7 +139,7 @@ def recorded(a, row, seed, work):
 
 
 def identified(a, work, out):
-    """hexid's result. A log that it does not take at all is `refused`."""
+    """Returns hexid's result; `refused` if hexid does not accept the log at all."""
     log, result = out + "/run.lcm", out + "/run.json"
     called([HEXID, "import", work + "/measured", "-o", log] + (["-c", a.c] if a.c else []))
     done = subprocess.run([HEXID, "identify", log, "--json", result] + [x for s in a.settings for x in ("--set", s)],
@@ -151,7 +151,7 @@ def identified(a, work, out):
 
 
 def machine(a, row, seed):
-    """Result and true matrix of one machine; nothing while only recording."""
+    """Returns result and true matrix of one machine; nothing while only recording."""
     with tempfile.TemporaryDirectory() as out:
         config = os.path.splitext(os.path.basename(a.c))[0] if a.c else "default"
         work = os.path.join(a.recordings or out, a.truth, config, row, str(seed))
@@ -169,7 +169,7 @@ def verdicts(runs):
 
 
 def first_reason(runs):
-    """The most frequent, whatever its numbers: the first one of its kind."""
+    """Returns the most frequent reason, whatever its numbers: the first one of its kind."""
     reasons = [(run["verdict"]["reasons"] + [run["method_c_reason"]])[0] for run, _ in runs]
     reasons = [x for x in reasons if x]
     kinds = [re.sub(r"[-+]?[\d.]+", "N", x) for x in reasons]
@@ -177,7 +177,7 @@ def first_reason(runs):
 
 
 def deviations(runs):
-    """Errors of all determined entries in stated deviations."""
+    """Returns the errors of all determined entries in stated deviations."""
     known = [(run["method_c"], truth) for run, truth in runs if run["method_c"]]
     return [measured.finite((c["Mt"][i][k] - truth[i][k]) / c["std"][i][k], "an entry") for c, truth in known for i, k in ENTRIES
             if c["Mt"][i][k] is not None]

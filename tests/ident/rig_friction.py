@@ -4,8 +4,8 @@
     rig_friction.py [--seeds 8] [--first 1] [--case NAME ...] [--keep DIR] [KEY=VALUE ...]
 
 Prints errors of the ten entries against the rig's own inertia matrix in % of the entry, with exact sensors and as rms over the seeds with
-the paper's; how many of the 95 % intervals of all 21 entries hold; and the largest mean error over the seeds in stated deviations. --keep
-keeps the recordings and reuses existing ones. Environment: HEXID, RIG."""
+the paper's. Prints also how many of the 95 % intervals of all 21 entries contain the rig's value, and the largest mean error over the seeds
+in stated deviations. --keep keeps the recordings and reuses existing ones. Environment: HEXID, RIG."""
 import argparse, concurrent.futures, contextlib, json, math, os, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree
@@ -15,7 +15,7 @@ import measured
 HEXID = os.environ.get("HEXID", "build/hexid")
 RIG = os.environ.get("RIG", "build/tests/rig/rig")
 ENTRIES = {"mx": (0, 0), "my": (1, 1), "mz": (2, 2), "Ixx": (3, 3), "Iyy": (4, 4), "Izz": (5, 5), "Mt15": (0, 4), "Mt24": (1, 3)}
-GROUPS = {"masses": "m", "inertias": "I", "coupling": "M"}  # by the entry's first letter
+GROUPS = {"masses": "m", "inertias": "I", "coupling": "M"}  # groups of entries by their first letter
 
 
 def coulomb(n): return {"cylinder_coulomb_friction.force_%s_n" % way: n for way in ("extend", "retract")}
@@ -55,7 +55,7 @@ def options(flag, settings): return [x for k, v in settings.items() for x in (fl
 
 
 def run(case, seed, keep, settings):
-    """Method C of one recording; seed 0: exact sensors."""
+    """Returns method C's result of one recording; seed 0: exact sensors."""
     enabled = ["--set", "sensors.enabled=" + ("true" if seed else "false")]
     more = [x for s in settings for x in ("--set", s)]
     with contextlib.ExitStack() as stack:

@@ -5,7 +5,7 @@
 
 Each seed draws six springs and records six tests at 4 Hz and six at 2 Hz with the paper's sensors. Prints for the
 result of `hexid identify`: errors of springs and of Mt's diagonal in % and in stated deviations, rms over the seeds; how many of the 95 %
-intervals of all 21 entries hold; and Mt without springs in the model. Environment: HEXID, RIG."""
+intervals of all 21 entries contain the truth; and Mt without springs in the model. Environment: HEXID, RIG."""
 import argparse, concurrent.futures, contextlib, json, math, os, random, statistics, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree

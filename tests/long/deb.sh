@@ -12,7 +12,7 @@ claim "make deb makes it, without errors of lintian" made || cat "$work/made"
 deb=$(cat "$package")
 needs=$(dpkg-deb -f "$deb" Depends | sed 's/([^)]*)//g; s/ //g')
 
-# Runs in the new root. Every claim's output is kept beside it.
+# This script runs in the new root. Every claim's output is kept beside it.
 cat >"$work/inside" <<'END'
 set -u
 export LC_ALL=C DEBIAN_FRONTEND=noninteractive PATH=/usr/sbin:/usr/bin:/sbin:/bin

@@ -9,7 +9,8 @@ rig() { "$hexid" run --hal sim: --fast --set lcm.url= --set sim.engine=ode --set
 gap() { "$hexid" gap -c config/tian2015.yaml -o "$work/out" --set lcm.url= "$@" >"$work/said" 2>/dev/null || return; cat "$work/said"; }
 field() { "$python" -c 'import json, sys; print(eval("j" + sys.argv[2], {"j": json.load(open(sys.argv[1]))}))' "$work/out/gap.json" "$1"; }
 
-# separated HIDDEN VALUE RIVAL: ambiguous on the six tests; with the log of the experiment that the verdict asks for, it is named alone.
+# separated HIDDEN VALUE RIVAL: the effect is ambiguous on the six tests; with the log of the experiment that the verdict proposes, it is
+# named alone.
 separated() {
     local name=${1%.*} rival=$3 options
     rig first --seed 4 "${machine[@]}" --set "effects.$1=$2"
@@ -37,5 +38,5 @@ repaired() {
     "$python" tests/scenarios/gap.py repaired "$work/out/gap.json" "$work/out/ident.json" "$1" "$2"
 }
 claim "100 N of dry friction named and taken off: the matrix is within 2 % of the nominal one" repaired 2 0 --set sensors.enabled=false
-# 2.5 % in the coupling are one deviation; with the friction included it is 50 % off.
+# 2.5 % in the coupling are one deviation; with the friction included the coupling is 50 % off.
 claim "with noisy sensors within three standard deviations of the noise" repaired 0 3

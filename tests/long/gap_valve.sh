@@ -1,3 +1,3 @@
 #!/bin/bash
-# What a valve makes of noisy commands, beyond the hysteresis of make test: a small one, a rate limit, a delay.
+# A valve's response to noisy commands, in more cases than in make test: a small hysteresis, a rate limit, a delay.
 MORE_CASES=1 exec tests/scenarios/gap_valve.sh

@@ -6,7 +6,7 @@ skip_under 'asan|tsan' "the rig by other means" "minutes under sanitizers; tests
 export HEXID=$hexid RIG=${BUILD:-build}/tests/rig/rig
 
 claim "its energy, statics, friction and step size hold, and hexid identifies its matrix" tests/rig/check.sh
-# right CASE SIZE SEED SERIES: whether the hidden effect is found (tests/gap/score.py).
+# right CASE SIZE SEED SERIES: true if the hidden effect is found (tests/gap/score.py).
 right() {
     "$python" tests/gap/score.py case "$@" >"$work/row"
     cat "$work/row"
@@ -17,13 +17,13 @@ claim "friction is named beside it" right cylinder_coulomb_friction typical 1 to
 claim "so is another mass centre" right payload_center_of_mass typical 1 tolerance
 claim "and heavier actuators, which weigh more, are no payload" right actuator_inertia typical 1 tolerance
 claim "one leg's other masses are named beside another leg's valve null" right actuator_inertia+valve_null_bias typical 1511 tolerance
-# It is named with its value, within 5 % or two stated deviations.
+# valued: true if the effect is also named with its value, within 5 % or two stated deviations.
 valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
 claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \
     valued passive_joint_friction strong 1501 tolerance
 claim "backlash in all legs is named with its value, rods knocking" valued joint_backlash typical 1501 tolerance
 claim "so is a tilted base beside it" right base_tilt+joint_backlash typical 1524 tolerance
-# No effect is named beside it.
+# alone: true if no other effect is named beside it.
 alone() { right "$@" && [ "$(cut -d, -f7 "$work/row")" = "$1" ]; }
 MOTION=multisine claim "dry friction under a multisine is no play of the joints" alone cylinder_coulomb_friction typical 1601 tolerance
 claim "springs are named, though joints and supply are off" right external_stiffness typical 1201 beyond

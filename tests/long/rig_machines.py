@@ -11,12 +11,12 @@ def load(path):
 
 
 def scale(matrix, i, k):
-    """Upper bound of an entry of a positive definite matrix: one measure for errors of masses, couplings and inertias."""
+    """Returns the upper bound of an entry of a positive definite matrix: one measure for errors of masses, couplings and inertias."""
     return math.sqrt(matrix[i][i] * matrix[k][k])
 
 
 def nominal(run, matrix, limit):
-    """Two derivations of one matrix."""
+    """Compares the nominal matrix with the rig's own, which is derived differently."""
     errors = [abs(run["nominal"]["Mt"][i][k] - matrix[i][k]) / scale(matrix, i, k) for i in range(6) for k in range(6)]
     print(f"largest difference {max(errors):.1e}")
     return all(error <= limit for error in errors)
@@ -32,7 +32,8 @@ def covered(run, matrix, deviations):
 
 
 def close(run, matrix, percent):
-    """The same in percent: of the entry itself on the diagonal. A coupling's own size is no measure, because symmetry makes it 0."""
+    """Checks the same entries in percent; diagonal entries relative to themselves. A coupling's own size is no measure, because symmetry
+    makes it 0."""
     found = run["method_c"]["Mt"]
     errors = [100 * (found[i][k] - matrix[i][k]) / scale(matrix, i, k) for i, k in ENTRIES]
     print("  ".join(f"{NAMES[i]}{NAMES[k]} {error:+.2f} %" for (i, k), error in zip(ENTRIES, errors)))
@@ -40,7 +41,7 @@ def close(run, matrix, percent):
 
 
 def friction(run, hidden_n, percent, deviations):
-    """Friction of each leg by its stated deviation, of the six together in percent, for each direction."""
+    """Checks the friction of each leg by its stated deviation, and of the six together in percent, for each direction."""
     right = True
     for way in ("extend", "retract"):
         found, std = (run["method_c"]["dry_friction_n"][way + more] for more in ("", "_std"))

@@ -5,7 +5,7 @@
 skip_under 'asan|tsan' "the rig on other machines" "minutes under sanitizers; tests/test_ident.c runs the same code"
 rig=${BUILD:-build}/tests/rig/rig
 
-# recorded FILE FRICTION_N: the rig's matrix and hexid's result for its recording. Method A's checks need not pass with dry friction.
+# recorded FILE FRICTION_N: writes the rig's matrix and hexid's result for its recording. Method A's checks need not pass with dry friction.
 recorded() {
     "$rig" -c "$1" --inertia-matrix >"$work/matrix" &&
         "$rig" -c "$1" -o "$work/measured" --effect "cylinder_coulomb_friction.force_extend_n=$2" \

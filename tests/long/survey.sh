@@ -1,3 +1,3 @@
 #!/bin/bash
-# A survey of a machine whose pieces are short, with another seed than in make test.
+# Surveys with two seeds of a machine whose segments are short, and a survey that judges tests which do not suit the machine.
 MORE_CASES=1 exec tests/scenarios/survey.sh

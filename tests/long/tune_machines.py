@@ -8,12 +8,12 @@ import math, random, re, sys
 
 LENGTHS = """geometry.upper_radius_m geometry.lower_radius_m geometry.height_m payload.center_height_m actuator.stroke_m
     actuator.upper_center_m actuator.lower_center_m motion.park_z_m limits.length_min_m limits.length_max_m limits.following_m
-    limits.standstill_m checks.length_wander_m model.tolerance.joints_m""".split()
+    limits.standstill_m checks.length_wander_m checks.reference_off_m model.tolerance.joints_m""".split()
 FORCES = "limits.force_n checks.force_wander_n".split()
 
 
 def base(lines):
-    """Numbers of the configuration by key."""
+    """Returns the numbers of the configuration by key."""
     values, path = {}, []
     for line in lines:
         found = re.match(r"( *)([a-z0-9_]+): *([^#]*?) *(#.*)?$", line.rstrip())
@@ -25,7 +25,8 @@ def base(lines):
 
 
 def draw(b, seed):
-    """A machine: s its size, m its payload's mass, p its supply, v its legs' speed and w its oil's frequency, all relative to the paper's."""
+    """Draws a machine. Relative to the paper's, s is its size, m its payload's mass, p its supply, v its legs' speed and w its oil's
+    frequency."""
     r = random.Random(seed)
     log_uniform = lambda least, most: math.exp(r.uniform(math.log(least), math.log(most)))
     s, p = log_uniform(0.15, 3.2), log_uniform(0.7, 2.0)
@@ -67,7 +68,7 @@ def draw(b, seed):
 
 
 def text(values):
-    """YAML of keys with dots."""
+    """Returns the YAML of keys with dots."""
     lines, before = [], []
     for key in sorted(values):
         *path, name = key.split(".")

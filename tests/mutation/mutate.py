@@ -30,8 +30,8 @@ TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])*\'|/\*.*?\*/', re.S)
 MARK = re.compile(r"/\*(?:(?!\*/).)*?SAFETY:.*?\*/", re.S)
 ROW = re.compile(r"^ *\{(STATE_\w+), (TRIGGER_\w+), STATE_\w+[^}\n]*\},\n", re.M)
 HEAD = re.compile(r"(?:^static |^)([A-Za-z_][\w ]*?\**)(?<![\w])?\s*\b(\w+)\([^;{]*\)\s*\{", re.M)
-HANG_S = 240  # a test that takes longer hangs,
-HANG_TIMES = 5  # and than so many times what it takes without any change
+HANG_S = 240  # a test that takes longer counts as hanging,
+HANG_TIMES = 5  # unless this multiple of its usual time is longer
 
 
 def blank(text):
@@ -49,7 +49,7 @@ def closing(code, at, pair):
 
 
 def statement_end(code, at):
-    """End of the statement that begins here."""
+    """Returns the end of the statement that begins here."""
     at += len(code[at:]) - len(code[at:].lstrip())
     if code[at] == "{":
         return closing(code, at, "{}")
@@ -74,16 +74,16 @@ def nothing(result):
 
 
 def enclosing(code, at):
-    """Return type of the enclosing function."""
+    """Returns the return type of the enclosing function."""
     found = [match for match in HEAD.finditer(code) if match.start() < at]
     return found[-1][1].replace("static", "").strip() if found else "void"
 
 
 def broken(text, code, mark):
-    """(description of the change, the text without the marked code), by the rules above."""
+    """Returns (description of the change, text without the marked code), by the rules above."""
     line = text.rfind("\n", 0, mark.start()) + 1
     before = code[line : mark.start()].strip()
-    if before:  # a mark behind its statement, or behind a value of a list
+    if before:  # the mark follows its statement, or a value of a list
         end = mark.start()
         begin = max(code.rfind(";", 0, code.rindex(";", 0, end)), code.rfind("{", 0, end), code.rfind("}", 0, end)) + 1
         return f"deleted: {before}", text[:begin] + ";" + text[end:]
@@ -103,14 +103,14 @@ def broken(text, code, mark):
 
 
 def said_by(text, mark):
-    """(text, line) for each SAFETY: of a comment."""
+    """Yields (text, line) for each SAFETY: of a comment."""
     for at in re.finditer("SAFETY:", mark[0]):
         words = mark[0][at.end() :].split("SAFETY:")[0].rstrip("*/ \n")
         yield re.sub(r"\s+\*?\s*", " ", words).strip(), text.count("\n", 0, mark.start() + at.start()) + 1
 
 
 def mutants(root):
-    """(file, line, text of the mark, description of the change, changed text of the file)."""
+    """Yields (file, line, text of the mark, description of the change, changed text of the file)."""
     used = set()
     for file in sorted(name for pattern in FILES for name in map(str, root.glob(pattern))):
         text = pathlib.Path(file).read_text(encoding="utf-8")
@@ -151,7 +151,7 @@ class Tree:
         self.environment = {**os.environ, "BUILD": "build", "CMOCKA_MESSAGE_OUTPUT": "TAP", "CCACHE_BASEDIR": str(root), "CCACHE_NOHASHDIR": "1"}
         self.environment.pop("MAKEFLAGS", None)
         self.environment.pop("MAKELEVEL", None)
-        self.took_s = {}  # test -> seconds that it takes without any change
+        self.took_s = {}  # seconds that each test takes without any change
 
     def make(self, targets, flags=()):
         ccache = "ccache " if shutil.which("ccache") else ""
@@ -159,8 +159,8 @@ class Tree:
         return subprocess.run([*command, *flags, targets], cwd=self.root, env=self.environment, capture_output=True, text=True, check=False)
 
     def test(self, test, flags=()):
-        """None: it passed; else the kind of failure. A scenario needs the program, a C test only itself. flags: for the recompiled
-        parts."""
+        """Runs a test. Returns None if it passed, else the kind of failure. A scenario needs the program, a C test only itself. flags: for
+        the recompiled parts."""
         script = test.endswith(".sh")
         built = self.make("build/hexid" if script else f"build/tests/{test}", flags)
         if built.returncode:
@@ -180,13 +180,13 @@ class Tree:
 
 
 def kill(tree, name, text, tests):
-    """The test that fails, and how; None: the mutant survives."""
+    """Returns the test that fails, and how; None if the mutant survives."""
     path = tree.root / name
     whole = path.read_text(encoding="utf-8")
     path.write_text(text, encoding="utf-8")
     try:
         for test in tests:
-            if how := tree.test(test, ("WARN=-w", "OPT=-O1")): # unused variables and the like belong to the mutant
+            if how := tree.test(test, ("WARN=-w", "OPT=-O1")): # no warnings, because a mutant may have unused variables
                 return test, how
     finally:
         path.write_text(whole, encoding="utf-8")

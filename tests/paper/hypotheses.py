@@ -3,7 +3,7 @@ import math
 
 
 class Hypothesis:
-    """`value(size)` of each key; size from low to high, nothing added at `neutral`."""
+    """A hypothesis sets each key to value(size), with size from low to high; `neutral` changes nothing."""
 
     def __init__(self, name, unit, neutral, low, high, keys, value=lambda s: s):
         self.name, self.unit, self.neutral, self.low, self.high = name, unit, neutral, low, high
@@ -14,7 +14,7 @@ class Hypothesis:
         return {k: v[k] if isinstance(v, dict) else "%.9g" % v for k in self.keys}
 
     def sizes(self):
-        """Four on each side of neutral."""
+        """Returns four sizes on each side of neutral."""
         return [self.neutral + f * (end - self.neutral) for end in (self.low, self.high) if end != self.neutral for f in (.1, .25, .5, 1)]
 
 
@@ -24,7 +24,7 @@ def effect(name, key, unit, neutral, low, high, label=None, value=lambda s: s):
 
 
 def radius(which, angles):
-    """All joints of the platform (a) or of the base (b) further out by `size`."""
+    """Returns a function that moves all joints of the platform (a) or of the base (b) outwards by `size`."""
     keys = ["effects.geometry_error.%s_%s_m" % (which, axis) for axis in "xy"]
     return lambda size: dict(zip(keys, ("[%s]" % ",".join("%.9g" % (size * f(x)) for x in angles) for f in (math.cos, math.sin))))
 

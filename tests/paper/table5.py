@@ -35,7 +35,7 @@ def program():
 
 
 def result(settings, cache, seed=1):
-    """JSON of `hexid run` of the paper's six tests; None if the machine did not complete them."""
+    """Returns the JSON of `hexid run` of the paper's six tests; None if the machine did not complete them."""
     options = ["--seed", str(seed)] + [x for k, v in sorted((BASE | settings).items()) for x in ("--set", "%s=%s" % (k, v))]
     path = os.path.join(cache, hashlib.sha1("\0".join([program()] + options).encode()).hexdigest() + ".json")
     if not os.path.exists(path):
@@ -66,8 +66,8 @@ def column(name, key): return [float(row[key]) for row in table(name)]
 # ---- what is compared, and how exactly it can be known ----------------------------------------------------------------------------------
 
 def stated_error(cache, seeds=20):
-    """Standard deviation of each entry: the print's rounding, the sensors' noise (`seeds` runs), the method's own error in the paper's
-    Table 3."""
+    """Returns the standard deviation of each entry: the print's rounding, the sensors' noise (`seeds` runs), the method's own error in the
+    paper's Table 3."""
     noisy = [entries({"sensors.enabled": "true", "tests.duration_s": 5}, cache, seed=s) for s in range(1, seeds + 1)]
     for seed, x in enumerate(noisy, 1): measured.enough(x, "the paper's machine, seed %d" % seed)
     method = [abs(a - n) for a, n in zip(column("table3_linear_friction.csv", "method_a"), column("table3_linear_friction.csv", "nominal"))]
@@ -92,7 +92,7 @@ class Model:
     def key(self): return frozenset(h.name for h, _ in self.parts)
 
     def jacobian(self):
-        """Change of the residual with each size, over the hypothesis' range; towards the inside of the range."""
+        """Returns the change of the residual with each size, over the hypothesis' range; towards the inside of the range."""
         columns = []
         for i, (h, size) in enumerate(self.parts):
             step = .04 * (h.high - h.low) * (-1 if size + .04 * (h.high - h.low) > h.high else 1)
@@ -102,7 +102,8 @@ class Model:
         return columns
 
     def deviations(self):
-        """Standard deviations of the sizes, with the stated error enlarged to the residual: an undetermined size has a large one."""
+        """Returns the standard deviations of the sizes, with the stated error enlarged to the residual: an undetermined size has a large
+        one."""
         j, k = self.jacobian(), len(self.parts)
         if not j: return [math.nan] * k
         scale = self.chi2 / (len(ENTRIES) - k)
@@ -113,7 +114,7 @@ class Model:
         return Model(self.search, [(h, min(h.high, max(h.low, size + c * (h.high - h.low)))) for (h, size), c in zip(self.parts, change)])
 
     def fitted(self):
-        """Levenberg and Marquardt, within bounds."""
+        """Fits the sizes within bounds, by Levenberg's and Marquardt's method."""
         best, damping = self, 1e-3
         for _ in range(8):
             j = best.jacobian()
@@ -128,7 +129,7 @@ class Model:
 
 
 def solved(a):
-    """x of A x = b, rows [A | b], by Gauss and Jordan with pivots."""
+    """Returns x of A x = b, given as rows [A | b], by Gauss-Jordan elimination with pivots."""
     n = len(a)
     for i in range(n):
         pivot = max(range(i, n), key=lambda k: abs(a[k][i]))
@@ -139,12 +140,12 @@ def solved(a):
 
 
 def normal(columns, damping):
-    """J'J, its diagonal larger by the damping; the last term keeps a size without any influence where it is."""
+    """Returns J'J, its diagonal larger by the damping; the last term keeps a size without any influence where it is."""
     return [[sum(map(operator.mul, p, q)) * (1 + damping * (p is q)) + 1e-12 * (p is q) for q in columns] for p in columns]
 
 
 def step(columns, residual, damping):
-    """Least-squares change of the sizes: (J'J + damping diag) c = -J'r."""
+    """Returns the least-squares change of the sizes: (J'J + damping diag) c = -J'r."""
     return solved([row + [-sum(x * r for x, r in zip(p, residual))] for row, p in zip(normal(columns, damping), columns)])
 
 
@@ -166,7 +167,8 @@ class Search:
     def residual(self, value): return [(m - v) / s for m, v, s in zip(self.measured, value, self.sigma)]
 
     def extended(self, model, columns):
-        """The model with each other hypothesis at each of its sizes, and the residual when the model's own sizes adapt, to first order."""
+        """Yields the model with each other hypothesis at each of its sizes, and the residual when the model's own sizes adapt, to first
+        order."""
         for h in self.hypotheses:
             if h.name in model.key(): continue
             for size in h.sizes():
@@ -177,7 +179,7 @@ class Search:
                 yield sum(x * x for x in left), more
 
     def grown(self, beam, count):
-        """Models with one hypothesis more than those of the beam: the most promising ones, fitted, best first."""
+        """Returns models with one hypothesis more than those of the beam: the most promising ones, fitted, best first."""
         candidates = {}
         for model in beam:
             columns = model.jacobian() if model.parts else []
@@ -191,7 +193,7 @@ class Search:
     def share(self, model): return 100 * (1 - model.chi2 / self.nothing.chi2)
 
     def bic(self, model):
-        """Schwarz's criterion with unknown error scale, plus a penalty for the choice among so many hypotheses."""
+        """Returns Schwarz's criterion with unknown error scale, plus a penalty for the choice among so many hypotheses."""
         k, n = len(model.parts), len(self.measured)
         return n * math.log(model.chi2 / n) + k * math.log(n) + 2 * math.log(math.comb(len(HYPOTHESES), k))
 
@@ -206,7 +208,8 @@ class Search:
 # ---- could it be chance? ---------------------------------------------------------------------------------------------------------------
 
 def curves(s):
-    """Scan of each hypothesis on a fine grid of sizes: changes of the ten entries in units of the error, interpolated linearly."""
+    """Scans each hypothesis on a fine grid of sizes. Returns the changes of the ten entries in units of the error, interpolated
+    linearly."""
     grids = []
     for h in HYPOTHESES:
         for side in (h.low, h.high):
@@ -221,13 +224,14 @@ def curves(s):
 
 
 def left(target, vectors):
-    """Smallest |target - v|^2 over the vectors (with their |v|^2)."""
+    """Returns the smallest |target - v|^2 over the vectors (with their |v|^2)."""
     t2 = sum(x * x for x in target)
     return min(t2 - 2 * sum(map(operator.mul, target, v)) + v2 for v, v2 in vectors)
 
 
 def explained(target, grids):
-    """Shares that the best hypothesis and the best pair explain when their scans are added; pairs from the four best hypotheses."""
+    """Returns the shares that the best hypothesis and the best pair explain when their scans are added; pairs from the four best
+    hypotheses."""
     t2 = sum(x * x for x in target)
     singles = sorted((left(target, g), i) for i, g in enumerate(grids))
     pairs = min(left([t - x for t, x in zip(target, v)], other) for _, i in singles[:4] for v, _ in grids[i]
@@ -236,7 +240,7 @@ def explained(target, grids):
 
 
 def chance(a):
-    """The same deviations with random signs: how much of those would the hypotheses explain?"""
+    """Gives the same deviations random signs, and prints how much of them the hypotheses would explain."""
     print(measured.build())
     s, draw = Search(a.cache, a.floor), random.Random(1)
     grids = [[(v, sum(x * x for x in v)) for v in g] for g in curves(s)]
@@ -251,7 +255,7 @@ def chance(a):
 # ---- without any simulation: the legs' forces that Table 5 asks for --------------------------------------------------------------------
 
 def jacobian():
-    """Leg rates from the six coordinates' rates at neutral, for Tian 2015 Table 1 (method.md, section 2)."""
+    """Returns the legs' rates from the six coordinates' rates at neutral, for Tian 2015 Table 1 (method.md, section 2)."""
     rows = []
     for u, l in zip(UPPER, LOWER):
         a, b = [.56 * math.cos(u), .56 * math.sin(u), .16], [1.2 * math.cos(l), 1.2 * math.sin(l), .16 + 1.64]
@@ -262,8 +266,9 @@ def jacobian():
 
 
 def legs(a):
-    """Peak leg speed of each test, and the amplitude of the legs' forces, in phase with the acceleration, that turn the nominal matrix into
-    the one read: J' f = (Mt - nominal) column w^2 amplitude. Entries that the paper does not print are taken to be as nominal."""
+    """Prints the peak leg speed of each test, and the amplitude of the legs' forces, in phase with the acceleration, that change the
+    nominal matrix into the one read: J' f = (Mt - nominal) column w^2 amplitude. Entries that the paper does not print are taken to be
+    nominal."""
     j, w = jacobian(), 8 * math.pi
     nominal = column("table5_experiment.csv", "nominal")
     read = [("Table 5", column("table5_experiment.csv", "method_a"), nominal),
@@ -277,14 +282,14 @@ def legs(a):
             wrench = [0.0] * 6
             for (i, k), x, y in zip(PLACES, value, against):
                 if k == test: wrench[i] = (x - y) * w * w * amplitude
-            force = step(j, [-x for x in wrench], 0) # the columns of J' are J's rows; six equations, six unknowns
+            force = step(j, [-x for x in wrench], 0) # the columns of J' are J's rows: six equations for six unknowns
             print("    %-22s %s" % (what + ", N", " ".join("%7.1f" % x for x in force)))
             forces.append((what, test, force))
     if a.svg: draw(a.svg, [(t, f) for what, t, f in forces if what == "Table 5"], [(t, f) for what, t, f in forces if what == "simulated"])
 
 
 def draw(path, measured, simulated):
-    """Bars of each test's six leg forces: measured grey, simulated blue."""
+    """Draws bars of each test's six leg forces: measured grey, simulated blue."""
     n_per_pixel, width, height, out = 2.2, 112, 170, []
     for rows, colour, shift in ((measured, "#999", 0), (simulated, "#1f6fb2", 6)):
         for test, force in rows:
@@ -312,8 +317,8 @@ def setting(text):
 
 
 def machine(settings, cache, seeds):
-    """Readings of methods A and B on one machine: exact sensors, or mean and deviation over seeds of the paper's sensors and whole
-    tests."""
+    """Prints the readings of methods A and B on one machine: with exact sensors, or mean and deviation over seeds of the paper's sensors
+    and whole tests."""
     settings, lines = dict(settings), []
     for method in ("method_a", "method_b"):
         name = "simulated, " + method[-1].upper()
@@ -335,7 +340,7 @@ def state(a):
 
 
 def check(a):
-    """Every machine that the page states (`table5.py state`, exact sensors), run again: the numbers below its command must come out."""
+    """Runs again every machine that the page states (`table5.py state`, exact sensors): the numbers below its command must come out."""
     with open(a.page) as f: lines = f.read().splitlines()
     worst, stated = 0, 0
     for i, said in enumerate(lines):
@@ -367,7 +372,7 @@ def search(a):
 
 
 def laws(a):
-    """The two different partners of friction among the best pairs, combined: with each law of friction, and with each part left out."""
+    """Combines the two different partners of friction among the best pairs, with each law of friction, and with each part left out."""
     print(measured.build())
     s, named = Search(a.cache, a.floor), {h.name: h for h in HYPOTHESES}
     frictions = [("dry friction", 167), ("load dependent friction", .018), ("Stribeck friction, 20 mm/s", 175),

@@ -10,7 +10,7 @@ import subprocess
 import time
 
 VIEWS = [(width, dark) for width in (1200, 420) for dark in (False, True)]
-PATIENCE_S = 60  # for a page; a claim about time measures it itself
+PATIENCE_S = 60  # time-out of a page; a claim about time measures the time itself
 
 
 class Browser:
@@ -99,7 +99,7 @@ class Browser:
             yield width, dark
 
     def overlaps(self):
-        """Labels of pictures (SVG, in data of the page) that overlap."""
+        """Returns labels of pictures (SVG, in data of the page) that overlap."""
         return self.evaluate("""(() => {
             const pictures = [...document.querySelectorAll('img')].filter(i => i.src.startsWith('data:image/svg'));
             return pictures.flatMap(i => {
@@ -129,12 +129,12 @@ class Browser:
         return self.send("Runtime.getHeapUsage")["usedSize"]
 
     def complaints(self):
-        """The browser's console: script errors, violations of the content security policy, missing resources."""
+        """Returns the browser's complaints: script errors, violations of the content security policy, missing resources."""
         of = {"Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled"}
-        self.send("Runtime.evaluate", expression="0")  # by then everything before it has arrived
+        self.send("Runtime.evaluate", expression="0")  # its answer comes after all earlier events
         return [e["params"] for e in self.events if e["method"] in of]
 
     def asked(self):
-        """Addresses that the page requested."""
+        """Returns the addresses that the page requested."""
         self.send("Runtime.evaluate", expression="0")
         return [e["params"]["request"]["url"] for e in self.events if e["method"] == "Network.requestWillBeSent"]

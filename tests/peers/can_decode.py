@@ -28,7 +28,7 @@ def frames(path):
 
 
 def cycles(path):
-    """Between two SYNCs: the values latched at the first, and the commands that the second puts into force."""
+    """Yields, for each time between two SYNCs, the values latched at the first and the commands that the second puts into force."""
     values = {}
     for identifier, data in frames(path):
         if identifier == 0x80:

@@ -42,7 +42,7 @@ def send(cob, data=b""):
 
 
 def frames(seconds, wanted=lambda m: False):
-    """All frames up to and including the first wanted one, or until the time is over."""
+    """Returns all frames up to and including the first wanted one, or until the time is over."""
     got, end = [], time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0:
         message = bus.recv(left)
@@ -60,7 +60,7 @@ def settle():
 
 
 def answer(cob, seconds=1.0):
-    """Data of the next frame of this identifier, None if none comes."""
+    """Returns the data of the next frame with this identifier; None if no frame comes."""
     got = frames(seconds, lambda m: m.arbitration_id == cob)
     return bytes(got[-1].data) if got and got[-1].arbitration_id == cob else None
 
@@ -75,7 +75,7 @@ def abort_of(reply):
 
 
 def read(index, sub=0):
-    """Value, or the abort code as a negative number."""
+    """Returns an object's value, or the abort code as a negative number."""
     reply = request(struct.pack("<BHB4x", 0x40, index, sub))
     if reply is None:
         return None
@@ -85,7 +85,7 @@ def read(index, sub=0):
 
 
 def write(index, sub, value, size):
-    """0, or the abort code."""
+    """Writes an object; returns 0, or the abort code."""
     reply = request(struct.pack("<BHBI", 0x23 | (4 - size) << 2, index, sub, value))
     if reply is None:
         return None
@@ -107,7 +107,7 @@ def reset():
 
 
 def state():
-    """State from the next heartbeat."""
+    """Returns the state from the next heartbeat."""
     reply = answer(0x700 + NODE)
     return reply[0] if reply else None
 
@@ -298,7 +298,7 @@ def data(value):
 
 
 def output(data, cob=0x200 + NODE, sync=True):
-    """The output after this RPDO, and after SYNC."""
+    """Returns the output after this RPDO, and after SYNC."""
     send(cob, data)
     if sync:
         send(0x80)

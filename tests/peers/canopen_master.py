@@ -95,7 +95,7 @@ claim("SYNC is answered by a TPDO as the EDS maps it: a leg of 1.43 m, tank pres
       at_rest is not None and abs(at_rest[0] - 1431000) < 2000 and max(abs(at_rest[1]), abs(at_rest[2])) < 100)
 claim("all inputs are closed but the supply's pressure, and the other contact of each says the inverse", inputs[-1] == 0b10000111)
 for _ in range(300):
-    time.sleep(1e-3)  # the machine lives by the clock
+    time.sleep(1e-3)  # the simulated machine follows the clock
     at_rest = cycle(0.0)
 claim("while the supply output changes, the machine has pressure", inputs[-1] == 0b00001111)
 for _ in range(300):
@@ -110,7 +110,7 @@ time.sleep(0.5)
 network.sync.transmit()
 time.sleep(0.05)
 ridden = node.sdo[0x6020][1].raw - last[0]
-claim("and the leg stands, without a SYNC: %+.1f mm in 0.5 s" % (ridden * 1e-3), abs(ridden) < 20000)  # 20 ms at 0.4 m/s, and the swing
+claim("and the leg stands, without a SYNC: %+.1f mm in 0.5 s" % (ridden * 1e-3), abs(ridden) < 20000)  # limit: 20 ms at 0.4 m/s, and the oscillation
 
 node.sdo[0x1016][1].raw = 100 << 16 | 100
 node.nmt.state = "OPERATIONAL"

@@ -34,7 +34,7 @@ first = signed(exchange(1, [0] * 6)[2:14])
 claim("pymodbus: at rest, all legs alike: %s um" % first, max(first) - min(first) < 2 and 1.42e6 < first[0] < 1.44e6)
 before = exchange(2, [0.3] * 6)[0]
 for number in range(3, 203):
-    time.sleep(2e-3)  # the machine lives by the clock
+    time.sleep(2e-3)  # the simulated machine follows the clock
     last = exchange(number, [0.3] * 6)
 claim("pymodbus: an answer has its command's number", numbers == list(range(1, 203)))
 claim("pymodbus: every exchange is a new sample", (last[0] - before) & 0xFFFF == 200)
@@ -53,7 +53,7 @@ claim("pymodbus: what the device says cannot be written", client.read_holding_re
 
 
 def unheard_of():
-    """Seconds until an unknown function is refused: the device does nothing else meanwhile, its watchdog included."""
+    """Returns the seconds until an unknown function is refused, during which the device does nothing else, not even its watchdog."""
     with socket.create_connection(("127.0.0.1", int(sys.argv[1]))) as other:
         begun = time.monotonic()
         other.sendall(b"\0\1\0\0\0\2\1\x41")
@@ -62,7 +62,7 @@ def unheard_of():
 
 
 def flood():
-    """A client that asks and never reads. Returns whether the device disconnects it rather than waiting."""
+    """Acts as a client that sends requests and never reads. Returns whether the device disconnects it instead of waiting."""
     with socket.create_connection(("127.0.0.1", int(sys.argv[1]))) as other:
         other.settimeout(5)
         try:

@@ -78,12 +78,12 @@ class Connection:
         return data
 
     def receive(self):
-        """Transaction, protocol, length, unit, PDU."""
+        """Returns transaction, protocol, length, unit and PDU of the next answer."""
         head = struct.unpack(">HHHB", self.take(7))
         return head + (self.take(head[2] - 1),)
 
     def ask(self, pdu, **frame):
-        """The PDU of the answer; anything else than an answer to this request is an error."""
+        """Returns the PDU of the answer; anything else than an answer to this request is an error."""
         self.send(self.frame(pdu, **frame))
         transaction, protocol, _, unit, answer = self.receive()
         if (transaction, protocol, unit) != (self.transaction, 0, frame.get("unit", 1)):
@@ -91,7 +91,7 @@ class Connection:
         return answer
 
     def unanswered(self, data):
-        """Whether the request is discarded while the connection keeps serving."""
+        """True if the request is discarded while the connection keeps serving."""
         try:
             self.send(data)
             return self.ask(read(IDENTITY, 1)) == b"\x03\x02HE"
@@ -116,7 +116,7 @@ def tcp(port):
         return Connection(port)
 
     def refused(text, pdu, code, **frame):
-        """Expects an exception while the connection keeps serving."""
+        """Checks that a request gets an exception while the connection keeps serving."""
         c = fresh()
         try:
             holds = c.ask(pdu, **frame) == exception(pdu[0], code) and c.ask(read(IDENTITY, 1)) == b"\x03\x02HE"
@@ -324,7 +324,7 @@ class Line:
         os.write(self.master, data + (crc(data) if check is None else check))
 
     def receive(self, within_s):
-        """Everything received until the line is silent for so long."""
+        """Returns everything received until the line is silent for within_s."""
         data = b""
         while select.select([self.master], [], [], within_s)[0]:
             data += os.read(self.master, 4096)
@@ -332,7 +332,7 @@ class Line:
         return data
 
     def ask(self, pdu, unit=1):
-        """The answer's PDU; repeats the request, as a master does when a line loses something."""
+        """Returns the answer's PDU; repeats the request, as a master does when a line loses bytes."""
         for _ in range(10):
             self.send(pdu, unit)
             data = self.receive(3)
@@ -341,7 +341,7 @@ class Line:
         return None
 
     def unanswered(self, pdu, unit=1, check=None):
-        """Only the next request is answered."""
+        """True if this request is not answered, and the next one is."""
         self.send(pdu, unit, check)
         early = self.receive(0.3)
         return early == b"" and self.ask(read(IDENTITY, 1)) == b"\x03\x02HE"

@@ -20,7 +20,7 @@ def listen_to_orders():
 
 
 def frame(sock):
-    """One whole frame, None at the end."""
+    """Returns one whole frame, None at the end."""
     head = b""
     while len(head) < 6:
         more = sock.recv(6 - len(head))
@@ -37,7 +37,7 @@ def frame(sock):
 
 
 def answers(data):
-    """Parts of an answer to send on."""
+    """Returns the parts of an answer to send on."""
     chance = dice.uniform(0, 100) < value
     if mode == "loss":
         return [] if chance else [data]

@@ -16,7 +16,7 @@ class Machine(ModbusSequentialDataBlock):
             level = super().getValues(SUPPLY, 1)[0]
             self.still = 0 if level != self.level else self.still + 1
             self.level = level
-            self.setValues(INPUTS, [0x0F if self.still < 5 else 0x87])  # plain in the low bits, inverse above
+            self.setValues(INPUTS, [0x0F if self.still < 5 else 0x87])  # plain in the low bits, inverse in the high ones
             self.setValues(SAMPLE, [(super().getValues(SAMPLE, 1)[0] + 1) & 0xFFFF])
         return super().getValues(address, count)
 

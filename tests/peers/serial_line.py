@@ -8,13 +8,13 @@ import os, pty, select, sys, time, tty
 class Direction:
     def __init__(self, source, sink, byte_s):
         self.source, self.sink, self.byte_s = source, sink, byte_s
-        self.waiting, self.free = [], 0.0  # (due, byte); end of the last byte's transmission
+        self.waiting, self.free = [], 0.0  # (time when a byte is due, byte); end of the last byte's transmission
 
     def take(self):
         now = time.monotonic()
         try:
             data = os.read(self.source, 4096)
-        except BlockingIOError:  # its writer withdrew it (tcflush)
+        except BlockingIOError:  # the writer withdrew the byte (tcflush)
             return
         for byte in data:
             self.free = max(self.free, now) + self.byte_s

@@ -22,7 +22,7 @@ def check(text, holds):
 
 
 def plug():
-    """Makes a new pair of ends: the master's, ours."""
+    """Makes a new pair of ends, and gives the master's one the line's name. Returns our end and the master's."""
     ours, theirs = pty.openpty()
     tty.setraw(ours)
     tty.setraw(theirs)

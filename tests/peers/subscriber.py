@@ -28,7 +28,7 @@ TYPES = {"HEXID_STATE": hexid.state_t, "HEXID_LOOP_STATS": hexid.loop_stats_2_t,
 
 
 def plain(value):
-    """For JSON, which has no NaN."""
+    """Returns the value without NaN, which JSON does not have."""
     if isinstance(value, (list, tuple)):
         return [plain(v) for v in value]
     if isinstance(value, float) and not math.isfinite(value):

@@ -77,10 +77,10 @@ void Bodies::evaluate(const Coords &q, const Coords &v, BodyState &out)
         assemble<kMax>(q, v, out);
 }
 
-/* q1 and q2 are the angles of the lower joint and r the distance from it. A point on the leg's axis
- * is X = r (s2, -s1 c2, c1 c2) in the leg's frame. Its derivatives e1, e2, n by q1, q2, r are
- * orthogonal, which solves the closure: joint rates = K v, joint accelerations = K dv/dt +
- * kappa. */
+/* Assembles the dynamics. q1 and q2 are the angles of the lower joint and r the distance from it. A
+ * point on the leg's axis is X = r (s2, -s1 c2, c1 c2) in the leg's frame. Its derivatives e1, e2,
+ * n by q1, q2, r are orthogonal, which solves the closure: joint rates = K v, joint accelerations =
+ * K dv/dt + kappa. */
 template <int N> void Bodies::assemble(const Coords &q, const Coords &v, BodyState &out)
 {
     Engine &e = *engine;
@@ -151,8 +151,8 @@ template <int N> void Bodies::assemble(const Coords &q, const Coords &v, BodySta
         out.rod_row.template block<1, N>(i, 0) = K[i].row(2);
         out.rod_bias[i] = kappa[i][2];
 
-        /* Relative rotation at the upper joint about two axes, one fixed to the rod and one across
-         * it; the rod spins freely. */
+        /* the relative rotation at the upper joint is about two axes, one fixed to the rod and one
+         * across it; the rod spins freely */
         const Vec3 t1(c2, s1 * s2, -c1 * s2), t2(0, c1, s1); /* columns x and y of the lower body */
         const Matrix3d Wl = R.transpose() * W;
         for (int k = 0; k < 2; k++) {
@@ -163,7 +163,8 @@ template <int N> void Bodies::assemble(const Coords &q, const Coords &v, BodySta
             out.joint_row.row(12 + 2 * i + k).template head<6>() = -t.cross(n).transpose() * Ja / L;
             out.joint_row.row(12 + 2 * i + k).template segment<3>(3) += t.transpose() * Wl;
             out.joint_bias[12 + 2 * i + k] =
-                0; /* products of rates; the rest is removed by the projection of held elements */
+                0; /* products of rates are neglected; the projection of held elements removes the
+                    * error */
         }
         const int at = o + 6 + 3 * i;
         e.q.segment<3>(at) << std::atan2(s1, c1), std::asin(s2), out.rod[i];

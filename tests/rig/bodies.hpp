@@ -31,7 +31,7 @@ struct BodyParameters {
     Vec6 upper_center, lower_center;    /* distance from the upper and from the lower joint, m */
     Points a, b;                        /* joints in {M} and in {B}, m */
     Vec3 gravity;                       /* in {B}, m/s^2 */
-    double base_kg = 0;                /* base plate, used only if it moves */
+    double base_kg = 0;                /* mass of the base plate, used only if it moves */
     bool base_moves = false, play = false;
     std::array<bool, kLegs> has_play{};
 };

@@ -7,15 +7,16 @@ using Eigen::Dynamic;
 using Row = Eigen::Matrix<double, 1, kMax>;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kOilDensity = 870, kOilViscosity = 4e-5; /* docs/gap.md, The catalogue: kg/m^3,
-                                                           * m^2/s */
-constexpr double kSupplyLag = 0.010;                      /* docs/gap.md, The catalogue: s */
+constexpr double kOilDensity = 870, kOilViscosity = 4e-5; /* kg/m^3 and m^2/s, from docs/gap.md, The
+                                                           * catalogue */
+constexpr double kSupplyLag = 0.010; /* s, from docs/gap.md, The catalogue */
 constexpr double kLaminarDrop =
-    2e4; /* Pa: below it an orifice's flow changes smoothly from a root to a line */
-constexpr double kVapour = -1.0e5; /* Pa gauge: oil bears no tension */
+    2e4; /* Pa: at smaller drops an orifice's flow changes smoothly from a root to a line */
+constexpr double kVapour = -1.0e5; /* Pa gauge, lowest pressure, because oil bears no tension */
 constexpr double kPlayStiffness = 1e8,
-                 kPlayDamping = 2e4; /* steel on steel at the end of a joint's backlash */
-constexpr double kBendShare = 0.5; /* largest step, as a share of a seal's distance */
+                 kPlayDamping = 2e4; /* steel on steel, where the backlash of a joint ends */
+constexpr double kBendShare = 0.5; /* largest step, as a share of the distance in which a seal
+                                    * deflects */
 constexpr double kShortest = 1e-6; /* s: lower bound of the step that seals require, so that a
                                     * diverging run ends */
 constexpr double kHeldSpeed = 1e-6; /* m/s, rad/s: a held element slower than this is at rest */
@@ -23,7 +24,7 @@ constexpr double kCrossing = 1e-11; /* m/s, rad/s: below this no reversal is cou
 constexpr double kLocated = 1e-4; /* share of a step's change of speed to which a reversal is
                                    * located */
 constexpr double kForceShare =
-    1e-6; /* share of the capacity to which a holding force is solved; the rest is projected */
+    1e-6; /* relative accuracy of a holding force; projection removes the remaining motion */
 
 static double orifice(double drop)
 {
@@ -38,8 +39,8 @@ static double dead_band(double spool, double overlap)
     return spool > overlap ? spool - overlap : spool < -overlap ? spool + overlap : 0;
 }
 
-/* Rate at which bristles or a seal bend, m/s: equal to the rod's speed while they are straight,
- * zero once they bear the sliding force. Dahl 1968; LuGre contains it. */
+/* Returns the rate at which bristles or a seal bend, m/s: the rod's speed while they are straight,
+ * zero once they bear the sliding force. Dahl 1968; LuGre contains this law. */
 static double bend_rate(double rate, double stiffness, double sliding, double bend)
 {
     return rate - stiffness * std::abs(rate) / sliding * bend;
@@ -68,8 +69,8 @@ static Flow valve_flow(const LegParameters &leg, double spool, double pa, double
     return f;
 }
 
-/* At rest in the pose: leg forces from statics; pressures and spools such that no net flow
- * remains. */
+/* Starts at rest in the pose: leg forces follow from statics, and pressures and spools are such
+ * that no net flow remains. */
 Machine::Machine(const MachineParameters &given, const Vec6 &pose)
     : p(given), bodies(given.bodies), n(bodies.size())
 {
@@ -96,14 +97,15 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
     base_load = load.segment<3>(kBase);
     const Vec6 force = now.length_row.leftCols<6>().transpose().fullPivLu().solve(load.head<6>());
     mass.compute(now.M.topLeftCorner(n, n));
-    double seals = 0; /* seals as springs: bound of their squared frequencies, 1/s^2 */
+    double seals = 0; /* bound of the squared frequencies of seals that act as springs, 1/s^2 */
 
     for (int i = 0; i < kLegs; i++) {
         const LegParameters &l = p.leg[i];
         const double f = force[i] + (l.play > 0 ? now.bias[kRod + i] : 0);
         double *s = &y[kLeg + kPerLeg * i];
         const double ratio2 =
-            std::pow(l.gain_b / l.gain_a, 2); /* continuity: equal flow out of A and into B */
+            std::pow(l.gain_b / l.gain_a, 2); /* by continuity, equal oil flows out of A and into
+                                               * B */
         double p2 = (l.area1 * (p.tank + ratio2 * p.supply) - f) / (l.area1 * ratio2 + l.area2);
         double p1 = p.tank + ratio2 * (p.supply - p2), sign = -1;
         if (p1 > p2) {
@@ -231,7 +233,8 @@ double Machine::speed(const Friction &f) const
     return f.cylinder ? now.rod_rate[f.index] : row(f).head(n).dot(y.segment(kV, n));
 }
 
-/* Force on the platform of the payload's part on springs, whose motion goes into ds. */
+/* Returns the force on the platform of the payload's part on springs, and writes that part's motion
+ * into ds. */
 Vec3 Machine::mode_force(const State &s, State &ds) const
 {
     if (p.mode_kg <= 0)
@@ -433,7 +436,7 @@ void Machine::accept(const State &s, double h)
     steps++;
     for (int i = 0; i < kLegs; i++) {
         double *l = &y[kLeg + kPerLeg * i];
-        if (std::abs(l[kSpool]) >= 1) { /* at its mechanical end */
+        if (std::abs(l[kSpool]) >= 1) { /* the spool is at its mechanical end */
             l[kSpool] = std::clamp(l[kSpool], -1.0, 1.0);
             if (l[kSpool] * l[kSpoolRate] > 0)
                 l[kSpoolRate] = 0;
@@ -518,7 +521,8 @@ void Machine::step(double h)
             }
             if (first < 0 && crossing < 0)
                 break;
-            if (first >= 0 && first != crossing) { /* a new one, earlier than the known ones */
+            if (first >= 0 && first != crossing) { /* an element that reverses earlier than the ones
+                                                    * found before */
                 crossing = first;
                 lo = 0;
                 at_lo = v0[first] * friction[first].mode;
@@ -543,7 +547,7 @@ void Machine::step(double h)
             y = before;
             t = start;
             k1 = slope;
-            if (take < 1e-10) { /* it rests already at the start of the step */
+            if (take < 1e-10) { /* the element rests already at the start of the step */
                 k1_known = false;
                 break;
             }
@@ -561,7 +565,7 @@ void Machine::step(double h)
     }
 }
 
-/* A seal bends along the path, so a faster rod needs shorter steps. */
+/* Returns the longest step. A seal bends along the path, so a faster rod needs shorter steps. */
 double Machine::longest_step() const
 {
     double h = p.step;

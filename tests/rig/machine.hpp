@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-/* Parameters with one value per leg, of the base and of hidden effects. SI. */
+/* Parameters of one leg, for the base and the hidden effects. SI. */
 struct LegParameters {
     double area1, area2;         /* rodless side, rod side */
     double middle, half_stroke;  /* mid-stroke length and half the stroke, joint to joint, m */
@@ -38,9 +38,10 @@ struct MachineParameters {
     double stop_stiffness, stop_damping;
     Vec6 stiffness;                      /* x y z phi theta psi, N/m and N m/rad */
     double base_stiffness, base_damping; /* N/m, N s/m, each of three directions */
-    double mode_stiffness, mode_damping; /* the same of the payload's part on springs */
-    double mode_kg;                      /* its mass, at the origin of {M}; 0: none */
-    double step;                         /* longest step, s */
+    double mode_stiffness, mode_damping; /* stiffness and damping of the payload's part on springs,
+                                          * in the same units */
+    double mode_kg; /* mass of that part, at the origin of {M}; 0: none */
+    double step; /* longest step, s */
 };
 
 /* One element of dry friction: a cylinder or one axis of a universal joint. */
@@ -49,7 +50,8 @@ struct Friction {
     bool cylinder;
     int index; /* leg, or row of joint_row */
     int mode = held;
-    double force = 0; /* while held; along the motion, so a negative force resists extending */
+    double force = 0; /* force while held; it points along the motion, so a negative force resists
+                       * extending */
 };
 
 class Machine
@@ -74,7 +76,7 @@ public:
 
     double time() const { return t; }
     double pose(int i) const { return y[kQ + (i < 3 ? i : 8 - i)]; } /* x y z phi theta psi */
-    void read(Vec6 &rod, Vec6 &p1, Vec6 &p2) const;                  /* ideal sensor readings */
+    void read(Vec6 &rod, Vec6 &p1, Vec6 &p2) const; /* ideal sensor readings */
     double rate(int leg) const { return now.rod_rate[leg]; }
     double longest_step() const; /* longest step allowed from this state, s */
     double energy()

@@ -17,7 +17,7 @@ constexpr double kJointError = 0.5e-3; /* m */
 constexpr double kJitterShare =
     1.0 / 500; /* share of samples that arrive one period late, in the series beyond tolerance */
 constexpr double kBaseDamping = 0.03; /* damping ratio of the base plate on its spring */
-constexpr double kModeDamping = 0.03; /* and of the payload's part on springs */
+constexpr double kModeDamping = 0.03; /* damping ratio of the payload's part on springs */
 
 static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
@@ -272,7 +272,7 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
     return p;
 }
 
-/* docs/method.md section 5; one controller per leg. */
+/* Controller of one leg (docs/method.md, section 5). */
 struct Controller {
     double integral = 0, derivative = 0, error = 0, force_slow = 0, reference = 0;
 
@@ -331,8 +331,7 @@ public:
 
     bool continuous() const { return longest_delay > 0 || cutoff.maxCoeff() > 0; }
 
-    /* Follows the machine between samples: lags of the sensors, exact for an input that is linear
-     * in time. */
+    /* Updates the sensors' lags between samples; exact for an input that is linear in time. */
     void follow(const Machine &machine)
     {
         Moment now;
@@ -505,7 +504,7 @@ static int axis_index(const std::string &name)
     throw std::runtime_error("no such axis: '" + name + "'");
 }
 
-/* A wave on one axis, ramped in and out as the tests are. */
+/* Makes a wave on one axis, ramped in and out as the tests are. */
 static Motion wave(const Settings &s, const std::string &axis, double duration,
                    std::function<double(double)> value)
 {
@@ -536,8 +535,8 @@ Motion sine(const Settings &s, const std::string &axis, double frequency, double
     return m;
 }
 
-/* 20 s with twelve tones per axis: 72 frequencies from 0.3 to 9 Hz, assigned to the axes in turn,
- * none a multiple of another. */
+/* Makes a motion of 20 s with twelve tones per axis: 72 frequencies from 0.3 to 9 Hz, assigned to
+ * the axes in turn, none a multiple of another. */
 static Motion multisine(double scale, uint64_t seed)
 {
     constexpr int kLines = 12;
@@ -564,8 +563,8 @@ static Motion multisine(double scale, uint64_t seed)
     return m;
 }
 
-/* sines | sine:AXIS:HZ:AMPLITUDE | multisine[:SCALE] | triangle:AXIS:HZ:AMPLITUDE |
-   chirp:AXIS:HZ:HZ:AMPLITUDE | steps:AXIS:AMPLITUDE:HOLD_S */
+/* Makes motions from texts: sines | sine:AXIS:HZ:AMPLITUDE | multisine[:SCALE] |
+ * triangle:AXIS:HZ:AMPLITUDE | chirp:AXIS:HZ:HZ:AMPLITUDE | steps:AXIS:AMPLITUDE:HOLD_S */
 std::vector<Motion> make_motions(const Settings &s, const std::vector<std::string> &specs,
                                  uint64_t seed)
 {
@@ -598,7 +597,7 @@ std::vector<Motion> make_motions(const Settings &s, const std::vector<std::strin
             const double a = value(2), hold = value(3);
             motions.push_back(wave(
                 s, axis, duration,
-                [=](double t) { /* 0, +a, 0, -a; each move takes 0.1 s */
+                [=](double t) { /* goes to 0, +a, 0, -a in turn; each move takes 0.1 s */
                                 const double level[4] = {0, a, 0, -a}, at = t / hold;
                                 const int k = static_cast<int>(at);
                                 const double from = level[(k + 3) % 4] * (k > 0), to = level[k % 4];
@@ -646,7 +645,7 @@ static std::string list(const Vec6 &v)
     return out.str() + "]";
 }
 
-/* The drawn masses of a part: one number if the configuration has one for all legs. */
+/* Returns the drawn masses of a part: one number if the configuration has one for all legs. */
 static std::string masses(const Settings &s, const std::string &key, double share)
 {
     if (s.all(key).size() != 1)
@@ -708,8 +707,8 @@ static void write_truth(const std::string &file, const Setup &setup)
         throw std::runtime_error("cannot write " + file);
 }
 
-/* At neutral, for the platform's twist in {M}: x y z phi theta psi. A part of the payload on
- * springs counts as rigid. */
+/* Prints the inertia matrix at neutral, for the platform's twist in {M}: x y z phi theta psi. A
+ * part of the payload on springs counts as rigid. */
 static void print_inertia_matrix(const Setup &setup)
 {
     const MachineParameters p = make_parameters(setup, draw_base(setup));
@@ -728,7 +727,7 @@ static void print_inertia_matrix(const Setup &setup)
                                 : "]]\n");
 }
 
-/* Settings of hexid for a drawing's axes: level at neutral and across the leg. */
+/* Prints hexid's settings for the joint axes of a drawing: level at neutral, and across the leg. */
 static void print_joint_axes(const Setup &setup)
 {
     const auto parameters = make_parameters(setup, draw_base(setup));

@@ -25,9 +25,9 @@ struct Setup {
     Settings settings;
     Effects effects;
     int64_t tolerance_seed = -1,
-            beyond_seed = -1; /* negative: the configuration's exact parameters */
+            beyond_seed = -1; /* a negative seed keeps the configuration's exact parameters */
     uint64_t noise_seed = 1;
-    double step_s = 0.25e-3, settle_s = -1; /* settle_s < 0: the configuration's */
+    double step_s = 0.25e-3, settle_s = -1; /* settle_s below 0: the configuration's value */
     bool engage = false; /* start parked and rise; otherwise start at neutral */
 };
 
@@ -41,9 +41,10 @@ struct Base {
 
 struct Motion {
     std::string dof = "none";
-    double frequency = 0, amplitude = 0; /* hints for the file, for sines only */
+    double frequency = 0, amplitude = 0; /* values for the file's header, of sines only */
     double ramp_s = 0, duration_s = 0, ramp_out_s = 0, length_s = 0;
-    std::function<Vec6(double)> reference; /* x y z phi theta psi at a time from 0 to length_s */
+    std::function<Vec6(double)> reference; /* pose x y z phi theta psi at a time from 0 to
+                                            * length_s */
 };
 
 struct Sample {

@@ -51,7 +51,8 @@ static MachineParameters parameters(const Settings &s, const std::vector<std::st
     return make_parameters(setup, draw_base(setup));
 }
 
-/* The machine with joints as points, six different legs and an off-centre payload. */
+/* Returns the settings of a machine with joints as points, six different legs and an off-centre
+ * payload. */
 static Settings uneven(Settings s)
 {
     for (const char *assignment :
@@ -75,7 +76,7 @@ static Settings uneven(Settings s)
     return s;
 }
 
-/* docs/method.md section 3, (A1)-(A6), for the platform's twist. */
+/* Computes the inertia matrix for the platform's twist by docs/method.md, section 3, (A1)-(A6). */
 static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
 {
     const Eigen::Matrix3d T = rotation(pose);
@@ -101,7 +102,8 @@ static Matrix6 inertia_by_formula(const MachineParameters &p, const Vec6 &pose)
     return M;
 }
 
-/* For the platform's twist, from the bodies' generalised coordinates (c, psi, theta, phi). */
+/* Computes the inertia matrix for the platform's twist from the bodies' generalised coordinates (c,
+ * psi, theta, phi). */
 static Matrix6 inertia_by_bodies(const MachineParameters &p, const Vec6 &pose)
 {
     const Machine machine(p, pose);
@@ -281,8 +283,8 @@ static void steps_are_short_enough(const Settings &s)
           print("lengths %.1e m apart", play));
 }
 
-/* 30 kPa more in each chamber 1 is 94 N: a leg that holds 150 N does not move while the valve
- * relieves it. */
+/* 30 kPa more in each chamber 1 are 94 N. A leg whose friction is 150 N does not move while the
+ * valve reduces that pressure. */
 static void friction_holds(const Settings &s)
 {
     double moved[2], crept = 0;
@@ -418,8 +420,8 @@ static void each_effect_does_what_it_says(const Settings &s)
     const double shape = 6 * nz * nz; /* sum of squares of the legs' z components */
     auto leg_speed = [&](const Response &r) { return w * std::abs(r.X[0]) * std::abs(nz); };
 
-    /* name.key=value; ratio of measured to expected value, 1 if exact; accuracy of the
-     * expectation */
+    /* effects as name.key=value; function that returns the ratio of measured to expected value, 1
+     * if exact; accuracy of the expectation */
     using Measure = std::function<double(const Response &)>;
     struct Case {
         std::vector<std::string> effects;
@@ -489,7 +491,8 @@ static void each_effect_does_what_it_says(const Settings &s)
          },
          0.05},
         {{"actuator_inertia.lower_mass_kg=10"},
-         [&](const Response &r) { /* its weight is a moment about the lower joint */
+         [&](const Response &r) { /* the weight of the lower part is a moment about the lower
+                                   * joint */
                                   return (r.G_mean[2] - clean.G_mean[2]) /
                                          (-60 * g * 0.71 / L * (1 - nz * nz));
          },

@@ -150,7 +150,7 @@ static bool drawn(const Settings &s, const std::string &key, Points &points)
     return true;
 }
 
-/* Mass centre in the platform's drawing. */
+/* Returns the mass centre in the platform's drawing. */
 static Vec3 center(const Settings &s)
 {
     return Vec3(s.at("payload.center_x_m"), s.at("payload.center_y_m"),

@@ -12,7 +12,7 @@ double number(const std::string &text); /* throws unless the whole text is a num
 class Settings
 {
 public:
-    /* Keys of the file replace existing ones. */
+    /* Loads a file, whose keys replace existing ones. */
     void load(const std::string &file);
 
     /* Assigns "section.key=value" to an existing key. */

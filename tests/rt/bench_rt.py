@@ -5,7 +5,7 @@
 
 1. Idle, then with stress-ng on the other processors: cyclictest, the loop on sim:, cyclictest, the loop on Modbus TCP (a plant of its own
    on loopback), cyclictest, ... Each run of the loop is compared with the cyclictest before and the one after it (geometric mean), and
-   those two with each other: a ratio of the loop is worth what cyclictest is worth against itself. Medians of the turns.
+   those two with each other: the second ratio shows how exact the first one is. Medians of the turns.
 2. The loop's rate, closed-form plant: the same at each rate; the rate is held where the loop's wake-ups a whole period late are no more
    than 1.5 times cyclictest's (and one in a thousand), and 99 % of the cycles take less than half a period.
 
@@ -20,12 +20,12 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 import counts, measured, wake
 
 COLUMNS = ("p50", "p99", "p999", "max")
-WANTED = {"sim:": 1.1, "modbus": 1.3}  # wake-up p99 relative to cyclictest's
+WANTED = {"sim:": 1.1, "modbus": 1.3}  # limits for the wake-ups' p99 relative to cyclictest's
 MISSED_RATIO, MISSED_SHARE = 1.5, 1e-3
 
 
 class Stress:
-    """stress-ng on the processors that the loop does not use: arithmetic, memory, system calls, context switches."""
+    """Runs stress-ng on the processors that the loop does not use: arithmetic, memory, system calls, context switches."""
 
     def __init__(self, on): self.on, self.process = on, None
 
@@ -50,7 +50,7 @@ def ratio(a, b): return measured.finite(a / max(b, 1e-3), "ratio")
 
 
 class Turns:
-    """cyclictest and other sleepers in turns."""
+    """Runs cyclictest and other sleepers in turns."""
 
     def __init__(self, period_s, slot_s):
         self.period_s, self.slot_s, self.bare, self.runs, self.itself = period_s, slot_s, [], {}, []
@@ -59,7 +59,7 @@ class Turns:
     def cyclictest(self): self.bare.append(wake.cyclictest(self.slot_s, self.period_s))
 
     def turn(self, name, sleeper):
-        """One run between two of cyclictest."""
+        """Runs a sleeper between two runs of cyclictest."""
         run = sleeper(self.slot_s, self.period_s)
         self.cyclictest()
         before, after = self.bare[-2:]
@@ -71,11 +71,11 @@ class Turns:
     def median_ratio(self, name, c): return statistics.median(r[c] for _, r in self.runs[name])
 
     def spread(self, c):
-        """Ratio of cyclictest to itself one slot later: the median of the larger over the smaller."""
+        """Returns the ratio of cyclictest to itself one slot later: the median of the larger over the smaller."""
         return statistics.median(max(r[c], 1 / r[c]) for r in self.itself)
 
     def late(self, name):
-        """Wake-ups a period late per million: the sleeper's and cyclictest's."""
+        """Returns wake-ups a period late per million: the sleeper's and cyclictest's."""
         runs = [run for run, _ in self.runs[name]]
         return tuple(1e6 * sum(w["late"] for w in of) / sum(w["count"] for w in of) for of in (runs, self.bare))
 
@@ -114,7 +114,7 @@ def substeps(period_s): return max(1, math.ceil(period_s / 2.5e-4 - 1e-9))
 
 
 def rate(a, out, hz, turns_count):
-    """Is this rate held?"""
+    """Measures the loop at this rate. Returns the rate if it is held, else 0."""
     period_s = 1 / hz
     settings = ["sim.engine=closed_form", "sim.substeps=%d" % substeps(period_s)]
     turns = Turns(period_s, a.rate_slot)
@@ -130,7 +130,7 @@ def rate(a, out, hz, turns_count):
 
 
 def threads(out):
-    """Activity of each of the daemon's threads from its first sleep on, and its stack; on sim:, then on Modbus."""
+    """Prints the activity of each of the daemon's threads from its first sleep on, and its stack; on sim:, then on Modbus."""
     print("\n| back-end | thread | sleeps | heap calls | locks | page faults | stack, bytes |\n|" + " --- |" * 7, file=out)
     with wake.Plant() as plant:
         for name, url in (("sim:", "sim:"), ("modbus", plant.url)):

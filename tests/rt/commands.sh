@@ -3,7 +3,7 @@
 . tests/scenarios/lib
 . tests/scenarios/operators_lib
 
-# took COMMAND TIMES: median duration in ms of TIMES runs.
+# took COMMAND TIMES: prints the median duration in ms of TIMES runs.
 took() {
     daemon "took_$1" --set lcm.url= || return
     for _ in $(seq "$2"); do
@@ -20,7 +20,7 @@ for command in stop park; do
     claim "$command: done and answered within 20 ms, the median of 200" took $command 200
     sed 's/^/# /' "$work/$command.took"
 done
-# engaged: time from the start of the client to its first line; each is parked again.
+# engaged: prints the time from the start of the client to its first line; each run is parked again.
 engaged() {
     daemon engaged --set lcm.url= --set lcm.lease_s=1 || return # interval at which the client checks for the end
     local begun line

@@ -4,12 +4,12 @@
  *     HEXID_COUNTS=FILE LD_PRELOAD=counts.so hexid run --set security.confine=false ...
  *
  * Counting starts at a thread's first sleep, which in the loop is the wait for its first deadline,
- * or at the thread's start if it never sleeps. At the end of a thread or of the process FILE gets a
- * line: the thread's function (offset in the program, hexadecimal), sleeps, heap calls, locks,
- * minor and major page faults (-1: the kernel must not be asked), bytes of stack. With
+ * or at the thread's start if it never sleeps. At the end of a thread or of the process, a line is
+ * added to FILE: the thread's function (offset in the program, hexadecimal), sleeps, heap calls,
+ * locks, minor and major page faults (-1: could not be read), bytes of stack. With
  * HEXID_COUNTS_EVERY_S a thread that sleeps to deadlines adds a line "wake" after each such
- * interval: its function, its wake-ups, and their lateness [us] as p50, p99, p99.9 and max.
- * Stacks are painted when counting starts. Confined processes cannot be counted: the filter denies
+ * interval: its function, its wake-ups, and their lateness [us] as p50, p99, p99.9 and max. Stacks
+ * are painted when counting starts. Confined processes cannot be counted: the filter denies
  * getrusage(). */
 #include <dlfcn.h>
 #include <errno.h>
@@ -58,8 +58,8 @@ static void *real(const char *name) {
     return f;
 }
 
-/* Page faults of any thread of this process, this one or a sleeping one; returns false if /proc is
- * inaccessible. */
+/* Reads the page faults of a thread of this process, the calling one or a sleeping one; returns
+ * false if /proc is inaccessible. */
 static bool faults_of(pid_t id, long *minor, long *major) {
     char path[64], text[1024];
     snprintf(path, sizeof path, "/proc/self/task/%d/stat", (int)id);
@@ -112,14 +112,15 @@ static void *counted(void *argument) {
     struct counts *c = argument;
     pthread_attr_t attributes;
     void *low;
-    size_t size; /* from low to the top */
+    size_t size; /* size of the stack, from `low` to its top */
     long minor, major;
     mine = c;
     c->id = (pid_t)syscall(SYS_gettid);
     if (!pthread_getattr_np(pthread_self(), &attributes)) {
         pthread_attr_getstack(&attributes, &low, &size);
         pthread_attr_destroy(&attributes);
-        c->low = low, c->high = __builtin_frame_address(0); /* the thread's own storage is above */
+        c->low = low, c->high = __builtin_frame_address(0); /* the thread's own storage lies above
+                                                             * this frame */
     }
     begin_counting(c);
     c->begun = false;
@@ -230,7 +231,7 @@ void free(void *block) {
 
 /* ---- the process ---- */
 
-/* The main thread's stack; only its upper megabyte is painted. */
+/* Paints the upper megabyte of the main thread's stack. */
 __attribute__((noinline)) static uintptr_t paint_main(void) {
     volatile uint64_t room[MAIN_BYTES / sizeof paint];
     for (size_t i = 0; i < MAIN_BYTES / sizeof paint; i++) room[i] = paint;
@@ -253,7 +254,8 @@ __attribute__((constructor)) static void begin(void) {
     mine = c;
 }
 
-/* A forked child has the parent's table but none of its threads. */
+/* Prints the counts at the end, but not in a forked child, which has the parent's table and none of
+ * its threads. */
 __attribute__((destructor)) static void end(void) {
     mine = NULL;
     if (of_thread[0].id != getpid()) return;

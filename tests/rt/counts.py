@@ -31,7 +31,7 @@ def counted(command):
 
 
 def faults_of(thread, unlocked):
-    """Forbidden activities of a real-time thread; uncountable page faults (-1) are none."""
+    """Yields the forbidden activities of a real-time thread; page faults that could not be counted (-1) are not forbidden."""
     if thread["sleeps"] < SLEEPS: yield "slept %d times only" % thread["sleeps"]
     for what in ("heap", "locks") + (() if unlocked else ("minor_faults", "major_faults")):
         if thread[what] > 0: yield "%s: %d" % (what, thread[what])

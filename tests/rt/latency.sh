@@ -43,7 +43,7 @@ else
     claim "$text" kept
 fi
 
-# By the ratio alone: within 1.5, or within cyclictest's ratio to itself in the same turns.
+# Judges by the ratio alone: within 1.5, or within cyclictest's ratio to itself in the same turns.
 agrees() {
     HEXID=$hexid "$python" - <<'END'
 import sys

@@ -1,5 +1,6 @@
-/* The C library's locks, for what stands before it and watches who takes them: included once, where
- * LOCK(name, parameters, arguments) defines a function that watches and passes on. */
+/* List of the C library's lock functions, for a preloaded library that observes their callers:
+ * included once, where LOCK(name, parameters, arguments) defines a function that observes the call
+ * and passes it on. */
 #include <pthread.h>
 #include <semaphore.h>
 #include <time.h>

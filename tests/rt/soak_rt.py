@@ -3,11 +3,11 @@
 
     soak_rt.py [--seconds 3600] [--modbus] [-o build/soak_rt.md]
 
-Prints, quarter by quarter of the time, what the loop's own records say (p50, p99, p99.9, max of the lateness, wake-ups a period late) and what the
-process has (memory, descriptors, page faults of the loop thread); then what was done, what the log's directory holds, and what `hexid doctor
---latency` says of this computer right after. Ends with an error where memory or descriptors grow after the first quarter, the loop meets a page
-fault, a record is lost, a move is not done, parts are missing or the quota is not kept; what the wall clock says is printed and not judged. hexid runs with
-tests/rt/counts.c preloaded, hence unconfined.
+Prints, quarter by quarter of the time, the loop's own records (p50, p99, p99.9, max of the lateness, wake-ups a period late) and the
+process's resources (memory, descriptors, page faults of the loop thread); then the moves, the content of the log's directory, and the
+result of `hexid doctor --latency` on this computer right after. Ends with an error if memory or descriptors grow after the first quarter,
+the loop meets a page fault, a record is lost, a move is not done, parts are missing, or the quota is not kept. Figures that depend on the
+wall clock are printed and not judged. hexid runs with tests/rt/counts.c preloaded, hence unconfined.
 --modbus: behind a plant of its own on Modbus TCP. Environment: HEXID. Needs root."""
 import argparse, contextlib, glob, json, math, os, re, signal, subprocess, sys, tempfile, time
 
@@ -28,7 +28,7 @@ def status_of(pid, key):
 
 
 def loop_thread(pid):
-    """The thread with SCHED_FIFO and the highest priority."""
+    """Returns the thread with SCHED_FIFO and the highest priority."""
     def priority(task):
         with open("/proc/%d/task/%s/stat" % (pid, task)) as file: return int(file.read().rsplit(")", 1)[1].split()[37])    # rt_priority
     return max(os.listdir("/proc/%d/task" % pid), key=priority)
@@ -45,7 +45,7 @@ class Daemon:
         os.mkdir(self.logs)
         before = [wake.HEXID, "run", "--fast", "--set", "sim.engine=closed_form", "--set", "lcm.url=", "--tests", "z", "--log", self.logs]
         subprocess.run(before, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.earlier, = os.listdir(self.logs) # an earlier run's, which the quota deletes; parts of the run that goes on are kept
+        self.earlier, = os.listdir(self.logs) # a log of an earlier run, which the quota deletes; parts of the present run are kept
         command = [wake.HEXID, "run", "--hal", url, "--rt", "require", "--log", self.logs, "--log-part", str(PART_GB), "--log-quota", str(QUOTA_GB),
                    "--json", work + "/run.json"]
         self.result, self.said = work + "/run.json", open(work + "/said", "w+")
@@ -91,12 +91,12 @@ def cycle(daemon):
     finally:
         engage.wait(wake.HANG_S)
     daemon.wait_for("settled")
-    time.sleep(1) # until the pressure is gone, with which `engage` is refused
+    time.sleep(1) # waits until the pressure is gone, because it makes `engage` refuse
     daemon.rounds += 1
 
 
 def quarter_rows(daemon, counts):
-    """The quarters' wake-ups of the loop as tests/rt/counts.c wrote them."""
+    """Returns the loop's wake-ups in each quarter, as tests/rt/counts.c wrote them."""
     with open(counts) as file: lines = [line.split() for line in file if line.startswith("wake ")]
     names = wake_names(wake.HEXID)
     return [[float(x) for x in w[2:]] for w in lines if names.get(int(w[1], 16)) == "loop_thread"]
@@ -111,7 +111,7 @@ def main():
     if a.seconds < 120: p.error("--seconds: 120 at least, a round in each quarter")
     if subprocess.run(["chrt", "-f", "80", "true"], capture_output=True).returncode: wake.fail("this user has no SCHED_FIFO: run as root")
     with tempfile.TemporaryDirectory() as work, contextlib.ExitStack() as stack:
-        os.environ["HEXID_RUNTIME_DIR"] = work # a stop for all the host's machines is not meant for this one
+        os.environ["HEXID_RUNTIME_DIR"] = work # so that a stop for all machines of the host does not reach this one
         url = stack.enter_context(wake.Plant()).url if a.modbus else "sim:"
         soak(a, work, url)
 

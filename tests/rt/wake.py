@@ -15,7 +15,7 @@ MOVE_S, REST_S = 3.0, .2  # the loop's moves up and down, its rests and ramps
 QUANTILES = {"p50": .5, "p99": .99, "p999": .999}
 CPUS = sorted(os.sched_getaffinity(0))
 CPU, OTHERS = CPUS[-1], CPUS[:-1] or CPUS
-# On a stalling machine the run must go on and be counted.
+# The run must go on, and be counted, even if the machine stalls.
 STALL_S, HANG_S = 5, 120
 ENDURES = ["limits.blind_time_s=10", "checks.overruns_pct=100", "checks.excluded_pct=100", "lcm.url="]
 
@@ -24,7 +24,7 @@ def fail(text): raise SystemExit("%s: %s" % (os.path.basename(sys.argv[0]), text
 
 
 def edge_us(us):
-    """Upper edge of the histogram's bin, as in histogram_quantile()."""
+    """Returns the upper edge of the histogram's bin, as histogram_quantile() does."""
     ns = int(us * 1e3)
     shift = max(0, ns.bit_length() - 5)
     return (((ns >> shift) + 1 << shift) - 1) / 1e3
@@ -66,8 +66,8 @@ def cyclictest(seconds, period_s=.002):
 
 
 def loop(seconds, period_s=.002, url="sim:", settings=()):
-    """A run of about so many seconds: engage, one test, park. Also exec_p50, exec_p99 and exec_max [us] of the whole cycle, back-end
-    included."""
+    """Runs the loop for about `seconds`: engage, one test, park. Returns also exec_p50, exec_p99 and exec_max [us] of the whole cycle,
+    back-end included."""
     test_s = max(.5, seconds - 2 * MOVE_S - 3 * REST_S)
     keys = ENDURES + ["loop.overrun_limit=%d" % (STALL_S / period_s), "loop.cpu=%d" % CPU, "loop.priority=%d" % PRIORITY, "loop.period_s=%.9g" % period_s, "checks.period_s=%.9g" % max(.003, period_s),
                       "motion.engage_s=%g" % MOVE_S, "motion.park_s=%g" % MOVE_S, "motion.hold_s=0", "motion.automatic=true", "tests.settle_s=%g" % REST_S,
@@ -93,7 +93,7 @@ def doctor(seconds, period_s=.002):
 
 
 class Plant:
-    """`hexid plant` on Modbus TCP, on the other processors; `url` is where the loop finds it."""
+    """Runs `hexid plant` on Modbus TCP, on the other processors; `url` is where the loop finds it."""
 
     def __init__(self, settings=()):
         command = [HEXID, "plant", "--bus", "modbus:tcp://127.0.0.1:0", "--set", "sim.engine=closed_form"] + [x for s in settings for x in ("--set", s)]

@@ -16,7 +16,7 @@ named() {
     gap friction | tee "$work/said" && says "$work/friction.gap/gap.json" cylinder_coulomb_friction && ! grep -q '^  p1' "$work/said"
 }
 claim "dry friction is named from position and force; pressures are not evaluated" named
-# The file says 2 Hz; configuration or command line 4.
+# The file states 2 Hz; configuration or command line 4.
 own_frequency() {
     sed 's/frequency_hz: 2$/frequency_hz: 4/' config/axis.yaml >"$work/four.yaml" && grep -q 'frequency_hz: 4$' "$work/four.yaml" &&
         gap friction "$work/four.yaml" | tee "$work/said" && ! grep -q 'was stated' "$work/said" || return 1
@@ -76,7 +76,7 @@ claim "no closed loop for an axis" refuses 2 "mechanism: axis --replay motion" \
     "$hexid" gap --measured "$work/friction.lcm" -c config/axis.yaml --replay closed-loop -o "$work/none"
 claim "an axis is not driven" refuses 2 "mechanism: axis" "$hexid" run --fast -c config/axis.yaml
 claim "nor has it an inertia matrix" refuses 2 "mechanism: axis" "$hexid" identify "$work/friction.lcm"
-# Pressures become forces by the cylinder's areas: config/axis.yaml states none.
+# Pressures become forces by the cylinder's areas, which config/axis.yaml does not state.
 pressures() {
     recorded cylinder 80 1 cylinder && import cylinder 2>&1 | tee "$work/said" &&
         grep -q 'warning: pressures, and the configuration does not state .*give it actuator.piston_diameter_m and actuator.rod_diameter_m' "$work/said" &&
@@ -100,7 +100,7 @@ diameters() {
         "$hexid" import "$work/cylinder" -c "$work/own.yaml" -o "$work/cylinder.lcm" | tee "$work/said" &&
         grep -q 'areas: 19.63 cm^2 .* 13.48 cm^2 .*piston 50 mm, rod 28 mm' "$work/said" &&
         grep -q 'as in the default configuration: hydraulics.supply_pa 10e6, .*leakage_m3_per_s_pa 3e-11; .* with -c' "$work/said" &&
-        gap cylinder "$work/own.yaml" | tr -s '\n ' ' ' | tee "$work/said" && # at one load the two are alike
+        gap cylinder "$work/own.yaml" | tr -s '\n ' ' ' | tee "$work/said" && # at one load the two effects look the same
         grep -q 'cannot tell load_dependent_friction from cylinder_coulomb_friction load_dependent_friction explains 100.0 %' "$work/said" &&
         "$hexid" run -c "$work/cylinder.gap/model.yaml" --print-config | grep -q 'piston_diameter_m: 0.05 '
 }

@@ -10,8 +10,8 @@ long=(--set tests.duration_s=2)
 few() { quick --log "$work/few.lcm" >/dev/null; identify "$work/few.lcm"; says 'method C  not evaluated: test x: 0.998 s evaluated, too short: at least 6 cycles'; }
 claim "too few cycles: method C says so, and how many it takes" few
 
-# Only x is tested: entries that show only in the turns are null, and so are the legs' dry frictions, which one test cannot separate. The
-# payload is one body, so its mass along x is that along y and z.
+# Only x is tested: entries that need rotations are null, and so are the legs' dry frictions, which one test cannot separate. The payload is
+# one body, so its mass is the same along x, y and z.
 one_axis() {
     quick --tests x "${long[@]}" --log "$work/x.lcm" >/dev/null
     ends 1 identify "$work/x.lcm" --json "$work/x.json"
@@ -52,7 +52,7 @@ rank() {
 }
 claim "a motion of one axis, legs in step: rank is lacking, and what lacks it is no number" rank
 
-# altered NAME CODE: the six tests with every row of every file changed by Python, where x holds the columns' values by name.
+# altered NAME CODE: the six tests with every row of every file changed by Python, where x contains the columns' values by name.
 altered() {
     rm -rf "$work/csv" && "$hexid" export "$work/six.lcm" -o "$work/csv" >/dev/null && "$python" - "$work/csv" "$2" <<'END' &&
 import csv, glob, sys

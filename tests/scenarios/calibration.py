@@ -14,7 +14,7 @@ def width(run, i): return run["method_c"]["std"][i][i] / run["method_c"]["Mt"][i
 
 
 def held(run):
-    """The configured bodies are the machine's, so that the nominal matrix is the true one."""
+    """Checks the diagonal against the nominal matrix, which is true here, because the configured bodies are the machine's."""
     off = [(run["method_c"]["Mt"][i][i] - run["nominal"]["Mt"][i][i]) / run["method_c"]["std"][i][i] for i in range(6)]
     print("errors of the diagonal, in their deviations:", *("%+.2f" % z for z in off))
     return max(map(abs, off)) < 3.3

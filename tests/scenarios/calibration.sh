@@ -1,5 +1,5 @@
 #!/bin/bash
-# What a known weight and legs on their stops tell about the sensors: sensors with errors are simulated, their errors found, and the matrix
+# A known weight and legs on their stops reveal errors of the sensors: sensors with errors are simulated, their errors found, and the matrix
 # identified with and without that.
 . tests/scenarios/lib
 

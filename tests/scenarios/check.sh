@@ -138,7 +138,7 @@ turned() {
 }
 claim "a reference of a wrong sign is named" turned
 
-# Its ramp takes a second.
+# The recording's ramp takes a second, whatever the header states.
 ramp() {
     for ramp_s in 0.3 1.4; do
         mkdir -p "$work/ramp" && "$python" tests/scenarios/axis.py 80 1 | sed "1i # ramp_s: $ramp_s" >"$work/ramp/1.csv"
@@ -171,12 +171,14 @@ hostile() {
     mkdir -p "$work/hostile" "$work/empty" "$work/void"
     : >"$work/void/1.csv"
     : >"$work/void.lcm"
-    { echo "# dof: none"; echo "# rate_hz: 1000"; echo "t_s,l1_m,${escape}"; for n in 0 1 2 3 4 5 6 7 8 9; do echo "0.00$n,nan,1"; done; } >"$work/hostile/1_${escape}.csv"
-    { ends 1 "$hexid" check "$work/hostile" --json "$work/f.json" -o "$work/f.html" && ends 2 "$hexid" check "$work/empty" && ends 2 "$hexid" check "$work/void" &&
+    { echo "# dof: none"; echo "# rate_hz: 1000"; echo "t_s,l1_m,l2_m,${escape}"; for n in 0 1 2 3 4 5 6 7 8 9; do echo "0.00$n,nan,1.8,1"; done; } >"$work/hostile/1_${escape}.csv"
+    mkdir -p "$work/nothing"
+    sed 's/,1\.8,/,,/' "$work/hostile/1_${escape}.csv" >"$work/nothing/1.csv"
+    { ends 1 "$hexid" check "$work/hostile" --json "$work/f.json" -o "$work/f.html" && ends 2 "$hexid" check "$work/empty" && ends 2 "$hexid" check "$work/void" && ends 2 "$hexid" check "$work/nothing" &&
         ends 3 "$hexid" check "$work/void.lcm" && ends 3 "$hexid" check "$work/none.lcm" && ends 3 "$hexid" check README.md && ends 2 "$hexid" check &&
         ends 3 "$hexid" check "$work/run.lcm" --json /nowhere/a.json; } >"$work/said" 2>&1 || { cat -v "$work/said"; return 1; }
     cat -v "$work/said"
-    fact "$work/f.json" 't["not_a_number"] == 0 and t["channels"]["length"]["there"] == []' && ! LC_ALL=C grep -q $'[\001-\010\013-\037\177\233]' "$work/said" &&
+    fact "$work/f.json" 't["not_a_number"] == 0 and t["channels"]["length"]["there"] == [2]' && ! LC_ALL=C grep -q $'[\001-\010\013-\037\177\233]' "$work/said" &&
         ! LC_ALL=C grep -q $'[\001-\010\013-\037\177]' "$work/f.html"
 }
 claim "empty files, no numbers, no logs and names that a terminal would obey do no harm" hostile

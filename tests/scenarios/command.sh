@@ -1,6 +1,6 @@
 #!/bin/bash
-# Commands: the platform engages, tests and parks on command, and by default only stops on command; a client that set it in motion and
-# leaves, leaves it parked; over LCM, where others watch, stop and park are accepted and motion is not.
+# Commands: the platform engages, tests and parks on command, and by default only stops on command. If a client that set it in motion
+# leaves, the platform is parked. Over LCM, stop and park are accepted and motion is not.
 . tests/scenarios/lib
 own_network "commands are obeyed"
 CLOCK=virtual # the simulated platform's clock: no claim is repeated, and the leases are long compared with any stall
@@ -103,7 +103,7 @@ tests = json.load(open(sys.argv[1]))["tests"]
 print(tests)
 sys.exit(sum(test["samples"] for test in tests) >= 10000)' "$work/run.json"
 }
-turned_back() { # without lcm.commands, and more than once
+turned_back() { # a stop is accepted without lcm.commands, and more than once
     start_run --set motion.engage_s=60
     await engaging && tell stop && await parking && tell stop && await settled && ended 1
 }

@@ -47,7 +47,7 @@ denied_nothing() {
 }
 if command -v strace >/dev/null; then claim "and asks for nothing that it is denied" denied_nothing; fi
 
-# The kernel denies the filter, while the loop already runs: the long first test must not be done.
+# The kernel denies the filter while the loop already runs: the long first test must not be completed.
 unconfined() {
     ends 4 strace -f -o "$work/calls" -e trace=seccomp -e inject=seccomp:error=ENOMEM \
         "$hexid" run --fast "${quick_settings[@]}" --set tests.duration_s=20 >"$work/said" 2>"$work/error"

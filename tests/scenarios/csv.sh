@@ -8,7 +8,7 @@ there_and_back() {
     "$hexid" export "$work/run.lcm" -o "$work/csv" && "$hexid" import "$work/csv" -o "$work/back.lcm" &&
         "$hexid" export "$work/back.lcm" -o "$work/again"
 }
-# Everything but the loop's own statistics and the rest before the supply, which are of cycles outside the tests.
+# Compares everything except the loop's own statistics and the rest before the supply, which concern cycles outside the tests.
 identified_alike() {
     "$hexid" identify "$work/back.lcm" --json "$work/back.json" >/dev/null
     "$python" -c 'import json, sys
@@ -16,7 +16,7 @@ a, b = (json.load(open(f)) for f in sys.argv[1:])
 for x in a, b: x.pop("loop"), x.pop("rest", None)
 sys.exit(a != b)' "$work/run.json" "$work/back.json"
 }
-# As from elsewhere: only leg lengths and time, no configuration.
+# Files as another program writes them: only leg lengths and time, no configuration.
 without_pressures() {
     mkdir "$work/lengths"
     for file in "$work"/csv/*.csv; do
@@ -42,16 +42,16 @@ without_lengths() {
         refuses 2 "no sample has the lengths of all legs" "$hexid" gap --measured "$work/blind.lcm" -c "$work/configured/config.yaml" -o "$work/gap"
 }
 
-# stated_hz JSON: what check says of the files' frequencies.
+# stated_hz JSON: prints the frequencies that check reads in the files.
 stated_hz() { "$python" -c 'import json, sys
 print(*(t["stated_hz"] for t in json.load(open(sys.argv[1]))["tests"]))' "$1"; }
-# One file of 5 Hz against a configuration of 4 Hz, the default's; then two of one axis, each with its own.
+# One file states 5 Hz while the configuration has the default, 4 Hz; then two files of one axis state different frequencies.
 own_frequency() {
     mkdir "$work/own" "$work/two"
     sed 's/^# frequency_hz: .*/# frequency_hz: 5/' "$work/csv/3_z.csv" >"$work/own/1.csv"
     sed 's/^# frequency_hz: .*/# frequency_hz: 3/' "$work/csv/3_z.csv" >"$work/two/1.csv"
     cp "$work/own/1.csv" "$work/two/2.csv"
-    grep -v '^# frequency_hz' "$work/csv/3_z.csv" >"$work/two/3.csv" # takes the configuration's, which the first file gives
+    grep -v '^# frequency_hz' "$work/csv/3_z.csv" >"$work/two/3.csv" # without a frequency it takes the configuration's, which is the first file's
     cp "$work/csv/config.yaml" "$work/four.yaml"
     for of in own two; do "$hexid" import "$work/$of" -c "$work/four.yaml" -o "$work/$of.lcm" || return 1; done
     "$hexid" export "$work/two.lcm" -o "$work/two_again"
@@ -63,11 +63,11 @@ own_frequency() {
             "$hexid" check "$from" -c "$work/four.yaml" --json "$work/own.json" >"$work/own.out" 2>&1
             echo "$from: $(stated_hz "$work/own.json"), expected $expected"
             [ "$(stated_hz "$work/own.json")" = "$expected" ] || return 1
-            [ "$from" != "$work/two" ] || expected="3.0 5.0 4.0" # of the log, whose third states none, that of -c
+            [ "$from" != "$work/two" ] || expected="3.0 5.0 4.0" # in the log, the third test has no frequency of its own, and takes that of -c
         done
     done
 }
-# The command line wins, and says so in one line.
+# The command line has priority, and one line reports that.
 set_wins() {
     for from in "$work/own" "$work/own.lcm"; do
         "$hexid" check "$from" -c "$work/four.yaml" --set tests.frequency_hz=6 --json "$work/own.json" >"$work/own.out" 2>&1

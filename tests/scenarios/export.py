@@ -3,7 +3,7 @@
     export.py table|mat|mcap LOG FILE TYPES   TYPES: the directory of `make python-types`
     export.py opens mat|mcap FILE             read to its end, whatever is in it
 
-The names of the columns are told again here, so that an exchanged one is seen."""
+The names of the columns are repeated here, so that an exchanged one is seen."""
 import csv
 import json
 import struct
@@ -14,11 +14,11 @@ import numpy as np
 
 LEGS, DOFS = range(6), ("x_m", "y_m", "z_m", "phi_rad", "theta_rad", "psi_rad")
 ARRAYS = {"length_m": "l{}_m", "p1_pa": "p1_{}_pa", "p2_pa": "p2_{}_pa", "force_n": "force_{}_n", "valve": "u{}"}
-SCALARS = {"sample_flags": "flags"}  # all others as in lcmtypes
+SCALARS = {"sample_flags": "flags"}  # names that differ from lcmtypes
 
 
 def columns(m):
-    """One state_t by the names of the columns."""
+    """Returns one state_t by the names of the columns."""
     row = {}
     for name in m.__slots__:
         value = getattr(m, name)
@@ -46,7 +46,7 @@ def read_log(path, types):
         else:
             m = kinds[event.channel].decode(event.data)
             messages.setdefault(event.channel[6:].lower(), []).append({n: getattr(m, n) for n in m.__slots__ if not n.endswith("_count")})
-    return {name: np.array([c[name] for c in cycles]) + 0 for name in cycles[0]}, np.array(times), messages  # + 0 turns booleans into 0 and 1
+    return {name: np.array([c[name] for c in cycles]) + 0 for name in cycles[0]}, np.array(times), messages  # + 0 makes 0 and 1 of booleans
 
 
 def same(name, ours, theirs):

@@ -48,12 +48,12 @@ refused_and_gone() {
 to() { echo "$work/never.$1"; }
 claim "a format that is not there: refused, with those that are" refuses 2 "--format xls csv mat mcap" "$hexid" export "$work/x.lcm" --format xls -o "$(to xls)"
 claim "--all with another format: refused" refuses 2 "--all mat" "$hexid" export "$work/x.lcm" --all --format mat -o "$(to mat)"
-full() (trap '' XFSZ; ulimit -f 64; formatted "$@")
+full() (trap '' XFSZ; ulimit -f 16; formatted "$@")
 for format in table mat mcap; do
     claim "$format: a file that is there is not overwritten" refuses 3 "all.$format another" formatted $format "$work/x.lcm" "$work/all.$format"
     claim "$format: a directory that is not there: refused, naming it" refuses 3 "$work/none/" formatted $format "$work/x.lcm" "$work/none/a.$format"
     claim "$format: a log that is not there: refused, and no file made" refused_and_gone "$(to $format)" 3 "$work/none.lcm" formatted $format "$work/none.lcm" "$(to $format)"
-    # The limit of a file's size stands in for a full disk: the same writes fail.
+    # A limit of the file's size simulates a full disk: the same writes fail.
     claim "$format: a disk that is full: said, and nothing left of the file" refused_and_gone "$(to $format)" 3 "never.$format written" full $format "$work/x.lcm" "$(to $format)"
 done
 
@@ -71,7 +71,7 @@ for format in table mat mcap; do
     claim "$format: a log without a cycle: refused, and no file left" refused_and_gone "$(to $format)" 3 "empty.lcm no cycle" formatted $format "$work/empty.lcm" "$(to $format)"
 done
 
-# More events than a .mat can hold.
+# The log has more events than a .mat can contain.
 many() {
     PYTHONPATH=$work/made/python "$python" - "$work/many.lcm" <<'PY'
 import sys, hexid, lcm

@@ -40,7 +40,7 @@ def cycles_of(path):
 
 
 def since(cycles, system_us, begin):
-    """The cycles from the fault's start on."""
+    """Returns the cycles from the fault's start on."""
     if begin.startswith("@"):
         return [c for c in cycles if system_us[c.seq] + c.age_ns / 1000 >= float(begin[1:])]
     return [c for c in cycles if c.time_ns + c.age_ns >= float(begin) * 1e9 - 1]
@@ -61,7 +61,7 @@ def legs_of(c):
 
 
 def detection(cycles, system_us, begin):
-    """The first detection, the legs it names, and its delay in cycles."""
+    """Returns the first detection, the legs it names, and its delay in cycles."""
     after = since(cycles, system_us, begin)
     demand(after, "the run ended before the fault began")
     flagged = [n for n, c in enumerate(after, 1) if c.sample_flags & ~OPEN][:1]
@@ -85,7 +85,7 @@ def identification(result, clean):
     if verdict["status"] != "pass":
         return False, "refused: " + (verdict["reasons"] + ["interrupted"])[0]
     most = 0.0
-    for method in "method_a", "method_c":  # each vouches for its own matrix
+    for method in "method_a", "method_c":  # each method's verdict is about its own matrix
         if not result[method] or result[method]["verdict"]["status"] != "pass":
             continue
         ours, normal = result["errors_pct"][method], clean["errors_pct"][method]

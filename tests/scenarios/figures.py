@@ -2,7 +2,7 @@
 import json, math, sys
 
 # |error| of method A against the nominal, %: an independent simulation, viscous friction only, exact sensors. The signs follow from the
-# gravity gradient -K/w^2, which is in phase with position: it lowers Ixx and Iyy and raises the rest.
+# gravity gradient -K/w^2, which is in phase with position: it lowers Ixx and Iyy and raises the other entries.
 INDEPENDENT = {"mx": 0.21, "my": 0.21, "mz": 0.34, "Ixx": -0.09, "Iyy": -0.09, "Izz": 0.57,
                "Mt15": 0.8, "Mt24": 0.8, "Mt42": 0.8, "Mt51": 0.8}
 # The same with 100 N dry friction per cylinder; only the smallest and the largest coupling are known.
@@ -47,14 +47,14 @@ def nominal(limit, path):
 
 
 def friction(limit, path):
-    """Method C with exact sensors: all ten entries."""
+    """Checks method C with exact sensors: all ten entries."""
     value = errors(path, "method_c")
     print("  ".join(f"{name} {x:+.3f}" for name, x in value.items()))
     return all(abs(x) <= float(limit) for x in value.values())
 
 
 def conventional(limit, path, other):
-    """For tests/ident/least_squares.py: its nominal matrix is exact; its result with exact sensors includes the staircase of the held
+    """Checks tests/ident/least_squares.py. Its nominal matrix is exact; its result with exact sensors includes the staircase of the held
     commands (Ixx 0.25 %, docs/method.md section 4), which method C removes."""
     nominal, found = load(path)["nominal"]["Mt"], load(other)
     apart = max(abs(x - y) for one, same in zip(nominal, found["nominal"]["Mt"]) for x, y in zip(one, same))
@@ -96,7 +96,7 @@ def spread(*paths):
 
 
 def intervals(paths):
-    """Share of method C's 95 % intervals that contain the nominal entry, 21 per run."""
+    """Returns whether enough of method C's 95 % intervals contain the nominal entry, 21 per run."""
     inside = count = 0
     for run in map(load, paths):
         c, nominal = run["method_c"], run["nominal"]["Mt"]
@@ -108,7 +108,8 @@ def intervals(paths):
 
 
 def spread_c(*paths):
-    """Method C's rms over seeds against method A's; a coupling entry's against that of both of A's, above and below the diagonal."""
+    """Compares method C's rms over seeds with method A's; a coupling entry with the rms of both of A's entries, above and below the
+    diagonal."""
     a, c = rms(paths, "method_a"), rms(paths, "method_c")
     for one, other in (("Mt15", "Mt51"), ("Mt24", "Mt42")): a[one] = a[other] = math.hypot(a[one], a[other]) / math.sqrt(2)
     print("  ".join(f"{name} {c[name]:.2f} ({c[name] / a[name]:.2f})" for name in a))
@@ -116,13 +117,13 @@ def spread_c(*paths):
 
 
 def spread_dry(*paths):
-    """The same with dry friction, against fixed figures."""
+    """Checks the same rms with dry friction against fixed figures."""
     fixed = {"m": 1, "I": 1.5, "M": 5.5}  # a third above the observed values
     return len(paths) == 30 and all(value <= fixed[name[0]] for name, value in rms(paths, "method_c").items()) and intervals(paths)
 
 
 def agree(one, other, *limits):
-    """Difference of two runs' errors, in points of a percent: masses, inertias, coupling."""
+    """Checks the difference of two runs' errors, in points of a percent: masses, inertias, coupling."""
     limit = dict(zip("mIM", map(float, limits)))
     first, second = errors(one), errors(other)
     for name in first:

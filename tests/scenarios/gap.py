@@ -27,7 +27,7 @@ def named(path, names):
 
 
 def repaired(path, identification, percent, deviations):
-    """Each entry is within so many percent of the nominal one and within so many of its stated standard deviations."""
+    """True if each entry is within `percent` of the nominal one and within `deviations` of its stated standard deviations."""
     mt, ident = load(path)["Mt"]["repaired"], load(identification)
     nominal, std = ident["nominal"]["Mt"], ident["method_a"]["std"]
     error = {f"{i + 1}{j + 1}": 100 * (mt[i][j] / nominal[i][j] - 1)

@@ -25,12 +25,12 @@ hidden() {
 hysteresis() { hidden --tests z,phi -- effects.valve_hysteresis.width=0.008 && found valve_hysteresis width 0.0076 0.0084; }
 if [ -z "${MORE_CASES:-}" ]; then
     claim "hysteresis of the valves, 0.008, is found within 5 %" hysteresis
-    exit # the others: make test-long
+    exit # make test-long runs the other ones
 fi
-# The commands' noise is 0.00104; the stated deviation is 0.00012, of which two are allowed.
+# The commands' noise is 0.00104; the stated deviation is 0.00012, and two of them are allowed.
 small() { hidden --tests z,phi -- effects.valve_hysteresis.width=0.0007 && found valve_hysteresis width 0.00046 0.00094; }
 claim "one smaller than the noise of the commands is found" small
-# It rises slowly: a spool so slow does not follow a faster move.
+# The platform rises slowly, because so slow a spool does not follow a faster move.
 limit() { hidden --tests z,phi --set motion.engage_s=3 -- 'effects.valve_rate_limit.per_s=[1.03, 10000, 10000, 10000, 10000, 10000]' && found valve_rate_limit per_s 0.99 1.07; }
 claim "a rate limit that one spool is at most of the time, 1.03 per second, is found within 4 %" limit
 delay() {

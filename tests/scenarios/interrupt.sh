@@ -31,7 +31,7 @@ print(v)
 sys.exit(v["status"] != "not_evaluated")' "$work/run.json"
 }
 log_is_whole() { "$hexid" identify "$work/run.lcm" 2>"$work/error" >/dev/null; cat "$work/error"; ! grep -q 'cut' "$work/error"; }
-put_down() { # in the log's last cycle, read by LCM's own Python library
+put_down() { # true if the platform is down in the log's last cycle, read by LCM's own Python library
     PYTHONPATH=$work "$python" -c 'import hexid, lcm, sys
 for event in lcm.EventLog(sys.argv[1], "r"):
     if event.channel == "HEXID_STATE": last = event
@@ -41,7 +41,8 @@ sys.exit(state.state != 1 or state.enable)' "$work/run.lcm"
 }
 parks() { ends 1 interrupt_at "$@" && not_evaluated && log_is_whole && put_down; }
 
-# A second signal, a person's, while it is put down for ten minutes of the run's time; within 0.3 s of the first it would be the same one.
+# A second signal comes from a person, while the platform is put down for ten minutes of the run's time; within 0.3 s of the first it would
+# count as the same signal.
 twice() {
     local run status
     rm -f "$work/lines"

@@ -1,6 +1,7 @@
 /* ip_filter CGROUP COMMAND...: runs a command as systemd runs a service with IPAddressDeny=any and
  * IPAddressAllow=localhost multicast: in its own cgroup, whose BPF programs filter incoming IPv4
- * packets by source and outgoing ones by destination. Status 77: the system allows none. */
+ * packets by source and outgoing ones by destination. Status 77: the system allows no such
+ * programs. */
 #include <fcntl.h>
 #include <linux/bpf.h>
 #include <stddef.h>

@@ -20,7 +20,7 @@ comes() {
         sleep 0.05
     done
 }
-# Runs beside the wall clock: lcm-logger queues 30 messages, and a faster run would overflow it while it waits for the processor.
+# Runs by the wall clock: lcm-logger queues 30 messages, and a faster run would overflow it while it waits for the processor.
 "$hexid" run --hal sim: --rt off "${quick_settings[@]}" --set lcm.url="$url" --set lcm.state_every=100 --set tests.duration_s=2 --log "$work/run.lcm" \
     --json "$work/run.json" >"$work/run" 2>&1
 quick --set lcm.url= --tests x --set tests.duration_s=2 --log "$work/x.lcm" >>"$work/run" 2>&1

@@ -28,7 +28,7 @@ BLANK = """[...document.querySelectorAll('canvas')].filter(c => { const blank = 
 
 
 class Monitor:
-    """hexid monitor --http, and its address."""
+    """Runs hexid monitor --http, and has its address."""
     def __init__(self, *options, port=0):
         command = [HEXID, "monitor", *options, *LCM, "--http", f"127.0.0.1:{port}"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -44,7 +44,7 @@ class Monitor:
 
 
 class Run:
-    """A hexid by the wall clock; its lines are stored as (time, line)."""
+    """Runs a hexid by the wall clock; its lines are stored as (time, line)."""
     def __init__(self, *options):
         command = [HEXID, "run", "--rt", "off", *QUICK, *LCM, *options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -57,7 +57,7 @@ class Run:
         self.process.wait()
 
     def line(self, word):
-        """Time of the first line with this word."""
+        """Returns the time of the first line with this word."""
         for line in self.process.stdout:
             if word in line:
                 return time.time()
@@ -76,14 +76,14 @@ def state(word):
 
 
 def fits(browser):
-    """In every view no label is cut off and everything is drawn."""
+    """Checks that in every view no label is cut off and everything is drawn."""
     for width, dark in browser.views():
         seen = browser.evaluate(f"({{blank: {BLANK}, clipped: {CLIPPED}}})")
         print(width, "dark" if dark else "light", seen)
         assert not seen["blank"] and not seen["clipped"]
 
 
-# Least distance between two legs of the drawing, over its size.
+# Least distance between two legs of the drawing, divided by its size.
 APART = """(async () => {
     const machine = await new Promise(done => { const source = new EventSource('events');
         source.addEventListener('machine', event => { source.close(); done(JSON.parse(event.data)); }); });
@@ -116,7 +116,7 @@ def draws():
 
 
 def fault_once(options, word, shown):
-    """Seconds from the run's own line to the page's."""
+    """Returns the seconds from the run's own line to the page's."""
     with Monitor() as monitor, page(monitor) as browser:
         browser.evaluate("""{ const box = document.getElementById('fault');
             new MutationObserver(() => { if (!box.hidden) window.faultSince ??= Date.now(); }).observe(box, {attributes: true}); }""")
@@ -154,7 +154,7 @@ def restarts():
             assert browser.evaluate("document.querySelectorAll('#loop .old').length") == 0 and " ago\n" in browser.evaluate(TEXT)
             browser.wait("document.getElementById('when').textContent.startsWith('run 2')")
             browser.wait(state("testing"))
-            monitor.process.terminate()  # its server as well
+            monitor.process.terminate()  # ends its server as well
             browser.wait("document.getElementById('link').textContent.includes('is gone')")
             monitor.process.wait()
             with Monitor(port=monitor.port):
@@ -221,7 +221,8 @@ def stream(port):
 
 
 def slow():
-    """As many idle readers as it serves, and one that reads: that one gets all cycles, and the monitor does not grow."""
+    """There are as many idle readers as the server has places for, and one that reads: that one gets all cycles, and the monitor does not
+    grow."""
     with Monitor() as monitor, Run("--set", "lcm.state_every=5", "--set", "tests.duration_s=5"):
         good = stream(monitor.port).makefile("rb")
         sleepers = [stream(monitor.port) for _ in range(15)]
@@ -241,7 +242,7 @@ def slow():
 
 
 def sparse():
-    """One state in 200 cycles, and the seventeenth reader: lines on the strips, and a message."""
+    """With one state in 200 cycles the strips still show lines; the seventeenth reader gets a message."""
     blue = """(c => { const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;
         for (let i = 0; i < p.length; i += 4) n += p[i] < 30 && Math.abs(p[i + 1] - 114) < 30 && Math.abs(p[i + 2] - 178) < 30;
         return n; })(document.querySelectorAll('#strips canvas')[2])"""
@@ -250,7 +251,7 @@ def sparse():
             browser.wait(state("testing"))
             browser.wait(blue + " > 100")
         readers = []
-        while len(readers) < 16:  # the closed browser may hold its place for a moment
+        while len(readers) < 16:  # the closed browser may occupy its place for a moment
             s = stream(monitor.port)
             if s.recv(12).endswith(b"200"):
                 readers.append(s)
@@ -302,7 +303,8 @@ def drain(connection):
 
 
 def cost():
-    """Processor time of the server in per cent of one processor, with so many readers of a run by the wall clock: 50 states per second."""
+    """Prints the processor time of the server in per cent of one processor, with 0 to 16 readers of a run by the wall clock: 50 states per
+    second."""
     ticks = lambda pid: sum(int(x) for x in open(f"/proc/{pid}/stat").read().rsplit(")", 1)[1].split()[11:13])
     with Monitor() as monitor, Run("--set", "tests.duration_s=20"):
         time.sleep(3)  # engaged

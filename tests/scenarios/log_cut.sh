@@ -5,7 +5,7 @@
 quick --tests x,psi --log "$work/whole.lcm" >"$work/run" 2>&1
 size=$(stat -c %s "$work/whole.lcm")
 
-# Evaluated samples that identify finds in a log.
+# Prints the number of evaluated samples that identify finds in a log.
 samples() {
     "$hexid" identify "$1" --json - 2>"$work/error" |
         "$python" -c 'import json, sys; print(sum(t["samples"] for t in json.load(sys.stdin)["tests"]))'
@@ -15,7 +15,7 @@ cut_everywhere() {
     local before=0 now cut
     for part in $(seq 1 40); do
         cut=$((size * part / 41 + part))
-        # A cut between two events is none: every event begins with this word.
+        # A cut between two events leaves a whole log, so it is moved: every event begins with this word.
         [ "$(od -An -tx1 -j $cut -N 4 "$work/whole.lcm" | tr -d ' ')" = eda1da01 ] && cut=$((cut + 5))
         head -c $cut "$work/whole.lcm" >"$work/cut.lcm"
         now=$(samples "$work/cut.lcm")
@@ -51,7 +51,7 @@ damaged() {
     done
 }
 
-# No signal handler runs, so the log holds what the recorder had written. The five tests left when it is killed are minutes of the run's
+# No signal handler runs, so the log contains what the recorder had written. The five tests left when it is killed are minutes of the run's
 # time and seconds of this machine's.
 killed() {
     local run status

@@ -35,7 +35,7 @@ claim "control.delay_s beyond the law's horizon is refused by name" \
     refuses 2 "control.delay_s control.law" "$hexid" run "${law[@]}" --set control.law=model --set control.delay_s=0.09 \
     --set control.kp=1 --set control.ki=0 --set control.kpf=0 # gains that are stable with such a delay
 
-# As in faults.sh, whose run this is but for the law.
+# The run is the one of faults.sh, except for the law.
 quick+=(--set control.law=model)
 some() {
     campaign <<'END'

@@ -1,8 +1,8 @@
-"""Holds tests/modules against the tree. From the repository root, after the tests are built.
+"""Compares tests/modules with the tree. From the repository root, after the tests are built.
 
     modules.py complete         every module has a test of its own name or a line
     modules.py current          no line is out of date
-    modules.py linked BUILD     every C test has the modules linked that it holds: it cannot call others"""
+    modules.py linked BUILD     every C test is linked with the modules that it tests: it cannot call others"""
 import collections
 import fnmatch
 import pathlib
@@ -18,7 +18,7 @@ def own(module):
 
 
 def tests_of(module):
-    """Names, as tests/modules has them."""
+    """Returns the names of a module's tests, as tests/modules has them."""
     return [t for pattern, *tests in LINES if fnmatch.fnmatch(module, pattern) for t in tests] + [own(module).stem] * own(module).exists()
 
 
@@ -39,7 +39,7 @@ def out_of_date():
 
 
 def symbols(files, *options):
-    """File -> the names that it defines."""
+    """Returns a dictionary: file -> the names that it defines."""
     found = collections.defaultdict(set)
     listing = subprocess.run(["nm", "-A", "--defined-only", *options, *files], check=True, capture_output=True, text=True).stdout
     for file, _, rest in (line.partition(":") for line in listing.splitlines()):
@@ -48,7 +48,8 @@ def symbols(files, *options):
 
 
 def not_linked(build):
-    programs = {t: str(build / "tests" / t) for m in MODULES for t in tests_of(m) if not t.endswith(".sh")}  # a scenario runs the program, which has all
+    # a scenario runs the program, which has all modules
+    programs = {t: str(build / "tests" / t) for m in MODULES for t in tests_of(m) if not t.endswith(".sh")}
     in_test = symbols(programs.values())
     in_module = symbols([str(build / m.with_suffix(".o")) for m in MODULES], "--extern-only")
     for module in MODULES:

@@ -84,7 +84,7 @@ two() {
     refuses 3 "nobody nothing hexid-2 $HEXID_RUNTIME_DIR goes emergency" "$hexid" command park --machine bench --set lcm.url= || return
     kill -TERM $one && wait $one && lists_no_more && ended_by TERM 0
 }
-# Over LCM either: the machine shares its bus with the one that was meant.
+# A stop by a name that no machine has is not sent over LCM either, because another machine may share the bus with the intended one.
 nobodys_name() {
     daemon named --set lcm.url= || return
     "$hexid" command engage >"$work/operator" 2>&1 &
@@ -112,7 +112,7 @@ late() {
         kill -CONT $daemon
         cat "$work/gave_up"
         ((status == 0)) && grep -q 'did not answer.*nothing has begun' "$work/gave_up" || return
-        ends 0 "$hexid" command stop || return # by now it has seen the other one
+        ends 0 "$hexid" command stop || return # the daemon has handled the other request by then
     done
     ! grep -E 'pressurising|engaging' "$work/late" && ended_by TERM 0
 }
@@ -148,9 +148,9 @@ broken() {
 }
 claim "a configuration that cannot be read keeps no stop from going" broken
 
-# ---- nothing holds a stop up, and nobody believes in one that cannot come
+# ---- nothing delays a stop, and a stop that cannot arrive is reported
 
-# Limits of whoever calls it: too low for all other subcommands.
+# The caller's limits are too low for all other subcommands.
 limited() {
     local limit
     daemon limited --set lcm.url= || return
@@ -161,7 +161,7 @@ limited() {
 }
 built_with 'asan|tsan' || claim "with 64 kB of stack or 16 open files at most a stop is obeyed and answered" limited
 
-# One of two that cannot be told: the other is stopped, and the status does not say that all is well.
+# One of two machines cannot be told to stop: the other one is stopped, and the exit status reports the failure.
 untold() {
     daemon told --set lcm.url= || return
     "$python" -c 'import signal, socket, sys; s = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM); s.bind(sys.argv[1]); s.listen()
@@ -177,7 +177,7 @@ print("listens", flush=True); signal.pause()' "$HEXID_RUNTIME_DIR/other.stop" >"
 }
 claim "a stop that could not be said to one of two ends with 3 and sends to the emergency stop there" untold
 
-# nohup: the end of the terminal does not end the lease. Then TERM, which parks.
+# With nohup, the end of the terminal does not end the lease. Then TERM parks the platform.
 hung_up() {
     daemon nohup --set lcm.url= || return
     nohup "$hexid" command engage >"$work/operator" 2>&1 &

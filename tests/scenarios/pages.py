@@ -13,7 +13,7 @@ import re
 import sys
 
 README_LINES = 150
-PICTURES_BYTES = 300_000  # in total, because the repository keeps them for ever
+PICTURES_BYTES = 300_000  # limit of their sum, because the repository keeps pictures for ever
 SOURCES = "Makefile src hal sim include config lcmtypes tests docs .ci".split()
 NAMED = re.compile(r"`((?:[\w.-]+/)+[\w.-]+\.(?:c|h|cpp|hpp|py|sh|md|yaml|dbc|eds|lcm|csv))\b")
 OF_THE_CHECKOUT = ("install.md", "development.md", "extending.md")  # valid only in a checkout, also where they are installed
@@ -22,7 +22,7 @@ OF_A_SOURCE = re.compile(r"\bdocs/([\w-]+)\.md(?:,? (?:section )?(\d)\b|, ([A-Z]
 
 
 def outside_blocks(page):
-    """Numbered lines outside fenced blocks."""
+    """Yields the numbered lines outside fenced blocks."""
     fenced = False
     for number, line in enumerate(page.read_text().split("\n"), 1):
         fence = line.startswith("```")
@@ -36,7 +36,7 @@ def headings(page):
 
 
 def anchors(page):
-    """Anchors as GitHub makes them."""
+    """Yields the anchors as GitHub makes them."""
     seen = {}
     for heading in headings(page):
         anchor = re.sub(r"[^\w\- ]", "", re.sub(r"[`*]", "", heading).lower()).replace(" ", "-")
@@ -61,7 +61,8 @@ def broken_links(page, checkout=True):
 
 
 def broken_names(source):
-    """Pages that a source names with the section's number or title: docs/method.md section 4; docs/safety.md, What can fail."""
+    """Yields references of a source to a page's section, by number or title, that do not exist: docs/method.md section 4; docs/safety.md,
+    What can fail."""
     for page, section, title in OF_A_SOURCE.findall(source.read_text(errors="replace")):
         file = pathlib.Path("docs", page + ".md")
         if not file.exists():
@@ -73,7 +74,7 @@ def broken_names(source):
 
 
 def broken_functions(page):
-    """A paragraph or an item of a list names a function() and the file that defines it."""
+    """Yields the functions whose definition is in no file that the same paragraph or list item names."""
     for part in re.split(r"\n\n|\n(?=\d+\. )", page.read_text()):
         files = [pathlib.Path(f) for f in re.findall(r"`((?:src|hal|sim|include)/[\w/.-]+\.[ch])`", part)]
         defined = "\n".join(f.read_text() for f in files if f.exists())

@@ -67,7 +67,7 @@ bus_apart() {
     port=${line##*:}
     port=${port%%[^0-9]*}
     for subset in 1 2 4 7; do
-        for seconds in 2 8 30; do # until it was quick enough to connect
+        for seconds in 2 8 30; do # tries again, until there was enough time to connect
             traced $subset timeout -s INT $seconds "$hexid" run --hal "modbus:tcp://127.0.0.1:$port" --rt off "${quick_settings[@]}" || status=1
             grep -q 'socket:' "$work/calls" && continue 2
         done

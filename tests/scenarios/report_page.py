@@ -13,7 +13,7 @@ SURE = 1.96
 
 
 class Nesting(html.parser.HTMLParser):
-    """Every element is closed, in the order of opening."""
+    """Checks that every element is closed, in the order of opening."""
     open = []
 
     def handle_starttag(self, tag, attributes):
@@ -29,14 +29,14 @@ assert not nesting.open, nesting.open
 
 
 def tables(kind):
-    """Rows of cells, without what stands small beside the value."""
+    """Yields the rows of cells, without the small text beside a value."""
     for table in re.findall(rf'<table class="{kind}">(.*?)</table>', page, re.S):
         rows = [re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row, re.S) for row in re.findall(r"<tr>(.*?)</tr>", table, re.S)]
         yield [[html.unescape(re.sub(r"<small>.*?</small>|<[^>]*>", "", cell)) for cell in row] for row in rows]
 
 
 def shown(text, value, what):
-    """The text is this value, rounded to as many digits as it has."""
+    """Asserts that the text is this value, rounded to as many digits as the text has."""
     if value is None:
         assert text == "–", (what, text)
         return

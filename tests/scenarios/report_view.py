@@ -1,6 +1,6 @@
-"""Opens a page in a headless Chromium: report_view.py PAGE WORK. At 1200 and 420 pixels, in light and in dark, all its pictures are drawn and
-fit, no label of theirs lies on another, its text stands out from its ground, no table has columns of letters, and what scrolls sideways
-shows that it does."""
+"""Opens a page in a headless Chromium: report_view.py PAGE WORK. At 1200 and 420 pixels, in light and in dark, all its pictures are drawn
+and fit, and no label of theirs lies on another. Its text stands out from its ground, no table column is so narrow that it shows single
+letters, and elements that scroll sideways show that they do."""
 import pathlib
 import sys
 

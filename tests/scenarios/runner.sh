@@ -1,6 +1,6 @@
 #!/bin/bash
-# tests/run counts what it skips, and says of every skipped claim why: a scenario's reason stands behind "# SKIP", a C test's in the line
-# before, and cmocka writes a skipped test as "ok" or as "not ok", with its name before or behind "# SKIP", by its version.
+# tests/run counts skipped claims, and prints the reason of each: a scenario's reason stands behind "# SKIP", a C test's in the line before.
+# Depending on its version, cmocka writes a skipped test as "ok" or "not ok", with its name before or behind "# SKIP".
 . tests/scenarios/lib
 
 program() {

@@ -15,7 +15,7 @@ def watch(processor, priority, begun):
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO if priority else os.SCHED_OTHER, os.sched_param(priority))
     except PermissionError:
-        pass  # then no more real-time than the daemon
+        pass  # then the thread is no more real-time than the daemon
     begun.wait()
     due = time.monotonic_ns() + PERIOD_NS
     while True:

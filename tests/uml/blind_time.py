@@ -30,7 +30,8 @@ class Can:
         self.socket.settimeout(30)
 
     def centred(self):
-        """Time of the last command on the bus, and of the last of seven nodes' report of a centred valve or a switched-off output; s."""
+        """Returns the time of the last command on the bus, and of the last of seven nodes' report of a centred valve or a switched-off
+        output; s."""
         command, nodes = None, {}
         while len(nodes) < len(EMCY):
             frame, ancillary, _, _ = self.socket.recvmsg(16, 64)
@@ -45,7 +46,7 @@ class Can:
 
 
 class Modbus:
-    """A client of its own, which polls four times per millisecond."""
+    """A separate client, which polls four times per millisecond."""
 
     def __init__(self):
         self.socket = socket.create_connection(("127.0.0.1", int(bus.rsplit(":", 1)[1])))
@@ -64,8 +65,8 @@ class Modbus:
 
 
 def moment(number):
-    """The two times for one daemon."""
-    time.sleep(0.3)  # until the device has forgotten the one before
+    """Returns the two times for one daemon."""
+    time.sleep(0.3)  # until the device no longer belongs to the daemon before
     what = (signal.SIGKILL, signal.SIGSTOP)[number % 2]
     run = subprocess.Popen([hexid, "run", "--hal", bus, *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     said = []

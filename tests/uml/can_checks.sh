@@ -1,14 +1,14 @@
 # Run by tests/uml/run: vcan0 and vcan1 are up and have no other users.
 . tests/scenarios/lib
-stall_priorities=99 # here starting a process stops the ordinary ones
+stall_priorities=99 # on this kernel, starting a process delays the ordinary ones
 . tests/scenarios/bus_lib
 . tests/uml/can_lib.sh
 
-quick_bus=("${quick_settings[@]}" --set sensors.enabled=false --set motion.automatic=true)
+quick_bus=("${quick_settings[@]}" "${bus_gains[@]}" --set sensors.enabled=false --set motion.automatic=true)
 run_can() { "$hexid" run --hal can:vcan0 "${quick_bus[@]}" "$@"; }
 
-quick --set sensors.enabled=false --json "$work/sim.json" >/dev/null 2>&1
-# Within the sensors' contribution; measured: 0.1, 0.1 and 0.7, on a busy machine 0.5, 0.7 and 1.1.
+quick "${bus_gains[@]}" --set sensors.enabled=false --json "$work/sim.json" >/dev/null 2>&1
+# Limits: the sensors' contribution. Measured: 0.1, 0.1 and 0.7; on a busy machine 0.5, 0.7 and 1.1.
 like_simulation() { as_in_simulation "$1" 0.7 1.2 4; }
 
 identified() {
@@ -76,17 +76,17 @@ killed_daemon() {
     plant_stop && return $status
 }
 
-claim "a missing interface: refused, naming it" refuses 3 "can9 interface" "$hexid" run --hal can:can9
-claim "an interface that is no CAN: refused, naming it" refuses 3 "can:lo not a CAN interface" "$hexid" run --hal can:lo
+claim "a missing interface: refused, naming it" refuses 3 "can9 interface" "$hexid" run "${bus_gains[@]}" --hal can:can9
+claim "an interface that is no CAN: refused, naming it" refuses 3 "can:lo not a CAN interface" "$hexid" run "${bus_gains[@]}" --hal can:lo
 ip link set vcan1 down
-claim "an interface that is down: refused, naming it and the remedy" refuses 3 "can:vcan1 ip link set vcan1 up" "$hexid" run --hal can:vcan1
+claim "an interface that is down: refused, naming it and the remedy" refuses 3 "can:vcan1 ip link set vcan1 up" "$hexid" run "${bus_gains[@]}" --hal can:vcan1
 claim "the same for the plant" refuses 3 "can:vcan1 ip link set vcan1 up" "$hexid" plant --bus can:vcan1
 ip link set vcan1 up
 claim "no permission for CAN sockets: refused, naming the interface and the remedy" refuses 3 "can:vcan1 permission root AF_CAN" \
-    "$python" tests/peers/no_can.py "$hexid" run --hal can:vcan1
-claim "a bus without nodes: refused, naming them" refuses 3 "can:vcan1 all nodes lost" "$hexid" run --hal can:vcan1
+    "$python" tests/peers/no_can.py "$hexid" run "${bus_gains[@]}" --hal can:vcan1
+claim "a bus without nodes: refused, naming them" refuses 3 "can:vcan1 all nodes lost" "$hexid" run "${bus_gains[@]}" --hal can:vcan1
 claim "a bus too slow for the cycle: refused with the arithmetic" refuses 2 "1225 bits can.bitrate_bps" \
-    "$hexid" run --hal can:vcan0 --set can.bitrate_bps=250e3
+    "$hexid" run "${bus_gains[@]}" --hal can:vcan0 --set can.bitrate_bps=250e3
 
 # peer SCRIPT NODE: prints its own claims.
 peer() {
@@ -104,7 +104,7 @@ grep '^ok' "$work/peer"
 fair_claim "the I/O module conforms to CiA 301 and 401, clause by clause" peer canopen_conformance.py 7
 grep '^ok' "$work/peer"
 
-# Nodes that differ from the configuration.
+# The nodes differ from the configuration.
 stranger() {
     plant_start can:vcan0 "${quick_bus[@]}" || return
     refuses 4 "can:vcan0 0x1018:2 0x48584944 0x1 can.product_code" run_can --set can.product_code=1
@@ -119,7 +119,7 @@ strange_io() {
     plant_stop && return $status
 }
 claim "an I/O module of another product: the same" strange_io
-# The plant's relay then stays open, so the run ends on engaging: without pressure no leg follows.
+# The plant's relay then stays open, so the run ends while it engages: without pressure no leg follows.
 not_wired() {
     local input status unwired=()
     for input in emergency_stop enable door pressure supply; do unwired+=(--set interlocks.$input=false); done
@@ -162,7 +162,7 @@ comes_back() { # WHAT-IS-THE-MATTER COMMAND-THAT-TAKES-IT COMMAND-THAT-BRINGS-IT
     : >"$work/run"
     "$hexid" command reset --set lcm.url="$lcm"
     until_in '^ *settled' "$work/run" $run || status=1
-    "$hexid" command engage --set lcm.url="$lcm" & # stays to hold its lease
+    "$hexid" command engage --set lcm.url="$lcm" & # the client stays, so that its lease is renewed
     operator=$!
     until_in '^ *ready' "$work/run" $run || status=1
     kill -TERM $run
@@ -234,18 +234,10 @@ second() { refuses 4 "can:vcan0 another master heard" as_from_elsewhere "$hexid"
 alone() { during 'test 1/6' second && like_simulation "$work/broken.json"; }
 still_ms=1 fair_claim "a second hexid does not start, and the first one's tests pass as without it" alone
 second_master() { faults "test 1/" cansend vcan0 "$1" && grep -q 'FAULT second_master' "$work/faults"; }
-for frame in 080# 201#000000000000 207#01 77F#05 603#4000100000000000 000#0105; do
-    fair_claim "a frame of another master, $frame: a fault" second_master $frame
-done
+# One of its frames here, all of them in make test-long (can_full.sh), as for what is lost on the wire.
+fair_claim "a frame of another master, 201#000000000000: a fault" second_master 201#000000000000
 
 # Frames lost and doubled on the wire itself, if the kernel permits (a vcan that echoes, netem).
-disturbed() {
-    local status
-    during 'test 1/6' tc qdisc add dev vcan0 root netem $1
-    status=$?
-    tc qdisc del dev vcan0 root
-    return $status
-}
 # Only the nodes' readings: a master's frame that comes twice counts as another master's.
 readings_twice() {
     tc -batch - <<<"qdisc add dev vcan0 root handle 1: prio
@@ -259,17 +251,7 @@ unharmed() {
     tc qdisc del dev vcan0 root
     ((status == 0)) && like_simulation "$work/broken.json"
 }
-refused() {
-    disturbed "$1" >"$work/refused"
-    local status=$?
-    cat "$work/refused"
-    [ $status -ne 0 ] || echo "silently wrong: passed"
-    [ $status -eq 1 ] && grep -q 'verdict *fail' "$work/refused"
-}
 if grep -qs Y /sys/module/vcan/parameters/echo; then
     still_ms=1 fair_claim "readings doubled on the wire: identification unharmed" unharmed
-    fair_claim "one frame in a hundred lost: identification refused, not wrong" refused "loss 1%"
-    fair_claim "one frame in ten lost: refused" refused "loss 10%"
-    fair_claim "all frames lost: refused" refused "loss 100%"
 fi
 fair_claim "a daemon killed in a test: seven emergencies, valves at the centre, supply output off" killed_daemon

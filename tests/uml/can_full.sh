@@ -1,6 +1,6 @@
 # Run by tests/uml/run: vcan0 is up and has no other user. Whole runs, and the fault campaign on the bus.
 . tests/scenarios/lib
-stall_priorities=99 # here starting a process stops the ordinary ones
+stall_priorities=99 # on this kernel, starting a process delays the ordinary ones
 . tests/scenarios/bus_lib
 . tests/scenarios/campaign_lib
 . tests/uml/can_lib.sh
@@ -71,7 +71,9 @@ node 3 reset by another master|frame 000#8103|second_master|15
 SYNC of another master|frame 080#|second_master|15
 command of another master|frame 204#000000000000|second_master|15
 SDO of another master|frame 603#4000100000000000|second_master|15
+outputs of another master|frame 207#01|second_master|15
 heartbeat of another master|frame 77F#05|second_master|15
+NMT of another master|frame 000#0105|second_master|15
 another hexid started|second|nothing|0
 EMCY of node 3|frame 083#0050810000000000|sensor_invalid|15
 plant stopped|stop_plant|sensor_age|15

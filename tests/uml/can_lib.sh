@@ -12,7 +12,7 @@ dump_stop() {
     wait $dumper
 }
 
-# The watchdogs of all seven nodes have sent EMCY 0x8250; returns the cycles from the last command to the last of them.
+# Waits for EMCY 0x8250 from the watchdogs of all seven nodes; returns the cycles from the last command to the last of them.
 emergencies() {
     local node
     for node in 1 2 3 4 5 6 7; do

@@ -1,7 +1,7 @@
 # Run by tests/uml/run.
 . tests/scenarios/lib
 . tests/scenarios/bus_lib
-S=("${quick_settings[@]}" --set sensors.enabled=false)
+S=("${quick_settings[@]}" "${bus_gains[@]}" --set sensors.enabled=false)
 
 # nobody COMMAND...: appends a port on which nobody listens and nobody else can.
 nobody() {
@@ -10,14 +10,14 @@ s = socket.socket()
 s.bind(("127.0.0.1", 0))
 sys.exit(subprocess.call(sys.argv[1:-1] + [sys.argv[-1] + str(s.getsockname()[1])]))' "$@"
 }
-claim "an address that is none: refused, with the right form" refuses 2 "modbus:tcp://HOST:PORT" "$hexid" run --hal modbus:tcp:localhost
-claim "a host that refuses: named" refuses 3 "127.0.0.1 refused" nobody "$hexid" run --hal modbus:tcp://127.0.0.1:
-claim "a host that does not exist: named" refuses 3 "no.such.host.invalid" "$hexid" run --hal modbus:tcp://no.such.host.invalid:502
+claim "an address that is none: refused, with the right form" refuses 2 "modbus:tcp://HOST:PORT" "$hexid" run "${bus_gains[@]}" --hal modbus:tcp:localhost
+claim "a host that refuses: named" refuses 3 "127.0.0.1 refused" nobody "$hexid" run "${bus_gains[@]}" --hal modbus:tcp://127.0.0.1:
+claim "a host that does not exist: named" refuses 3 "no.such.host.invalid" "$hexid" run "${bus_gains[@]}" --hal modbus:tcp://no.such.host.invalid:502
 claim "a serial device that is missing: named" refuses 3 "/dev/ttyNONE serial device" \
-    "$hexid" run --hal 'modbus:rtu:/dev/ttyNONE?baud=4000000'
-claim "a file that is no serial device: named" refuses 3 "/dev/null" "$hexid" run --hal 'modbus:rtu:/dev/null?baud=4000000'
+    "$hexid" run "${bus_gains[@]}" --hal 'modbus:rtu:/dev/ttyNONE?baud=4000000'
+claim "a file that is no serial device: named" refuses 3 "/dev/null" "$hexid" run "${bus_gains[@]}" --hal 'modbus:rtu:/dev/null?baud=4000000'
 claim "a line too slow for the cycle: refused with the arithmetic" refuses 2 "33 63 8.9 115200 loop.period_s" \
-    "$hexid" run --hal 'modbus:rtu:/dev/null?baud=115200'
+    "$hexid" run "${bus_gains[@]}" --hal 'modbus:rtu:/dev/null?baud=115200'
 claim "the map is printed" eval '"$hexid" doctor --modbus-map | grep -q "0x0022..0x002d"'
 
 # The standards, clause by clause; the watchdog is so long that no claim depends on it even on a real clock.
@@ -61,13 +61,13 @@ peer() {
 fair_claim "pymodbus reads and moves the plant" peer
 grep '^ok' "$work/peer" # it prints its own claims
 
-foreign() { # another maker's device: the daemon reads it and sees that it does not move
+foreign() { # the device is another maker's: the daemon reads it and sees that it does not move
     local server status
     : >"$work/port"
     "$python" tests/peers/modbus_server.py >"$work/port" &
     server=$!
     until_in '^[0-9]' "$work/port" $server || return
-    "$hexid" run --hal "modbus:tcp://127.0.0.1:$(<"$work/port")" --set lcm.url= --set motion.automatic=true >"$work/run" 2>&1
+    "$hexid" run "${bus_gains[@]}" --hal "modbus:tcp://127.0.0.1:$(<"$work/port")" --set lcm.url= --set motion.automatic=true >"$work/run" 2>&1
     status=$?
     kill $server
     wait $server
@@ -78,11 +78,11 @@ foreign() { # another maker's device: the daemon reads it and sees that it does 
 fair_claim "a pymodbus server in the plant's place: read, and found to stand still" foreign
 
 identified() { run_against modbus:tcp://127.0.0.1:0 "${S[@]}" && as_in_simulation "$work/run.json" 0.7 1.2 4; } # the sensors' contribution
-quick --set sensors.enabled=false --json "$work/sim.json" >/dev/null
+quick "${bus_gains[@]}" --set sensors.enabled=false --json "$work/sim.json" >/dev/null
 still_ms=1 fair_claim "six tests over Modbus TCP at 2 ms, daemon and plant two processes: passed, and method A agrees with the simulation" \
     identified # measured: 0.1, 0.1 and 0.3
 
-# A foreign client writes the valves: not accepted, and the run reports it.
+# A foreign client writes the valves; the device refuses that, and the run reports it.
 rival() {
     plant_start modbus:tcp://127.0.0.1:0 "${S[@]}" || return
     : >"$work/run"
@@ -102,7 +102,7 @@ END
 }
 fair_claim "another client's write of the valves is refused, and is a fault at the master: second_master" rival
 
-# Five kinds of greedy clients and a second daemon. Of two tests no more is missing than the other four.
+# There are five kinds of greedy clients and a second daemon. With one test, nothing is missing but the other five.
 mkfifo "$work/greed"
 undisturbed() {
     local status=0 greedy missing=$'verdict   not_evaluated\n          matrix: needs complete tests of all six axes'
@@ -113,7 +113,7 @@ undisturbed() {
     greedy=$!
     until_in ready "$work/greedy" $greedy || status=1
     : >"$work/run"
-    "$hexid" run --hal "$url" "${S[@]}" --tests z,theta --set motion.automatic=true >"$work/run" 2>&1 6>&- &
+    "$hexid" run --hal "$url" "${S[@]}" --tests z --set motion.automatic=true >"$work/run" 2>&1 6>&- &
     run=$!
     until_in '^ *ready' "$work/run" $run || status=1
     refuses 4 "another master 127.0.0.1 end it first" as_from_elsewhere \

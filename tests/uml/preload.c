@@ -29,11 +29,12 @@ static int (*real_timer_settime)(timer_t timer, int flags, const struct itimersp
 static int (*real_sigsuspend)(const sigset_t *mask);
 static long (*real_ptrace)(enum __ptrace_request request, ...);
 
-static const char *begin_file; /* NULL: virtual time has begun, or never will */
+static const char *begin_file; /* file whose appearance starts virtual time; NULL: virtual time has
+                                * begun, or never will */
 static bool virtual_time;
 static int64_t now_ns, realtime_minus_monotonic_ns;
 static int64_t expiry_ns;      /* expiry of the timer, 0: not armed */
-static timer_t timer;          /* the kernel's only one */
+static timer_t timer;          /* the only timer of the kernel */
 
 __attribute__((constructor)) static void find_real(void) {
     *(void **)&real_clock_gettime = dlsym(RTLD_NEXT, "clock_gettime");
@@ -55,8 +56,8 @@ static void begin_virtual_time(void) {
     now_ns = ns_of(monotonic);
     realtime_minus_monotonic_ns = ns_of(realtime) - now_ns;
     real_timer_gettime(timer, &left);
-    /* An expired timer is a signal waiting for sigsuspend(); disarming it might withdraw that
-     * signal. */
+    /* An expired timer is a signal that waits for sigsuspend(); disarming the timer might withdraw
+     * that signal. */
     if (ns_of(left.it_value)) real_timer_settime(timer, 0, &disarmed, NULL);
     expiry_ns = ns_of(left.it_value) ? now_ns + ns_of(left.it_value) : 0;
     begin_file = NULL;
@@ -91,7 +92,8 @@ int timer_gettime(timer_t which, struct itimerspec *left) {
     return 0;
 }
 
-/* The kernel is idle until its timer expires. SIGALRM is blocked here; the wait delivers it. */
+/* The kernel is idle until its timer expires. SIGALRM is blocked here; the wait delivers the
+ * signal. */
 int sigsuspend(const sigset_t *mask) {
     if (begin_file && access(begin_file, F_OK) == 0) begin_virtual_time();
     if (virtual_time && expiry_ns) {

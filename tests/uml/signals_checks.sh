@@ -19,7 +19,7 @@ begin() {
     cat <&3 "$work/error"
     return 1
 }
-# look PYTHON: with `cycles`, and `last` of them.
+# look PYTHON: runs this Python with the log's `cycles`, and the `last` of them.
 look() {
     PYTHONPATH=$work "$python" -c 'import hexid, lcm, sys
 cycles = [hexid.state_t.decode(e.data) for e in lcm.EventLog(sys.argv[1], "r") if e.channel == "HEXID_STATE"]
@@ -43,7 +43,7 @@ gaps = [b.seq - a.seq for a, b in zip(states, states[1:])]
 missing_ms = (int(sys.argv[2]) - [e for e in events if e.channel == "HEXID_STATE"][-1].timestamp) / 1000
 print(len(states), "cycles, the last", missing_ms, "ms before the kill, largest step of seq", max(gaps))
 sys.exit(missing_ms > 100)' "$work/run.lcm" "$killed_us" &&
-        ends 1 "$hexid" identify "$work/run.lcm" >/dev/null # readable, and not complete
+        ends 1 "$hexid" identify "$work/run.lcm" >/dev/null # the log is readable but not complete
 }
 
 # halted SECONDS: while stopped it can do nothing, so the device's watchdog acts. When it continues, it must not act on old samples.

@@ -1,18 +1,18 @@
 // The machine in motion: a platform as a wire drawing, a single cylinder from its side. Frames as in hexid: x forward, y right, z down.
 import { fixed } from "./words.js";
 
-const TILT = 20 * Math.PI / 180; // of the eye, which looks from behind, the left and above
-const TURNS = Array.from({ length: 11 }, (_, i) => (20 + 5 * i) * Math.PI / 180); // to the left, of which the clearest is taken
-const NUMBER = 0.28, BODY = 0.55; // shares of a leg, from its foot: where its number stands, where its cylinder ends
-const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]; // by which small motion is enlarged, to
-const ROOM = 0.12; // of the drawing's size at most
-const AXIS = 0.25; // length of a drawn axis, of that size
-const HALF_LIFE_S = 4; // of the memory for how large it was
+const TILT = 20 * Math.PI / 180; // angle of view from above; the eye is behind and to the left
+const TURNS = Array.from({ length: 11 }, (_, i) => (20 + 5 * i) * Math.PI / 180); // angles of view from the left; the clearest is used
+const NUMBER = 0.28, BODY = 0.55; // places of a leg's number and of its cylinder's end, as shares of the leg from its foot
+const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]; // factors by which small motion is enlarged
+const ROOM = 0.12; // largest enlarged motion, as a share of the drawing's size
+const AXIS = 0.25; // length of a drawn axis, as a share of the drawing's size
+const HALF_LIFE_S = 4; // time in which the remembered largest motion halves
 
 const points = (flat) => Array.from({ length: flat.length / 3 }, (_, i) => flat.slice(3 * i, 3 * i + 3));
 const between = (a, b, share) => a.map((x, i) => x + share * (b[i] - x));
 
-// Rz(psi) Ry(theta) Rx(phi) p + (x y z).
+// Returns the point p of the platform in this pose: Rz(psi) Ry(theta) Rx(phi) p + (x y z).
 function moved(p, [x, y, z, phi, theta, psi]) {
   const [cf, sf, ct, st, cp, sp] = [phi, theta, psi].flatMap((a) => [Math.cos(a), Math.sin(a)]);
   const [a, b, c] = [p[0], cf * p[1] - sf * p[2], sf * p[1] + cf * p[2]];
@@ -20,40 +20,40 @@ function moved(p, [x, y, z, phi, theta, psi]) {
   return [cp * d - sp * b + x, sp * d + cp * b + y, e + z];
 }
 
-// Right and down in the picture, metres.
+// Returns a point's coordinates in the picture, right and down, in metres.
 function seen([x, y, z], turn) {
   const across = x * Math.sin(turn) + y * Math.cos(turn), away = x * Math.cos(turn) - y * Math.sin(turn);
   return [across, z * Math.cos(TILT) - away * Math.sin(TILT)];
 }
 
-// From left to right and from top to bottom.
+// Returns the box around points in the picture: [left, right], [top, bottom].
 function boxOf(list, turn) {
   const flat = list.map((p) => seen(p, turn));
   return [0, 1].map((i) => [Math.min(...flat.map((p) => p[i])), Math.max(...flat.map((p) => p[i]))]);
 }
 
-// Distance of a point from a line that ends at a and b, in the picture.
+// Returns the distance of a point from the line between a and b, in the picture.
 function distance(p, a, b) {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]], along = ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / (dx * dx + dy * dy);
   const [x, y] = between(a, b, Math.min(1, Math.max(0, along)));
   return Math.hypot(p[0] - x, p[1] - y);
 }
 
-// Least distance, seen from there, of a leg's number from another leg, and of a cylinder's end from another cylinder.
+// Returns the least distance in the picture of a leg's number from another leg, or of a cylinder's end from another cylinder.
 export function apart(upper, lower, turn) {
   const legs = lower.map((foot, i) => [0, NUMBER, BODY, 1].map((share) => seen(between(foot, upper[i], share), turn)));
   return Math.min(...legs.flatMap(([, number, end], i) => legs.filter((_, j) => j !== i)
     .map(([foot, , body, joint]) => Math.min(distance(number, foot, joint), distance(end, foot, body)))));
 }
 
-// The turn from which all legs can be told apart best.
+// Returns the angle of view from which the legs overlap least.
 const clearest = (upper, lower) => TURNS.reduce((best, turn) => (apart(upper, lower, turn) > apart(upper, lower, best) ? turn : best));
 
 export class Drawing {
   constructor(canvas, machine) {
     this.canvas = canvas;
     this.machine = machine;
-    this.faultyLegs = 0; // a bit each
+    this.faultyLegs = 0; // one bit for each leg
     this.caption = "";
     if (machine.mechanism === "axis") return;
     this.upper = points(machine.upper_m);
@@ -121,7 +121,7 @@ export class Drawing {
 
   // ---- the platform ----
 
-  // Metres to pixels, the neutral machine in the middle with a margin for its travel.
+  // Converts a point to pixels. The neutral machine is in the middle, with a margin for its travel.
   place(p) {
     const [[left, right], [top, bottom]] = this.box, margin = 1.2;
     const scale = Math.min(this.canvas.clientWidth / (right - left), this.canvas.clientHeight / (bottom - top)) / margin;
@@ -130,7 +130,7 @@ export class Drawing {
     return [width / 2 + scale * (x - (left + right) / 2), height / 2 + scale * (y - (top + bottom) / 2)];
   }
 
-  // How much small motion is enlarged: never so that it leaves the drawing, and back slowly.
+  // Chooses the factor by which small motion is enlarged. It falls at once, so that the motion stays in the drawing, and rises slowly.
   enlarge(cycle) {
     const size = Math.max(...cycle.pose_m_rad.map((x, i) => Math.abs(x) * (i < 3 ? 1 : this.arm)), 1e-6);
     const passed = Math.max(0, cycle.time_s - (this.then ?? cycle.time_s));

@@ -1,5 +1,5 @@
-// The live page: listens to the server's stream (/events) and keeps the page's words and numbers at what was heard last. What comes from
-// messages goes into the page as text, never as HTML.
+// The live page: receives the server's stream (/events) and shows the newest state, results and events. Text from messages is inserted
+// as text, never as HTML.
 import { Drawing } from "./drawing.js";
 import { Strips } from "./strips.js";
 import { showMatrix } from "./matrix.js";
@@ -11,10 +11,10 @@ const FLAGS = ["stale", "late", "samples dropped", "invalid", "overrun", "I/O er
   "command not written", "two devices answer"];
 const DOF_NAMES = { phi: "φ", theta: "θ", psi: "ψ" };
 
-let machine = null; // what the configuration says
-let run = null; // of what is shown
-let newest = null; // cycle
-let drawn = null; // cycle that is on the screen
+let machine = null; // the machine as the configuration describes it
+let run = null; // number of the run that is shown
+let newest = null; // last cycle received
+let drawn = null; // cycle that is on the screen; null: draw again
 let fault = null;
 let events = [], results = [];
 let matrices = {};
@@ -23,7 +23,7 @@ let drawing, strips;
 const axis = () => machine.mechanism === "axis";
 const dofName = (dof) => DOF_NAMES[machine.dofs[dof]] ?? machine.dofs[dof];
 
-// ---- what the machine is ----
+// ---- the machine ----
 
 function meet(data) {
   machine = data;
@@ -36,7 +36,7 @@ function meet(data) {
   forget();
 }
 
-// Another start of hexid: nothing of the one before is left on the page but its events.
+// Clears the page for another run of hexid; only the events of earlier runs stay.
 function forget() {
   newest = drawn = null;
   showFault(null);
@@ -59,7 +59,7 @@ function doing(c) {
   return `test ${c.test + 1} of ${machine.tests.length}: ${testName(c)}${phase}, ${fixed(c.test_time_s, 1)} s`;
 }
 
-// The wire has not every cycle: the last word on a run's state may be an event's.
+// Returns the state to show. Not every cycle is sent, so an event may report a later state than the newest cycle has.
 function stateOf(c) {
   const said = events.findLast((e) => e.kind === "state" && e.run === run);
   return fault ? "fault" : said && said.seq > c.seq ? said.text : machine.states[c.state];
@@ -88,7 +88,7 @@ function poseRow(name, unit, c, i) {
   return [`${name}, ${unit}`, scaled(pose, pose !== null), scaled(ref, ref !== null), scaled(pose - ref, pose !== null && ref !== null)];
 }
 
-// A cylinder's length is its position, which stands above.
+// Shows the legs. The length of a single cylinder is its position, which the table above shows.
 function showLegs(c) {
   const given = (x, scale, digits) => (x === null ? "–" : fixed(x * scale, digits));
   const row = (i) => [given(c.p1_pa[i], 1e-6, 2), given(c.p2_pa[i], 1e-6, 2), given(c.force_n[i], 1, 0), given(c.valve[i], 100, 1)];
@@ -100,13 +100,13 @@ function showLegs(c) {
   }
 }
 
-// A run that ends with its fault sends no state of it: the fault's own word counts.
+// Shows a fault. A run that ends with its fault may send no cycle in the state `fault`, so the state follows from the fault itself.
 function showFault(told) {
   fault = told;
   if (newest) showState(newest);
   at("fault").hidden = !fault;
   drawing.faultyLegs = fault?.legs ?? 0;
-  drawn = null; // the drawing shows which legs
+  drawn = null; // draws again, because the drawing marks the faulty legs
   if (!fault) return;
   at("fault_name").textContent = "Fault: " + fault.name.replaceAll("_", " ") + (fault.measured ? `: ${fault.measured}` : "");
   at("fault_cause").textContent = sentence(fault.cause);
@@ -146,7 +146,7 @@ function showLoop(stats) {
   if (lastHealth) fillTable(at("loop"), loopRows(lastHealth), false);
 }
 
-// A simulation paced by this host's clock misses no deadline: where the host is late, its time is stretched.
+// Returns the words for missed deadlines. A paced simulation misses none: if the host is late, the simulated time is stretched.
 function missed(s) {
   const stretched = s.stalls > 0 && s.overruns === 0;
   return stretched ? `0: simulated time was stretched at ${s.stalls} late wake-up${s.stalls > 1 ? "s" : ""}` : String(s.overruns);
@@ -218,7 +218,7 @@ function take(cycles) {
   newest = cycles[cycles.length - 1];
 }
 
-// What is new comes to the screen when the browser draws, and not at all while nobody looks.
+// Draws the newest cycle when the browser is about to paint, which it does not do while the page is hidden.
 function draw() {
   requestAnimationFrame(draw);
   if (!newest || newest === drawn) return;
@@ -244,7 +244,7 @@ const handlers = {
   },
 };
 
-// Colours and sizes are the canvases' own to keep.
+// Canvases do not follow the page's colours and size by themselves, so they are drawn again.
 const again = () => { drawn = null; };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
 addEventListener("resize", again);
@@ -255,7 +255,7 @@ function listen() {
   source.onerror = () => {
     at("link").classList.add("broken");
     at("live").classList.add("silent");
-    const refused = source.readyState === EventSource.CLOSED; // by a monitor, or by another program there
+    const refused = source.readyState === EventSource.CLOSED; // by a monitor that serves no more, or by another program
     at("link").textContent = refused ? "not let in: as many watch as are served, or another program is there; trying again" : "hexid monitor is gone; trying again";
     if (refused) setTimeout(listen, 2000);
   };

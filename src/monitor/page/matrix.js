@@ -1,10 +1,10 @@
-// The inertia matrix as it comes: method C's after each test, method A's after the last one, against what the configuration implies.
+// The inertia matrix during a run: by method C after each test, by method A after the last one, compared with the nominal matrix.
 import { at, fillTable, fixed, figures } from "./words.js";
 
-const SURE = 1.96, SCALE_PCT = 10; // a 95 % interval; the end of the bar
+const SURE = 1.96, SCALE_PCT = 10; // half of a 95 % interval in standard deviations; end of the bar's scale
 const COLUMNS = 6;
 
-// Differences in per cent of the root of Mii Mjj, as hexid's reports have them.
+// Returns the difference of an entry from nominal, in per cent of sqrt(Mii Mjj) as in hexid's reports, and the factor to per cent.
 function difference(machine, { row, column }, matrix) {
   const nominal = machine.nominal_mt_si, place = COLUMNS * row + column;
   const scale = 100 / Math.sqrt(nominal[COLUMNS * row + row] * nominal[COLUMNS * column + column]);

@@ -1,11 +1,11 @@
-// Signals of the last 10 s, each strip a canvas: what is measured solid, what is commanded dashed. Rings of fixed size: nothing grows.
+// Signals of the last 10 s, one canvas for each strip. Measured signals are solid, references dashed. Rings of fixed size bound the memory.
 import { fixed } from "./words.js";
 
-const POINTS = 1024, WINDOW_S = 10, GAP_S = 0.3, STEPS_APART = 2.5; // what is missing longer, and for more of the usual steps, is a gap
+const POINTS = 1024, WINDOW_S = 10, GAP_S = 0.3, STEPS_APART = 2.5; // a gap is longer than both GAP_S and STEPS_APART usual steps
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]; // as in hexid's reports
-const LEFT = 52, RIGHT = 8, TOP = 8, BOTTOM = 20; // pixels around a strip's field
+const LEFT = 52, RIGHT = 8, TOP = 8, BOTTOM = 20; // margins of a strip's field, in pixels
 
-// Each series: name, what it is of a cycle, and of which colour; commanded ones are dashed.
+// A series has a name, a function that takes its value from a cycle, and a colour. References are dashed.
 const legs = (of, scale = 1) => [...Array(6).keys()].map((i) => ({ name: i ? String(i + 1) : "leg 1", of: (c) => c[of][i], scale, colour: i }));
 const axes = (names, first) => names.flatMap((name, i) => [
   { name, of: (c) => c.pose_m_rad[first + i], scale: 1e3, colour: i },
@@ -26,7 +26,7 @@ const AXIS = [
   { title: "Valve command, % of full opening", least: 1, series: [one("cylinder", (c) => c.valve[0], 100, 0)] },
 ];
 
-// Round steps: 3 to 6 of them in the range.
+// Returns a round step, of which 3 to 6 fit into the range.
 function stepOf(range) {
   const ten = 10 ** Math.floor(Math.log10(range / 3));
   return ten * [1, 2, 5, 10].findLast((s) => s * ten <= range / 3);
@@ -43,13 +43,13 @@ export class Strips {
 
   forget() {
     this.count = 0;
-    this.age_s = 0; // of the newest message, if it is old
-    this.step_s = Infinity; // the shortest between two cycles that came
+    this.age_s = 0; // age of the newest message if it is old, else 0
+    this.step_s = Infinity; // shortest time between two cycles received
   }
 
   take(cycle) {
     const passed_s = this.count ? cycle.time_s - this.time[(this.count - 1) % POINTS] : 0;
-    if (passed_s < 0) this.forget(); // the loop's clock begins anew
+    if (passed_s < 0) this.forget(); // the loop's clock has started again
     else if (passed_s > 0) this.step_s = Math.min(this.step_s, passed_s);
     const i = this.count++ % POINTS;
     this.time[i] = cycle.time_s;
@@ -65,7 +65,7 @@ export class Strips {
     for (const strip of this.strips) this.drawStrip(strip);
   }
 
-  // Places in the ring, oldest first, within the window and of the newest run of times.
+  // Yields the ring's places within the window, oldest first.
   *shown() {
     const end = this.time[(this.count - 1) % POINTS];
     for (let n = Math.max(0, this.count - POINTS); n < this.count; n++) {
@@ -130,7 +130,7 @@ function figure({ title, series, canvas }) {
   return box;
 }
 
-// null: no series has a number, or no doubles lie between those that they have: such a scale has no steps.
+// Returns the range of the scale. Returns null if no series has a number, or if the numbers are so close that a scale has no steps.
 function rangeOf(series, places, least) {
   let low = Infinity, high = -Infinity;
   for (const s of series)

@@ -1,15 +1,15 @@
-// Numbers, words and tables of the page.
+// Formats numbers and sentences, and fills tables.
 
 export const at = (id) => document.getElementById(id);
 
-// With so many decimals, a real minus sign, and no minus zero.
+// Formats a number with `digits` decimals, a real minus sign, and no minus zero.
 export function fixed(x, digits) {
   if (x === null || x === undefined || !Number.isFinite(x)) return "–";
   const text = x.toFixed(digits);
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
 }
 
-// So many significant digits, without a power of ten.
+// Formats a number with `digits` significant digits, without a power of ten.
 export const figures = (x, digits) => fixed(x, Math.min(6, Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(x) || 1)))));
 
 export function sentence(text, capital = true) {
@@ -17,7 +17,7 @@ export function sentence(text, capital = true) {
   return first + text.slice(1) + (text.endsWith(".") ? "" : ".");
 }
 
-// A table of rows of cells, texts or elements; the first row is its head. Only what has changed is touched: rows stay where they are.
+// Fills a table with rows of cells, which are texts or elements; with `head` the first row is its head. Changes only the cells that differ.
 export function fillTable(table, rows, head = true) {
   while (table.rows.length > rows.length) table.deleteRow(-1);
   rows.forEach((row, i) => {

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Debian's PREEMPT_RT kernel, booted in QEMU by software alone, runs hexid's self-check (init): it shows that the daemon runs there and gets
-# what it asks for; how fast a machine is that is emulated says nothing.
+# Debian's PREEMPT_RT kernel, booted in QEMU by software alone, runs hexid's self-check (init). It shows that the daemon runs there and gets
+# the rights that it asks for; the speed of an emulated machine shows nothing.
 . tests/scenarios/lib
 build=${BUILD:-build}/rt-kernel
 mkdir -p "$build"
@@ -14,7 +14,7 @@ kernel() {
     (cd "$build" && apt-get download "$package" && dpkg-deb --fsys-tarfile "$package"_*.deb | tar -x -C . --wildcards --one-top-level=root './boot/vmlinuz-*' './boot/config-*') ||
         return 1
 }
-# hexid, its libraries, its configuration and busybox.
+# Packs hexid, its libraries, its configuration and busybox.
 initramfs() {
     local root=$work/root file
     mkdir -p "$root/bin" "$root/config" "$root/lib64"

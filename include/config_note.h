@@ -1,0 +1,13 @@
+/* A remark on a key that whoever writes a configuration adds behind its value, such as the value's
+ * interval (config_text_noted()). */
+#ifndef HEXID_CONFIG_NOTE_H
+#define HEXID_CONFIG_NOTE_H
+
+enum { CONFIG_NOTE_KEY = 80, CONFIG_NOTE_SIZE = 120 };
+
+struct config_note {
+    char key[CONFIG_NOTE_KEY]; /* "payload.mass_kg" */
+    char text[CONFIG_NOTE_SIZE];
+};
+
+#endif

@@ -1,0 +1,62 @@
+#include "model_file.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+#include "config.h"
+
+/* A survey took the duration of its own motion into the log's configuration; that of the tests is
+ * not known any more. */
+static void forget_survey(struct machine_found *found) {
+    struct params built_in;
+    config_default(&built_in);
+    found->params.tests.duration_s = built_in.tests.duration_s;
+}
+
+/* The configuration that is written must be one that can be read: a machine that can be. */
+static int check(const char *text, const char *name, struct error *error) {
+    struct params again;
+    return text ? config_parse(&again, text, strlen(text), name, error) : error_set(error, STATUS_IO, "out of memory");
+}
+
+static void say_written(const struct model_file *m, const struct machine_found *found, FILE *out) {
+    cli_say(out, "model     %s: %d keys found, each with its interval%s", m->name, found->notes,
+            found->params.control.law == CONTROL_MODEL ? "" : "; --set control.law=model drives with them");
+    for (int i = 0; i < found->kept; i++) cli_say(out, "          as configured: %s", found->kept_why[i]);
+    if (!m->survey) cli_say(out, "          as configured: oil, valves' gains and delay, which a log of `hexid run --survey` shows");
+}
+
+static int write_found(const struct model_file *m, struct machine_found *found, struct output *to, FILE *out, struct error *error) {
+    char head[300];
+    machine_found(m->params, m->method_c, m->estimate, found);
+    if (m->survey) machine_found_survey(m->survey, found);
+    if (machine_found_is_survey(m->params)) forget_survey(found);
+    snprintf(head, sizeof head, "hexid identify %.200s --model: +- is a 95 %% interval", m->log);
+    for (char *c = head; *c; c++)
+        if ((unsigned char)*c < ' ') *c = '?'; /* the log's name must not end the comment */
+    char *text = config_text_noted(&found->params, head, found->note, found->notes);
+    int status = check(text, m->name, error);
+    if (status) {
+        free(text);
+        output_discard(to);
+        return status;
+    }
+    status = output_made(to, text, error);
+    if (!status) say_written(m, found, out);
+    return status;
+}
+
+int model_file_write(const struct model_file *m, struct output *to, FILE *out, struct error *error) {
+    if (m->verdict->status == VERDICT_FAIL || !m->method_c->matrix.evaluated) {
+        cli_say(out, "model     %s not written: %s", m->name,
+                m->verdict->status == VERDICT_FAIL ? "the verdict is fail, and nothing is driven with what failed"
+                                                   : "method C has no result");
+        output_discard(to);
+        return STATUS_OK;
+    }
+    struct machine_found *found = malloc(sizeof *found);
+    int status = found ? write_found(m, found, to, out, error) : error_set(error, STATUS_IO, "out of memory");
+    free(found);
+    return status;
+}

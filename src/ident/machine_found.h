@@ -1,0 +1,60 @@
+/* The configuration of the machine as an identification found it: payload and friction by method
+ * C, and by a survey the stiffness of the oil, the valves' gains and the delay.
+ *
+ * A feed-forward is linear in these parameters, so the values with the least expected square of
+ * its error are their means given all that is known. A parameter was measured as x with the
+ * variance s^2, and the configuration says n, uniform within a tolerance (model.tolerance), with
+ * the variance t^2: the mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w
+ * s^2. Method C's payload, friction and a survey's oil owe nothing to the configured values, so
+ * n counts once.
+ *
+ * A tolerance is only as good as who stated it: where the sum of (x - n)^2 / (s^2 + t^2) over a
+ * group (the payload's values; the same of all legs) is a chi-square that a true configuration
+ * has once in 1 / FOUND_CONTRADICTED machines, the configuration is of another payload, oil or
+ * seal, and w = 1 for the group. What is not determined stays as configured.
+ *
+ * Dry friction has no tolerance. Its mean over both directions is taken, as a constant force of
+ * a leg (a pressure's zero, the weight) has opposite signs in them. The six legs' seals are of
+ * one make, of an unknown size a: w = a^2 / (a^2 + s^2), a^2 the mean of x^2 - s^2 (empirical
+ * Bayes). So friction that is noise is not driven against. Pure. */
+#ifndef HEXID_MACHINE_FOUND_H
+#define HEXID_MACHINE_FOUND_H
+
+#include "config_note.h"
+#include "loop_survey.h"
+#include "params.h"
+
+#define FOUND_CONTRADICTED 1e-3
+
+/* A value with its standard deviation. */
+struct found_value {
+    double value, std;
+};
+
+/* The mean and standard deviation of a parameter that was measured and that the configuration
+ * states. tolerance_std 0: the configuration is exact; infinite: it says nothing. */
+struct found_value found_mean(struct found_value measured, double nominal, double tolerance_std);
+
+/* Payload's values and 12 parameters of the legs at most. */
+enum { FOUND_NOTES = 24, FOUND_KEPT = 12, FOUND_KEPT_SIZE = 200 };
+
+struct machine_found {
+    struct params params;               /* the configuration with what was found */
+    int notes;
+    struct config_note note[FOUND_NOTES]; /* 95 % intervals and earlier values, key by key */
+    int kept;
+    char kept_why[FOUND_KEPT][FOUND_KEPT_SIZE]; /* what stays as configured, and why; one sentence
+                                                 * each */
+};
+
+/* Takes method C's result and solution for a machine with this configuration. */
+void machine_found(const struct params *configured, const struct method_c *c, const struct estimate *estimate, struct machine_found *found);
+
+/* True if a log with this configuration is that of a survey (hexid run --survey). */
+bool machine_found_is_survey(const struct params *params);
+
+/* Takes a survey's oil, valves and delay; after machine_found(). If the configuration is
+ * that of the survey, its motion goes out of it, back to the tests. */
+void machine_found_survey(const struct loop_survey *survey, struct machine_found *found);
+
+#endif

@@ -1,0 +1,98 @@
+/* The motion system's quality, measured in a recording of quality_plan.h's motion: the platform's
+ * pose by its lengths against the reference at the same instants. The quantities are those of
+ * AGARD-AR-144 and of 14 CFR 60 appendix A (3.a to 3.d), defined in docs/qualify.md. A pure
+ * function of plan and samples; what was not measured is NaN. Ordinary threads; heap.
+ *
+ * Lengths and angles are m and rad; in `limits` and where a name says so, angles are metres at
+ * arm_m. */
+#ifndef HEXID_QUALITY_H
+#define HEXID_QUALITY_H
+
+#include <complex.h>
+
+#include "quality_plan.h"
+#include "types.h"
+
+/* Samples of the motion, one for each cycle of the plan. */
+struct quality_record {
+    int cycles;
+    double (*pose)[DOFS], (*ref)[DOFS], (*length_m)[LEGS];
+    bool *there;               /* false: lost or flagged */
+    double last_s;             /* test time of the last cycle that was taken */
+    int missing;               /* number of samples that are not there, once settled */
+};
+
+/* Prepares an empty record. Returns -3 without memory; free it even then. */
+int quality_record_init(struct quality_record *r, const struct quality_plan *plan, struct error *error);
+void quality_record_free(struct quality_record *r);
+
+/* Takes a cycle of the test; begin_s: test time at which the motion starts. If the test starts
+ * again, the earlier samples are dropped. */
+void quality_record_take(struct quality_record *r, const struct quality_plan *plan, double begin_s, const struct cycle *cycle);
+
+/* Joins the gaps by straight lines, and sets the plan's amplitudes to the recorded ones. Returns -2
+ * if more than most_pct % of a piece's samples are missing, or if the recorded reference is not the
+ * plan's motion. */
+int quality_record_settle(struct quality_record *r, struct quality_plan *plan, double most_pct, struct error *error);
+
+/* One tone of one axis. */
+struct quality_tone {
+    double hz, amplitude; /* of the reference */
+    double complex gain[DOFS]; /* each axis over the reference of the tone's own; m, rad mixed */
+    double std; /* standard deviation of gain[own]: of its amplitude, and in radians of
+                                * its phase */
+    double coherence; /* share of the answer's mean square that is at the tone, from half of
+                                * its frequency to QUALITY_BAND_HZ */
+    /* acceleration of the answer beside the tone, to QUALITY_BAND_HZ, over the tone's own:
+     * harmonics 2 and 3, higher ones, and what is no harmonic (rms over rms); and the peak of all
+     * three over the tone's amplitude. NaN: such harmonics are beyond QUALITY_BAND_HZ */
+    double low, high, noise, peak;
+};
+
+enum { QUALITY_BANDS = 4 };
+#define QUALITY_BAND_HZ 20.0 /* noise and harmonics in motion count up to here */
+extern const double quality_band_hz[QUALITY_BANDS + 1];
+
+struct quality_axis {
+    double rest[QUALITY_BANDS]; /* rms acceleration at rest in each band, m/s^2, rad/s^2 */
+    /* displacement from rest until half of it is followed, and width of the loop of a slow
+     * triangle; NaN: wider than the triangle can show */
+    double threshold, hysteresis;
+    double slope_rate; /* rate of that triangle: a lag T alone is a threshold and
+                                                * a hysteresis of 2 T times it */
+    double lag_s; /* phase over frequency of the 0.5 Hz tone */
+    double dead_s, half_s; /* delay at a tenth and at half of a step's height */
+    double excursion, rate, accel; /* largest amplitudes reached in sines */
+    double turn_around; /* peak acceleration beside the tone at the reversals
+                                                * of the 0.5 Hz tone */
+};
+
+struct quality {
+    struct quality_plan plan;
+    int missing; /* samples that were interpolated */
+    struct quality_tone tone[DOFS][QUALITY_TONES];
+    struct quality_axis axis[DOFS];
+    double complex leg[LEGS]; /* each leg over its own reference in the 0.5 Hz tone of z */
+};
+
+/* Measures everything. Returns -2 for impossible geometry, -3 without memory. */
+int quality_measure(struct quality *q, const struct quality_plan *plan, const struct quality_record *record, const struct params *params,
+                    struct error *error);
+
+/* Factor from an axis's unit to metres: 1, or arm_m for an angle. */
+double quality_metres(const struct quality_plan *plan, int dof);
+
+/* Motion of an axis as a share of the reference of axis `driven`, both in metres; of its own axis
+ * the gain's amplitude. */
+double quality_cross(const struct quality *q, int driven, int tone, int dof);
+
+/* The largest of quality_cross() of all other axes. */
+double quality_cross_most(const struct quality *q, int driven, int tone);
+
+/* The larger value; NaN if one is NaN, which fmax() passes over. */
+double quality_worse(double most, double value);
+
+/* Phase of a tone, degrees, continued from the axis's lower tones so that it does not jump. */
+double quality_phase_deg(const struct quality *q, int dof, int tone);
+
+#endif

@@ -1,0 +1,48 @@
+/* Compares the measurement of `hexid qualify` with the operator's limits and with an earlier
+ * measurement. Pure, no heap. */
+#ifndef HEXID_QUALITY_CHECK_H
+#define HEXID_QUALITY_CHECK_H
+
+#include "params/qualify.h"
+#include "quality.h"
+#include "verdict.h"
+
+enum { QUALITY_CHECKS = 15 };
+
+struct quality_check {
+    const char *key, *unit, *what;  /* key in the section `qualify`; what is measured, for people */
+    bool least;                     /* the limit is a lower one */
+    double value, limit;            /* the worst value; NaN: not measured */
+    bool lacks;                     /* an axis or a tone has no value */
+    enum verdict_status status;     /* NOT_EVALUATED without a limit; nor does it pass if it lacks
+                                     * a value */
+    int dof;                        /* axis of the worst value; -1: none */
+    double hz;                      /* frequency of the worst value; NaN: none */
+};
+
+/* Difference of a tone from the same tone of an earlier measurement. */
+struct quality_change {
+    double gain_pct, phase_deg;     /* of its own axis; NaN: no such tone there, or
+                                     * of another amplitude */
+    double mps2;                    /* as an acceleration of the answer at that amplitude */
+    double of_noise;                /* over its standard deviation by both measurements' noise */
+};
+
+/* Compares with an earlier measurement, by axis and number of the tone. */
+struct quality_change quality_change(const struct quality *now, const struct quality *before, int dof, int tone);
+
+/* Root mean square of of_noise over all tones: about 1 if nothing but noise differs. NaN: no tone
+ * is in both, or there is no noise. */
+double quality_change_of_noise(const struct quality *now, const struct quality *before);
+
+/* Judges everything. before: NULL without a baseline. */
+void quality_judge(const struct quality *q, const struct quality *before, const struct qualify_params *limits,
+                   struct quality_check check[QUALITY_CHECKS]);
+
+/* FAIL if any check fails; NOT_EVALUATED if there is no limit at all, or no value for one. */
+enum verdict_status quality_verdict(const struct quality_check check[QUALITY_CHECKS]);
+
+/* Rms acceleration at rest from 0.2 to 20 Hz, m/s^2 or rad/s^2. */
+double quality_rest(const struct quality *q, int dof);
+
+#endif

@@ -1,0 +1,170 @@
+/* The recorder's log when gains are changed, and when it cannot hold the configuration. */
+#include "support.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "gains.h"
+#include "hal.h"
+#include "log_directory.h"
+#include "messages.h"
+#include "recorder.h"
+
+enum { CYCLES = 16, TOO_LONG = 1 << 18 };
+
+static char directory[] = "/tmp/recorder.XXXXXX";
+static char first[PATH_MAX];
+static const struct hal_ops no_ops;
+static struct hal hal = {.ops = &no_ops};
+static struct params params;
+static struct loop loop;
+static struct ring records;
+static struct log_keeper keeper;
+static struct progress progress;
+static struct recorder recorder;
+static struct error error;
+static char *config;
+static uint64_t seq;
+
+static int begin(void **unused) {
+    (void)unused;
+    char command[PATH_MAX];
+    params = brisk();
+    seq = 0;
+    loop = (struct loop){.params = &params, .hal = &hal, .clock.kind = CLOCK_VIRTUAL};
+    snprintf(command, sizeof command, "rm -rf %s && mkdir %s", directory, directory);
+    if (system(command) || log_directory_create(directory, true, first, sizeof first, &error)) return -1;
+    config = config_text(&params);
+    recorder = (struct recorder){
+        .params = &params, .loop = &loop, .records = &records, .progress = &progress, .loop_says = "", .notify.socket = -1};
+    return !config || ring_init(&records, sizeof(struct cycle), CYCLES) || log_create(&recorder.log, first, &error) ||
+           progress_open(&progress, &params, open("/dev/null", O_WRONLY), true);
+}
+
+static int end(void **unused) {
+    (void)unused;
+    log_close(recorder.log, &error);
+    progress_close(&progress);
+    analysis_free(&recorder.analysis);
+    free(recorder.changed);
+    free(config);
+    ring_free(&records);
+    return 0;
+}
+
+/* Gives the recorder a cycle driven with this kp. */
+static void drive(double kp, uint32_t fault) {
+    struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * 2000000, .test = -1, .dof = DOF_NONE, .first_fault = fault, .faults = fault};
+    c.gains = gains_of(&params.control);
+    c.gains.value[GAIN_KP] = kp;
+    c.measure.leg = -1;
+    seq++;
+    assert_true(ring_push(&records, &c));
+}
+
+static void run(void) {
+    assert_int_equal(recorder_start(&recorder, config, &error), STATUS_OK);
+    atomic_store(&loop.ended, true);
+    assert_true(recorder_join(&recorder));
+    assert_int_equal(recorder.error.status, STATUS_OK);
+    assert_int_equal(log_flush(recorder.log, &error), STATUS_OK);
+}
+
+/* Copies the text of the log's first event of this kind; "": there is none. */
+static void read_event(const char *kind, char *text, size_t size) {
+    struct log_reader *log;
+    struct log_event e;
+    struct event event;
+    *text = '\0';
+    assert_int_equal(log_open(&log, first, &error), STATUS_OK);
+    while (!*text && log_next(log, &e))
+        if (!strcmp(e.channel, CHANNEL_EVENT) && event_decode(e.data, e.size, &event) && !strcmp(event.kind, kind))
+            snprintf(text, size, "%s", event.text);
+    log_release(log);
+}
+
+static void a_configuration_that_does_not_fit_is_a_failure_of_the_log(void **unused) {
+    (void)unused;
+    char *longer = malloc(TOO_LONG + 1);
+    assert_non_null(longer);
+    memset(longer, '#', TOO_LONG);
+    longer[TOO_LONG] = '\0';
+    assert_int_equal(recorder_start(&recorder, longer, &error), STATUS_IO);
+    assert_non_null(strstr(error.text, "the log cannot keep the configuration: 262144 bytes"));
+    assert_true(atomic_load(&loop.quit));
+    free(longer);
+}
+
+static void without_a_log_it_does_not_matter(void **unused) {
+    (void)unused;
+    char *longer = malloc(TOO_LONG + 1);
+    assert_non_null(longer);
+    memset(longer, '#', TOO_LONG);
+    longer[TOO_LONG] = '\0';
+    struct log_writer *log = recorder.log;
+    recorder.log = NULL;
+    atomic_store(&loop.ended, true);
+    assert_int_equal(recorder_start(&recorder, longer, &error), STATUS_OK);
+    assert_true(recorder_join(&recorder));
+    recorder.log = log;
+    free(longer);
+}
+
+static void a_fault_after_a_change_says_to_set_the_gains_back(void **unused) {
+    (void)unused;
+    char text[FAILURE_TEXT_SIZE];
+    recorder.loop_says = "kp 30";
+    drive(40, 0), drive(45, 0), drive(50, 0), drive(50, FAULT_FOLLOWING);
+    run();
+    read_event("remedy", text, sizeof text);
+    assert_non_null(strstr(text, "; the gains: changed to control.kp=50, was 40: set them back"));
+    read_event("cause", text, sizeof text);
+    assert_non_null(strstr(text, "; or the gains, which were changed"));
+}
+
+static void a_fault_after_they_were_set_back_says_what_it_said_before(void **unused) {
+    (void)unused;
+    char text[FAILURE_TEXT_SIZE];
+    recorder.loop_says = "kp 30";
+    drive(40, 0), drive(45, 0), drive(40, FAULT_FOLLOWING);
+    run();
+    read_event("remedy", text, sizeof text);
+    assert_non_null(strstr(text, "; the gains: kp 30"));
+}
+
+/* With parts of a byte every cycle but that of a change begins a part. */
+static void the_cycle_of_a_change_begins_no_part(void **unused) {
+    (void)unused;
+    assert_int_equal(log_keeper_start(&keeper, first, 0, &error), STATUS_OK);
+    recorder.keeper = &keeper, recorder.part_bytes = 1;
+    drive(40, 0), drive(45, 0), drive(45, 0);
+    run();
+    assert_int_equal(recorder.part, 3);
+    assert_int_equal(recorder.keeper_error.status, STATUS_OK);
+    log_keeper_stop(&keeper);
+    while (waitpid(-1, NULL, 0) > 0) continue;
+}
+
+static int make_directory(void **unused) {
+    (void)unused;
+    return mkdtemp(directory) ? 0 : -1;
+}
+
+static int remove_directory(void **unused) {
+    (void)unused;
+    char command[PATH_MAX];
+    snprintf(command, sizeof command, "rm -rf %s", directory);
+    return system(command);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(a_configuration_that_does_not_fit_is_a_failure_of_the_log, begin, end),
+        cmocka_unit_test_setup_teardown(without_a_log_it_does_not_matter, begin, end),
+        cmocka_unit_test_setup_teardown(a_fault_after_a_change_says_to_set_the_gains_back, begin, end),
+        cmocka_unit_test_setup_teardown(a_fault_after_they_were_set_back_says_what_it_said_before, begin, end),
+        cmocka_unit_test_setup_teardown(the_cycle_of_a_change_begins_no_part, begin, end),
+    };
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+}
