@@ -548,7 +548,7 @@ static void gains_change_without_a_bump(void **unused) {
     }
 }
 
-/* Where the integral would leave its limits nothing changes. */
+/* A change of gains for which the integral would leave its limits is refused. */
 static void no_room_in_the_integral_no_change(void **unused) {
     (void)unused;
     struct params p;

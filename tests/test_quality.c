@@ -11,7 +11,7 @@
 #include "quality_report.h"
 #include "trajectory_file.h"
 
-/* What a platform's pose is made of from its reference. */
+/* The simple platform of these tests: how its pose follows from its reference. */
 struct answer {
     double gain, delay_s, cross;   /* cross: y follows x by this factor */
     double play_m;                 /* width of the play of every axis [m, rad] */

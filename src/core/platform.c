@@ -438,8 +438,8 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     uint32_t stale = count_says(p, in), suspect = observe(p, in);
     bool sets = request.command == COMMAND_SET && request.id != s->request_id;
     enum trigger asked = commanded(p, request);
-    /* SAFETY: nothing is started on a doubtful sample, whose inputs are doubtful too. */
     if (sets) p->request_taken = change_gains(p, &request.gains, suspect);
+    /* SAFETY: nothing is started on a doubtful sample, whose inputs are doubtful too. */
     if (asked != TRIGGER_NONE) p->request_taken = !(suspect && begins(asked)) && apply(p, asked);
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
