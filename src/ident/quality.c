@@ -43,18 +43,12 @@ void quality_record_free(struct quality_record *r) {
     *r = (struct quality_record){0};
 }
 
-static bool finite_all(const double *x, int count) {
-    for (int i = 0; i < count; i++)
-        if (!isfinite(x[i])) return false;
-    return true;
-}
-
 void quality_record_take(struct quality_record *r, const struct quality_plan *plan, double begin_s, const struct cycle *c) {
     double at = round(c->test_time_s / plan->step_s) - round(begin_s / plan->step_s);
     if (c->test_time_s < r->last_s) memset(r->there, 0, (size_t)r->cycles * sizeof *r->there);
     r->last_s = c->test_time_s;
     if (!(at >= 0.0 && at < r->cycles) || c->phase != PHASE_EVALUATE || c->in.flags) return;
-    if (!finite_all(c->pose, DOFS) || !finite_all(c->ref, DOFS) || !finite_all(c->in.length_m, LEGS)) return;
+    if (!all_finite(DOFS, c->pose) || !all_finite(DOFS, c->ref) || !all_finite(LEGS, c->in.length_m)) return;
     int n = (int)at;
     memcpy(r->pose[n], c->pose, sizeof r->pose[n]);
     memcpy(r->ref[n], c->ref, sizeof r->ref[n]);

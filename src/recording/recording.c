@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "force.h"
+#include "numeric.h"
 #include "params.h"
 
 enum {
@@ -60,12 +61,6 @@ static struct recording_test *place(struct recording *r, const struct cycle *c) 
     return t;
 }
 
-static bool finite_all(int count, const double *x) {
-    double sum = 0.0;
-    for (int i = 0; i < count; i++) sum += fabs(x[i]);
-    return isfinite(sum);
-}
-
 /* Refuses a sample if `numbers` is false, unless it is refused already. */
 static void need(struct recording_sample *s, bool numbers) {
     if (!s->refused && !numbers) s->refused = REFUSED_NO_NUMBER;
@@ -80,10 +75,10 @@ struct recording_sample recording_sample_of(const struct params *params, const s
     memcpy(s.p2_pa, c->in.p2_pa, (size_t)legs * sizeof(double));
     memcpy(s.valve, c->out.valve, (size_t)legs * sizeof(double));
     memcpy(s.ref, c->ref, (size_t)axes * sizeof(double));
-    bool pressures = finite_all(legs, s.p1_pa) && finite_all(legs, s.p2_pa);
+    bool pressures = all_finite(legs, s.p1_pa) && all_finite(legs, s.p2_pa);
     for (int k = 0; k < legs; k++) s.force_n[k] = pressures ? leg_force(&areas, k, s.p1_pa[k], s.p2_pa[k]) : c->force_n[k];
     s.refused = refusal_of(c, legs);
-    need(&s, isfinite(s.test_time_s) && finite_all(legs, s.force_n));
+    need(&s, isfinite(s.test_time_s) && all_finite(legs, s.force_n));
     return s;
 }
 
@@ -127,10 +122,10 @@ static void thin(struct recording_test *t) {
 
 static void note_measured(struct recording_measured *m, const struct recording_sample *s, const struct mechanism *mechanism) {
     int legs = mechanism->legs;
-    m->pressures = m->pressures || (finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa));
-    m->force = m->force || finite_all(legs, s->force_n);
-    m->valve = m->valve || finite_all(legs, s->valve);
-    m->reference = m->reference || finite_all(mechanism->axes, s->ref);
+    m->pressures = m->pressures || (all_finite(legs, s->p1_pa) && all_finite(legs, s->p2_pa));
+    m->force = m->force || all_finite(legs, s->force_n);
+    m->valve = m->valve || all_finite(legs, s->valve);
+    m->reference = m->reference || all_finite(mechanism->axes, s->ref);
 }
 
 int recording_add(struct recording *r, const struct cycle *c, struct error *error) {
@@ -161,9 +156,9 @@ void recording_settle(struct recording *r) {
     for (int i = 0; i < r->tests; i++)
         for (int j = 0; j < r->test[i].count; j++) {
             struct recording_sample *s = &r->test[i].sample[j];
-            if (m->pressures) need(s, finite_all(legs, s->p1_pa) && finite_all(legs, s->p2_pa));
+            if (m->pressures) need(s, all_finite(legs, s->p1_pa) && all_finite(legs, s->p2_pa));
             else memset(s->p1_pa, 0, sizeof s->p1_pa), memset(s->p2_pa, 0, sizeof s->p2_pa);
-            if (m->valve) need(s, finite_all(legs, s->valve));
+            if (m->valve) need(s, all_finite(legs, s->valve));
             else memset(s->valve, 0, sizeof s->valve);
         }
 }
