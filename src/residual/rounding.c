@@ -7,9 +7,10 @@
 #include "spectrum.h"
 #include "units.h"
 
-enum { BISECTIONS = 30 };
+enum { BISECTIONS = 30, SIZES = 5 };
 static const double WEAK = 1e-6; /* share of 1 / 12, the mean square of all errors, below which a
                                   * tone does not count */
+static const double SURE = 3.0;  /* a harmonic of this many standard deviations is no error */
 
 /* Mean square of tone k of the errors to steps of 1, if x varies by a Gaussian of this standard
  * deviation. */
@@ -29,31 +30,69 @@ static double shaking(double scatter) {
     return least;
 }
 
-/* Adds the variance by tone k, whose mean square is mean_square. */
-static void add_tone(const struct rounding *r, int harmonics, const double *row, int k, double mean_square, double *variance) {
-    int size = 1 + 2 * harmonics;
-    double sine[1 + 2 * ROUNDING_HARMONICS] = {0}, cosine[1 + 2 * ROUNDING_HARMONICS] = {0}, basis[1 + 2 * ROUNDING_HARMONICS];
+/* Fourier coefficients of the sine and the cosine of each tone, for sizes of the motion whose
+ * peaks are spread evenly over a step. */
+struct tones {
+    double sine[ROUNDING_TONES][SIZES][1 + 2 * ROUNDING_HARMONICS], cosine[ROUNDING_TONES][SIZES][1 + 2 * ROUNDING_HARMONICS];
+};
+
+/* Value of the mean cycle, without its mean, at one of the places. basis: the Fourier basis
+ * there. */
+static double course_at(const struct rounding *r, int harmonics, const double *row, int place, double *basis) {
+    double x = 0.0;
+    spectrum_basis(r->first_phase + 2.0 * PI * place / r->places, harmonics, basis);
+    for (int a = 1; a < 1 + 2 * harmonics; a++) x += row[a] * basis[a];
+    return x;
+}
+
+static void find_tones(struct tones *t, const struct rounding *r, int harmonics, const double *row, int tones) {
+    double basis[1 + 2 * ROUNDING_HARMONICS], peak = 0.0;
+    memset(t, 0, sizeof *t);
+    for (int i = 0; i < r->places; i++) peak = fmax(peak, fabs(course_at(r, harmonics, row, i, basis)));
     for (int i = 0; i < r->places; i++) {
-        double x = 0.0;
-        spectrum_basis(r->first_phase + 2.0 * PI * i / r->places, harmonics, basis);
-        for (int a = 1; a < size; a++) x += row[a] * basis[a];
-        double s = sin(2.0 * PI * k * x / r->step), c = cos(2.0 * PI * k * x / r->step);
-        for (int a = 0; a < size; a++) sine[a] += s * basis[a], cosine[a] += c * basis[a];
+        double x = course_at(r, harmonics, row, i, basis);
+        for (int j = 0; j < SIZES; j++) {
+            double off = (j + 0.5) / SIZES - 0.5, larger = peak > 0.0 ? x / peak * off : 0.0;
+            for (int k = 0; k < tones; k++) {
+                double turn = 2.0 * PI * (k + 1) * (x / r->step + larger), s = sin(turn), c = cos(turn);
+                for (int a = 0; a < 1 + 2 * harmonics; a++) t->sine[k][j][a] += s * basis[a], t->cosine[k][j][a] += c * basis[a];
+            }
+        }
     }
-    for (int a = 0; a < size; a++) variance[a] += mean_square * (square(sine[a]) + square(cosine[a])) * square((a ? 2.0 : 1.0) / r->places);
+}
+
+/* Computes the variances if the tones of a motion have these mean squares, in steps^2. */
+static void find_variance(const struct rounding *r, int harmonics, const double *row, int tones, const double *mean_square,
+                          double *variance) {
+    struct tones t;
+    find_tones(&t, r, harmonics, row, tones);
+    memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
+    for (int k = 0; k < tones; k++)
+        for (int j = 0; j < SIZES; j++)
+            for (int a = 0; a < 1 + 2 * harmonics; a++)
+                variance[a] += mean_square[k] / SIZES * square(r->step * (a ? 2.0 : 1.0) / r->places) *
+                               (square(t.sine[k][j][a]) + square(t.cosine[k][j][a]));
 }
 
 void rounding_in_step(const struct rounding *r, int harmonics, const double *row, double *variance) {
     memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
     if (!(r->step > 0.0) || r->places < 1) return;
-    double shaken = shaking(r->scatter / r->step);
-    for (int k = 1; k <= ROUNDING_TONES; k++) {
+    double shaken = shaking(r->scatter / r->step), mean_square[ROUNDING_TONES];
+    int tones = 0; /* the tones up to the last that counts */
+    for (int k = 0; k < ROUNDING_TONES; k++) {
         double s = 0.0, c = 0.0;
         for (int i = 0; i < r->cycles; i++) {
-            double turn = 2.0 * PI * k * r->middle[i] / r->step;
+            double turn = 2.0 * PI * (k + 1) * r->middle[i] / r->step;
             s += sin(turn) / r->cycles, c += cos(turn) / r->cycles;
         }
-        double mean_square = tone_square(k, shaken) * (square(s) + square(c));
-        if (mean_square > WEAK / 12.0) add_tone(r, harmonics, row, k, mean_square * square(r->step), variance);
+        mean_square[k] = tone_square(k + 1, shaken) * (square(s) + square(c));
+        if (mean_square[k] > WEAK / 12.0) tones = k + 1;
     }
+    /* The motion is the fundamental, and those harmonics that cannot be errors. */
+    double motion[1 + 2 * ROUNDING_HARMONICS] = {0.0, row[1], row[2]};
+    find_variance(r, harmonics, motion, tones, mean_square, variance);
+    for (int a = 3; a < 1 + 2 * harmonics; a += 2)
+        if (square(row[a]) + square(row[a + 1]) > square(SURE) * (variance[a] + variance[a + 1]))
+            motion[a] = row[a], motion[a + 1] = row[a + 1];
+    find_variance(r, harmonics, motion, tones, mean_square, variance);
 }

@@ -18,6 +18,9 @@ static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor, as a 
                                                 * variation: class 0.5; the motor constant of a
                                                 * drive is known no better */
 
+enum { INSTANTS = 16 };                /* instants of a period at which chambers are linearised */
+static const double STEP_PA = 1e3, STEP_MPS = 1e-4; /* changes in their difference quotients */
+
 /* Replaces the lower triangle of the covariance C by the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {
     for (int j = 0; j < RESIDUALS; j++) {
@@ -38,16 +41,58 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
     }
 }
 
-/* Pressure changes for one unit of change of a leg's length at this frequency, for two stiff
- * volumes with a leak between them and valve flows as recorded. */
-static void stiffness(const struct cylinder_leg *leg, const double volume_m3[2], double rate_radps, double complex pa_per_m[2]) {
-    double complex rate = CMPLX(0.0, rate_radps), leak = leg->leakage_m3_per_s_pa;
-    double complex one = rate * volume_m3[PORT_A] / leg->bulk_modulus_pa + leak,
-                   other = rate * volume_m3[PORT_B] / leg->bulk_modulus_pa + leak;
-    double complex both = one * other - leak * leak; /* determinant; 0 only at zero frequency */
-    pa_per_m[PORT_A] = rate_radps > 0.0 ? rate * (leg->a1_m2 * other - leg->a2_m2 * leak) / both : 0.0;
-    pa_per_m[PORT_B] = rate_radps > 0.0 ? rate * (leg->a1_m2 * leak - leg->a2_m2 * one) / both : 0.0;
+/* A leg's chambers linearised about the measured motion, mean over a period of the series. */
+struct chambers {
+    double by_pressure[PORTS][PORTS]; /* change of each pressure's rate with each pressure, 1/s */
+    double by_rate[PORTS];            /* change of each pressure's rate with the leg's, Pa/m */
+};
+
+/* Pressures and spool at an instant of the mean cycle. motion: set to the length and its rate. */
+static struct cylinder_state at_instant(const struct residual_test *t, int leg, const double *basis, double bias, double motion[3]) {
+    double pressure[PORTS][3], spool[3];
+    const struct spectrum *s = &t->spectrum;
+    spectrum_at(s->mean[CHANNEL_LENGTH][leg], t->harmonics, s->omega, basis, motion);
+    spectrum_at(s->mean[CHANNEL_P1][leg], t->harmonics, s->omega, basis, pressure[PORT_A]);
+    spectrum_at(s->mean[CHANNEL_P2][leg], t->harmonics, s->omega, basis, pressure[PORT_B]);
+    spectrum_at(s->mean[CHANNEL_VALVE][leg], t->harmonics, s->omega, basis, spool);
+    return (struct cylinder_state){.p1_pa = pressure[PORT_A][0], .p2_pa = pressure[PORT_B][0], .spool = spool[0] + bias};
 }
+
+/* Linearises a leg's chambers: oil, leakage, and the valve's orifices, which let pressure go. */
+static struct chambers linearise(const struct residual_test *t, const struct cylinder_model *m, int leg) {
+    struct mains mains = cylinder_mains(m);
+    struct chambers mean = {0};
+    for (int i = 0; i < INSTANTS; i++) {
+        double motion[3];
+        struct cylinder_state s = at_instant(t, leg, t->cycle + i * (PHASES / INSTANTS) * SPECTRUM_SIZE, m->leg[leg].valve_bias, motion);
+        struct cylinder_state rate = cylinder_derivative(m, leg, &mains, &s, s.spool, motion[0], motion[1], s.spool), moved;
+        for (int j = 0; j < PORTS; j++) {
+            moved = s;
+            *(j == PORT_A ? &moved.p1_pa : &moved.p2_pa) += STEP_PA;
+            moved = cylinder_derivative(m, leg, &mains, &moved, s.spool, motion[0], motion[1], s.spool);
+            mean.by_pressure[PORT_A][j] += (moved.p1_pa - rate.p1_pa) / STEP_PA / INSTANTS;
+            mean.by_pressure[PORT_B][j] += (moved.p2_pa - rate.p2_pa) / STEP_PA / INSTANTS;
+        }
+        moved = cylinder_derivative(m, leg, &mains, &s, s.spool, motion[0], motion[1] + STEP_MPS, s.spool);
+        mean.by_rate[PORT_A] += (moved.p1_pa - rate.p1_pa) / STEP_MPS / INSTANTS;
+        mean.by_rate[PORT_B] += (moved.p2_pa - rate.p2_pa) / STEP_MPS / INSTANTS;
+    }
+    return mean;
+}
+
+/* Changes of the pressures' residuals for one unit of error of a leg's length at this frequency:
+ * what the simulated chambers change by, subtracted. */
+static void stiffness(const struct chambers *c, double rate_radps, double complex pa_per_m[PORTS]) {
+    const double (*p)[PORTS] = c->by_pressure;
+    double complex rate = CMPLX(0.0, rate_radps), one = rate - p[PORT_A][PORT_A], other = rate - p[PORT_B][PORT_B];
+    double complex both = one * other - p[PORT_A][PORT_B] * p[PORT_B][PORT_A]; /* determinant */
+    pa_per_m[PORT_A] = rate_radps > 0.0 ? -rate * (c->by_rate[PORT_A] * other + p[PORT_A][PORT_B] * c->by_rate[PORT_B]) / both : 0.0;
+    pa_per_m[PORT_B] = rate_radps > 0.0 ? -rate * (c->by_rate[PORT_B] * one + p[PORT_B][PORT_A] * c->by_rate[PORT_A]) / both : 0.0;
+}
+
+/* The other coefficient of a harmonic: of the cosine for the sine's, and the reverse. Coefficients
+ * of segments have none. */
+static int quadrature(const struct residual_test *t, int a) { return !t->spectrum.cycles || !a ? a : a % 2 ? a + 1 : a - 1; }
 
 /* Variance of a cycle's mean pressure about its drift, less the most that still counts as noise
  * (UNSTEADY); 0 if it is no more. A chamber whose valve stays shut keeps its oil for seconds, and
@@ -66,9 +111,9 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
     params_mechanism(model)->leg_mass(model, lambda);
     for (int k = 0; k < t->legs; k++) {
         const struct cylinder_leg *leg = &cylinder.leg[k];
-        double a1 = leg->a1_m2, a2 = leg->a2_m2, neutral = cylinder.machine.bodies.neutral_length_m[k];
-        double volume_m3[] = {leg->dead_volume_m3[PORT_A] + a1 * (neutral - leg->length_min_m),
-                              leg->dead_volume_m3[PORT_B] + a2 * (leg->length_max_m - neutral)};
+        struct chambers chambers = {0};
+        if (t->chambers) chambers = linearise(t, &cylinder, k);
+        double a1 = leg->a1_m2, a2 = leg->a2_m2;
         double p1 = sqrt(residual_variation(t, CHANNEL_P1, k)), p2 = sqrt(residual_variation(t, CHANNEL_P2, k));
         double force = sqrt(residual_variation(t, CHANNEL_FORCE, k));
         for (int a = 0; a < t->size; a++) {
@@ -78,8 +123,9 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
             var[0] = square(t->std[CHANNEL_P1][k][a]);
             var[1] = square(t->std[CHANNEL_P2][k][a]);
             var[2] = square(t->std[CHANNEL_LENGTH][k][a]);
-            double complex pa_per_m[2];
-            stiffness(leg, volume_m3, rate, pa_per_m);
+            double length_var = square(t->std[CHANNEL_LENGTH][k][quadrature(t, a)]);
+            double complex pa_per_m[PORTS] = {0.0};
+            if (t->chambers) stiffness(&chambers, rate, pa_per_m);
             double complex from[RESIDUALS][3] = {{a1, -a2, lambda[k][k] * t->curve[a]}, {1.0, 0.0, pa_per_m[0]}, {0.0, 1.0, pa_per_m[1]}};
             double unsteady[RESIDUALS] = {0.0}, unsure = s->cycles ? a ? 1.0 : STATIC_ERROR : fmax(STATIC_ERROR / (2 * a + 1), 1.0);
             if (a == 0)
@@ -90,13 +136,14 @@ void whitener_init(struct whitener *w, const struct residual_test *t, const stru
                 whole[RESIDUAL_FORCE] = force * FORCE_SENSOR_ERROR / model_error;
                 others += square(t->std[CHANNEL_FORCE][k][a]);
             }
-            /* Sine and cosine of a harmonic are whitened separately: noise in quadrature, which
-             * couples the two, is left out. */
+            /* Sine and cosine of a harmonic are whitened separately: an error of length in
+             * quadrature counts, but the covariance of the two is left out. */
             for (int i = 0; i < RESIDUALS; i++) {
                 for (int j = 0; j <= i; j++) {
                     double sure = model_error * (i != RESIDUAL_FORCE ? unsure : 1.0);
                     double noise = i == j ? unsteady[i] + (i == 0 ? others : 0.0) : 0.0;
-                    for (int n = 0; n < 3; n++) noise += creal(from[i][n] * conj(from[j][n])) * var[n];
+                    for (int n = 0; n < 3; n++) noise += creal(from[i][n]) * creal(from[j][n]) * var[n];
+                    noise += cimag(from[i][2]) * cimag(from[j][2]) * length_var;
                     c[i][j] = noise + (i == j ? square(sure * whole[i]) + 1e-12 * square(whole[i]) : 0.0);
                     if (i == j) w->noise[k][a][i] = noise;
                 }
