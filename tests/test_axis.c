@@ -309,6 +309,7 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
 static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     (void)unused;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static const enum motion motions[] = {SINE, TRIANGLE, CHIRP, POINT_TO_POINT, MULTISINE, RESTS};
     static struct gap_result g;
     struct rig rig = rigs[FRICTION];
@@ -380,6 +381,7 @@ static const struct gap_effect *found(const struct gap_result *g, const char *na
 static void a_spring_of_either_sign_is_found_beside_friction(void **unused) {
     (void)unused;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static struct gap_result g;
     static const double springs_n_per_m[] = {-8e3, 8e3};
     for (size_t i = 0; i < 2; i++) {

@@ -7,7 +7,7 @@
 #include "spectrum.h"
 #include "units.h"
 
-enum { BISECTIONS = 30, SIZES = 5 };
+enum { BISECTIONS = 30, SIZES = 7 };
 static const double WEAK = 1e-6; /* share of 1 / 12, the mean square of all errors, below which a
                                   * tone does not count */
 static const double SURE = 3.0;  /* a harmonic of this many standard deviations is no error */
@@ -88,6 +88,7 @@ void rounding_in_step(const struct rounding *r, int harmonics, const double *row
         mean_square[k] = tone_square(k + 1, shaken) * (square(s) + square(c));
         if (mean_square[k] > WEAK / 12.0) tones = k + 1;
     }
+    if (!tones) return;
     /* The motion is the fundamental, and those harmonics that cannot be errors. */
     double motion[1 + 2 * ROUNDING_HARMONICS] = {0.0, row[1], row[2]};
     find_variance(r, harmonics, motion, tones, mean_square, variance);

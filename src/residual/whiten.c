@@ -41,7 +41,7 @@ static void invert3(double c[RESIDUALS][RESIDUALS]) {
     }
 }
 
-/* A leg's chambers linearised about the measured motion, mean over a period of the series. */
+/* A leg's chambers linearised about the measured motion, mean over the instants that have data. */
 struct chambers {
     double by_pressure[PORTS][PORTS]; /* change of each pressure's rate with each pressure, 1/s */
     double by_rate[PORTS];            /* change of each pressure's rate with the leg's, Pa/m */
@@ -64,16 +64,17 @@ static struct chambers linearise(const struct residual_test *t, const struct cyl
     struct chambers mean = {0};
     for (int i = 0; i < INSTANTS; i++) {
         double motion[3];
-        struct cylinder_state s = at_instant(t, leg, t->cycle + i * (PHASES / INSTANTS) * SPECTRUM_SIZE, m->leg[leg].valve_bias, motion);
-        struct cylinder_state rate = cylinder_derivative(m, leg, &mains, &s, s.spool, motion[0], motion[1], s.spool), moved;
+        struct cylinder_state s = at_instant(t, leg, t->cycle + i * t->phases / INSTANTS * SPECTRUM_SIZE, m->leg[leg].valve_bias, motion);
+        double opening = machine_opening(&m->machine, leg, s.spool);
+        struct cylinder_state rate = cylinder_derivative(m, leg, &mains, &s, opening, motion[0], motion[1], s.spool), moved;
         for (int j = 0; j < PORTS; j++) {
             moved = s;
             *(j == PORT_A ? &moved.p1_pa : &moved.p2_pa) += STEP_PA;
-            moved = cylinder_derivative(m, leg, &mains, &moved, s.spool, motion[0], motion[1], s.spool);
+            moved = cylinder_derivative(m, leg, &mains, &moved, opening, motion[0], motion[1], s.spool);
             mean.by_pressure[PORT_A][j] += (moved.p1_pa - rate.p1_pa) / STEP_PA / INSTANTS;
             mean.by_pressure[PORT_B][j] += (moved.p2_pa - rate.p2_pa) / STEP_PA / INSTANTS;
         }
-        moved = cylinder_derivative(m, leg, &mains, &s, s.spool, motion[0], motion[1] + STEP_MPS, s.spool);
+        moved = cylinder_derivative(m, leg, &mains, &s, opening, motion[0], motion[1] + STEP_MPS, s.spool);
         mean.by_rate[PORT_A] += (moved.p1_pa - rate.p1_pa) / STEP_MPS / INSTANTS;
         mean.by_rate[PORT_B] += (moved.p2_pa - rate.p2_pa) / STEP_MPS / INSTANTS;
     }
