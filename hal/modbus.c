@@ -361,6 +361,15 @@ static void release(struct modbus_hal *m) {
     free(m);
 }
 
+/* Repeats a first exchange that is lost or garbled, for half a second: nothing moves yet, and a
+ * host or a line that loses one must not keep the machine from starting. */
+static int first_exchange(struct modbus_hal *m) {
+    int64_t until_ns = monotonic_ns() + NS_PER_S / 2;
+    while (exchange(m, &centred, &m->sample[m->newest_sample.back]))
+        if (!modbus_link_lost(errno) || monotonic_ns() > until_ns) return -1;
+    return 0;
+}
+
 static int bring_up(struct modbus_hal *m, const char *address, struct error *error) {
     int status = modbus_parse(address, &m->address, error);
     if (!status) status = refuse_slow(m, error);
@@ -370,7 +379,7 @@ static int bring_up(struct modbus_hal *m, const char *address, struct error *err
     if (!status) status = connect_link(m, error);
     if (status) return status;
     m->latch_after_s = m->address.serial ? modbus_load(m->address.baud).request_s : -1.0;
-    if (exchange(m, &centred, &m->sample[m->newest_sample.back]))
+    if (first_exchange(m))
         return error_set(error, STATUS_IO,
                          "modbus:%s: function 23 is not answered: %s; the device must serve the map of "
                          "`hexid doctor --modbus-map`",

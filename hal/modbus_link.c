@@ -293,6 +293,8 @@ int modbus_link_greet(struct modbus_link *link, const char *name, uint16_t who[2
 
 bool modbus_link_gone(int error) { return error != ETIMEDOUT && error != EBADMSG && error < MODBUS_ENOBASE; }
 
+bool modbus_link_lost(int error) { return error == ETIMEDOUT || error == EBADMSG || error == EMBBADCRC || error == EMBBADDATA; }
+
 bool modbus_link_busy(int error) { return error == EMBXSBUSY; }
 
 bool modbus_link_value(int error) { return error == EMBXILVAL; }

@@ -71,6 +71,10 @@ int modbus_link_greet(struct modbus_link *link, const char *name, uint16_t who[2
 /* After a failure: true if the connection is lost and must be opened again. */
 bool modbus_link_gone(int error);
 
+/* After a failure: true if a frame was lost, came late or was garbled, so that the same request may
+ * be answered next time. */
+bool modbus_link_lost(int error);
+
 /* After a failure: true if the device has another master (exception 6), and true if it refuses a
  * value (exception 3). */
 bool modbus_link_busy(int error);

@@ -36,6 +36,8 @@ struct line {
     bool echoes_to_device;
     int64_t strict_ns;             /* silence that the device requires before a request; 0: none */
     _Atomic int lose;              /* number of requests to lose from now on */
+    _Atomic int lose_exchanges;    /* number of requests of function 23 to lose from now on */
+    _Atomic int garble;            /* number of answers to function 23 to garble from now on */
     _Atomic int requests, claims, lost;
     uint8_t request[ADU_MAX];      /* the part of a request received so far */
     size_t filled;
@@ -64,8 +66,10 @@ static void hand_on(struct line *l, size_t size) {
     bool early = l->answered_ns && monotonic_ns() - l->answered_ns < l->strict_ns;
     l->requests++;
     l->claims += l->request[1] == FUNCTION_WRITE;
-    bool lost = early || l->lose > 0;
+    bool exchange = l->request[1] == FUNCTION_EXCHANGE && l->lose_exchanges > 0;
+    bool lost = early || exchange || l->lose > 0;
     if (l->lose > 0) l->lose--;
+    if (exchange) l->lose_exchanges--;
     if (lost) l->lost++;
     else assert_int_equal(write(l->wire[DEVICE], l->request, size), (ssize_t)size);
     l->filled -= size;
@@ -83,6 +87,10 @@ static void carry_answers(struct line *l) {
     ssize_t got = read(l->wire[DEVICE], bytes, sizeof bytes);
     if (got <= 0) return;
     if (l->echoes_to_device) assert_int_equal(write(l->wire[DEVICE], bytes, (size_t)got), got);
+    if (got > 3 && bytes[1] == FUNCTION_EXCHANGE && l->garble > 0) {
+        l->garble--;
+        bytes[3] ^= 1;
+    }
     l->answered_ns = monotonic_ns();
     assert_int_equal(write(l->wire[HOST], bytes, (size_t)got), got);
 }
@@ -179,6 +187,18 @@ static void a_device_that_misses_the_first_request_is_asked_again(void **unused)
     assert_int_equal(lost, 1);
 }
 
+static void a_first_exchange_that_is_lost_or_garbled_is_repeated(void **unused) {
+    (void)unused;
+    struct line l = {.lose_exchanges = 2, .garble = 1};
+    line_begin(&l, 0.002);
+    if (line_open_hal(&l)) fail_msg("%s", l.error.text);
+    int lost = l.lost, claims = l.claims, garble = l.garble;
+    line_end(&l);
+    assert_int_equal(lost, 2);
+    assert_int_equal(garble, 0);
+    assert_int_equal(claims, 1);
+}
+
 /* The loss costs two periods, however old a reading may be; half a second of silence would cost the
  * connection. */
 static void a_request_lost_on_the_line_does_not_cost_the_connection(void **unused) {
@@ -229,6 +249,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_adapter_of_the_device_that_hears_itself_disturbs_nothing),
         cmocka_unit_test(a_device_that_misses_the_first_request_is_asked_again),
+        cmocka_unit_test(a_first_exchange_that_is_lost_or_garbled_is_repeated),
         cmocka_unit_test(a_request_lost_on_the_line_does_not_cost_the_connection),
         cmocka_unit_test(a_strict_device_hears_every_request_where_the_period_has_room),
         cmocka_unit_test(a_strict_device_is_refused_where_the_period_has_no_room),
