@@ -113,6 +113,53 @@ static void residuals_of_the_right_model_vanish(void **state) {
     recording_free(&r);
 }
 
+/* All legs creep at a constant rate. Either the valves give the oil that the pistons ask for, and
+ * the pressures are steady; or they are shut, and the pressures drift as the chambers' volumes do.
+ * In both cases the right model leaves nothing. */
+static void a_machine_that_creeps_is_seen_to_creep(void **state) {
+    (void)state;
+    slow_case();
+    static const double creep_mps[] = {1e-3, 1e-5}, valve[] = {0.002, 0.0};
+    /* In the second case volumes change by 1e-4. Without the drift the cases are 1 MPa and 3 kPa
+     * off. */
+    static const double tolerance_pa[] = {1.0, 20.0};
+    struct params still = params;
+    struct cylinder_model m;
+    struct recording r;
+    struct error error;
+    still.sensors.enabled = false;
+    memset(still.hydraulics.leakage_m3_per_s_pa, 0, sizeof still.hydraulics.leakage_m3_per_s_pa);
+    cylinder_model_init(&m, &still);
+    const struct cylinder_leg *leg = &m.leg[0];
+    rig(&r, &still, 1);
+    for (int shut = 0; shut < 2; shut++) {
+        double flow = leg->a1_m2 * creep_mps[shut] / leg->valve_gain[PORT_A], start_s = r.test[0].sample[0].test_time_s;
+        double drop_pa = shut ? 4e6 : pow(flow / valve[shut], 2.0), other_pa = drop_pa * pow(leg->a2_m2 / leg->a1_m2, 2.0);
+        struct residual_data d;
+        residual_row row;
+        for (int i = 0; i < r.test[0].count; i++) {
+            struct recording_sample *s = &r.test[0].sample[i];
+            for (int k = 0; k < LEGS; k++) {
+                double first_m = m.machine.bodies.neutral_length_m[k], moved_m = creep_mps[shut] * (s->test_time_s - start_s);
+                double one_m = leg->dead_volume_m3[PORT_A] / leg->a1_m2 + first_m - leg->length_min_m;
+                double other_m = leg->dead_volume_m3[PORT_B] / leg->a2_m2 + leg->length_max_m - first_m;
+                s->length_m[k] = first_m + moved_m, s->valve[k] = valve[shut];
+                s->p1_pa[k] = still.hydraulics.supply_pa - drop_pa - shut * leg->bulk_modulus_pa * log1p(moved_m / one_m);
+                s->p2_pa[k] = still.hydraulics.tank_pa + other_pa - shut * leg->bulk_modulus_pa * log1p(-moved_m / other_m);
+            }
+        }
+        assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
+        assert_true(residual_evaluate(&d.test[0], &still, EQUATIONS_ALL, ALL_LEGS, row));
+        for (int k = 0; k < LEGS; k++) {
+            assert_close(d.test[0].spectrum.drift[CHANNEL_LENGTH][k], creep_mps[shut], 1e-9);
+            for (int q = RESIDUAL_P1; q <= RESIDUAL_P2; q++)
+                for (int a = 0; a < RESIDUAL_SIZE; a++) assert_below(fabs(row[k][q][a]), tolerance_pa[shut]);
+        }
+        residual_free(&d);
+    }
+    recording_free(&r);
+}
+
 /* Readings and the model's sensors are both scaled by 1.02, so the same disagreement is 2 % larger.
  * If residuals shrank as the scale grows, a fit of the scale would gain evidence by that. */
 static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
@@ -475,6 +522,7 @@ int main(int argc, char **argv) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(recordings_that_lie_are_refused_by_what_they_are),
         cmocka_unit_test(residuals_of_the_right_model_vanish),
+        cmocka_unit_test(a_machine_that_creeps_is_seen_to_creep),
         cmocka_unit_test(a_sensors_scale_does_not_shrink_the_residuals),
         cmocka_unit_test(a_short_wide_line_is_a_dead_volume),
         cmocka_unit_test(a_hysteresis_of_no_width_changes_nothing),

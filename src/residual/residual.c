@@ -40,6 +40,7 @@ static const double SPOOL_TIMES = 10.0; /* run-in of any other spool, in its tim
 /* A simulation of the hydraulics for the measured motion and commands. */
 struct run {
     const struct residual_test *t;
+    const struct series *rows;
     double dither;               /* -1..1: factor with which the commands' noise is added to their
                                   * mean cycle */
     struct params timing;        /* the model, with the recording's command period */
@@ -137,13 +138,14 @@ static void settle_spools(struct run *r) {
     }
 }
 
-static void begin_motion(struct run *r, const struct series *rows) {
+static void begin_motion(struct run *r) {
     memset(r->series, 0, sizeof r->series);
     for (int k = 0; k < r->t->legs; k++) {
         double rate[SPECTRUM_SIZE];
-        series_rate(r->t, rows->length[k], rate);
+        series_rate(r->t, r->rows->length[k], rate);
+        rate[0] = r->rows->drift_mps[k];
         for (int a = 0; a < residual_motion_size(r->t); a++)
-            r->series[a].length_m[k] = rows->length[k][a], r->series[a].rate_mps[k] = rate[a];
+            r->series[a].length_m[k] = r->rows->length[k][a], r->series[a].rate_mps[k] = rate[a];
     }
     look(r, 0, &r->node[0]);
 }
@@ -151,6 +153,7 @@ static void begin_motion(struct run *r, const struct series *rows) {
 static void begin_run(struct run *r, const struct residual_test *t, const struct params *model, int leg, double dither,
                       const struct series *rows) {
     r->t = t;
+    r->rows = rows;
     r->dither = dither;
     r->timing = *model;
     r->timing.loop.period_s = t->step_s;
@@ -167,7 +170,7 @@ static void begin_run(struct run *r, const struct residual_test *t, const struct
     }
     hydraulics_rest(&r->state);
     settle_spools(r);
-    begin_motion(r, rows);
+    begin_motion(r);
 }
 
 static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
@@ -177,6 +180,19 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
 
 /* Weight of the end of substep j in a mean over an even number of substeps, by Simpson's rule. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
+
+/* Takes a step of the measured drift off the pressures. The flows make this drift as well as the
+ * mean cycle; without it the simulated pressures repeat, as the mean cycle does. */
+static void take_drift_off(struct run *r, double dt_s) {
+    for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
+        double *chamber[PORTS] = {&r->state.cylinder[k].p1_pa, &r->state.cylinder[k].p2_pa};
+        for (int i = 0; i < PORTS; i++) {
+            double step_pa = r->rows->drift_pa_per_s[i][k] * dt_s;
+            *chamber[i] -= step_pa;
+            r->state.hose[k][i].pressure_pa -= step_pa;
+        }
+    }
+}
 
 /* Simulates up to the next sample. mean_n: each leg's mean force over this time is added to it; may
  * be NULL. */
@@ -194,6 +210,7 @@ static void run_on(struct run *r, int sample, double mean_n[LEGS]) {
         look(r, node + 1, &r->node[1]);
         look(r, node + 2, &r->node[2]);
         hydraulics_step(&r->cylinder, t->step_s / t->substeps, in, &r->state);
+        take_drift_off(r, t->step_s / t->substeps);
         r->node[0] = r->node[2];
         if (mean_n) add_forces(r, mean_weight(t->substeps, j + 1), mean_n);
     }
@@ -304,6 +321,7 @@ static bool tabulate_cycle(const struct residual_test *t, int harmonics, struct 
             double drop[PORTS] = {0};
             for (int port = 0; port < PORTS && p; port++) drop[port] = at(t->basis[i], t->size, p->drop[port][k]);
             spectrum_at(rows->length[k], harmonics, t->spectrum.omega, basis, in->leg[k]);
+            in->leg[k][1] += rows->drift_mps[k];
             if (play) spectrum_at(rows->ahead[k], harmonics, t->spectrum.omega, basis, in->ahead[k]);
             for (int a = 0; a < 3; a++) in->leg[k][a] -= in->ahead[k][a];
             in->p1_pa[k] = at(basis, size, rows->p1[k]) - drop[PORT_A];

@@ -39,6 +39,9 @@ void series_undo(const struct machine *m, const struct residual_test *t, struct 
         undo(&m->sensors.p2[k], t, s->mean[CHANNEL_P2][k], rows->p2[k]);
         undo(&m->sensors.force[k], t, s->mean[CHANNEL_FORCE][k], rows->force[k]);
         memset(rows->ahead[k], 0, sizeof rows->ahead[k]);
+        rows->drift_mps[k] = s->drift[CHANNEL_LENGTH][k] / m->sensors.length[k].scale;
+        rows->drift_pa_per_s[PORT_A][k] = s->drift[CHANNEL_P1][k] / m->sensors.p1[k].scale;
+        rows->drift_pa_per_s[PORT_B][k] = s->drift[CHANNEL_P2][k] / m->sensors.p2[k].scale;
     }
 }
 

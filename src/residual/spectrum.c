@@ -88,18 +88,39 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     return good;
 }
 
-/* Finds the Fourier coefficients of one cycle, samples first .. end-1, by least squares over the
- * good ones. Refuses the cycle if too few samples are good, or if a gap lasts half a period of the
- * highest harmonic; single lost samples are no gap. */
-static enum refusal fit_cycle(const struct spectrum *s, const struct recording_test *t, int first, int end, double step_s,
-                              double row[CHANNELS][LEGS][SPECTRUM_SIZE]) {
+/* A cycle of a test: its samples are first .. end-1. */
+struct cycle_span {
+    int first, end;
+    double middle_s;
+};
+
+/* Sums the products of the Fourier basis with a drift of one unit per cycle, over the cycle's good
+ * samples. */
+static void add_ramp(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *c, double ramp[SPECTRUM_SIZE]) {
+    double basis[SPECTRUM_SIZE];
+    memset(ramp, 0, SPECTRUM_SIZE * sizeof *ramp);
+    for (int i = c->first; i < c->end; i++) {
+        if (t->sample[i].refused) continue;
+        double t_s = t->sample[i].test_time_s, y = s->omega / (2.0 * PI) * (t_s - c->middle_s);
+        spectrum_basis(s->omega * t_s, s->harmonics, basis);
+        for (int a = 0; a < 1 + 2 * s->harmonics; a++) ramp[a] += basis[a] * y;
+    }
+}
+
+/* Finds the Fourier coefficients of one cycle by least squares over its good samples, and those of
+ * a drift of one unit per cycle: ramp. Refuses the cycle if too few samples are good, or if a gap
+ * lasts half a period of the highest harmonic; single lost samples are no gap. */
+static enum refusal fit_cycle(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *c, double step_s,
+                              double row[CHANNELS][LEGS][SPECTRUM_SIZE], double ramp[SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
-    int size = 1 + 2 * s->harmonics, good = add_samples(s, t, first, end, product, row, &longest_s);
+    int size = 1 + 2 * s->harmonics, good = add_samples(s, t, c->first, c->end, product, row, &longest_s);
     bool enough = good > GOOD_SHARE * 2.0 * PI / s->omega / step_s && longest_s < fmax(PI / s->omega / s->harmonics, 2.5 * step_s);
     if (!enough) return REFUSED_GAP;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return REFUSED_UNDETERMINED;
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], row[ch][k]);
+    add_ramp(s, t, c, ramp);
+    dense_solve(size, SPECTRUM_SIZE, product[0], ramp);
     return REFUSED_NOT;
 }
 
@@ -154,16 +175,6 @@ static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int l
     }
 }
 
-/* Removes the sawtooth that a drift of this slope per cycle makes within the mean cycle: -slope sum
- * sin(h w (t - start)) / (pi h). */
-static void remove_sawtooth(double slope, double start_phase, int harmonics, double *row) {
-    for (int h = 1; h <= harmonics; h++) {
-        double size = slope / (PI * h);
-        row[2 * h - 1] += size * cos(h * start_phase);
-        row[2 * h] -= size * sin(h * start_phase);
-    }
-}
-
 /* Adds the squares of a cycle's good samples, less the varying part of the mean cycle and the
  * cycle's own constant. Returns the number of good samples. */
 static int add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
@@ -183,10 +194,6 @@ static int add_noise(const struct spectrum *s, const struct recording_test *t, i
     }
     return good;
 }
-
-struct cycle_span {
-    int first, end;
-};
 
 /* Finds cycles whose samples are at the same phases. alike: for each cycle, the first cycle with
  * its phases. Returns the number of different cycles. */
@@ -229,8 +236,9 @@ static double scatter_of(const struct spectrum *s, const struct recording_test *
     return sqrt(square[pairs / 2]);
 }
 
+/* ramp: coefficients of a drift of one unit per cycle, mean over the cycles. */
 static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, spectrum_cycle *row,
-                      const double *place) {
+                      const double *place, const double ramp[SPECTRUM_SIZE]) {
     double value[CYCLES_MAX], square[CHANNELS][LEGS] = {0};
     int samples = 0;
     for (int ch = 0; ch < CHANNELS; ch++)
@@ -241,8 +249,9 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
                 double along = average(s->cycles, place, value, a == 0, &s->mean[ch][k][a], &s->std[ch][k][a]);
                 if (a == 0) slope = along;
             }
+            s->drift[ch][k] = slope * s->omega / (2.0 * PI);
             lengthen(s, row, ch, k);
-            remove_sawtooth(slope, s->omega * t->sample[span[0].first].test_time_s, s->harmonics, s->mean[ch][k]);
+            for (int a = 0; a < 1 + 2 * s->harmonics; a++) s->mean[ch][k][a] -= slope * ramp[a];
         }
     for (int i = 0; i < s->cycles; i++) samples += add_noise(s, t, span[i].first, span[i].end, row[i], square);
     for (int ch = 0; ch < CHANNELS; ch++)
@@ -260,22 +269,24 @@ bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const 
     double period_s = 1.0 / t->frequency_hz;
     s->omega = 2.0 * PI * t->frequency_hz;
     s->harmonics = (int)fmin(SPECTRUM_HARMONICS, period_s / step_s / SAMPLES_PER_HARMONIC);
-    double place[CYCLES_MAX];
+    double place[CYCLES_MAX], ramp[SPECTRUM_SIZE] = {0}, one[SPECTRUM_SIZE];
     struct cycle_span span[CYCLES_MAX];
     int i = t->first;
     for (int cycle = 0; s->cycles < CYCLES_MAX && i < t->end; cycle++) {
-        struct cycle_span c = {.first = i};
+        struct cycle_span c = {.first = i, .middle_s = start_s + (cycle + 0.5) * period_s};
         double until_s = start_s + (cycle + 1) * period_s - 1e-6 * step_s;
         while (i < t->end && t->sample[i].test_time_s < until_s) i++;
         c.end = i;
         bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
         whole = whole && which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN);
-        if (!whole || fit_cycle(s, t, c.first, c.end, step_s, row[s->cycles])) continue;
+        if (!whole || fit_cycle(s, t, &c, step_s, row[s->cycles], one)) continue;
+        for (int a = 0; a < 1 + 2 * s->harmonics; a++) ramp[a] += one[a];
         place[s->cycles] = cycle;
         span[s->cycles++] = c;
     }
     bool enough = s->cycles >= 2 && s->harmonics >= 1;
-    if (enough) summarise(s, t, span, row, place);
+    for (int a = 0; a < 1 + 2 * s->harmonics && enough; a++) ramp[a] /= s->cycles;
+    if (enough) summarise(s, t, span, row, place, ramp);
     return enough;
 }
 
