@@ -104,7 +104,8 @@ struct effect {
      * address of its object, so that the linker refuses one that does not exist. */
 
     /* Parameters of the base model whose changes look nearly the same as this effect, by their
-     * names in src/gap/base.c; none of them is fitted beside the effect (src/gap/hypothesis.h). */
+     * names in src/gap/base.c and src/residual/systematic.c. None of them is fitted beside the
+     * effect (src/gap/hypothesis.h). */
     const char *parallel_to[EFFECT_TIES];
     /* Limiting cases of this effect; a case that explains the data as well is preferred to the
      * effect. */

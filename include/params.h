@@ -23,6 +23,7 @@
 #include "params/motion.h"
 #include "params/payload.h"
 #include "params/qualify.h"
+#include "params/sensor_errors.h"
 #include "params/sensors.h"
 #include "params/sim.h"
 #include "params/tests.h"
@@ -54,6 +55,7 @@ struct params {
     struct device_params device;
     struct can_params can;
     struct modbus_params modbus;
+    struct sensor_errors errors;
     struct effect_values effects[EFFECTS_MAX]; /* values of all effects, in the order of
                                                 * effect_table */
 };

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "engine.h"
+#include "numeric.h"
 #include "params.h"
 #include "units.h"
 
@@ -23,6 +24,9 @@ static const double HOSE_TIME_S = 2e-4, NEAR_END = 0.1;
 
 static void valve_init(struct cylinder_model *m, int leg, const struct hydraulics_params *h) {
     const struct machine *machine = &m->machine;
+    const struct sensor_errors *errors = &machine->params->errors;
+    double pipe_m3 = PI / 4.0 * square(h->pipe_bore_m) * (errors->pipe_m + errors->pipe_rest_m[leg]),
+           dead_m3 = h->dead_volume_m3[leg] + pipe_m3;
     double omega = 2.0 * PI * machine->valve.frequency_hz[leg], gain = h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
     m->leg[leg] = (struct cylinder_leg){
         .valve_gain = {gain * machine->valve.flow_scale[leg], gain * machine->valve.flow_scale[leg] * machine->valve.port_ratio[leg]},
@@ -34,7 +38,7 @@ static void valve_init(struct cylinder_model *m, int leg, const struct hydraulic
         .bulk_modulus_pa = machine->oil.bulk_modulus_pa[leg],
         .leakage_m3_per_s_pa = machine->oil.leakage_m3_per_s_pa[leg],
         .seal_distance_m = machine->seals.distance_m[leg],
-        .dead_volume_m3 = {h->dead_volume_m3[leg], h->dead_volume_m3[leg] + h->dead_volume_difference_m3[leg]},
+        .dead_volume_m3 = {dead_m3, dead_m3 + h->dead_volume_difference_m3[leg]},
     };
 }
 

@@ -55,6 +55,25 @@ static void base_sensors(struct machine *m) {
     m->timing.clock_ratio = 1.0;
 }
 
+void machine_add_errors(struct machine *m, const struct sensor_errors *e) {
+    for (int k = 0; k < LEGS; k++) {
+        double lag_s = e->lag_s + e->lag_rest_s[k];
+        m->sensors.p1[k].scale *= 1.0 + e->p1_gain[k];
+        m->sensors.force[k].scale *= 1.0 + e->p1_gain[k];
+        m->sensors.p2[k].scale *= 1.0 + e->p2_gain[k];
+        m->sensors.p1[k].lag_s += lag_s;
+        m->sensors.p2[k].lag_s += lag_s;
+        m->sensors.force[k].lag_s += lag_s;
+        double gain = m->sensors.length[k].scale * e->length_gain[k];
+        m->sensors.length[k].scale += gain;
+        m->sensors.length[k].offset += e->length_zero_m[k] - gain * m->bodies.neutral_length_m[k];
+        m->sensors.length[k].delay_s += fmax(e->skew_s, 0.0);
+        m->sensors.p1[k].delay_s += fmax(-e->skew_s, 0.0);
+        m->sensors.p2[k].delay_s += fmax(-e->skew_s, 0.0);
+        m->sensors.force[k].delay_s += fmax(-e->skew_s, 0.0);
+    }
+}
+
 static void add(struct active *list, const struct effect *effect, const struct effect_values *values) {
     list->of[list->count].effect = effect;
     list->of[list->count++].values = values;
@@ -77,6 +96,7 @@ void machine_init(struct machine *m, const struct params *params) {
     base_sensors(m);
     for (int i = 0; effect_table[i]; i++)
         if (params->effects[i].on) apply(m, effect_table[i], &params->effects[i]);
+    machine_add_errors(m, &params->errors);
 }
 
 /* True if the inertia matrix is positive definite, by its leading minors. */

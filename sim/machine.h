@@ -9,6 +9,7 @@
 #include "units.h"
 
 struct params;
+struct sensor_errors;
 
 /* A sensor's path from the exact value: first lag or delay, then reading = scale value + offset. */
 struct sensor_path {
@@ -94,6 +95,11 @@ struct machine {
 
 /* Prepares a machine; params must outlive it. */
 void machine_init(struct machine *m, const struct params *params);
+
+/* Puts systematic errors into the paths of the sensors. The younger readings are taken to be of the
+ * instant of the commands, so that residuals bend where the skew changes its sign. The pipes are no
+ * part of the paths: a simulation has their volume (cylinder.c), but not their inertia. */
+void machine_add_errors(struct machine *m, const struct sensor_errors *errors);
 
 /* Checks that the machine can exist. Returns 0, or -2 if not: effects make a mass, an inertia or a
  * viscous friction negative. */

@@ -10,6 +10,8 @@ struct tolerance_params {         /* tolerances of the model's parameters that h
                                    * body, as a share of sqrt(M_ii M_jj) */
     double joints_m;              /* tolerance of each coordinate of a joint */
     /* standard deviations of systematic errors (src/residual/systematic.h); gains without unit */
+    double pressure_zero; /* standard deviation of a pressure's zero, as a share of
+                           * sensors.pressure_full_scale_pa */
     double pressure_drift_pa; /* standard deviation of a pressure's zero between logs */
     double pressure_gain, length_gain, length_zero_m, skew_s, pressure_lag_s, pipe_m;
     double springs_n_per_m, springs_nm_per_rad; /* stiffness of hoses and cables, on x, y, z and on

@@ -30,5 +30,6 @@ const struct effect pipeline_dynamics = {
                            .shapes_law = true}},
     .contains = {&entrained_air}, /* limit of this effect for a short wide hose, which is a volume
                                    * of oil */
+    .parallel_to = {"length of the pipes", "length of the pipes beside the others'"},
     .machine = machine,
 };

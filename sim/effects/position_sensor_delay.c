@@ -14,5 +14,6 @@ const struct effect position_sensor_delay = {
     .signature = "leg length: phase that grows with frequency, against pressures and valve command alike",
     .law_error = 0.01,
     .keys = {[DELAY] = {.name = "delay_s", .unit = "s", .min = 0.0, .max = 0.1, .typical = 2e-3, .per_leg = true}},
+    .parallel_to = {"skew of the lengths"},
     .machine = machine,
 };

@@ -20,5 +20,6 @@ const struct effect position_sensor_offset = {
                     .record = "`--set tests.amplitude_m=0.012 --set tests.amplitude_rad=0.018 --set tests.frequency_hz=2`",
                     .record_axis = "a test at three times the amplitude",
                     .shows = "a scale grows with the motion, an offset does not"}},
+    .parallel_to = {"zero of the length"},
     .machine = machine,
 };

@@ -26,5 +26,6 @@ const struct effect pressure_sensor_lag = {
                          .typical = 50.0,
                          .per_leg = true,
                          .reciprocal = true}},
+    .parallel_to = {"lag of the pressures", "lag of the pressures beside the others'"},
     .machine = machine,
 };

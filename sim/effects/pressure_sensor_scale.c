@@ -18,5 +18,6 @@ const struct effect pressure_sensor_scale = {
     .law_error = 1e-3,
     .keys = {[P1] = {.name = "p1", .unit = "-", .min = 0.5, .max = 2.0, .neutral = 1.0, .typical = 1.02, .per_leg = true},
              [P2] = {.name = "p2", .unit = "-", .min = 0.5, .max = 2.0, .neutral = 1.0, .typical = 0.99, .per_leg = true}},
+    .parallel_to = {"gain of P1", "gain of P2"},
     .machine = machine,
 };

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "params.h"
+#include "systematic.h"
 
 struct base_entry {
     const char *name;
@@ -43,12 +44,14 @@ static const struct base_entry entries[] = {
 
 static const double NULL_TOLERANCE = 0.005; /* accuracy to which makers adjust a valve's null, as a
                                              * share of full opening */
+static const double SENSOR_MOST = 3.0; /* largest error of a sensor that is no finding, in standard
+                                        * deviations of its prior */
 static const double OFFSET_MOST_N = 1e6;
 static const double FORCE_LAG_S = 1e-3; /* largest error of the force sensor's stated lag, as large
                                          * as the lag of an amplifier with a filter of 160 Hz */
 
 /* Effects that every machine has to a small degree, so that the base has their variables. */
-extern const struct effect geometry_error, valve_null_bias, external_stiffness;
+extern const struct effect geometry_error, valve_null_bias, external_stiffness, pressure_sensor_offset;
 
 /* Returns the base variable for one key of an effect, for one leg or for the machine (leg -1). Its
  * box is the configured value plus and minus the tolerance. */
@@ -66,6 +69,48 @@ static struct variable effect_variable(const struct params *model, const struct 
                              .max = place[leg < 0 ? 0 : leg] + tolerance,
                              .step = 0.1 * tolerance,
                              .equations = EQUATIONS_FORCE};
+}
+
+/* Lists the errors of the sensors. Their priors are those of `hexid identify`, and a deviation
+ * beyond SENSOR_MOST standard deviations is no tolerance any more. Lags and pipes are never below
+ * zero, because the series cannot undo a sensor that is ahead. */
+static int sensor_variables(const struct params *model, bool pressures, struct variable *v) {
+    double std[SYSTEMATICS];
+    int n = 0, first;
+    systematic_priors(model, pressures, std);
+    for (int i = 0; i < SYSTEMATIC_JOINT; i++) {
+        if (!(std[i] > 0.0)) continue;
+        const char *name = systematic_kind(i, &first);
+        bool common = systematic_common(i), positive = i >= SYSTEMATIC_LAG; /* a lag or a pipe */
+        v[n++] = (struct variable){.name = name,
+                                   .offset = offsetof(struct params, errors) + (size_t)first * sizeof(double),
+                                   .leg = common ? -1 : i - first,
+                                   .legs = common ? 1 : LEGS,
+                                   .own = !common && !systematic_moves(i),
+                                   .effect = -1,
+                                   .base = true,
+                                   .penalised = true,
+                                   .min = positive ? 0.0 : -SENSOR_MOST * std[i],
+                                   .max = SENSOR_MOST * std[i],
+                                   .prior_inverse_std = 1.0 / std[i],
+                                   .step = 0.1 * std[i],
+                                   .equations = EQUATIONS_ALL};
+    }
+    return n;
+}
+
+/* Lists the zeros of the pressures. */
+static int zero_variables(const struct params *model, struct variable *v) {
+    double std = model->model.tolerance.pressure_zero * model->sensors.pressure_full_scale_pa;
+    int n = 0;
+    for (int key = 0; key < PORTS && std > 0.0 && model->sensors.enabled; key++)
+        for (int leg = 0; leg < LEGS; leg++) {
+            v[n] = effect_variable(model, &pressure_sensor_offset, key, leg, SENSOR_MOST * std);
+            v[n].own = v[n].penalised = true, v[n].equations = EQUATIONS_ALL;
+            v[n].neutral = 0.5 * (v[n].min + v[n].max), v[n].prior_inverse_std = 1.0 / std;
+            n++;
+        }
+    return n;
 }
 
 static int null_variables(const struct params *model, struct variable *v) {
@@ -172,5 +217,8 @@ int base_variables(const struct params *model, enum residual_equations evaluated
     if (mechanism->force_sensor && evaluated & EQUATIONS_FORCE_SENSOR) v[n++] = lag_variable(model);
     if (mechanism->force_sensor) v[n++] = offset_variable();
     if (mechanism->pose) n += joint_variables(model, v + n);
+    bool pressures = !(evaluated & EQUATIONS_FORCE_SENSOR);
+    if (mechanism->pose) n += sensor_variables(model, pressures, v + n);
+    if (mechanism->pose && pressures) n += zero_variables(model, v + n);
     return n;
 }

@@ -94,7 +94,7 @@ void diagnosis_estimate(struct diagnosis *d) {
                                                                    * 1 */
     for (int i = 0; i < d->variables; i++) {
         struct variable *v = &d->variable[i];
-        if (!v->base) continue;
+        if (!v->base || v->penalised) continue;
         variable_add_prior(v);
         v->prior_inverse_std *= noise;
     }

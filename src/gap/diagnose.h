@@ -25,7 +25,7 @@ struct diagnosis {
     double std[FIT_VARIABLES];
     double square, held_square;          /* sums of white squares of the model, on fitted and on
                                           * held-out cycles; square includes the penalty of the
-                                          * effects' priors */
+                                          * priors of effects and of sensors' errors */
     double *column;                      /* [variables][values]: Jacobian of the white residuals at
                                           * the model */
     double *gram;             /* [variables][variables]: Gram matrix of the columns, with a ridge */
@@ -43,10 +43,11 @@ void diagnosis_free(struct diagnosis *d);
  * the model cannot make the measured motion. */
 bool diagnosis_refit(struct diagnosis *d, int iterations);
 
-/* Estimates the values to report. During the search the base moves freely within its limits. Here
- * each base variable gets a prior about its stated value, with the standard deviation of a uniform
- * distribution over its limits, so that the effects get whatever they and the base explain equally
- * well. If the residuals show less noise than assumed, the priors are tightened in proportion. */
+/* Estimates the values to report. During the search the base, but for the sensors' errors, moves
+ * freely within its limits. Here each base variable gets a prior about its stated value, with the
+ * standard deviation of a uniform distribution over its limits, so that the effects get whatever
+ * they and the base explain equally well. If the residuals show less noise than assumed, the priors
+ * are tightened in proportion. */
 void diagnosis_estimate(struct diagnosis *d);
 
 /* Sum of white squares on the held-out cycles; INFINITY if the model cannot make the measured

@@ -11,8 +11,9 @@
 #include "parallel.h"
 #include "params.h"
 
-enum { COLUMNS_MAX = 2 * FIT_VARIABLES, ACTIVE_SWEEPS = 200 };
+enum { COLUMNS_MAX = FIT_VARIABLES + LINEAR_BESIDE, ACTIVE_SWEEPS = 200 };
 
+static const double LEAST_DAMPING = 1e-3, MOST_DAMPING = 10.0; /* range of a step's damping */
 static const double BASE_ERROR = 1e-3; /* error of integrators and of omitted harmonics, as a share
                                         * of a channel's variation */
 static const double ENOUGH = 1e-4; /* a fit ends when an iteration lowers the sum of squares by less
@@ -360,12 +361,12 @@ bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) 
     return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
 }
 
-/* Penalty, in white squares, by the priors of the effects' values, or, with `base`, by the priors
- * of the base's values. */
-static double prior_cost(const struct params *model, int variables, const struct variable *v, bool base) {
+/* Penalty, in white squares, by the priors of the variables. counted: of those whose penalty counts
+ * in the sum of squares, or of the others. */
+static double prior_cost(const struct params *model, int variables, const struct variable *v, bool counted) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
-        if (v[i].prior_inverse_std > 0.0 && v[i].base == base)
+        if (v[i].prior_inverse_std > 0.0 && (!v[i].base || v[i].penalised) == counted)
             sum += square(v[i].prior_inverse_std * (variable_get(&v[i], model) - v[i].neutral));
     return sum;
 }
@@ -390,32 +391,62 @@ static double objective(const struct descent *s, const struct params *model) {
     return linear_square(s->d->values, s->white, s->linear) + cost;
 }
 
-/* Predicted sum of squares at x, if the residuals were linear; h and g include the priors. */
-static double promised(const struct descent *s, int n, const double *h, const double *g, const struct fit_prior *prior, const double *x) {
+/* Moves the model by x. Returns false if the sum of squares does not fall: the model is then
+ * unchanged, but s->raw and s->white are those of the step that was tried. */
+static bool move(struct descent *s, const double *x) {
+    struct params moved = *s->model;
+    for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + x[i]);
+    if (!raw_residual(s->d, &moved, s->equations, s->leg, s->raw)) return false;
+    whiten_copy(s->d, s->raw, s->white);
+    double square = objective(s, &moved);
+    if (!(square < s->square)) return false;
+    *s->model = moved;
+    s->square = square;
+    return true;
+}
+
+/* Normal equations h x + g = 0 of a step within a box, and the priors, of n variables. */
+struct step {
+    int n, moved; /* number of variables, and of those among them that are no linear part */
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX];
+    struct fit_prior prior[COLUMNS_MAX];
+};
+
+/* Solves a step whose diagonal is raised by the share `damping` (Marquardt 1963). Without damping
+ * the step is Gauss and Newton's; the more there is, the shorter is the step, first along
+ * directions on which the residuals hardly depend. The linear part is not damped, because its x is
+ * no step but a value, and the residuals are linear in it. */
+static bool solve_step(const struct step *p, double damping, double *x, double *std) {
+    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
+    memcpy(h, p->h, (size_t)(p->n * p->n) * sizeof *h);
+    memcpy(g, p->g, (size_t)p->n * sizeof *g);
+    for (int i = 0; i < p->moved; i++) h[i * p->n + i] *= 1.0 + damping;
+    return solve_box(p->n, h, g, p->prior, p->min, p->max, x, std);
+}
+
+/* Predicted sum of squares at x, if the residuals were linear. */
+static double promised(const struct descent *s, const struct step *p, const double *x) {
     double sum = fit_square(s->d->values, s->white);
-    for (int i = 0; i < n; i++) sum += square(prior[i].inverse_std * prior[i].off) + x[i] * (2.0 * g[i] + dot(n, h + i * n, x));
+    for (int i = 0; i < p->n; i++) {
+        sum += square(p->prior[i].inverse_std * (x[i] + p->prior[i].off));
+        sum += x[i] * (2.0 * p->g[i] + dot(p->n, p->h + i * p->n, x));
+    }
     return sum;
 }
 
-/* Moves the model along x, by a shorter step if the sum of squares does not fall. False if no step
- * lowers it: the model is unchanged, but s->raw and s->white are those of the last step tried. */
-static bool descend(struct descent *s, const double *x) {
-    double scale = 1.0, linear[COLUMNS_MAX];
+/* Moves the model by a step that is damped until the sum of squares falls. False if no step lowers
+ * it. */
+static bool descend(struct descent *s, const struct step *p, double *x) {
+    double linear[COLUMNS_MAX];
     size_t size = s->linear ? (size_t)s->linear->n * sizeof *linear : 0;
     if (size) memcpy(linear, s->linear->x, size);
-    for (int attempt = 0; attempt < 5; attempt++, scale *= 0.35) {
-        struct params moved = *s->model;
-        for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + scale * x[i]);
-        if (!raw_residual(s->d, &moved, s->equations, s->leg, s->raw)) continue;
-        whiten_copy(s->d, s->raw, s->white);
-        double square = objective(s, &moved);
-        if (!(square < s->square)) continue;
-        *s->model = moved;
-        s->square = square;
-        return true;
+    for (double damping = LEAST_DAMPING; !move(s, x); damping *= 10.0) {
+        if (damping > MOST_DAMPING || !solve_step(p, damping, x, NULL)) {
+            if (size) memcpy(s->linear->x, linear, size);
+            return false;
+        }
     }
-    if (size) memcpy(s->linear->x, linear, size);
-    return false;
+    return true;
 }
 
 struct fit_result fit_model(const struct fit_data *d, struct params *model, int variables, const struct variable *v,
@@ -425,8 +456,9 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
     double *room = memory_get((size_t)(variables + 2) * (size_t)values, sizeof *room), *columns = room + 2 * values;
     struct descent s = {.d = d, .model = model, .variables = variables, .v = v, .linear = linear, .raw = room, .white = room + values};
     const double *column[COLUMNS_MAX];
-    double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX], x[COLUMNS_MAX], std[COLUMNS_MAX];
-    struct fit_prior prior[COLUMNS_MAX];
+    struct step *step = memory_get(1, sizeof *step);
+    double x[COLUMNS_MAX], std[COLUMNS_MAX];
+    step->n = n, step->moved = variables;
 
     s.equations = equations_of(variables, v);
     s.leg = only_leg(residual_legs_apart(model), variables, v);
@@ -441,20 +473,22 @@ struct fit_result fit_model(const struct fit_data *d, struct params *model, int 
             column[i] = i < variables ? columns + (size_t)i * (size_t)values : linear->column + (size_t)(i - variables) * (size_t)values;
             if (i < variables && known && known[i]) column[i] = known[i];
             double value = i < variables ? variable_get(&v[i], model) : 0.0;
-            min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
-            max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
+            step->min[i] = i < variables ? v[i].min - value : linear->min[i - variables];
+            step->max[i] = i < variables ? v[i].max - value : linear->max[i - variables];
             x[i] = i < variables ? 0.0 : linear->x[i - variables];
-            prior[i] = i < variables ? (struct fit_prior){v[i].prior_inverse_std, value - v[i].neutral} : linear->prior[i - variables];
+            step->prior[i] = i < variables ? (struct fit_prior){v[i].prior_inverse_std, value - v[i].neutral}
+                                           : linear->prior[i - variables];
         }
-        normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, h, g);
-        if (!solve_box(n, h, g, prior, min, max, x, std)) break;
+        normal_equations(n, values, s.white, column, variables, linear ? linear->gram : NULL, step->h, step->g);
+        if (!solve_step(step, 0.0, x, std)) break;
         memcpy(result.std, std, (size_t)variables * sizeof *std);
-        if (linear && s.square - promised(&s, n, h, g, prior, x) < linear->worth) break;
+        if (linear && s.square - promised(&s, step, x) < linear->worth) break;
         double before = s.square;
-        if (!descend(&s, x) || before - s.square < ENOUGH * s.square) break;
+        if (!descend(&s, step, x) || before - s.square < ENOUGH * s.square) break;
     }
 
-    result.square = s.square - prior_cost(model, variables, v, true);
+    result.square = s.square - prior_cost(model, variables, v, false);
     free(room);
+    free(step);
     return result;
 }

@@ -1,13 +1,14 @@
-/* Fits model parameters to white residuals inside a box, by Gauss-Newton with steps shortened
+/* Fits model parameters to white residuals inside a box, by Gauss-Newton with steps damped
  * until they improve the fit. An active set keeps variables at the bounds of the box. During the
- * search the base has no prior, so that no prior decides for or against an effect. Ordinary
- * threads; heap. */
+ * search only the errors of sensors have a prior in the base, so that no other prior decides for or
+ * against an effect. Ordinary threads; heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 
 #include "whiten.h"
 
-enum { FIT_VARIABLES = 160 };
+/* LINEAR_BESIDE: most variables that a fit moves beside a linear part of FIT_VARIABLES. */
+enum { FIT_VARIABLES = 224, LINEAR_BESIDE = 48 };
 
 /* One number of the model that is fitted. */
 struct variable {
@@ -22,6 +23,8 @@ struct variable {
      * effect. key: number of its key in the effect. */
     int effect, key;
     bool base;               /* part of the base model, so never a finding */
+    bool penalised;          /* base variable whose prior counts in the sum of squares, as an
+                              * effect's does: it is the error of a sensor, and not just limited */
     double min, max;         /* bounds of the value */
     double neutral;          /* value of an effect's parameter without the effect; mean of the
                               * prior */
@@ -78,7 +81,7 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
 struct fit_result {
     bool ok;
     double square;                      /* sum of white squares at the end, with the penalty of the
-                                         * effects' priors but not of the base's */
+                                         * priors of effects and penalised base variables */
     double std[FIT_VARIABLES];
 };
 

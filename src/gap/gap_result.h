@@ -6,7 +6,7 @@
 
 #include "params.h"
 
-enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 64, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80, GAP_STATEMENTS = 6 };
+enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 128, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80, GAP_STATEMENTS = 6 };
 
 enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_PARTLY_NAMED, GAP_VERDICTS };
 extern const char *const gap_verdict_names[GAP_VERDICTS]; /* effect_named, no_gap, ambiguous,

@@ -165,6 +165,7 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
 }
 
 void variable_add_prior(struct variable *base) {
+    if (base->penalised) return;
     base->neutral = 0.5 * (base->min + base->max);
     base->prior_inverse_std = sqrt(12.0) / (base->max - base->min);
 }

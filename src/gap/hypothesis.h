@@ -41,7 +41,8 @@ enum parallel hypothesis_parallel(const struct hypothesis *h, const struct varia
 bool hypothesis_make_symmetric(struct hypothesis *h);
 
 /* Gives a base variable the prior that it has beside a parallel effect: mean in the middle of the
- * variable's range, standard deviation of a uniform distribution over the range. */
+ * variable's range, standard deviation of a uniform distribution over the range. The error of a
+ * sensor keeps the prior that it has. */
 void variable_add_prior(struct variable *base);
 
 /* True if the second effect is a special case of the first, and therefore preferred. */

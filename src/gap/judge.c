@@ -230,8 +230,8 @@ static void say_constants(struct gap_result *r) {
         for (int k = 0; k < EFFECT_TIES && parallel[k] && !r->effect[i].given.on; k++) {
             int v = 0;
             while (v < count && strcmp(base[v].name, parallel[k])) v++;
-            /* a constant force has no stated value to check */
-            if (v == count || !strcmp(parallel[k], "axis.force_offset_n")) continue;
+            /* a constant force and the error of a sensor have no stated value to check */
+            if (v == count || base[v].penalised || !strcmp(parallel[k], "axis.force_offset_n")) continue;
             append(r, before);
             append(r, base[v].name);
             before = ", ";

@@ -148,7 +148,7 @@ bool replay_identify(const struct params *params, const struct recording *record
 bool replay_repair(const struct params *params, const struct params *model, const struct recording *measured, double mt[DOFS][DOFS]) {
     double with[DOFS][DOFS], without[DOFS][DOFS];
     struct params exact = *model, smooth;
-    exact.sensors.enabled = false;
+    exact.sensors.enabled = false, exact.errors = (struct sensor_errors){0};
     smooth = frictionless(&exact);
     struct replay both[2];
     if (!replay_identify(params, measured, mt)) return false;

@@ -76,17 +76,22 @@ static double dry_friction(const struct params *model, double speed_mps) {
     return sum;
 }
 
-/* True for a friction that mostly disappears where a leg surely slides. The data do not show it,
- * because a leg that may stick absorbs any error of the force balance, such as a force sensor's. */
-static bool held_only(const struct diagnosis *d, const struct trial *t) {
+/* True if an effect of this model is a friction that mostly disappears where a leg surely slides.
+ * The data do not show it, because a leg that may stick absorbs any error of the force balance,
+ * such as a force sensor's. rest: the model without the effect. */
+static bool held_only(int effect, const struct params *model, const struct params *rest) {
     double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
-    if (!effect_table[t->hypothesis->effect]->leg_friction) return false;
-    double held = dry_friction(&t->model, 0.0) - dry_friction(&d->model, 0.0);
-    double slides = dry_friction(&t->model, sliding_mps) - dry_friction(&d->model, sliding_mps);
+    if (!effect_table[effect]->leg_friction) return false;
+    double held = dry_friction(model, 0.0) - dry_friction(rest, 0.0);
+    double slides = dry_friction(model, sliding_mps) - dry_friction(rest, sliding_mps);
     return fabs(slides) < 0.5 * fabs(held);
 }
 
-static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || held_only(d, t); }
+static bool trial_held_only(const struct diagnosis *d, const struct trial *t) {
+    return held_only(t->hypothesis->effect, &t->model, &d->model);
+}
+
+static bool unseen(const struct diagnosis *d, const struct trial *t) { return t->bound || trial_held_only(d, t); }
 
 /* Lists every effect once, with its best choice of legs. The trials are sorted. */
 static void list_candidates(const struct diagnosis *d, const struct trial *trial, int trials, struct gap_result *r) {
@@ -114,7 +119,7 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
-        if (!is_rival(d, &trial[0], &trial[i]) || held_only(d, &trial[i])) continue;
+        if (!is_rival(d, &trial[0], &trial[i]) || trial_held_only(d, &trial[i])) continue;
         int effect = trial[i].hypothesis->effect;
         bool seen = effect == best || hypothesis_contains(effect, best) || overfits(&trial[i], &trial[0]);
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
@@ -219,6 +224,15 @@ static bool drop(struct diagnosis *d, int addition, double most, struct gap_resu
 static void drop_superfluous(struct diagnosis *d, struct gap_result *r) {
     for (int i = 0; i < d->added - 1;)
         if (!drop(d, i, 0.5 * GAIN_MIN, r)) i++;
+}
+
+/* Removes the effect that was added last, if beside the others it has become a friction that the
+ * data do not show. */
+static bool drop_unseen(struct diagnosis *d, struct gap_result *r) {
+    int last = d->added - 1, effect = d->addition[last].effect;
+    struct params rest = d->model;
+    rest.effects[effect] = d->given->effects[effect];
+    return held_only(effect, &d->model, &rest) && drop(d, last, HUGE_VAL, r);
 }
 
 /* Revision: before the search goes on, an effect that was found earlier is removed and judged again
@@ -415,8 +429,11 @@ void search_read_base(const struct diagnosis *d, struct gap_result *r) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
         int place = place_of(d, v);
-        /* joint positions and valve nulls are too many to list, and none of them is a finding */
-        if (v->effect >= 0 || (place < 0 && value == given)) continue;
+        /* joint positions and valve nulls are too many to list, and none of them is a finding; of
+         * the sensors' errors those beyond the usual are listed, unless an effect has them */
+        bool taken = place < 0 && v->effect >= 0, error = v->penalised && !taken;
+        bool usual = error ? fabs(value - v->neutral) * v->prior_inverse_std < 1.0 : v->effect >= 0;
+        if (usual || (place < 0 && value == given)) continue;
         r->base[r->base_values++] = (struct gap_base_value){.name = v->name,
                                                             .leg = v->leg,
                                                             .given = given,
@@ -474,6 +491,10 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         note(d, revision, effect, paid);
         e->share_explained = before - d->held_square;
         describe(e, &d->model, z, before, d->held_square);
+        if (drop_unseen(d, r)) {
+            tell_rivals(r, 0, rival);
+            break;
+        }
         drop_superfluous(d, r);
     }
 

@@ -15,7 +15,7 @@ static const double BEND = 0.1;          /* a law counts as proportional if its 
 static const double SHORTEST_STEP = 0.1; /* while the machine is impossible, the base's linear step
                                           * is halved, down to about this share of it; then the base
                                           * stays where it is */
-enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 5 };
+enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITERATIONS = 8 };
 
 enum { WEAK, TYPICAL, STARTS = 7 };
 /* strengths at which a trial may start, as multiples of the typical strength. Several are tried,

@@ -6,6 +6,7 @@
 
 #include "memory.h"
 #include "parallel.h"
+#include "sort.h"
 
 static const double WORTH = 0.1; /* a trial is fitted further if its gain after the first steps
                                   * exceeds this share of the best trial's */
@@ -150,15 +151,30 @@ static const struct trial *best_pattern(const struct trial *finalist, int finali
     return NULL;
 }
 
+/* Gain on the fitted cycles that most trials share, whatever their effect: the median. It is above
+ * zero where the base moves by a linear forecast that does not hold: beside backlash, whose steps
+ * depend on all forces, residuals bend within a step. */
+static double shared_gain(const struct trial *trial, int count) {
+    double *gain = memory_get((size_t)count, sizeof *gain);
+    int n = 0;
+    for (int i = 0; i < count; i++)
+        if (trial[i].ok) gain[n++] = trial[i].gain;
+    sort_ascending(n, gain);
+    double middle = n ? fmax(gain[n / 2], 0.0) : 0.0;
+    free(gain);
+    return middle;
+}
+
 /* Polishes the finalists one after the other, each with all threads, and sorts all trials, the best
- * first. Finalists are contradicted trials and, for each of the best few effects, the trial with
- * its best choice of legs and any trial whose gain is near that one's. worth: gain above which
- * trials were fitted further. */
+ * first. Finalists are contradicted trials whose gain exceeds `worth` by more than twice what most
+ * trials share. For each of the best few effects, finalists are also the trial with its best choice
+ * of legs and any trial whose gain is near that one's. worth: gain above which trials were fitted
+ * further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
     qsort(trial, (size_t)count, sizeof *trial, by_gain);
-    double rise = trial_rise(&trial[0]);
+    double rise = trial_rise(&trial[0]), shared = shared_gain(trial, count);
     for (int i = 0; i < count; i++) {
         const struct trial *best = best_pattern(finalist, finalists, trial[i].hypothesis->effect);
         bool rises = trial[i].hypothesis->pattern != PATTERN_EACH && trial_rise(&trial[i]) > NEAR_SHARE * rise;
@@ -167,7 +183,7 @@ static void finish(const struct diagnosis *d, double worth, struct trial *trial,
         bool limit = best && best->hypothesis->pattern == PATTERN_EACH && trial[i].hypothesis->pattern == PATTERN_ALL;
         bool first = trial_fitted_gain(&trial[i]) > TRIAL_LEAST && (effects < FINALISTS || rises);
         bool near = best ? limit || trial[i].gain > NEAR_SHARE * best->gain : first;
-        bool anew = trial[i].gain > worth && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
+        bool anew = trial[i].gain > worth + 2.0 * shared && (!best || TRIAL_KEPT * trial[i].gain > best->gain);
         bool chosen = trial[i].ok && (trial_contradicted(&trial[i]) ? anew : near);
         effects += chosen && !best;
         if (chosen) finalist[finalists++] = trial[i];

@@ -226,6 +226,8 @@ static const struct config_key keys[] = {
     KEY(model.tolerance, joints_m, "0.0005", 0.0, 0.05, "m", "of each coordinate of each joint: drawing and assembly"),
     KEY(model.tolerance, pressure_gain, "0.005", 0.0, 0.1, "-",
         "of each pressure sensor's gain: the standard deviation, about half of a data sheet's greatest error"),
+    KEY(model.tolerance, pressure_zero, "0.005", 0.0, 0.1, "-",
+        "of each pressure sensor's zero, standard deviation as a share of sensors.pressure_full_scale_pa: for `hexid gap`"),
     KEY(model.tolerance, pressure_drift_pa, "1000", 0.0, 1e6, "Pa",
         "of a pressure sensor's zero from one log to the next, standard deviation: for `hexid identify --weight`"),
     KEY(model.tolerance, length_gain, "0.001", 0.0, 0.1, "-", "of each position sensor's gain, standard deviation"),

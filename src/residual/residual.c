@@ -8,6 +8,7 @@
 #include "inverse_dynamics.h"
 #include "params.h"
 #include "series.h"
+#include "systematic.h"
 #include "units.h"
 #include "valve_line.h"
 
@@ -24,6 +25,7 @@ static void read_force_back(const struct cylinder_model *m, const struct residua
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
     both.scale = hypot(a1, a2) / hypot(a1 / m->machine.sensors.p1[leg].scale, a2 / m->machine.sensors.p2[leg].scale);
     read_back(&both, t, row);
+    systematic_read_back(m, t, leg, a1, a2, row);
 }
 
 static double at(const double *basis, int size, const double *row) {
@@ -285,7 +287,7 @@ bool residual_staircase(const struct residual_test *t, const struct params *mode
     struct cylinder_model cylinder;
     struct series rows;
     cylinder_model_init(&cylinder, model);
-    series_undo(&cylinder.machine, t, &rows);
+    systematic_series(&cylinder, t, &rows);
     bool ok = force_n && mean_n && t->chambers;
     if (ok) begin_run(&r, t, model, ALL_LEGS, 0.0, &rows);
     for (int i = 0; i < t->samples && ok; i++) {
@@ -388,7 +390,7 @@ bool residual_required(const struct residual_test *t, const struct params *model
     struct series rows;
     struct cylinder_model cylinder;
     cylinder_model_init(&cylinder, model);
-    series_undo(&cylinder.machine, t, &rows);
+    systematic_series(&cylinder, t, &rows);
     return required(t, model, &rows, NULL, force_n);
 }
 
@@ -442,7 +444,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     struct error impossible;
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
-    series_undo(&cylinder.machine, t, &rows);
+    systematic_series(&cylinder, t, &rows);
     /* With hoses to the gauges the force needs the pressure drops from gauge to chamber of all
      * legs. */
     if (has_hoses(&cylinder)) equations = EQUATIONS_ALL, leg = ALL_LEGS;
@@ -459,6 +461,8 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
                 row[k][RESIDUAL_P1][a] -= p.port[PORT_A][k][a], row[k][RESIDUAL_P2][a] -= p.port[PORT_B][k][a];
             read_back(&cylinder.machine.sensors.p1[k], t, row[k][RESIDUAL_P1]);
             read_back(&cylinder.machine.sensors.p2[k], t, row[k][RESIDUAL_P2]);
+            systematic_read_back(&cylinder, t, k, 1.0, 0.0, row[k][RESIDUAL_P1]);
+            systematic_read_back(&cylinder, t, k, 0.0, 1.0, row[k][RESIDUAL_P2]);
         }
     }
     if (!(equations & EQUATIONS_FORCE)) return true;

@@ -10,8 +10,8 @@
  * test that repeats its motion gives the series of its mean cycle; any other motion is cut into
  * segments (motion.h), each with a series of its own over the segment and its margins. The
  * chambers' simulation also gets the motion that is too fast for a segment's series. The effects of
- * the model's sensors (scale, offset, lag, delay) are undone in the series, before any law is
- * applied. Commands are held for the controller's cycle; those that a slower recording lacks are
+ * the model's sensors (scale, offset, lag, delay, pipes) are undone in the series, before any law
+ * is applied. Commands are held for the controller's cycle; those that a slower recording lacks are
  * interpolated. Without pressures the force is the reading of its sensor or drive; without
  * pressures or commands the chambers are not evaluated. One axis is a machine of one leg, whose
  * inverse dynamics is m (a + g), springs and friction. Rigid bodies, hydraulics and effects are

@@ -1,6 +1,7 @@
 #include "systematic.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -12,6 +13,11 @@ enum { COORDINATES = JOINT_COORDINATES / LEGS };
 /* Standard deviation by which a leg's lag or pipe differs from the value common to all legs, as a
  * share of the common value's standard deviation. */
 static const double REST = 0.5;
+
+/* struct sensor_errors is the part of the vector of errors before the joints. */
+_Static_assert(sizeof(struct sensor_errors) == SYSTEMATIC_JOINT * sizeof(double), "the errors have one order");
+_Static_assert(offsetof(struct sensor_errors, skew_s) == SYSTEMATIC_SKEW * sizeof(double), "the errors have one order");
+_Static_assert(offsetof(struct sensor_errors, pipe_m) == SYSTEMATIC_PIPE * sizeof(double), "the errors have one order");
 
 static const double NO_ERROR = 1e-12; /* a smaller tolerance counts as 0 */
 
@@ -55,62 +61,55 @@ void systematic_exclude(struct tolerance_params *t) {
     t->pressure_gain = t->length_gain = t->length_zero_m = t->skew_s = t->pressure_lag_s = t->pipe_m = t->joints_m = 0.0;
 }
 
+bool systematic_common(int error) { return error == SYSTEMATIC_SKEW || error == SYSTEMATIC_LAG || error == SYSTEMATIC_PIPE; }
+
 bool systematic_moves(int error) {
     enum systematic_family family = systematic_family(error);
     return family != FAMILY_PRESSURE_GAINS && family != FAMILY_SKEW && family != FAMILY_LAGS && family != FAMILY_PIPES;
 }
 
+/* Kinds of errors of sensors, in the order of the errors. */
+static const struct kind {
+    int first;
+    const char *name;
+} kinds[] = {{SYSTEMATIC_P1_GAIN, "gain of P1"},
+             {SYSTEMATIC_P2_GAIN, "gain of P2"},
+             {SYSTEMATIC_LENGTH_GAIN, "gain of the length"},
+             {SYSTEMATIC_LENGTH_ZERO, "zero of the length"},
+             {SYSTEMATIC_SKEW, "skew of the lengths"},
+             {SYSTEMATIC_LAG, "lag of the pressures"},
+             {SYSTEMATIC_LAG_REST, "lag of the pressures beside the others'"},
+             {SYSTEMATIC_PIPE, "length of the pipes"},
+             {SYSTEMATIC_PIPE_REST, "length of the pipes beside the others'"}};
+
+static const struct kind *kind_of(int error) {
+    int i = 0;
+    while (i + 1 < (int)(sizeof kinds / sizeof *kinds) && error >= kinds[i + 1].first) i++;
+    return &kinds[i];
+}
+
+const char *systematic_kind(int error, int *first) {
+    *first = kind_of(error)->first;
+    return kind_of(error)->name;
+}
+
 void systematic_name(int error, char name[SYSTEMATIC_NAME]) {
     static const char *const joint[] = {"upper joint, x", "upper joint, y", "upper joint, z",
                                         "lower joint, x", "lower joint, y", "lower joint, z"};
-    static const struct {
-        int first;
-        const char *name;
-    } kind[] = {{SYSTEMATIC_P1_GAIN, "gain of P1"},
-                {SYSTEMATIC_P2_GAIN, "gain of P2"},
-                {SYSTEMATIC_LENGTH_GAIN, "gain of the length"},
-                {SYSTEMATIC_LENGTH_ZERO, "zero of the length"},
-                {SYSTEMATIC_SKEW, "skew of the lengths"},
-                {SYSTEMATIC_LAG, "lag of the pressures"},
-                {SYSTEMATIC_LAG_REST, "lag of the pressures beside the others'"},
-                {SYSTEMATIC_PIPE, "length of the pipes"},
-                {SYSTEMATIC_PIPE_REST, "length of the pipes beside the others'"}};
-    int i = 0, kinds = sizeof kind / sizeof *kind;
     if (error >= SYSTEMATIC_JOINT) {
         int of = error - SYSTEMATIC_JOINT;
         snprintf(name, SYSTEMATIC_NAME, "%s, leg %d", joint[of % COORDINATES], of / COORDINATES + 1);
         return;
     }
-    while (i + 1 < kinds && error >= kind[i + 1].first) i++;
-    bool single = kind[i].first == SYSTEMATIC_SKEW || kind[i].first == SYSTEMATIC_LAG || kind[i].first == SYSTEMATIC_PIPE;
-    if (single) snprintf(name, SYSTEMATIC_NAME, "%s", kind[i].name);
-    else snprintf(name, SYSTEMATIC_NAME, "%s, leg %d", kind[i].name, error - kind[i].first + 1);
+    const struct kind *kind = kind_of(error);
+    if (systematic_common(error)) snprintf(name, SYSTEMATIC_NAME, "%s", kind->name);
+    else snprintf(name, SYSTEMATIC_NAME, "%s, leg %d", kind->name, error - kind->first + 1);
 }
 
 void systematic_joints(const double error[SYSTEMATICS], struct params *machine) {
     struct effect_values *joints = &machine->effects[effect_find(geometry_error.name)];
     joints->on = true;
     for (int i = 0; i < JOINT_COORDINATES; i++) joints->value[i % COORDINATES][i / COORDINATES] = error[SYSTEMATIC_JOINT + i];
-}
-
-/* Puts the errors into the paths of a machine's sensors. */
-static void add_to_sensors(const double error[SYSTEMATICS], struct machine *m) {
-    for (int k = 0; k < LEGS; k++) {
-        double lag_s = error[SYSTEMATIC_LAG] + error[SYSTEMATIC_LAG_REST + k], gain = error[SYSTEMATIC_LENGTH_GAIN + k];
-        m->sensors.p1[k].scale *= 1.0 + error[SYSTEMATIC_P1_GAIN + k];
-        m->sensors.force[k].scale *= 1.0 + error[SYSTEMATIC_P1_GAIN + k];
-        m->sensors.p2[k].scale *= 1.0 + error[SYSTEMATIC_P2_GAIN + k];
-        m->sensors.p1[k].lag_s += lag_s;
-        m->sensors.p2[k].lag_s += lag_s;
-        m->sensors.force[k].lag_s += lag_s;
-        m->sensors.length[k].scale *= 1.0 + gain;
-        m->sensors.length[k].offset += error[SYSTEMATIC_LENGTH_ZERO + k] - gain * m->bodies.neutral_length_m[k];
-        /* Only the difference of the delays matters. The pressures are moved, because dry friction
-         * is computed from the lengths as they are read. */
-        m->sensors.p1[k].delay_s -= error[SYSTEMATIC_SKEW];
-        m->sensors.p2[k].delay_s -= error[SYSTEMATIC_SKEW];
-        m->sensors.force[k].delay_s -= error[SYSTEMATIC_SKEW];
-    }
 }
 
 /* Finds the pressure in a chamber from the pressure at the other end of its pipe. With the flow q =
@@ -163,12 +162,45 @@ static void undo_pipes(const struct cylinder_model *m, int leg, double length_m,
     through_pipe(t, inertance, resistance, capacitance[PORT_B], flow[PORT_B], rows->p2[leg]);
 }
 
-void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows) {
-    struct machine machine = m->machine;
-    add_to_sensors(error, &machine);
-    series_undo(&machine, t, rows);
+void systematic_read_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double one, double other, double *row) {
+    const struct sensor_errors *e = &m->machine.params->errors;
+    double length_m = e->pipe_m + e->pipe_rest_m[leg], inertance, resistance, capacitance[PORTS];
+    if (length_m == 0.0) return;
+    cylinder_pipe(length_m, m->machine.params->hydraulics.pipe_bore_m, &inertance, &resistance);
+    chambers(&m->leg[leg], t->spectrum.mean[CHANNEL_LENGTH][leg][0], capacitance);
+    for (int a = 0; a < t->size; a++) {
+        double w = t->rate[a], share[PORTS];
+        for (int port = 0; port < PORTS; port++)
+            share[port] = hypot(1.0 - w * w * inertance * capacitance[port], w * resistance * capacitance[port]);
+        row[a] *= hypot(one, other) / hypot(one / share[PORT_A], other / share[PORT_B]);
+    }
+}
+
+/* Undoes the pipes of all legs. common_m: length that is stated, and is no error. */
+static void undo_all_pipes(const struct cylinder_model *m, double common_m, const struct sensor_errors *e, const struct residual_test *t,
+                           struct series *rows) {
     for (int k = 0; k < t->legs && t->pressures; k++) {
-        double length_m = m->machine.params->hydraulics.pipe_length_m + error[SYSTEMATIC_PIPE] + error[SYSTEMATIC_PIPE_REST + k];
+        double length_m = common_m + e->pipe_m + e->pipe_rest_m[k];
         if (length_m != 0.0) undo_pipes(m, k, length_m, t, rows);
     }
+}
+
+void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows) {
+    struct machine machine = m->machine;
+    struct sensor_errors errors;
+    memcpy(&errors, error, sizeof errors);
+    errors.skew_s = 0.0;
+    machine_add_errors(&machine, &errors);
+    /* Without commands only the difference of the delays matters. The pressures are moved, because
+     * dry friction is computed from the lengths as they are read. */
+    struct sensor_path *const later[] = {machine.sensors.p1, machine.sensors.p2, machine.sensors.force};
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < LEGS; k++) later[i][k].delay_s -= error[SYSTEMATIC_SKEW];
+    series_undo(&machine, t, rows);
+    undo_all_pipes(m, m->machine.params->hydraulics.pipe_length_m, &errors, t, rows);
+}
+
+void systematic_series(const struct cylinder_model *m, const struct residual_test *t, struct series *rows) {
+    series_undo(&m->machine, t, rows);
+    undo_all_pipes(m, 0.0, &m->machine.params->errors, t, rows);
 }

@@ -12,8 +12,8 @@
  *          legs, and a difference for each leg
  *   joint  coordinates of the joints; model.tolerance.joints_m is their greatest error, uniform
  *
- * The zero of a pressure is no unknown, because a constant force of a leg is part of its dry
- * friction in both directions. Pure. */
+ * The zero of a pressure is no unknown of method C, because a constant force of a leg is part of
+ * its dry friction in both directions; hexid gap has it in its base. Pure. */
 #ifndef HEXID_SYSTEMATIC_H
 #define HEXID_SYSTEMATIC_H
 
@@ -46,7 +46,7 @@ enum {
  * error does not exist. pressures: the forces are measured by pressures. */
 void systematic_priors(const struct params *params, bool pressures, double std[SYSTEMATICS]);
 
-/* Makes all tolerances of systematic errors zero. */
+/* Makes the tolerances of all these errors zero. */
 struct tolerance_params;
 void systematic_exclude(struct tolerance_params *tolerance);
 
@@ -73,6 +73,12 @@ struct systematic_words {
 extern const struct systematic_words systematic_families[FAMILIES];
 enum systematic_family systematic_family(int error);
 
+/* True if all legs share the error. */
+bool systematic_common(int error);
+
+/* Returns the name of a sensor error's kind, "gain of P1". first: set to the kind's first error. */
+const char *systematic_kind(int error, int *first);
+
 /* Name of an error: "gain of P1, leg 3", "skew". */
 enum { SYSTEMATIC_NAME = 64 };
 void systematic_name(int error, char name[SYSTEMATIC_NAME]);
@@ -83,6 +89,14 @@ void systematic_joints(const double error[SYSTEMATICS], struct params *machine);
 /* Finds a test's series with these errors of the sensors undone; pressures become the pressures in
  * the chambers. m: the machine that the series belong to, without such errors. */
 void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows);
+
+/* Finds a test's series with the errors undone that the machine's params->errors state. */
+void systematic_series(const struct cylinder_model *m, const struct residual_test *t, struct series *rows);
+
+/* Converts a difference of P1 weighted by one and of P2 weighted by other from the chambers to the
+ * gauges: the factor by which systematic_series() raises the noise of a coefficient is taken off.
+ * row: a coefficient row of leg `leg`. */
+void systematic_read_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double one, double other, double *row);
 
 /* Mass along a leg that is equivalent to the oil in one metre of its pipes, kg/m. */
 double systematic_pipe_mass(const struct cylinder_model *m, int leg);

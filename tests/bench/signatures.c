@@ -36,22 +36,28 @@ struct span {
     int count;
     const double *column[FIT_VARIABLES];
     double min[FIT_VARIABLES], max[FIT_VARIABLES];
+    struct fit_prior prior[FIT_VARIABLES];
 };
 
-static void span_add(struct span *s, const double *column, double min, double max) {
+static void span_add(struct span *s, const double *column, double min, double max, struct fit_prior prior) {
     s->column[s->count] = column;
+    s->prior[s->count] = prior;
     s->min[s->count] = min, s->max[s->count++] = max;
 }
 
-/* Removes the span's part from the vector in place; returns the length of the remainder. */
+/* Removes the span's part from the vector in place; returns the length of the remainder, with the
+ * penalty of the span's priors. */
 static double leave(const struct span *s, double *vector) {
     double x[FIT_VARIABLES];
     int values = d.fit.values;
-    if (!fit_box(s->count, values, vector, s->column, NULL, s->min, s->max, x, NULL)) fail("the columns are singular");
-    for (int i = 0; i < s->count; i++)
+    if (!fit_box(s->count, values, vector, s->column, s->prior, s->min, s->max, x, NULL)) fail("the columns are singular");
+    double penalty = 0.0;
+    for (int i = 0; i < s->count; i++) {
+        penalty += pow(s->prior[i].inverse_std * (x[i] + s->prior[i].off), 2.0);
         for (int a = 0; a < values; a++) vector[a] += x[i] * s->column[i][a];
+    }
     /* the factor 2 adds the held-out cycles, which are as many */
-    return sqrt(2.0 * fit_square(values, vector));
+    return sqrt(2.0 * fit_square(values, vector) + penalty);
 }
 
 /* Returns the changes of the base within its tolerance, except those parallel to the hypothesis. */
@@ -60,7 +66,8 @@ static struct span base_span(const struct hypothesis *h) {
     for (int i = 0; i < d.variables; i++) {
         const struct variable *v = &d.variable[i];
         double value = variable_get(v, d.given);
-        if (!hypothesis_parallel(h, v)) span_add(&s, d.column + (size_t)i * (size_t)d.fit.values, v->min - value, v->max - value);
+        struct fit_prior prior = {v->prior_inverse_std, value - v->neutral};
+        if (!hypothesis_parallel(h, v)) span_add(&s, d.column + (size_t)i * (size_t)d.fit.values, v->min - value, v->max - value, prior);
     }
     return s;
 }
@@ -110,7 +117,8 @@ static void add_rival(const struct hypothesis *h, double *place, struct span *s)
         fail("no motion of this machine");
     free(raw);
     for (int i = 0; i < h->variables; i++)
-        if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0) span_add(s, place + (size_t)i * values, -1e300, 1e300);
+        if (fit_square(d.fit.values, place + (size_t)i * values) > 0.0)
+            span_add(s, place + (size_t)i * values, -1e300, 1e300, (struct fit_prior){0});
 }
 
 /* For each hypothesis of another effect, in all legs or in one, sets left[] to the length of the

@@ -7,7 +7,7 @@
 
 Environment: HEXID, the program (build/hexid); RIG, another rig than hexid's own plant (build/tests/rig/rig, tests/rig/README.md); DETECTABLE, the file of strengths at which z = 8, and of the share of z
 left beside each other effect (build/gap_score/detectable.csv, written by tests/bench/signatures); CONFIG, the base model (config/tian2015.yaml); SUBSTEPS of the rig (12); MOTION of the independent rig (sines; or multisine); RECORDINGS, a directory where rigs'
-recordings stay, to be scored again without the rig; KEEP, a directory where a case leaves its log and report.
+recordings stay, to be scored again without the rig; SET, "KEY=VALUE ..." that hexid gap alone is told; KEEP, a directory where a case leaves its log and report.
 
 The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` also disturbs it in ways that the tolerance does not cover. The diagnosis uses the other engine, its own steps, and only the log."""
@@ -184,7 +184,7 @@ def drawing():
 
 def diagnose(log, out, settings=()):
     """Runs hexid gap on a log; returns its result, or the reason why there is none."""
-    options = [x for s in [*drawing(), *settings] for x in ("--set", s)]
+    options = [x for s in [*drawing(), *settings, *os.environ.get("SET", "").split()] for x in ("--set", s)]
     gap = subprocess.run([HEXID, "gap", "--measured", log, "-c", CONFIG, "-o", out, "--set", "lcm.url="] + options, capture_output=True, text=True)
     if gap.returncode: return {}, gap.stderr.strip().split("\n")[-1][-160:]
     with open(out + "/gap.json") as f: return json.load(f), ""

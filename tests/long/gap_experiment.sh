@@ -9,23 +9,24 @@ rig() { "$hexid" run --hal sim: --fast --set lcm.url= --set sim.engine=ode --set
 gap() { "$hexid" gap -c config/tian2015.yaml -o "$work/out" --set lcm.url= "$@" >"$work/said" 2>/dev/null || return; cat "$work/said"; }
 field() { "$python" -c 'import json, sys; print(eval("j" + sys.argv[2], {"j": json.load(open(sys.argv[1]))}))' "$work/out/gap.json" "$1"; }
 
-# separated HIDDEN VALUE RIVAL: the effect is ambiguous on the six tests; with the log of the experiment that the verdict proposes, it is
+# separated HIDDEN VALUE RIVAL [OPTION...]: the effect is ambiguous on the six tests; with the log of the experiment that the verdict proposes, it is
 # named alone.
 separated() {
-    local name=${1%.*} rival=$3 options
+    local name=${1%.*} rival=$3 options given=("${@:4}")
     rig first --seed 4 "${machine[@]}" --set "effects.$1=$2"
-    gap --measured "$work/first.lcm" || return
+    gap --measured "$work/first.lcm" "${given[@]}" || return
     [ "$(field "['verdict']")" = ambiguous ] || return
     options="$(field "['in_doubt']") $(field "['ambiguous_with']")"
     [[ $options == *"$name"* && $options == *"$rival"* ]] || return
     read -ra options < <(field "['next_experiment']" | cut -d'`' -f2)
     rig second --seed 5 "${machine[@]}" --set "effects.$1=$2" "${options[@]}" # fewer than six tests: no matrix, exit status 1
-    gap --measured "$work/first.lcm" --measured "$work/second.lcm" || return
+    gap --measured "$work/first.lcm" --measured "$work/second.lcm" "${given[@]}" || return
     [ "$(field "['verdict']") $(field "['effects'][0]['name']") $(field "['effects'].__len__()")" = "effect_named $name 1" ]
 }
 claim "a spring or an inertia? the experiment that the verdict asks for tells" \
     separated external_stiffness.phi 8000 payload_rotational_inertia
-claim "a spool's lag or a delay of the command? 36 Hz beside 4 Hz tell" separated valve_lag.frequency_hz 80 command_delay
+claim "a spool's lag or a delay of the command? 36 Hz beside 4 Hz tell, where gauges are exact" \
+    separated valve_lag.frequency_hz 80 command_delay "${exact[@]/#/--set=}"
 
 # repaired PERCENT DEVIATIONS SETTING...: the identified matrix without the found friction is within PERCENT of the nominal one and within
 # DEVIATIONS standard deviations of the sensors' noise.

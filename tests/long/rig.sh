@@ -16,13 +16,14 @@ claim "each leg its own tolerance and nothing else: no gap" right none typical 1
 claim "friction is named beside it" right cylinder_coulomb_friction typical 1 tolerance
 claim "so is another mass centre" right payload_center_of_mass typical 1 tolerance
 claim "and heavier actuators, which weigh more, are no payload" right actuator_inertia typical 1 tolerance
-claim "one leg's other masses are named beside another leg's valve null" right actuator_inertia+valve_null_bias typical 1511 tolerance
+SET="${exact[*]}" claim "one leg's other masses are named beside another leg's valve null, where gauges are exact" \
+    right actuator_inertia+valve_null_bias typical 1511 tolerance
 # valued: true if the effect is also named with its value, within 5 % or two stated deviations.
 valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
 claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \
     valued passive_joint_friction strong 1501 tolerance
 claim "backlash in all legs is named with its value, rods knocking" valued joint_backlash typical 1501 tolerance
-claim "so is a tilted base beside it" right base_tilt+joint_backlash typical 1524 tolerance
+SET="${exact[*]}" claim "so is a tilted base beside it, where gauges are exact" right base_tilt+joint_backlash typical 1524 tolerance
 # alone: true if no other effect is named beside it.
 alone() { right "$@" && [ "$(cut -d, -f7 "$work/row")" = "$1" ]; }
 MOTION=multisine claim "dry friction under a multisine is no play of the joints" alone cylinder_coulomb_friction typical 1601 tolerance
