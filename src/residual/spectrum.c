@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "dense.h"
+#include "numeric.h"
 #include "sort.h"
 #include "units.h"
 
@@ -61,24 +62,35 @@ const double *spectrum_channel(const struct recording_sample *s, enum channel ch
     return all[channel];
 }
 
-/* Sums the products of the Fourier basis with itself, and with the channels, over the good samples
- * of first .. end-1. longest_s: longest time between two of them. Returns the number of good
- * samples. */
-static int add_samples(const struct spectrum *s, const struct recording_test *t, int first, int end,
-                       double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double *longest_s) {
+/* Samples first .. end-1 of a test, such as a cycle. */
+struct span {
+    int first, end;
+    double middle_s;
+};
+
+/* Sums the products of the Fourier basis over the good samples: with itself, with the channels, and
+ * with a drift of one unit per period about the middle. longest_s: longest time between two good
+ * samples. Returns their number. */
+static int add_samples(const struct spectrum *s, const struct recording_test *t, const struct span *span,
+                       double product[SPECTRUM_SIZE][SPECTRUM_SIZE], double row[CHANNELS][LEGS][SPECTRUM_SIZE], double ramp[SPECTRUM_SIZE],
+                       double *longest_s) {
     double basis[SPECTRUM_SIZE], last_s = NAN;
     int size = 1 + 2 * s->harmonics, good = 0;
     *longest_s = 0.0;
     memset(row, 0, CHANNELS * sizeof row[0]);
-    for (int i = first; i < end; i++) {
+    memset(ramp, 0, SPECTRUM_SIZE * sizeof *ramp);
+    for (int i = span->first; i < span->end; i++) {
         const struct recording_sample *sample = &t->sample[i];
         if (sample->refused) continue;
+        double drifted = s->omega / (2.0 * PI) * (sample->test_time_s - span->middle_s);
         *longest_s = fmax(*longest_s, sample->test_time_s - last_s);
         last_s = sample->test_time_s;
         good++;
         spectrum_basis(s->omega * sample->test_time_s, s->harmonics, basis);
-        for (int a = 0; a < size; a++)
+        for (int a = 0; a < size; a++) {
             for (int b = 0; b <= a; b++) product[a][b] += basis[a] * basis[b];
+            ramp[a] += basis[a] * drifted;
+        }
         for (int ch = 0; ch < CHANNELS; ch++)
             for (int k = 0; k < LEGS; k++) {
                 double y = spectrum_channel(sample, (enum channel)ch)[k];
@@ -88,54 +100,53 @@ static int add_samples(const struct spectrum *s, const struct recording_test *t,
     return good;
 }
 
-/* A cycle of a test: its samples are first .. end-1. */
-struct cycle_span {
-    int first, end;
-    double middle_s;
-};
-
-/* Sums the products of the Fourier basis with a drift of one unit per cycle, over the cycle's good
- * samples. */
-static void add_ramp(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *c, double ramp[SPECTRUM_SIZE]) {
-    double basis[SPECTRUM_SIZE];
-    memset(ramp, 0, SPECTRUM_SIZE * sizeof *ramp);
-    for (int i = c->first; i < c->end; i++) {
-        if (t->sample[i].refused) continue;
-        double t_s = t->sample[i].test_time_s, y = s->omega / (2.0 * PI) * (t_s - c->middle_s);
-        spectrum_basis(s->omega * t_s, s->harmonics, basis);
-        for (int a = 0; a < 1 + 2 * s->harmonics; a++) ramp[a] += basis[a] * y;
-    }
-}
-
 /* Finds the Fourier coefficients of one cycle by least squares over its good samples, and those of
  * a drift of one unit per cycle: ramp. Refuses the cycle if too few samples are good, or if a gap
  * lasts half a period of the highest harmonic; single lost samples are no gap. */
-static enum refusal fit_cycle(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *c, double step_s,
+static enum refusal fit_cycle(const struct spectrum *s, const struct recording_test *t, const struct span *span, double step_s,
                               double row[CHANNELS][LEGS][SPECTRUM_SIZE], double ramp[SPECTRUM_SIZE]) {
     double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, longest_s;
-    int size = 1 + 2 * s->harmonics, good = add_samples(s, t, c->first, c->end, product, row, &longest_s);
+    int size = 1 + 2 * s->harmonics, good = add_samples(s, t, span, product, row, ramp, &longest_s);
     bool enough = good > GOOD_SHARE * 2.0 * PI / s->omega / step_s && longest_s < fmax(PI / s->omega / s->harmonics, 2.5 * step_s);
     if (!enough) return REFUSED_GAP;
     if (!dense_factor(size, SPECTRUM_SIZE, product[0])) return REFUSED_UNDETERMINED;
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], row[ch][k]);
-    add_ramp(s, t, c, ramp);
     dense_solve(size, SPECTRUM_SIZE, product[0], ramp);
     return REFUSED_NOT;
 }
 
-/* Finds the mean of a value over the cycles, and the mean's standard deviation. drift: deviations
- * are taken from a line over the cycles. Returns the slope of the line, 0 without drift. */
-static double average(int n, const double *place, const double *value, bool drift, double *mean, double *std) {
-    double sum = 0.0, x = 0.0, xx = 0.0, xy = 0.0, rest = 0.0;
-    for (int i = 0; i < n; i++) sum += value[i], x += place[i];
+/* The whole cycles of a test: those that are averaged from the front, the others from the end. */
+struct cycles_of_test {
+    int averaged, all;
+    double place[CYCLES_MAX]; /* number of the cycle */
+    struct span span[CYCLES_MAX];
+    double ramp[SPECTRUM_SIZE]; /* coefficients of a drift of one unit per cycle, mean of the
+                                 * averaged cycles */
+};
+
+/* Slope of the constants over all whole cycles, also those that are not averaged, so that both
+ * halves of a test have one drift. 0 for fewer than three cycles. */
+static double slope_of(const struct cycles_of_test *c, spectrum_cycle *row, int ch, int leg) {
+    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+    for (int n = 0; n < c->all; n++) {
+        int i = n < c->averaged ? n : CYCLES_MAX - 1 - n + c->averaged;
+        double value = row[i][ch][leg][0];
+        x += c->place[i], y += value, xx += c->place[i] * c->place[i], xy += c->place[i] * value;
+    }
+    return c->all > 2 ? (c->all * xy - x * y) / (c->all * xx - x * x) : 0.0;
+}
+
+/* Finds the mean of a coefficient over the averaged cycles, and the mean's standard deviation.
+ * Deviations are taken from a line of this slope; lost: degrees of freedom that the slope takes. */
+static void average(const struct cycles_of_test *c, const double *value, double slope, double lost, double *mean, double *std) {
+    int n = c->averaged;
+    double sum = 0.0, x = 0.0, rest = 0.0;
+    for (int i = 0; i < n; i++) sum += value[i], x += c->place[i];
     sum /= n, x /= n;
-    for (int i = 0; i < n; i++) xx += (place[i] - x) * (place[i] - x), xy += (place[i] - x) * (value[i] - sum);
-    double slope = drift && n > 2 ? xy / xx : 0.0;
-    for (int i = 0; i < n; i++) rest += pow(value[i] - sum - slope * (place[i] - x), 2.0);
+    for (int i = 0; i < n; i++) rest += square(value[i] - sum - slope * (c->place[i] - x));
     *mean = sum;
-    *std = sqrt(rest / (n - (drift && n > 2 ? 2 : 1)) / n);
-    return slope;
+    *std = sqrt(rest / (n - 1 - lost) / n);
 }
 
 /* Ratio of the variance of a harmonic's mean to the variance that independent cycles would give it:
@@ -175,129 +186,134 @@ static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int l
     }
 }
 
-/* Adds the squares of a cycle's good samples, less the varying part of the mean cycle and the
- * cycle's own constant. Returns the number of good samples. */
-static int add_noise(const struct spectrum *s, const struct recording_test *t, int first, int end,
-                     double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square[CHANNELS][LEGS]) {
+/* Adds the squares of a span's good samples, less the varying part of the mean cycle, the drift and
+ * the span's own constant. Returns the number of good samples. */
+static int add_noise(const struct spectrum *s, const struct recording_test *t, const struct span *span,
+                     double row[CHANNELS][LEGS][SPECTRUM_SIZE], double square_sum[CHANNELS][LEGS]) {
     double basis[SPECTRUM_SIZE];
     int good = 0;
-    for (int i = first; i < end; i++) {
+    for (int i = span->first; i < span->end; i++) {
         if (t->sample[i].refused) continue;
+        double after_s = t->sample[i].test_time_s - span->middle_s;
         good++;
         spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
         for (int ch = 0; ch < CHANNELS; ch++)
             for (int k = 0; k < LEGS; k++) {
-                double rest = spectrum_channel(&t->sample[i], (enum channel)ch)[k] - row[ch][k][0];
+                double rest = spectrum_channel(&t->sample[i], (enum channel)ch)[k] - row[ch][k][0] - s->drift[ch][k] * after_s;
                 for (int a = 1; a < 1 + 2 * s->harmonics; a++) rest -= basis[a] * s->mean[ch][k][a];
-                square[ch][k] += rest * rest;
+                square_sum[ch][k] += rest * rest;
             }
     }
     return good;
 }
 
-/* Finds cycles whose samples are at the same phases. alike: for each cycle, the first cycle with
+/* Finds cycles whose samples are at the same phases. alike: for each averaged cycle, the first with
  * its phases. Returns the number of different cycles. */
-static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, const double *place,
-                      int alike[CYCLES_MAX]) {
+static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycles_of_test *c, int alike[CYCLES_MAX]) {
     double period_s = 2.0 * PI / s->omega, step_s = recording_step_s(t), start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
     int different = 0;
-    for (int c = 0; c < s->cycles; c++) {
-        offset[c] = (t->sample[span[c].first].test_time_s - start_s - place[c] * period_s) / step_s;
+    for (int i = 0; i < c->averaged; i++) {
+        const struct span *one = &c->span[i];
+        offset[i] = (t->sample[one->first].test_time_s - start_s - c->place[i] * period_s) / step_s;
         int b = 0;
-        for (; b < c; b++) {
-            bool phases = fabs(remainder(offset[b] - offset[c], 1.0)) < SAME_PHASE;
-            if (alike[b] == b && phases && span[b].end - span[b].first == span[c].end - span[c].first) break;
+        for (; b < i; b++) {
+            bool phases = fabs(remainder(offset[b] - offset[i], 1.0)) < SAME_PHASE;
+            if (alike[b] == b && phases && c->span[b].end - c->span[b].first == one->end - one->first) break;
         }
-        alike[c] = b, different += b == c;
+        alike[i] = b, different += b == i;
     }
     return different;
 }
 
 /* Scatter of a channel at one phase from one cycle to the next: the median over the cycles, because
  * the first ones may still settle. */
-static double scatter_of(const struct spectrum *s, const struct recording_test *t, const struct cycle_span *span,
-                         const int alike[CYCLES_MAX], enum channel channel, int leg) {
-    double square[CYCLES_MAX];
+static double scatter_of(const struct recording_test *t, const struct cycles_of_test *c, const int alike[CYCLES_MAX], enum channel channel,
+                         int leg) {
+    double mean_square[CYCLES_MAX];
     int last[CYCLES_MAX], pairs = 0;
-    for (int c = 0; c < s->cycles; c++) {
-        int before = alike[c] == c ? -1 : last[alike[c]], n = 0;
+    for (int i = 0; i < c->averaged; i++) {
+        int before = alike[i] == i ? -1 : last[alike[i]], n = 0;
         double sum = 0.0;
-        last[alike[c]] = c;
-        for (int i = 0; i < span[c].end - span[c].first && before >= 0; i++) {
-            const struct recording_sample *now = &t->sample[span[c].first + i], *then = &t->sample[span[before].first + i];
+        last[alike[i]] = i;
+        for (int j = 0; j < c->span[i].end - c->span[i].first && before >= 0; j++) {
+            const struct recording_sample *now = &t->sample[c->span[i].first + j], *then = &t->sample[c->span[before].first + j];
             if (now->refused || then->refused) continue;
-            double apart = spectrum_channel(now, channel)[leg] - spectrum_channel(then, channel)[leg];
-            sum += 0.5 * apart * apart, n++;
+            sum += 0.5 * square(spectrum_channel(now, channel)[leg] - spectrum_channel(then, channel)[leg]), n++;
         }
-        if (n) square[pairs++] = sum / n;
+        if (n) mean_square[pairs++] = sum / n;
     }
     if (!pairs) return 0.0;
-    sort_ascending(pairs, square);
-    return sqrt(square[pairs / 2]);
+    sort_ascending(pairs, mean_square);
+    return sqrt(mean_square[pairs / 2]);
 }
 
-/* ramp: coefficients of a drift of one unit per cycle, mean over the cycles. */
-static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycle_span *span, spectrum_cycle *row,
-                      const double *place, const double ramp[SPECTRUM_SIZE]) {
-    double value[CYCLES_MAX], square[CHANNELS][LEGS] = {0};
-    int samples = 0;
+static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycles_of_test *c, spectrum_cycle *row) {
+    double value[CYCLES_MAX], square_sum[CHANNELS][LEGS] = {0};
+    int samples = 0, alike[CYCLES_MAX];
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) {
-            double slope = 0.0;
-            for (int a = 0; a < 1 + 2 * s->harmonics; a++) {
-                for (int i = 0; i < s->cycles; i++) value[i] = row[i][ch][k][a];
-                double along = average(s->cycles, place, value, a == 0, &s->mean[ch][k][a], &s->std[ch][k][a]);
-                if (a == 0) slope = along;
-            }
+            double slope = slope_of(c, row, ch, k), lost = c->all > 2 ? (double)c->averaged / c->all : 0.0;
             s->drift[ch][k] = slope * s->omega / (2.0 * PI);
+            for (int a = 0; a < 1 + 2 * s->harmonics; a++) {
+                for (int i = 0; i < c->averaged; i++) value[i] = row[i][ch][k][a] -= slope * c->ramp[a];
+                average(c, value, a ? 0.0 : slope, a ? 0.0 : lost, &s->mean[ch][k][a], &s->std[ch][k][a]);
+            }
             lengthen(s, row, ch, k);
-            for (int a = 0; a < 1 + 2 * s->harmonics; a++) s->mean[ch][k][a] -= slope * ramp[a];
         }
-    for (int i = 0; i < s->cycles; i++) samples += add_noise(s, t, span[i].first, span[i].end, row[i], square);
+    for (int i = 0; i < c->averaged; i++) samples += add_noise(s, t, &c->span[i], row[i], square_sum);
+    s->offsets = find_alike(s, t, c, alike);
     for (int ch = 0; ch < CHANNELS; ch++)
-        for (int k = 0; k < LEGS; k++) s->noise[ch][k] = sqrt(square[ch][k] / samples);
-    int alike[CYCLES_MAX];
-    s->offsets = find_alike(s, t, span, place, alike);
-    for (int ch = 0; ch < CHANNELS; ch++)
-        for (int k = 0; k < LEGS; k++) s->scatter[ch][k] = scatter_of(s, t, span, alike, (enum channel)ch, k);
+        for (int k = 0; k < LEGS; k++) {
+            s->noise[ch][k] = sqrt(square_sum[ch][k] / samples);
+            s->scatter[ch][k] = scatter_of(t, c, alike, (enum channel)ch, k);
+        }
+}
+
+/* Fits all whole cycles of the test. False: less than two are to be averaged. */
+static bool fit_cycles(const struct spectrum *s, const struct recording_test *t, enum cycles which, struct cycles_of_test *c,
+                       spectrum_cycle *row) {
+    double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t), period_s = 2.0 * PI / s->omega, one[SPECTRUM_SIZE];
+    c->averaged = c->all = 0;
+    memset(c->ramp, 0, sizeof c->ramp);
+    for (int cycle = 0, i = t->first; c->all < CYCLES_MAX && i < t->end; cycle++) {
+        struct span span = {.first = i, .middle_s = start_s + (cycle + 0.5) * period_s};
+        double until_s = start_s + (cycle + 1) * period_s - 1e-6 * step_s;
+        while (i < t->end && t->sample[i].test_time_s < until_s) i++;
+        span.end = i;
+        bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
+        bool averaged = which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN);
+        int at = averaged ? c->averaged : CYCLES_MAX - 1 - (c->all - c->averaged);
+        if (!whole || fit_cycle(s, t, &span, step_s, row[at], one)) continue;
+        c->place[at] = cycle, c->span[at] = span, c->all++;
+        if (!averaged) continue;
+        for (int a = 0; a < 1 + 2 * s->harmonics; a++) c->ramp[a] += (one[a] - c->ramp[a]) / (c->averaged + 1);
+        c->averaged++;
+    }
+    return c->averaged >= 2;
 }
 
 bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const struct recording_test *t, enum cycles which) {
     memset(s, 0, sizeof *s);
     if (t->first < 0 || t->end - t->first < 8 || t->segment_s > 0.0 || !(t->frequency_hz > 0.0)) return false;
-    double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t);
-    double period_s = 1.0 / t->frequency_hz;
+    struct cycles_of_test cycles;
     s->omega = 2.0 * PI * t->frequency_hz;
-    s->harmonics = (int)fmin(SPECTRUM_HARMONICS, period_s / step_s / SAMPLES_PER_HARMONIC);
-    double place[CYCLES_MAX], ramp[SPECTRUM_SIZE] = {0}, one[SPECTRUM_SIZE];
-    struct cycle_span span[CYCLES_MAX];
-    int i = t->first;
-    for (int cycle = 0; s->cycles < CYCLES_MAX && i < t->end; cycle++) {
-        struct cycle_span c = {.first = i, .middle_s = start_s + (cycle + 0.5) * period_s};
-        double until_s = start_s + (cycle + 1) * period_s - 1e-6 * step_s;
-        while (i < t->end && t->sample[i].test_time_s < until_s) i++;
-        c.end = i;
-        bool whole = i < t->end || until_s - t->sample[i - 1].test_time_s <= 1.5 * step_s;
-        whole = whole && which & (cycle % 2 ? CYCLES_ODD : CYCLES_EVEN);
-        if (!whole || fit_cycle(s, t, &c, step_s, row[s->cycles], one)) continue;
-        for (int a = 0; a < 1 + 2 * s->harmonics; a++) ramp[a] += one[a];
-        place[s->cycles] = cycle;
-        span[s->cycles++] = c;
-    }
-    bool enough = s->cycles >= 2 && s->harmonics >= 1;
-    for (int a = 0; a < 1 + 2 * s->harmonics && enough; a++) ramp[a] /= s->cycles;
-    if (enough) summarise(s, t, span, row, place, ramp);
-    return enough;
+    s->harmonics = (int)fmin(SPECTRUM_HARMONICS, 1.0 / t->frequency_hz / recording_step_s(t) / SAMPLES_PER_HARMONIC);
+    bool enough = s->harmonics >= 1 && fit_cycles(s, t, which, &cycles, row);
+    if (!enough) return false;
+    s->cycles = cycles.averaged;
+    summarise(s, t, &cycles, row);
+    return true;
 }
 
 /* rms error of the speed in the middle half of the segment, for one unit of a sample's rms
  * noise. */
-static double speed_gain(const struct spectrum *s, const struct recording_test *t, int first, int end,
+static double speed_gain(const struct spectrum *s, const struct recording_test *t, const struct span *span,
                          double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], rate[SPECTRUM_SIZE] = {0}, sum = 0.0;
     int n = 0, size = 1 + 2 * s->harmonics;
-    int margin = (end - first) / 4; /* the ends are not used: the series is less certain there */
-    for (int i = first + margin; i < end - margin; i += (end - first) / SPEED_POINTS + 1, n++) {
+    int samples = span->end - span->first;
+    int margin = samples / 4; /* the ends are not used: the series is less certain there */
+    for (int i = span->first + margin; i < span->end - margin; i += samples / SPEED_POINTS + 1, n++) {
         spectrum_basis(s->omega * t->sample[i].test_time_s, s->harmonics, basis);
         for (int h = 1; h <= s->harmonics; h++)
             rate[2 * h - 1] = h * s->omega * basis[2 * h], rate[2 * h] = -h * s->omega * basis[2 * h - 1];
@@ -319,12 +335,13 @@ double spectrum_gap(const struct recording_test *t, double from_s, double until_
 
 bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double from_s, double until_s, double omega,
                   double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
-    double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, square[CHANNELS][LEGS] = {0}, longest_s;
-    int first = recording_at(t, from_s), end, size = SPECTRUM_SIZE;
-    for (end = first; end < t->count && t->sample[end].test_time_s <= until_s;) end++;
+    double product[SPECTRUM_SIZE][SPECTRUM_SIZE] = {0}, square_sum[CHANNELS][LEGS] = {0}, ramp[SPECTRUM_SIZE], longest_s;
+    struct span span = {.first = recording_at(t, from_s)};
+    int size = SPECTRUM_SIZE;
+    for (span.end = span.first; span.end < t->count && t->sample[span.end].test_time_s <= until_s;) span.end++;
     *s = (struct spectrum){.omega = omega, .harmonics = SPECTRUM_HARMONICS};
-    int good = add_samples(s, t, first, end, product, s->mean, &longest_s);
-    double step_s = (until_s - from_s) / (end - first);
+    int good = add_samples(s, t, &span, product, s->mean, ramp, &longest_s);
+    double step_s = (until_s - from_s) / (span.end - span.first);
     if (good <= 2 * size || spectrum_gap(t, from_s, until_s) > fmax(PI / omega / s->harmonics, 2.5 * step_s)) return false;
     /* The ridge keeps the series finite beyond the first and last sample, where it is not used. */
     for (int a = 0; a < size; a++) product[a][a] += RIDGE_PER_SAMPLE * good;
@@ -336,12 +353,12 @@ bool spectrum_cut(struct spectrum *s, const struct recording_test *t, double fro
     }
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) dense_solve(size, SPECTRUM_SIZE, product[0], s->mean[ch][k]);
-    add_noise(s, t, first, end, s->mean, square);
+    add_noise(s, t, &span, s->mean, square_sum);
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) {
-            s->noise[ch][k] = sqrt(square[ch][k] / (good - size));
+            s->noise[ch][k] = sqrt(square_sum[ch][k] / (good - size));
             for (int a = 0; a < size; a++) s->std[ch][k][a] = s->noise[ch][k] * sqrt(fmax(inverse[a][a], 0.0));
         }
-    s->speed_gain = speed_gain(s, t, first, end, inverse);
+    s->speed_gain = speed_gain(s, t, &span, inverse);
     return true;
 }
