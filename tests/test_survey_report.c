@@ -40,7 +40,7 @@ static void assert_printed(char *text, const char *words, bool expected) {
 static void a_deviation_above_the_wanted_one_is_not_the_wanted_one(void **unused) {
     (void)unused;
     assert_printed(printed(0.3, 0.524, true), "NOT the 0.5 % wanted, but within 5 % of it", true);
-    assert_printed(printed(0.3, 0.6, false), "NOT the 0.5 % wanted: no longer test comes nearer", true);
+    assert_printed(printed(0.3, 0.6, false), "NOT the 0.5 % wanted: a longer test would come no nearer", true);
     assert_printed(printed(0.3, 0.5, true), "NOT the", false);
     assert_printed(printed(0.3, 0.48, true), "NOT the", false);
 }

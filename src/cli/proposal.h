@@ -1,12 +1,13 @@
 /* Proposes a test for a wanted standard deviation from a survey's results: frequencies, amplitudes
  * and duration within the limits of stroke, rate and flow.
  *
- * Frequencies are at most a third of the lowest eigenfrequency of the oil columns, where these
- * amplify by an eighth, and half of that of the lowest pole pair of the loop.
+ * Frequencies are at most a third of the lowest oil column's eigenfrequency, where the column
+ * amplifies motion by an eighth, and at most half the frequency of the loop's lowest pole pair.
  *
  * Sines, one axis after another: each axis at the highest frequency at which its amplitude is off
- * by at most half of checks.amplitude_pct (else where it is least off), with legs as fast as the
- * survey's fastest, the highest speed at which the loop is known to follow.
+ * by at most half of checks.amplitude_pct, else at the frequency at which it is least off. The
+ * fastest leg moves at three quarters of the survey's highest leg speed, because the loop is known
+ * to follow up to that speed.
  *
  * Multisine: six evenly spaced frequencies, from 0.65 of the highest on. The legs' rates with all
  * axes' peaks together reach half of the limit of limits.leg_rate_mps and the valve. Shares of the

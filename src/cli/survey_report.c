@@ -171,7 +171,7 @@ static void print_proposal(const struct proposal *p, const char *name, double wa
             p->predicted.row + 1, p->predicted.column + 1, p->tests.duration_s, p->tests.multisine ? "" : " an axis");
     if (p->predicted.worst_pct > wanted_pct)
         fprintf(out, "          NOT the %.3g %% wanted%s\n", wanted_pct,
-                p->reached ? ", but within 5 % of it, as near as a prediction is" : ": no longer test comes nearer");
+                p->reached ? ", but within 5 % of it, as near as a prediction is" : ": a longer test would come no nearer");
     if (p->tests.multisine)
         fprintf(out, "          excitation: worst entry %.3g %% with equal rates, %.3g %% as shared out\n", p->start_pct, p->best_pct);
     fprintf(out, "          hexid run %s\n", options);
