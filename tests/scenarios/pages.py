@@ -75,7 +75,7 @@ def broken_names(source):
 
 def broken_functions(page):
     """Yields the functions whose definition is in no file that the same paragraph or list item names."""
-    for part in re.split(r"\n\n|\n(?=\d+\. )", page.read_text()):
+    for part in re.split(r"\n\n|\n(?=\d+\. |- )", page.read_text()):
         files = [pathlib.Path(f) for f in re.findall(r"`((?:src|hal|sim|include)/[\w/.-]+\.[ch])`", part)]
         defined = "\n".join(f.read_text() for f in files if f.exists())
         for name in re.findall(r"`(\w+)\(\)`", part):
