@@ -107,7 +107,9 @@ static inline double port_flow(double conductance, double stiffness, double sour
     return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
 }
 
-/* Returns the pressure rate of a volume of oil. */
+/* Pressure rate of a chamber or hose. Below tank pressure the oil softens with the square of the
+ * pressure above vacuum, and make-up flow draws the pressure back to the tank's with the time
+ * constant MAKE_UP_TIME_S. */
 static inline double pressure_rate(const struct machine *m, double pressure_pa, double stiffness, double inflow_m3_per_s) {
     double rate = stiffness * inflow_m3_per_s;
     if (pressure_pa >= m->supply.tank_pa) return rate;

@@ -119,7 +119,7 @@ bool machine_has_play(const struct machine *m, int leg);
 double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps);
 double machine_ahead(const struct machine *m, int leg, double contact_n);
 
-/* Returns the stiffness of a flank, N/m. */
+/* Stiffness of a backlash joint's flank, against which the rod end rests, N/m. */
 double machine_flank(const struct machine *m, int leg);
 
 /* Adds the wrenches of all effects. */

@@ -66,8 +66,8 @@ static struct input *new_input(struct check *c, const char *name) {
     return &more[c->inputs++];
 }
 
-/* Makes an unnamed log from a directory, or from one of its files; nothing is left behind,
- * whatever happens. */
+/* Imports a directory, or one of its files, into a temporary log that is unlinked at once, so that
+ * no file remains even after a crash. */
 static int import(struct check *c, const struct csv_source *source, int *found) {
     struct input *in = new_input(c, source->path);
     const char *directory = getenv("TMPDIR");

@@ -53,8 +53,9 @@ double loop_check_off_m(const struct loop_check *c, const struct params *params)
 enum { LOOP_TEXT_SIZE = 300 };
 void loop_check_describe(const struct loop_check *c, char found[LOOP_TEXT_SIZE], char remedy[LOOP_TEXT_SIZE]);
 
-/* Returns true if `hexid run` refuses the loop: it is unstable at neutral, or noisy. The sensors
- * are the simulated machine's, so on a field bus a noisy loop causes only a warning. */
+/* Returns true if `hexid run` refuses the loop: it is LOOP_UNSTABLE or, on a simulated machine,
+ * LOOP_NOISY. On a field bus a noisy loop only causes a warning, because sensor noise is known only
+ * for the simulation. */
 bool loop_check_refuses(const struct loop_check *c, bool bus);
 
 /* Returns STATUS_OK, or -2 for a loop that is refused, with the mode, its frequency and damping,

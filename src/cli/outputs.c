@@ -55,7 +55,7 @@ static bool same(const struct file *a, const struct file *b) {
     struct stat here, there;
     if (a->there != b->there) return false;
     if (a->there) return holds_data(a) && same_file(&a->state, &b->state);
-    if (!*a->last) return false; /* a path without a name cannot become a file */
+    if (!*a->last) return false; /* such as `dir/`: it names a directory, never a file */
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 

@@ -43,7 +43,8 @@ double pid_step_forward(struct pid *c, const struct control_params *g, double dt
 /* Readings of a leg whose reference rests. */
 struct pid_reading {
     double length_m, force_n;
-    double ref_force_n; /* varying reference force that is not fed back; 0 without one */
+    double ref_force_n; /* varying force that the reference itself needs; kpf feeds back only the
+                         * difference from it. 0 with law `pid` */
 };
 
 /* Changes the gains while the reference rests, without a bump: the integral takes what the other

@@ -160,10 +160,9 @@ static int find_systematic(struct imagined *m, const struct method_result *exact
     int status = identify(m, recording, c, error);
     for (int i = 0; i < DOFS; i++)
         for (int j = 0; j < DOFS; j++) {
-            double more = pow(c->matrix.mt_std[i][j], 2.0) - pow(exact->mt_std[i][j], 2.0);
-            variance[i][j] = isnan(more) ? (double)INFINITY : fmax(more, 0.0); /* the entry is not
-                                                                                * determined if such
-                                                                                * errors exist */
+            double added_variance = pow(c->matrix.mt_std[i][j], 2.0) - pow(exact->mt_std[i][j], 2.0);
+            /* NaN: the entry is not determined if such errors exist */
+            variance[i][j] = isnan(added_variance) ? (double)INFINITY : fmax(added_variance, 0.0);
         }
     return status;
 }

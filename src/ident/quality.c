@@ -56,7 +56,8 @@ void quality_record_take(struct quality_record *r, const struct quality_plan *pl
     r->there[n] = true;
 }
 
-/* Fills the samples between two that are there; one beyond the ends repeats its neighbour. */
+/* Interpolates the missing samples between `before` and `after`. At an end of the record, where one
+ * of the two does not exist, it repeats the other. */
 static void join(struct quality_record *r, int before, int after) {
     for (int n = before + 1; n < after; n++) {
         double share = before < 0 ? 1.0 : after == r->cycles ? 0.0 : (double)(n - before) / (after - before);
@@ -148,7 +149,8 @@ static double complex amplitude(const struct window *w, const double (*x)[DOFS],
     return 2.0 * sum / w->samples;
 }
 
-/* Number of periods in the window of the highest frequency at or below hz. */
+/* Index of the highest Fourier frequency (whole periods per window) that is at most hz and below
+ * half the sampling rate. */
 static int bin_of(const struct window *w, double hz) {
     int most = (w->samples - 1) / 2;
     double bin = hz * w->samples * w->step_s + 1e-9;

@@ -6,14 +6,15 @@
 #include "numeric.h"
 #include "units.h"
 
-/* Tones of two measurements that are the same: their frequencies follow from the loop's period. */
-static const double SAME_HZ = 0.02;
+/* Two tones are the same if their frequencies differ by at most this share; tones are placed on
+ * whole loop periods, so frequencies differ a little. */
+static const double SAME_FREQUENCY = 0.02;
 /* At other amplitudes a nonlinear machine has other describing functions. */
 static const double SAME_AMPLITUDE = 0.02;
 
 struct quality_change quality_change(const struct quality *now, const struct quality *before, int dof, int tone) {
     const struct quality_tone *a = &now->tone[dof][tone], *b = &before->tone[dof][tone];
-    bool same = tone < before->plan.tones && fabs(b->hz - a->hz) <= SAME_HZ * a->hz &&
+    bool same = tone < before->plan.tones && fabs(b->hz - a->hz) <= SAME_FREQUENCY * a->hz &&
                 fabs(b->amplitude - a->amplitude) <= SAME_AMPLITUDE * a->amplitude;
     if (!same) return (struct quality_change){(double)NAN, (double)NAN, (double)NAN, (double)NAN};
     double complex ratio = a->gain[dof] / b->gain[dof], off = a->gain[dof] - b->gain[dof];
@@ -77,7 +78,7 @@ enum reach { OF_MACHINE, OF_AXES, OF_TONES, OF_LOW_TONES, OF_HARMONICS };
 
 static bool counts(enum reach reach, double hz, const struct qualify_params *limits) {
     if (reach == OF_HARMONICS && 2.0 * hz > QUALITY_BAND_HZ) return false;
-    return reach < OF_LOW_TONES || hz <= limits->up_to_hz * (1.0 + SAME_HZ);
+    return reach < OF_LOW_TONES || hz <= limits->up_to_hz * (1.0 + SAME_FREQUENCY);
 }
 
 #define LIMIT(member) offsetof(struct qualify_params, member)

@@ -38,8 +38,8 @@ struct recording_test {
                                 * sinusoid */
     int segment;         /* number of the segment in its record, from 0 */
     int count, capacity;
-    int64_t offered;     /* number of samples offered so far; those in dropped blocks of a long test
-                          * count, but are not kept */
+    int64_t offered;     /* number of samples offered so far, including those that were dropped to
+                          * thin a long test */
     int thinned; /* number of times that every other block was dropped; the gaps look like lost
                   * samples */
     struct recording_sample *sample;

@@ -10,8 +10,9 @@
 
 enum { PHASES = 128 }; /* instants per cycle at which forces are evaluated */
 
-/* A leg slower than this, m/s, may be held by friction; from twice this speed on it surely slides.
- * A leg that sticks still yields at this speed, as its chambers do. */
+/* Speed, m/s, below which friction may hold a leg; above twice this speed the leg surely slides.
+ * Even a held leg moves this slowly, because the oil in its chambers yields. The limit is higher
+ * near a reversal and where speeds are noisy. */
 #define INVERSE_DYNAMICS_SLOW_MPS 2e-3
 
 struct inverse_dynamics {

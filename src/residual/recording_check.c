@@ -602,7 +602,7 @@ static int check_order(const struct recording *r, const struct residual_data *da
                   order.text, 100.0 * order.best, 100.0 * order.stated);
 }
 
-/* Leaves out a record that cannot be evaluated, because others can. */
+/* Removes one test and keeps the reason, so that the remaining tests are still evaluated. */
 static int exclude(struct recording *r, int test, const struct error *why) {
     r->exclusion = *why;
     r->excluded++;

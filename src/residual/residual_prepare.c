@@ -223,9 +223,10 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
     }
 }
 
-/* Makes t->projection for a segment. Simulated samples are projected like the measured ones, by the
- * fit of the series, and the run-up is left out of both. share: simulated divided by measured
- * sampling period. */
+/* Fills t->projection, which turns a segment's simulated samples into a coefficient row: the
+ * least-squares fit of the series, then the projection onto the row, as for measured samples. The
+ * run-up takes no part. t->coupling, an integral before, becomes the sum over these samples.
+ * share: simulated over measured sampling period. */
 static void project_samples(struct residual_test *t, int settling, double share, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)

@@ -31,8 +31,8 @@ struct rounding {
     const double *middle;      /* [cycles]: mean of each cycle */
 };
 
-/* Computes the variance that such errors give each coefficient of a mean cycle. row: the mean
- * cycle; row and variance have 1 + 2 harmonics coefficients. */
+/* Computes the variance that the rounding errors described above give each coefficient of a mean
+ * cycle. row: the mean cycle; row and variance have 1 + 2 harmonics coefficients. */
 void rounding_in_step(const struct rounding *r, int harmonics, const double *row, double *variance);
 
 #endif
