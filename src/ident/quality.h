@@ -37,7 +37,7 @@ int quality_record_settle(struct quality_record *r, struct quality_plan *plan, d
 
 /* One tone of one axis. */
 struct quality_tone {
-    double hz, amplitude; /* of the reference */
+    double hz, amplitude; /* frequency, and amplitude of the reference */
     double complex gain[DOFS]; /* each axis over the reference of the tone's own; m, rad mixed */
     double std; /* standard deviation of gain[own]: of its amplitude, and in radians of
                                 * its phase */

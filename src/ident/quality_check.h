@@ -22,8 +22,9 @@ struct quality_check {
 
 /* Difference of a tone from the same tone of an earlier measurement. */
 struct quality_change {
-    double gain_pct, phase_deg;     /* of its own axis; NaN: no such tone there, or
-                                     * of another amplitude */
+    double gain_pct, phase_deg;     /* change on the tone's own axis; NaN: the other
+                                     * measurement has no such tone, or one of
+                                     * another amplitude */
     double mps2;                    /* as an acceleration of the answer at that amplitude */
     double of_noise;                /* over its standard deviation by both measurements' noise */
 };

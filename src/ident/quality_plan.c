@@ -82,7 +82,7 @@ static double accel_allowed_mps2(double answers, const struct params *params) {
 /* Room that the legs have on one axis. */
 struct room {
     const struct response *response;
-    double metres;             /* of the platform's motion for a displacement of 1 */
+    double metres;             /* motion of the platform, m, for a displacement of 1 */
     double leg_per_unit;       /* largest change of a leg's length for a displacement of 1 */
     double stroke_m, rate_mps, accel_mps2;
     double reach;              /* displacement with all legs within REACH_SHARE of the stroke */

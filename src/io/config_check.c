@@ -299,7 +299,8 @@ int config_check(const struct params *params, const char *name, struct error *er
                 params->geometry.height_m, height_least_m);
     bool moves = pose && check_legs(&c, params);
     if (driven) check_limits(&c, params);
-    /* what is only read has its own frequency and length, which are measured */
+    /* on a machine that is only read, frequency and duration are measured, so its tests are not
+     * checked */
     if (driven) check_tests(&c, params, moves);
     check_effects(&c, params);
     require(&c, !params->machine.name[0] || machine_name_valid(params->machine.name),

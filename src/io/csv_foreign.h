@@ -13,7 +13,7 @@ static const int64_t CSV_TEXTS_BYTES = 1 << 30;
 /* Texts that a file was made into. Initialised to zero. */
 struct csv_texts {
     int count;
-    int64_t bytes;                               /* of all texts */
+    int64_t bytes;                               /* number of bytes of all texts */
     bool full;                                   /* there were more tests than CSV_TEXTS_MAX */
     bool cut;                                    /* the file has no end: its writer was stopped */
     char opened[CSV_TEXTS_MAX][CSV_OPENED_SIZE]; /* paths, valid until csv_text_free() */

@@ -10,7 +10,7 @@ enum { CSV_CELLS_MAX = 512 };
 
 struct csv_layout {
     char separator;  /* ',', ';', tab, or ' ' for any number of blanks */
-    char names_separator; /* of the names: the same, or CSV_WIDE */
+    char names_separator; /* separator of the names: that of the numbers, or CSV_WIDE */
     bool rising[CSV_CELLS_MAX]; /* columns whose numbers rise from row to row */
     int names_line;  /* line of the columns' names; 0: there is none */
     int units_line;  /* line of units after the names; 0: there is none */

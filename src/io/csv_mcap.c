@@ -56,7 +56,7 @@ struct mcap {
     struct csv_width width;
     int columns;
     char name[COLUMNS_MAX][NAME_SIZE];
-    double value[COLUMNS_MAX]; /* of the message at hand */
+    double value[COLUMNS_MAX]; /* value in the message being read */
     struct place *row;
     size_t rows, capacity;
     bool unsorted; /* a message was logged before one that the file has earlier */

@@ -9,7 +9,7 @@
 /* Initialised to zero. */
 struct csv_own {
     int test, dof;
-    double time_s; /* of the last row */
+    double time_s; /* time of the last row */
     bool axis;
 };
 

@@ -13,8 +13,8 @@ struct series {
     double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
     double ahead[LEGS][SPECTRUM_SIZE]; /* distance by which backlash puts the rods ahead of their
                                         * joints */
-    double drift_mps[LEGS], drift_pa_per_s[PORTS][LEGS]; /* of lengths and pressures, from cycle to
-                                                          * cycle; 0 for a segment */
+    double drift_mps[LEGS], drift_pa_per_s[PORTS][LEGS]; /* slopes of lengths and pressures over the
+                                                          * cycles; 0 for a segment */
 };
 
 /* Undoes offset, scale, lag and delay of this machine's sensors in the series of a test's readings.

@@ -44,7 +44,7 @@ struct loop {
     enum realtime_mode mode;
     pthread_t thread;
     sem_t started;
-    int realtime;                    /* what realtime_enter() returned */
+    int realtime;                    /* return value of realtime_enter() */
     struct error realtime_error;     /* message of realtime_enter() if it was refused */
 };
 
@@ -60,7 +60,7 @@ void loop_join(struct loop *l);
 /* Results of requests, as of the loop's last cycle. Any thread. */
 struct loop_acted {
     uint32_t request_id;             /* id of the last request that was processed */
-    bool taken;                      /* that request had an effect in the state at that time */
+    bool taken;                      /* the request had an effect in the state at that time */
     bool stopped;                    /* the latest tests were ended by a stop, or are ending */
     enum state state;                /* current state of the supervisor */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
