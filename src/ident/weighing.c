@@ -200,11 +200,10 @@ static int check_rests(const struct rest_found *before, const struct rest_found 
             double change_pa = after->zero_pa[s][k] - before->zero_pa[s][k];
             double noise = square(before->zero_std_pa[s][k]) + square(after->zero_std_pa[s][k]);
             if (square(change_pa) > square(NO_DRIFT) * (prior + noise))
-                return error_set(
-                    error, STATUS_USAGE,
-                    "--weight: P%d of leg %d reads %.3g kPa more at rest in the second log, and model.tolerance.pressure_drift_pa "
-                    "expects %.3g: let the chambers lose their pressure before either run begins",
-                    s + 1, k + 1, 1e-3 * change_pa, 1e-3 * params->model.tolerance.pressure_drift_pa);
+                return error_set(error, STATUS_USAGE,
+                                 "--weight: P%d of leg %d reads %.3g MPa more at rest in the second log; model.tolerance.pressure_drift_pa "
+                                 "allows for %.3g MPa (standard deviation): let the chambers lose their pressure before either run begins",
+                                 s + 1, k + 1, 1e-6 * change_pa, 1e-6 * params->model.tolerance.pressure_drift_pa);
         }
     return STATUS_OK;
 }

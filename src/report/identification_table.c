@@ -98,9 +98,9 @@ static void print_rest(FILE *out, const struct rest_found *r) {
     for (int side = 0; side < 2; side++)
         for (int k = 0; k < LEGS; k++)
             if (fabs(r->zero_pa[side][k]) > fabs(r->zero_pa[most[0]][most[1]])) most[0] = side, most[1] = k;
-    fprintf(out, "at rest   before the supply came on, %lld samples: largest zero of a pressure: P%d of leg %d, %+.1f +- %.1f kPa\n",
-            (long long)r->samples, most[0] + 1, most[1] + 1, 1e-3 * r->zero_pa[most[0]][most[1]],
-            NUMERIC_95 * 1e-3 * r->zero_std_pa[most[0]][most[1]]);
+    fprintf(out, "at rest   before the supply came on, %lld samples: largest zero of a pressure: P%d of leg %d, %+.4f +- %.4f MPa\n",
+            (long long)r->samples, most[0] + 1, most[1] + 1, 1e-6 * r->zero_pa[most[0]][most[1]],
+            NUMERIC_95 * 1e-6 * r->zero_std_pa[most[0]][most[1]]);
 }
 
 static void print_weighed(FILE *out, const struct weighing_found *w) {
