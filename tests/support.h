@@ -99,15 +99,18 @@ static inline double distance(const double *a, const double *b, int count) {
         skip();                                  \
     } while (0)
 
+/* True in the fast tier, which leaves slow cases out (`make check`). */
+static inline bool quick(void) { return getenv("CHECK") != NULL; }
+
 /* Starts a case that takes more than a third of a second of processor time; `make check`
  * skips it. */
 #define slow_case()                                                        \
     do {                                                                   \
-        if (getenv("CHECK")) skip_because("slow cases, left to make test"); \
+        if (quick()) skip_because("slow cases, left to make test"); \
     } while (0)
 
 /* Returns the number of random cases: all of them under `make test`, a fifth under `make check`. */
-static inline int random_cases(int all) { return getenv("CHECK") ? all / 5 : all; }
+static inline int random_cases(int all) { return quick() ? all / 5 : all; }
 
 /* First line of a case that takes half a minute, or some seconds although another case of its kind
  * runs. `make test` skips it, and `make test-long` runs it. */

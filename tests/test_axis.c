@@ -343,6 +343,7 @@ static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
 /* On one axis, friction in one direction and a constant force look the same. */
 static void friction_in_one_direction_and_a_constant_force_are_not_told_apart(void **unused) {
     (void)unused;
+    slow_case();
     static struct gap_result g;
     struct rig rig = {RIG, .electric = true, .coulomb_extend_n = 120.0, .coulomb_retract_n = 40.0};
     solve(&rig, 1, &g);
@@ -424,6 +425,7 @@ static void write_joint(uint64_t seed) {
  * likely there as one of a kilonewton elsewhere. */
 static void a_small_machine_lacks_a_mass_and_not_a_sensor(void **unused) {
     (void)unused;
+    slow_case();
     struct params given = params;
     params.axis.mass_kg = 1.0, params.loop.period_s = 0.01;
     for (int leg = 0; leg < LEGS; leg++) params.actuator.stroke_m[leg] = 3.8, params.hydraulics.viscous_n_s_per_m[leg] = 0.0;

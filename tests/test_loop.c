@@ -385,6 +385,7 @@ static void an_abort_does_not_wait_for_a_reader_that_is_gone(void **unused) {
 
 static void one_seed_gives_the_same_records_bit_for_bit(void **unused) {
     (void)unused;
+    slow_case();
     static const enum engine_kind engines[] = {ENGINE_CLOSED_FORM, ENGINE_ODE};
     static const int cycles[] = {4000, 500};
     for (int e = 0; e < 2; e++) {

@@ -271,6 +271,7 @@ static void a_command_from_before_a_new_connection_is_never_sent(void **unused) 
 /* The answer is complete and has the right transaction, but belongs to another command. */
 static void an_answer_to_another_command_is_refused(void **unused) {
     (void)unused;
+    slow_case();
     struct session s = {.device.behind = 1};
     int status = session_open(&s);
     session_end(&s);
@@ -501,6 +502,7 @@ static void a_second_answer_to_every_request_flags_the_sample_and_is_told(void *
  * which is then made again. */
 static void a_device_that_is_silent_for_long_is_connected_to_again(void **unused) {
     (void)unused;
+    slow_case();
     struct session s = {.sensor_age_s = 0.05};
     struct hal_sample sample;
     session_begin(&s);

@@ -191,6 +191,7 @@ static void a_play_is_threshold_and_hysteresis(void **unused) {
 /* A width of which the triangle shows nothing, wherever the platform rests in it, is not 0. */
 static void a_play_wider_than_the_triangle_is_not_measured(void **unused) {
     (void)unused;
+    slow_case();
     for (double factor = 0.6; factor < 4.0; factor += 0.8) {
         struct quality_check c[QUALITY_CHECKS];
         const struct qualify_params limits = {.up_to_hz = 2.0, .threshold_m = 1.0, .hysteresis_m = 1.0};
@@ -216,6 +217,7 @@ static void a_play_wider_than_the_triangle_is_not_measured(void **unused) {
  * within a fifth. */
 static void the_stated_noise_is_that_between_two_recordings(void **unused) {
     (void)unused;
+    slow_case();
     struct quality *one = measured(&(struct answer){.gain = 1.0, .noise_m = 1e-5, .seed = 1});
     struct quality *other = measured(&(struct answer){.gain = 1.0, .noise_m = 1e-5, .seed = 2});
     assert_close(quality_change_of_noise(one, other), 1.0, 0.2);
@@ -228,6 +230,7 @@ static void the_stated_noise_is_that_between_two_recordings(void **unused) {
 
 static void lost_samples_are_joined_and_many_are_refused(void **unused) {
     (void)unused;
+    slow_case();
     struct error error;
     struct quality_record r;
     struct quality q;

@@ -199,6 +199,7 @@ static void axes_that_stop_together_are_let_go_together(void **unused) {
 
 static void a_stuck_leg_carries_the_difference_of_pressure_and_load(void **unused) {
     (void)unused;
+    slow_case();
     struct params params = defaults();
     double hold[LEGS], start[LEGS];
     set_effect(&params, "cylinder_coulomb_friction", 0, 500.0);

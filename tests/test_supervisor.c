@@ -41,6 +41,7 @@ static void a_million_random_cycles_break_no_rule_of_the_model_and_see_every_cha
 
 static void neither_do_they_on_the_simulated_platform(void **state) {
     (void)state;
+    slow_case();
     static struct run run;
     if (!fuzz(1000001, random_cases(100000), true, &run, NULL)) fail_msg("see above");
 }
