@@ -185,6 +185,6 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     diagnosis_free(d);
     free(d);
     r->seconds = seconds_from_ns(monotonic_ns() - start_ns);
-    gap_progress(options, "done", 1.0);
+    if (status) gap_progress(options, "not solved", 1.0);
     return status;
 }
