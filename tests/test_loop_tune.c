@@ -72,7 +72,7 @@ struct worst {
 
 static struct loop_margin predicted(const struct params *p, const struct loop_place *place, int mode) {
     static struct loop_plant plant;
-    const struct loop_shape shape = {.motion = place->motion[mode], .mass_kg = place->mass_kg[mode]};
+    const struct loop_mode_input shape = {.motion = place->motion[mode], .mass_kg = place->mass_kg[mode]};
     loop_plant_find(place->leg, &shape, p, &plant);
     return loop_margin(&plant, &p->control, p->loop.period_s);
 }
@@ -148,7 +148,7 @@ static void a_margin_ends_where_a_pole_becomes_unstable(void **unused) {
         assert_true(loop_place_find(&place, &p, neutral, 0.0));
         for (int mode = 0; mode < DOFS; mode++) {
             struct loop_margin m = predicted(&p, &place, mode);
-            const struct loop_shape shape = {.motion = place.motion[mode], .mass_kg = place.mass_kg[mode]};
+            const struct loop_mode_input shape = {.motion = place.motion[mode], .mass_kg = place.mass_kg[mode]};
             struct loop_pole pole[LOOP_POLES];
             struct params louder = p;
             double least = HUGE_VAL, hz = 0.0;

@@ -78,9 +78,9 @@ static void driver_begin(struct driver *d, const struct recording_sample *s, con
     }
 }
 
-/* Advances the reference to the sample's time. Returns false if the recorded reference differs from
- * it, as in a test that was stopped. */
-static bool driver_announces(struct driver *d, const struct recording_sample *s) {
+/* Advances the reference to the sample's time. Returns true if the recorded reference is that of
+ * the formula; it is another one in a test that was stopped. */
+static bool driver_follows_formula(struct driver *d, const struct recording_sample *s) {
     double motion[MOTION_ORDERS][DOFS], period_s = d->params.loop.period_s, most = 0.0;
     d->reference.ticks = llround(s->test_time_s / period_s) + 1;
     reference_motion(&d->reference, &d->params.tests, period_s, 0.0, motion);
@@ -92,7 +92,7 @@ static bool driver_announces(struct driver *d, const struct recording_sample *s)
  * excluded, or if its reference is not the one in which the law `model` looks ahead. */
 static bool driver_step(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS],
                         double dt_s, double valve[LEGS]) {
-    bool model = d->params.control.law == CONTROL_MODEL, held = s->refused || (model && !driver_announces(d, s));
+    bool model = d->params.control.law == CONTROL_MODEL, held = s->refused || (model && !driver_follows_formula(d, s));
     if (held) model_law_hold(&d->model);
     else if (model) model_law_step(&d->model, &(struct model_law_input){&d->reference, s->p1_pa, s->p2_pa, 0});
     for (int leg = 0; leg < LEGS; leg++) {

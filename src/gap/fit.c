@@ -82,7 +82,7 @@ double fit_square(int n, const double *white) {
     return sum;
 }
 
-bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white) {
+bool fit_contribution(const struct fit_data *d, const struct params *model, int effect, double *white) {
     double *without = memory_get((size_t)d->values, sizeof *without);
     struct params rest = *model;
     rest.effects[effect].on = false;

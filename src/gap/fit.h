@@ -58,7 +58,7 @@ double fit_square(int n, const double *white); /* sum of squares of white residu
 
 /* Computes the contribution of one effect to a model's white residuals. Returns false if the model
  * cannot make the measured motion, with the effect or without it. */
-bool fit_part(const struct fit_data *d, const struct params *model, int effect, double *white);
+bool fit_contribution(const struct fit_data *d, const struct params *model, int effect, double *white);
 
 /* Computes the Jacobian of the white residuals at the model, [variable][values]. raw: the model's
  * raw residuals. known: columns that exist already and are left out; may be NULL. Returns false if

@@ -34,7 +34,7 @@ static double *law_errors(const struct diagnosis *d, const double *noise) {
     double *sum = memory_get(values, sizeof *sum), *part = memory_get(values, sizeof *part);
     for (int e = 0; effect_table[e]; e++) {
         double square = pow(effect_table[e]->law_error, 2.0), along = 0.0;
-        if (!(d->given->effects[e].on || d->found[e]) || !fit_part(&d->held_out, &d->model, e, part)) continue;
+        if (!(d->given->effects[e].on || d->found[e]) || !fit_contribution(&d->held_out, &d->model, e, part)) continue;
         for (size_t i = 0; i < values; i++) {
             if (noise && effect_table[e]->leg_friction && i % RESIDUAL_SIZE == 0) along = mean_square(part + i, noise + i);
             sum[i] += square * (part[i] * part[i] + along);

@@ -179,7 +179,7 @@ struct loop_worst loop_place_worst(const struct loop_place *p, const struct para
     struct loop_worst worst = {0};
     struct loop_pole pole[LOOP_POLES];
     for (int mode = 0; mode < DOFS; mode++) {
-        const struct loop_shape shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+        const struct loop_mode_input shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
         int count = loop_poles_all(p->leg, &shape, params, pole);
         if (!count) return (struct loop_worst){0};
         for (int i = 0; i < count; i++)
@@ -192,7 +192,7 @@ struct loop_worst loop_place_worst(const struct loop_place *p, const struct para
 double loop_place_noise_mps2(const struct loop_place *p, const struct params *params) {
     double square = 0.0;
     for (int mode = 0; mode < DOFS; mode++) {
-        const struct loop_shape shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+        const struct loop_mode_input shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
         double mps2 = p->reach[mode] * loop_noise(p->leg, &shape, params);
         square += mps2 * mps2;
     }

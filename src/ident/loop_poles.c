@@ -43,7 +43,8 @@ struct cycle_map {
                                          * reading */
 };
 
-static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
+static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape,
+                                          const struct params *params) {
     struct cylinder_loop c = {.mass_kg = shape->mass_kg};
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
     double sum = 0.0;
@@ -191,7 +192,7 @@ static void fill_cycle(const struct cylinder_loop *c, const struct params *param
     for (int i = 0; i < m->read; i++) m->map[SENT + m->sent + i][i ? SENT + m->sent + i - 1 : LENGTH] = 1.0;
 }
 
-int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
+int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]) {
     struct cylinder_loop c = mean_cylinder(leg, shape, params);
     struct cycle_map m;
@@ -248,7 +249,8 @@ static void fill_frequencies(struct loop_plant *p, double dt_s) {
     qsort(p->answer, LOOP_ANSWERS, sizeof *p->answer, ascending);
 }
 
-void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params, struct loop_plant *p) {
+void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params,
+                     struct loop_plant *p) {
     struct cylinder_loop c = mean_cylinder(leg, shape, params);
     double dt_s = params->loop.period_s, rates[PLANT + 1][PLANT + 1], first[PLANT + 1][PLANT + 1], then[PLANT + 1][PLANT + 1];
     double all[PLANT + 1][PLANT + 1], stiffness = c.a1_m2 * c.leg.chamber[0].push + c.a2_m2 * c.leg.chamber[1].push;
@@ -274,7 +276,7 @@ void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_shape *s
 
 /* Computes the mean square errors of a mode's length and force. Each leg errs independently: its
  * length by rounding, its force by noise and rounding of both pressures. */
-static void mean_errors(const struct loop_shape *shape, const struct params *params, double square[READINGS]) {
+static void mean_errors(const struct loop_mode_input *shape, const struct params *params, double square[READINGS]) {
     const struct sensor_params *s = &params->sensors;
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
     double step_pa = 2.0 * s->pressure_full_scale_pa / exp2(round(s->adc_bits));
@@ -302,7 +304,7 @@ static void double_cycles(int n, double map[LOOP_POLES][LOOP_POLES], double sum[
     memcpy(map, squared, sizeof squared);
 }
 
-double loop_noise(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params) {
+double loop_noise(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params) {
     struct cylinder_loop c = mean_cylinder(leg, shape, params);
     struct cycle_map m;
     double square[READINGS], sum[LOOP_POLES][LOOP_POLES] = {{0}}, rates[PLANT + 1][PLANT + 1], result = 0.0;
@@ -327,7 +329,7 @@ struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mod
     struct loop_mode found = {.hz = (double)NAN, .damping = (double)NAN};
     struct loop_leg legs[LEGS];
     struct loop_pole pole[LOOP_POLES];
-    const struct loop_shape shape = {.motion = mode->motion, .mass_kg = mode->mass_kg};
+    const struct loop_mode_input shape = {.motion = mode->motion, .mass_kg = mode->mass_kg};
     double square = 0.0, delay_s = 0.0, least = HUGE_VAL;
     for (int k = 0; k < LEGS; k++) square += mode->motion[k] * mode->motion[k];
     for (int k = 0; k < LEGS; k++) delay_s += mode->motion[k] * mode->motion[k] / square * leg[k].delay_s;

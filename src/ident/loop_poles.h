@@ -24,7 +24,7 @@ struct loop_leg {
 };
 
 /* One mode: motion of the legs in it, and mass per squared motion. */
-struct loop_shape {
+struct loop_mode_input {
     const double *motion;                /* [LEGS]: motion of each leg */
     double mass_kg;
 };
@@ -39,7 +39,7 @@ struct loop_pole {
 /* Computes the poles in the upper half plane. Delays are limited to LOOP_DELAY_MOST cycles. Returns
  * their number, or 0 if the loop is not finite. */
 enum { LOOP_DELAY_MOST = 14, LOOP_POLES = 10 + 2 * (LOOP_DELAY_MOST + 1) };
-int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
+int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]);
 
 /* Frequency response of a mode without its controller: length and force of its mean leg, as the
@@ -55,12 +55,12 @@ struct loop_plant {
     struct loop_answer answer[LOOP_ANSWERS];   /* by ascending frequency, up to half the sampling
                                                 * frequency */
 };
-void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params,
+void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params,
                      struct loop_plant *plant);
 
 /* Rms acceleration of a mode that the sensors' errors, taken as white, cause in a stable loop; in
  * an unstable loop a huge number or NaN. The unit is m/s^2 per unit of the legs' motion. */
-double loop_noise(const struct loop_leg leg[LEGS], const struct loop_shape *shape, const struct params *params);
+double loop_noise(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params);
 
 double loop_pole_hz(const struct loop_pole *pole);      /* magnitude |s| / 2 pi, Hz */
 double loop_pole_damping(const struct loop_pole *pole); /* damping ratio; negative: unstable */

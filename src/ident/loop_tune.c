@@ -83,11 +83,11 @@ static double with_digits(double x, int digits) {
     return strtod(text, NULL);
 }
 
-static struct loop_shape mode_of(const struct loop_place *p, int mode) {
-    return (struct loop_shape){.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+static struct loop_mode_input mode_of(const struct loop_place *p, int mode) {
+    return (struct loop_mode_input){.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
 }
 
-static struct loop_shape shape_of(const struct field *f, int place, int mode) { return mode_of(&f->places.place[place], mode); }
+static struct loop_mode_input shape_of(const struct field *f, int place, int mode) { return mode_of(&f->places.place[place], mode); }
 
 /* Changes one part of the machine to see whether it limits the loop. */
 static void improve(struct field *f, enum loop_part part) {
@@ -124,7 +124,7 @@ static bool find_moving(struct field *f, const struct params *params, bool bus) 
     if (!loop_place_find_moving(&moving, params, neutral, loop_delay_s(params, bus), swing)) return false;
     if (f->surveyed && !loop_found_correct(&f->found, &moving, params)) return false;
     for (int mode = 0; mode < DOFS; mode++) {
-        const struct loop_shape shape = mode_of(&moving, mode);
+        const struct loop_mode_input shape = mode_of(&moving, mode);
         loop_plant_find(moving.leg, &shape, params, &f->moving[mode]);
     }
     return true;
@@ -134,7 +134,7 @@ static bool find_moving(struct field *f, const struct params *params, bool bus) 
  * critically damped. */
 static struct loop_pole least_damped(const struct field *f, int place, int mode, bool *pair) {
     struct loop_pole pole[LOOP_POLES], least = {.decay_per_s = 1.0};
-    const struct loop_shape shape = shape_of(f, place, mode);
+    const struct loop_mode_input shape = shape_of(f, place, mode);
     int count = loop_poles_all(f->places.place[place].leg, &shape, &f->params, pole);
     *pair = false;
     for (int i = 0; i < count; i++)
@@ -172,7 +172,7 @@ static bool field_init(struct field *f, const struct params *params, bool bus, e
     improve(f, part);
     for (int i = 0; i < f->places.count; i++)
         for (int mode = 0; mode < DOFS; mode++) {
-            const struct loop_shape shape = shape_of(f, i, mode);
+            const struct loop_mode_input shape = shape_of(f, i, mode);
             loop_plant_find(f->places.place[i].leg, &shape, &f->params, &f->plant[i][mode]);
         }
     find_own_dampings(f);

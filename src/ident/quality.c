@@ -160,7 +160,7 @@ static int bin_of(const struct window *w, double hz) {
 static double radps_of(const struct window *w, int bin) { return 2.0 * PI * bin / (w->samples * w->step_s); }
 
 /* Second differences of an axis over LAG_S, by which its acceleration is found before the Fourier
- * sums: a slow drift through the window would spread over all their lines, its curvature does
+ * sums: a slow drift through the window would spread over all their bins, its curvature does
  * not. */
 static void differentiate(const struct quality_piece *p, const struct quality_record *r, int lag, double (*differences)[DOFS]) {
     for (int n = 0; n < p->samples; n++) {
@@ -169,29 +169,29 @@ static void differentiate(const struct quality_piece *p, const struct quality_re
     }
 }
 
-/* Acceleration at a line, of second differences over `lag` samples. */
-static double complex line_of(const struct window *w, const double (*differences)[DOFS], int channel, int bin, int lag) {
+/* Acceleration at a bin, of second differences over `lag` samples. */
+static double complex bin_acceleration(const struct window *w, const double (*differences)[DOFS], int channel, int bin, int lag) {
     double radps = radps_of(w, bin);
     return amplitude(w, differences, channel, bin) * radps * radps / (2.0 - 2.0 * cos(radps * lag * w->step_s));
 }
 
-/* Sums of squares of the lines that an answer has beside its tone. */
-struct lines_beside {
+/* Sums of squares of the bins that an answer has beside its tone. */
+struct bins_beside {
     double low, high, noise, moved; /* of accelerations; moved: of displacements */
-    double near;                    /* mean square of the displacement's lines near the tone */
+    double near;                    /* mean square of the displacement's bins near the tone */
 };
 
-/* Sums the squares of the lines up to QUALITY_BAND_HZ except the tone, and fills `beside` with the
+/* Sums the squares of the bins up to QUALITY_BAND_HZ except the tone, and fills `beside` with the
  * acceleration that they make. Up to twice the tone's frequency, displacements are taken from the
- * pose's own lines: an acceleration divided by the square of a small frequency would enlarge the
+ * pose's own bins: an acceleration divided by the square of a small frequency would enlarge the
  * rounding at the window's ends. */
-static struct lines_beside take_lines(const struct window *w, const double (*pose)[DOFS], const double (*differences)[DOFS], int lag,
-                                      const struct quality_piece *p, double *beside) {
-    struct lines_beside r = {0};
+static struct bins_beside take_bins(const struct window *w, const double (*pose)[DOFS], const double (*differences)[DOFS], int lag,
+                                    const struct quality_piece *p, double *beside) {
+    struct bins_beside r = {0};
     int nearby = 0, wide = p->periods > 6 ? p->periods / 2 : 3;
     memset(beside, 0, (size_t)w->samples * sizeof *beside);
     for (int bin = 1; bin <= bin_of(w, fmax(QUALITY_BAND_HZ, 1.5 * p->hz)); bin++) {
-        double complex a = line_of(w, differences, p->dof, bin, lag);
+        double complex a = bin_acceleration(w, differences, p->dof, bin, lag);
         double power = square(cabs(a)), far = cabs(a) / square(radps_of(w, bin));
         double moved = square(bin <= 2 * p->periods ? cabs(amplitude(w, pose, p->dof, bin)) : far);
         int order = bin % p->periods ? 0 : bin / p->periods;
@@ -236,7 +236,7 @@ static bool take_tone(struct quality *q, const struct quality_piece *p, int inde
         double complex ref = amplitude(&w, (const double (*)[DOFS])(r->ref + p->begin), p->dof, p->periods);
         *t = (struct quality_tone){.hz = p->hz, .amplitude = p->amplitude};
         for (int i = 0; i < DOFS; i++) t->gain[i] = amplitude(&w, pose, i, p->periods) / ref;
-        struct lines_beside rest = take_lines(&w, pose, (const double (*)[DOFS])differences, lag, p, beside);
+        struct bins_beside rest = take_bins(&w, pose, (const double (*)[DOFS])differences, lag, p, beside);
         double moved = cabs(t->gain[p->dof] * ref), accel = moved * square(2.0 * PI * p->hz);
         t->std = sqrt(rest.near / 2.0) / cabs(ref);
         t->coherence = moved * moved / (moved * moved + rest.moved);

@@ -1,7 +1,7 @@
 /* The part of a measured motion that is too fast for the Fourier series of its segment, for example
  * when a rod reverses sharply or starts to move. Straight lines under Hann windows are fitted to
- * the lengths less the series, all along the segment, and cubics join the lines. Pure, except for
- * the heap. */
+ * the lengths less the series, at nodes all along the segment, and cubics join the nodes. Pure,
+ * except for the heap. */
 #ifndef HEXID_FAST_MOTION_H
 #define HEXID_FAST_MOTION_H
 
@@ -12,10 +12,10 @@ struct rods_motion {
 };
 
 struct fast_motion {
-    int lines;                   /* number of fitted lines; 0: no fast motion */
-    /* test time of the first line, and time from line to line */
+    int nodes;                   /* number of nodes; 0: no fast motion */
+    /* test time of the first node, and time from node to node */
     double first_s, step_s;
-    struct rods_motion *line;    /* [lines]: value and slope at each line's instant */
+    struct rods_motion *node;    /* [nodes]: value and slope of the line fitted at each */
 };
 
 /* Fits the fast motion from from_s to until_s. Cubics bridge gaps between good samples. False: no
@@ -25,7 +25,7 @@ bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, c
 void fast_motion_free(struct fast_motion *f);
 
 /* Adds a leg's fast motion at a test time, divided by `scale`, to its length and rate. Before the
- * first line and after the last the motion keeps its end value. */
+ * first node and after the last the motion keeps its end value. */
 void fast_motion_add(const struct fast_motion *f, int leg, double t_s, double scale, double *length_m, double *rate_mps);
 
 #endif

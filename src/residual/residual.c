@@ -80,7 +80,7 @@ static void look(const struct run *r, int node, struct rods_motion *to) {
             sum.rate_mps[k] += basis[a] * r->series[a].rate_mps[k];
         }
     *to = sum;
-    for (int k = r->cylinder.first; k < r->cylinder.legs && r->t->fast.lines; k++) {
+    for (int k = r->cylinder.first; k < r->cylinder.legs && r->t->fast.nodes; k++) {
         const struct sensor_path *path = &r->cylinder.machine.sensors.length[k];
         double t_s = r->t->first_s + node * r->t->step_s / (2 * r->t->substeps) + path->delay_s + path->lag_s;
         fast_motion_add(&r->t->fast, k, t_s, path->scale, &to->length_m[k], &to->rate_mps[k]);
