@@ -213,6 +213,16 @@ static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     return two;
 }
 
+/* Puts the best effect with a simpler choice of legs first if it and the next effect explain more
+ * than its values for each leg do. Returns true if the order of the trials changed. */
+static bool prefer_two_effects(struct diagnosis *d, const struct gap_result *r, struct trial *trial, int trials) {
+    bool room = trial[0].hypothesis->pattern == PATTERN_EACH && r->effects + 2 <= GAP_EFFECTS;
+    int simple = room ? simple_pattern(d, trial, trials) : 0;
+    if (!simple || !is_two(d, trial, simple)) return false;
+    put_first(trial, simple);
+    return true;
+}
+
 static bool drop(struct diagnosis *d, int addition, double most, struct gap_result *r) {
     int effect = d->addition[addition].effect, place = 0;
     if (!diagnosis_drop(d, addition, most)) return false;
@@ -473,12 +483,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
             continue;
         }
 
-        bool room = trial[0].hypothesis->pattern == PATTERN_EACH && r->effects + 2 <= GAP_EFFECTS;
-        int simple = room ? simple_pattern(d, trial, trials) : 0;
-        if (simple && is_two(d, trial, simple)) {
-            put_first(trial, simple);
-            rivals = list_rivals(d, trial, trials, rival);
-        }
+        if (prefer_two_effects(d, r, trial, trials)) rivals = list_rivals(d, trial, trials, rival);
         double before = d->held_square, z = likelihood(d, &trial[0]), paid = penalty(&trial[0]);
         struct gap_effect *e = &r->effect[r->effects];
         *e = (struct gap_effect){.effect = effect,
