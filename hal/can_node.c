@@ -148,7 +148,7 @@ static void put_into_force(struct can_node *n) {
 static uint32_t entry_of(const struct can_node *n, uint16_t mapping, uint32_t i) { return can_node_get(n, mapping, (uint8_t)(i + 1)); }
 
 /* Takes the command from an RPDO: each mapped entry is the command or a dummy
- * (can_mapping_refuses()). */
+ * (can_object_refuses()). */
 static void rpdo(struct can_node *n, const struct can_frame *f, int64_t now_ns, struct can_queue *out) {
     const uint32_t lengths = 1u << CAN_ERROR_RPDO_SHORT | 1u << CAN_ERROR_RPDO_LONG;
     uint32_t entries = can_node_get(n, 0x1600, 0);

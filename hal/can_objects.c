@@ -129,6 +129,17 @@ static uint32_t refuse_cob(uint32_t value) {
     return reserved || (!off && can_cob_restricted(value & CAN_SFF_MASK)) ? SDO_VALUE : 0;
 }
 
+/* Returns the abort code for an entry of the RPDO's mapping; 0 if the entry can be mapped: the
+ * command, or the dummy for INTEGER16. */
+static uint32_t refuse_mapping(const struct can_dictionary *d, uint32_t entry) {
+    uint16_t index = can_entry_index(entry);
+    if (entry == d->command || entry == MAP_DUMMY) return 0;
+    /* other data types than INTEGER16 are not accepted as dummies */
+    if (index >> 8 == 0 && index) return SDO_NOT_MAPPABLE;
+    if (can_object_find(d, index, can_entry_sub(entry)) >= 0) return SDO_NOT_MAPPABLE;
+    return can_object_find(d, index, 0) < 0 ? SDO_NO_OBJECT : SDO_NO_SUB;
+}
+
 static uint32_t refuse_value(const struct can_dictionary *d, const struct can_object *o, uint32_t value) {
     switch ((uint32_t)o->index << 8 | o->sub) {
     case 0x100300: return value == 0 ? 0 : SDO_VALUE;
@@ -144,7 +155,7 @@ static uint32_t refuse_value(const struct can_dictionary *d, const struct can_ob
     case 0x160000: return value > CAN_GROUP_NODES ? SDO_MAPPING_LENGTH : 0;
     case 0x160001:
     case 0x160002:
-    case 0x160003: return can_mapping_refuses(d, value);
+    case 0x160003: return refuse_mapping(d, value);
     /* readings are latched by SYNC only, so TPDOs that need no SYNC are refused */
     case 0x180002: return value > 240 ? SDO_VALUE : 0;
     default: return 0;
@@ -157,13 +168,4 @@ uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_obj
     if (o->high && value > o->high) return SDO_TOO_HIGH;
     if (value < o->low) return SDO_TOO_LOW;
     return refuse_value(d, o, value);
-}
-
-uint32_t can_mapping_refuses(const struct can_dictionary *d, uint32_t entry) {
-    uint16_t index = can_entry_index(entry);
-    if (entry == d->command || entry == MAP_DUMMY) return 0;
-    /* other data types than INTEGER16 are not accepted as dummies */
-    if (index >> 8 == 0 && index) return SDO_NOT_MAPPABLE;
-    if (can_object_find(d, index, can_entry_sub(entry)) >= 0) return SDO_NOT_MAPPABLE;
-    return can_object_find(d, index, 0) < 0 ? SDO_NO_OBJECT : SDO_NO_SUB;
 }

@@ -51,10 +51,6 @@ bool can_object_lacks(const struct can_object *o, uint32_t value);
  * accepts the value in some state of the node. */
 uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_object *o, int size, uint32_t value);
 
-/* Returns the abort code for an entry of the RPDO's mapping; 0 if the entry can be mapped: the
- * command, or the dummy for INTEGER16. */
-uint32_t can_mapping_refuses(const struct can_dictionary *d, uint32_t entry);
-
 /* Return index, sub-index and size in bytes of a mapping entry. */
 static inline uint16_t can_entry_index(uint32_t entry) { return (uint16_t)(entry >> 16); }
 static inline uint8_t can_entry_sub(uint32_t entry) { return (uint8_t)(entry >> 8); }

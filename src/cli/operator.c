@@ -21,7 +21,9 @@ void operator_init(struct operator *o, const struct params *params, struct loop 
     o->bus = loop && loop->hal && !loop->hal->ops->simulated;
 }
 
-void operator_gains(const struct operator *o, char text[COMMAND_TEXT_SIZE]) {
+/* Writes the present gains as settings, behind the word for the machine that a client needs to
+ * compute the loop: "bus control.kp=40 control.ki=20 ...", or "sim control.kp=...". */
+static void write_gains(const struct operator *o, char text[COMMAND_TEXT_SIZE]) {
     char value[NUMBER_SIZE];
     struct gains gains = loop_gains(o->loop);
     int used = snprintf(text, COMMAND_TEXT_SIZE, "%s", o->bus ? "bus" : "sim");
@@ -138,7 +140,7 @@ static void renew(struct operator *o, uint64_t peer, const struct command_reques
 
 static void tell_gains(struct operator *o, uint64_t peer, uint32_t id) {
     char text[COMMAND_TEXT_SIZE];
-    operator_gains(o, text);
+    write_gains(o, text);
     answer(o, peer, id, OUTCOME_DONE, 0.0, text);
 }
 

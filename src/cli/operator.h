@@ -71,10 +71,6 @@ struct operator {
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports);
 
-/* Writes the present gains as settings, behind the word for the machine that a client needs to
- * compute the loop: "bus control.kp=40 control.ki=20 ...", or "sim control.kp=...". */
-void operator_gains(const struct operator *o, char text[COMMAND_TEXT_SIZE]);
-
 /* Handles a request. now_ns is CLOCK_MONOTONIC in all calls. */
 void operator_take(struct operator *o, uint64_t peer, const struct command_request *request, bool may_move, int64_t now_ns);
 

@@ -20,6 +20,22 @@ double diagnosis_held_square(const struct diagnosis *d, const struct params *mod
     return square;
 }
 
+/* Fits all variables of the model, and updates columns, squares and hypotheses. Returns false if
+ * the model cannot make the measured motion. */
+static bool refit(struct diagnosis *d, int iterations) {
+    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, NULL, iterations);
+    bool fitted = r.ok && fit_raw(&d->fit, &d->model, d->raw) &&
+                  fit_columns(&d->fit, &d->model, d->raw, d->variables, d->variable, NULL, d->column);
+    if (!fitted) return false;
+    fit_gram(d->variables, d->fit.values, d->column, d->gram);
+    for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE_SHARE;
+    memcpy(d->std, r.std, sizeof d->std);
+    d->square = r.square;
+    d->held_square = diagnosis_held_square(d, &d->model);
+    d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.equations, d->hypothesis);
+    return true;
+}
+
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error) {
     *d = (struct diagnosis){.given = given, .model = *given};
     int status = residual_prepare(&d->even, recording, CYCLES_EVEN, error);
@@ -34,7 +50,7 @@ int diagnosis_init(struct diagnosis *d, const struct params *given, const struct
     d->gram = memory_get((size_t)FIT_VARIABLES * FIT_VARIABLES, sizeof *d->gram);
     d->raw = memory_get((size_t)d->fit.values, sizeof *d->raw);
     d->hypothesis = memory_get(HYPOTHESES_MAX, sizeof *d->hypothesis);
-    if (!diagnosis_refit(d, BASE_ITERATIONS))
+    if (!refit(d, BASE_ITERATIONS))
         return error_set(error, STATUS_USAGE, "the measured lengths are no motion of the machine in the configuration: check geometry");
     return STATUS_OK;
 }
@@ -48,20 +64,6 @@ void diagnosis_free(struct diagnosis *d) {
     free(d->gram);
     free(d->raw);
     free(d->hypothesis);
-}
-
-bool diagnosis_refit(struct diagnosis *d, int iterations) {
-    struct fit_result r = fit_model(&d->fit, &d->model, d->variables, d->variable, NULL, NULL, NULL, iterations);
-    bool fitted = r.ok && fit_raw(&d->fit, &d->model, d->raw) &&
-                  fit_columns(&d->fit, &d->model, d->raw, d->variables, d->variable, NULL, d->column);
-    if (!fitted) return false;
-    fit_gram(d->variables, d->fit.values, d->column, d->gram);
-    for (int i = 0; i < d->variables; i++) d->gram[i * d->variables + i] *= 1.0 + RIDGE_SHARE;
-    memcpy(d->std, r.std, sizeof d->std);
-    d->square = r.square;
-    d->held_square = diagnosis_held_square(d, &d->model);
-    d->hypotheses = hypotheses_list(d->given, &d->model, d->found, d->even.equations, d->hypothesis);
-    return true;
 }
 
 /* Lists the base variables that are not parallel to an added effect, then the variables of the
@@ -98,14 +100,14 @@ void diagnosis_estimate(struct diagnosis *d) {
         variable_add_prior(v);
         v->prior_inverse_std *= noise;
     }
-    diagnosis_refit(d, BASE_ITERATIONS);
+    refit(d, BASE_ITERATIONS);
 }
 
 /* Restores a model that was fitted before, with its standard deviations. */
 static void restore(struct diagnosis *d, const struct params *model, const double std[FIT_VARIABLES]) {
     d->model = *model;
     list_variables(d);
-    diagnosis_refit(d, 0);
+    refit(d, 0);
     memcpy(d->std, std, sizeof d->std);
 }
 
@@ -118,7 +120,7 @@ bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct
     d->addition[d->added++] = *h;
     d->model = *model;
     d->found[effect] = true;
-    if (list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS)) return true;
+    if (list_variables(d) && refit(d, BASE_ITERATIONS)) return true;
     d->added--;
     d->found[effect] = false;
     restore(d, &before, std);
@@ -130,7 +132,7 @@ bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis 
     memset(d->found, 0, sizeof d->found);
     d->added = effects;
     for (int i = 0; i < effects; i++) d->addition[i] = h[i], d->found[h[i].effect] = true;
-    return list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
+    return list_variables(d) && refit(d, BASE_ITERATIONS);
 }
 
 bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
@@ -142,7 +144,7 @@ bool diagnosis_drop(struct diagnosis *d, int addition, double most) {
     d->model.effects[effect] = d->given->effects[effect];
     d->found[effect] = false; /* the refit then lists the effect among the hypotheses again */
     memmove(d->addition + addition, d->addition + addition + 1, (size_t)(--d->added - addition) * sizeof *d->addition);
-    bool fitted = list_variables(d) && diagnosis_refit(d, BASE_ITERATIONS);
+    bool fitted = list_variables(d) && refit(d, BASE_ITERATIONS);
     if (fitted && d->square - square < most + DIAGNOSIS_PENALTY * dropped.variables && d->held_square - held < most) return true;
     d->found[effect] = true;
     memmove(d->addition + addition + 1, d->addition + addition, (size_t)(d->added++ - addition) * sizeof *d->addition);

@@ -39,10 +39,6 @@ struct diagnosis {
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
-/* Fits all variables of the model, and updates columns, squares and hypotheses. Returns false if
- * the model cannot make the measured motion. */
-bool diagnosis_refit(struct diagnosis *d, int iterations);
-
 /* Estimates the values to report. During the search the base, but for the sensors' errors, moves
  * freely within its limits. Here each base variable gets a prior about its stated value, with the
  * standard deviation of a uniform distribution over its limits, so that the effects get whatever

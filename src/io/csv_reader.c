@@ -294,7 +294,8 @@ static int finish_columns(struct csv_reader *r, struct error *error) {
     return check_turning(r, error);
 }
 
-int csv_check_whole(const struct csv_reader *r, struct error *error) {
+/* Refuses a file that lacks a column or key that every test must have: position and axis. */
+static int check_whole(const struct csv_reader *r, struct error *error) {
     const struct csv_head *h = &r->head;
     const struct mechanism *mechanism = mechanism_table[h->mechanism];
     int own = own_column(mechanism);
@@ -374,7 +375,7 @@ int csv_open_as(struct csv_reader **reader, const struct csv_head *head, bool pa
     r->map = map;
     int status = csv_text_open_as(&r->in, head->path, *head->opened ? head->opened : head->path, error);
     if (!status) status = read_head(r, error);
-    if (!status && !part) status = csv_check_whole(r, error);
+    if (!status && !part) status = check_whole(r, error);
     if (!status && !r->head.has_dof && mechanism_table[r->head.mechanism]->axes == 1) r->head.dof = DOF_X;
     if (status == STATUS_OK) *reader = r;
     else csv_close(r);
