@@ -12,10 +12,6 @@ enum {
     RTU_TAIL = 2,
 };
 
-static unsigned get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | from[1]; }
-
-static void put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
-
 /* Returns the size of a request's PDU up to and including its byte count, if it has one; 0: unknown
  * function. */
 static size_t fixed_size(uint8_t function) {
@@ -31,7 +27,7 @@ static size_t fixed_size(uint8_t function) {
 static bool counts_bytes(uint8_t function) { return function == FUNCTION_WRITE || function == FUNCTION_EXCHANGE; }
 
 /* True if the byte count matches the quantity before it. */
-static bool counts_agree(const uint8_t *pdu, size_t fixed) { return pdu[fixed - 1] == 2 * get_16(pdu + fixed - 3); }
+static bool counts_agree(const uint8_t *pdu, size_t fixed) { return pdu[fixed - 1] == 2 * adu_get_16(pdu + fixed - 3); }
 
 static bool has_size_of_function(const uint8_t *pdu, size_t size) {
     size_t fixed = fixed_size(pdu[0]);
@@ -41,15 +37,15 @@ static bool has_size_of_function(const uint8_t *pdu, size_t size) {
 
 enum adu_result adu_take_tcp(const uint8_t *bytes, size_t size, struct adu *adu) {
     if (size < MBAP_UNIT) return ADU_MORE;
-    size_t length = get_16(bytes + MBAP_LENGTH);
+    size_t length = adu_get_16(bytes + MBAP_LENGTH);
     if (length < 2 || length > 1 + ADU_PDU_MAX) return ADU_BROKEN;
     if (size < MBAP_UNIT + length) return ADU_MORE;
-    *adu = (struct adu){.transaction = (uint16_t)get_16(bytes),
+    *adu = (struct adu){.transaction = (uint16_t)adu_get_16(bytes),
                         .unit = bytes[MBAP_UNIT],
                         .pdu = bytes + MBAP,
                         .pdu_size = length - 1,
                         .used = MBAP_UNIT + length};
-    return get_16(bytes + MBAP_PROTOCOL) == 0 && has_size_of_function(adu->pdu, adu->pdu_size) ? ADU_REQUEST : ADU_DISCARD;
+    return adu_get_16(bytes + MBAP_PROTOCOL) == 0 && has_size_of_function(adu->pdu, adu->pdu_size) ? ADU_REQUEST : ADU_DISCARD;
 }
 
 static uint16_t crc(const uint8_t *bytes, size_t size) {
@@ -114,9 +110,9 @@ enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, str
 }
 
 size_t adu_put_tcp(const struct adu *request, const uint8_t *pdu, size_t pdu_size, uint8_t bytes[ADU_MAX]) {
-    put_16(bytes, request->transaction);
-    put_16(bytes + MBAP_PROTOCOL, 0);
-    put_16(bytes + MBAP_LENGTH, (unsigned)pdu_size + 1);
+    adu_put_16(bytes, request->transaction);
+    adu_put_16(bytes + MBAP_PROTOCOL, 0);
+    adu_put_16(bytes + MBAP_LENGTH, (unsigned)pdu_size + 1);
     bytes[MBAP_UNIT] = request->unit;
     memcpy(bytes + MBAP, pdu, pdu_size);
     return MBAP + pdu_size;

@@ -42,6 +42,10 @@ struct adu {
     size_t used;
 };
 
+/* Reads and writes a number of 16 bits as Modbus sends it, high byte first. */
+static inline unsigned adu_get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | from[1]; }
+static inline void adu_put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
+
 /* Takes a request from the beginning of the bytes. It looks at no more than ADU_MAX bytes and
  * never returns ADU_MORE for that many. A request with a wrong length for its function is
  * discarded; a byte count that contradicts the quantity is left to the server to refuse

@@ -13,11 +13,7 @@ struct span {
     unsigned from, count;
 };
 
-static unsigned get_16(const uint8_t *from) { return (unsigned)from[0] << 8 | from[1]; }
-
-static void put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(value >> 8), to[1] = (uint8_t)value; }
-
-static struct span get_span(const uint8_t *from) { return (struct span){get_16(from), get_16(from + 2)}; }
+static struct span get_span(const uint8_t *from) { return (struct span){adu_get_16(from), adu_get_16(from + 2)}; }
 
 static bool within(struct span s, unsigned from, unsigned end) { return s.from >= from && s.from + s.count <= end; }
 
@@ -35,7 +31,7 @@ static bool is_writable(struct span s) {
 
 static uint32_t get_token(struct span s, const uint8_t *values) {
     const uint8_t *token = values + 2 * (MODBUS_TOKEN - s.from);
-    return (uint32_t)get_16(token) << 16 | get_16(token + 2);
+    return (uint32_t)adu_get_16(token) << 16 | adu_get_16(token + 2);
 }
 
 static int64_t watchdog_ns(const struct modbus_server *s) { return s->registers[MODBUS_WATCHDOG_MS] * 1000 * NS_PER_US; }
@@ -95,9 +91,9 @@ static enum modbus_exception claim(struct modbus_server *s, const struct modbus_
     if (token == 0) return EXCEPTION_VALUE;
     if (another && held) return EXCEPTION_BUSY;
     bool sets_watchdog = span.from == MODBUS_WATCHDOG_MS;
-    if (sets_watchdog && !is_good_watchdog(s, another, get_16(values))) return EXCEPTION_VALUE;
+    if (sets_watchdog && !is_good_watchdog(s, another, adu_get_16(values))) return EXCEPTION_VALUE;
     if (another) hand_over(s, token);
-    if (sets_watchdog) set_watchdog(s, get_16(values));
+    if (sets_watchdog) set_watchdog(s, adu_get_16(values));
     s->connection = from->connection;
     s->heard_ns = now_ns;
     s->registers[MODBUS_OWNER] = (uint16_t)(from->ipv4 >> 16), s->registers[MODBUS_OWNER + 1] = (uint16_t)from->ipv4;
@@ -121,10 +117,10 @@ static enum modbus_exception write_registers(struct modbus_server *s, const stru
         return EXCEPTION_BUSY;
     }
     bool sets_watchdog = span.from == MODBUS_WATCHDOG_MS;
-    if (sets_watchdog && !is_good_watchdog(s, false, get_16(values))) return EXCEPTION_VALUE;
-    if (sets_watchdog) set_watchdog(s, get_16(values));
+    if (sets_watchdog && !is_good_watchdog(s, false, adu_get_16(values))) return EXCEPTION_VALUE;
+    if (sets_watchdog) set_watchdog(s, adu_get_16(values));
     for (unsigned i = 0; i < span.count; i++)
-        if (span.from + i >= MODBUS_VALVE) s->registers[span.from + i] = (uint16_t)get_16(values + 2 * i);
+        if (span.from + i >= MODBUS_VALVE) s->registers[span.from + i] = (uint16_t)adu_get_16(values + 2 * i);
     s->heard_ns = now_ns;
     obey(s, now_ns);
     return EXCEPTION_NONE;
@@ -132,7 +128,7 @@ static enum modbus_exception write_registers(struct modbus_server *s, const stru
 
 static size_t put_registers(const struct modbus_server *s, struct span span, uint8_t answer[ADU_PDU_MAX]) {
     answer[1] = (uint8_t)(2 * span.count);
-    for (unsigned i = 0; i < span.count; i++) put_16(answer + 2 + 2 * i, s->registers[span.from + i]);
+    for (unsigned i = 0; i < span.count; i++) adu_put_16(answer + 2 + 2 * i, s->registers[span.from + i]);
     return 2 + 2 * span.count;
 }
 
@@ -148,7 +144,7 @@ static enum modbus_exception read_few(struct modbus_server *s, const uint8_t *re
 static enum modbus_exception write_one(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, int64_t now_ns,
                                        uint8_t *answer, size_t *size) {
     memcpy(answer, request, *size = 5);
-    return write_registers(s, from, (struct span){get_16(request + 1), 1}, request + 3, now_ns);
+    return write_registers(s, from, (struct span){adu_get_16(request + 1), 1}, request + 3, now_ns);
 }
 
 static enum modbus_exception write_few(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, int64_t now_ns,
