@@ -14,13 +14,8 @@
 #include "config.h"
 #include "effect.h"
 #include "params.h"
+#include "random.h"
 #include "units.h"
-
-/* Returns a random number, uniform in -1..1; the same sequence in every run. */
-static inline double random_unit(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(int64_t)*state / 9223372036854775808.0;
-}
 
 static inline double random_normal(uint64_t *state) {
     double radius = sqrt(-2 * log(0.5 + 0.5 * random_unit(state) + 1e-300));

@@ -9,14 +9,9 @@
 #include <cmocka.h>
 
 #include "lin.h"
+#include "random.h"
 
 enum { N = 12 };
-
-/* Returns a random number, uniform in -1..1; the same sequence in every run. */
-static double random_unit(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(int64_t)*state / 9223372036854775808.0;
-}
 
 static void fill(double *a, int count, uint64_t seed) {
     for (int i = 0; i < count; i++) a[i] = random_unit(&seed);

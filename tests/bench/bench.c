@@ -20,6 +20,7 @@
 #include <unistd.h>
 #include <valgrind/callgrind.h>
 
+#include "../random.h"
 #include "config.h"
 #include "ident.h"
 #include "loop.h"
@@ -143,11 +144,6 @@ static void prepare_tracking(struct work *w) { memcpy(w->pose[0], w->cycle[w->fi
 
 static void measured_tracking(struct work *w) {
     for (int i = w->first; i < w->end; i++) w->sum += fk_solve(&w->kinematics, w->cycle[i].in.length_m, w->pose[0]).residual_m;
-}
-
-static double random_unit(uint64_t *state) {
-    *state = *state * 6364136223846793005u + 1442695040888963407u;
-    return (double)(int64_t)*state / 9223372036854775808.0;
 }
 
 /* Poses within +-0.1 m and +-0.1 rad of neutral, where the search starts. */
