@@ -80,15 +80,13 @@ bool state_decode(const void *data, int size, struct cycle *cycle) {
 }
 
 int event_encode(int64_t time_ns, uint64_t seq, const char *kind, const char *text, unsigned char *buffer, int capacity) {
-    hexid_event_t m = {.time_ns = time_ns, .seq = (int64_t)seq, .kind = (char *)(uintptr_t)kind, .text = (char *)(uintptr_t)text};
+    hexid_event_t m = {.time_ns = time_ns, .seq = (int64_t)seq, .kind = lcm_text(kind), .text = lcm_text(text)};
     if (hexid_event_t_encoded_size(&m) > capacity) return -1;
     return hexid_event_t_encode(buffer, 0, capacity, &m);
 }
 
-/* Encodes a command. The casts are needed because the generated encoders lack const on arguments
- * that they do not change. */
 int command_encode(enum command command, int64_t time_ns, unsigned char buffer[COMMAND_MESSAGE_MAX]) {
-    hexid_command_t m = {.time_ns = time_ns, .command = (char *)(uintptr_t)command_names[command]};
+    hexid_command_t m = {.time_ns = time_ns, .command = lcm_text(command_names[command])};
     return hexid_command_t_encode(buffer, 0, COMMAND_MESSAGE_MAX, &m);
 }
 

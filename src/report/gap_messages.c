@@ -5,11 +5,9 @@
 
 #include "hexid_gap_2_t.h"
 #include "hypothesis.h"
+#include "messages.h"
 
 enum { PARAMETERS = GAP_EFFECTS * EFFECT_KEYS * LEGS, NAME_SIZE = 80 };
-
-/* Casts a constant string to char *. That is safe, because liblcm only reads the text. */
-static char *text(const char *constant) { return (char *)(uintptr_t)constant; }
 
 struct lists {
     char *effects[GAP_EFFECTS], *rivals[GAP_RIVALS];
@@ -27,7 +25,7 @@ static void add_parameter(struct lists *l, const struct gap_effect *e, int key, 
     int i = l->parameters++;
     snprintf(l->name[i], NAME_SIZE, "%s.%s", effect->name, effect->keys[key].name);
     l->names[i] = l->name[i];
-    l->units[i] = text(effect->keys[key].unit);
+    l->units[i] = lcm_text(effect->keys[key].unit);
     l->legs[i] = (int8_t)(e->pattern == PATTERN_ALL ? 0 : leg + 1);
     l->value[i] = e->values.value[key][leg];
     l->std[i] = gap_deviation(e, key, leg);
@@ -38,7 +36,7 @@ static void list_all(struct lists *l, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         const struct gap_effect *e = &r->effect[i];
         int first = e->pattern >= 0 ? e->pattern : 0, end = e->pattern == PATTERN_EACH ? LEGS : first + 1;
-        l->effects[i] = text(effect_table[e->effect]->name);
+        l->effects[i] = lcm_text(effect_table[e->effect]->name);
         l->share[i] = e->share_explained;
         l->z[i] = e->z;
         for (int key = 0; key < e->keys; key++)
@@ -46,10 +44,10 @@ static void list_all(struct lists *l, const struct gap_result *r) {
     }
     for (int i = 0; i < r->statements; i++) {
         const struct gap_statement *s = &r->statement[i];
-        l->statements[i] = text(gap_statement_name(s)), l->levels[i] = text(gap_statement_level(s));
+        l->statements[i] = lcm_text(gap_statement_name(s)), l->levels[i] = lcm_text(gap_statement_level(s));
         l->probability[i] = s->probability, l->statement_share[i] = s->share_explained;
     }
-    for (int i = 0; i < r->ambiguous; i++) l->rivals[i] = text(effect_table[r->ambiguous_with[i]]->name);
+    for (int i = 0; i < r->ambiguous; i++) l->rivals[i] = lcm_text(effect_table[r->ambiguous_with[i]]->name);
 }
 
 int gap_encode(const struct gap_result *r, int64_t time_ns, unsigned char *buffer, int capacity) {
@@ -58,9 +56,9 @@ int gap_encode(const struct gap_result *r, int64_t time_ns, unsigned char *buffe
     const double *before = r->held_out_before.channel, *after = r->held_out_after.channel, *floor = r->noise_floor.channel;
     hexid_gap_2_t m = {
         .time_ns = time_ns,
-        .verdict = text(gap_verdict_names[r->verdict]),
-        .reason = text(r->reason),
-        .next_experiment = text(r->next_experiment),
+        .verdict = lcm_text(gap_verdict_names[r->verdict]),
+        .reason = lcm_text(r->reason),
+        .next_experiment = lcm_text(r->next_experiment),
         .effect_count = r->effects,
         .effects = l.effects,
         .share_explained = l.share,
@@ -100,7 +98,7 @@ int gap_encode(const struct gap_result *r, int64_t time_ns, unsigned char *buffe
         .statement_levels = l.levels,
         .statement_probability = l.probability,
         .statement_share = l.statement_share,
-        .family = text(gap_family_name(r)),
+        .family = lcm_text(gap_family_name(r)),
         .certainty = gap_certainty(r),
     };
     return hexid_gap_2_t_encode(buffer, 0, capacity, &m);

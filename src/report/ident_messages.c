@@ -6,16 +6,14 @@
 #include "hexid_loop_stats_2_t.h"
 #include "hexid_method_c_t.h"
 #include "hexid_test_result_t.h"
-
-/* Casts a constant string to char *. That is safe, because liblcm only reads the text. */
-static char *text(const char *constant) { return (char *)(uintptr_t)constant; }
+#include "messages.h"
 
 int test_result_encode(const struct test_result *t, int64_t time_ns, unsigned char *buffer, int capacity) {
     hexid_test_result_t m = {
         .time_ns = time_ns,
         .test = (int8_t)t->test,
         .dof = (int8_t)t->dof,
-        .dof_name = text(dof_names[t->dof]),
+        .dof_name = lcm_text(dof_names[t->dof]),
         .complete = !t->refused,
         .frequency_hz = t->frequency_hz,
         .amplitude_m_or_rad = t->amplitude,
@@ -47,12 +45,12 @@ int identification_encode(const struct identification *id, const struct verdict 
         .time_ns = time_ns,
         .method_a_condition = a->evaluated ? a->condition_number : (double)NAN,
         .method_b_condition = b->evaluated ? b->condition_number : (double)NAN,
-        .verdict = text(verdict_names[verdict->status]),
-        .scope = text(verdict->scope),
+        .verdict = lcm_text(verdict_names[verdict->status]),
+        .scope = lcm_text(verdict->scope),
         .reason_count = verdict->reasons,
         .reasons = reasons,
     };
-    for (int i = 0; i < verdict->reasons; i++) reasons[i] = text(verdict->reason[i]);
+    for (int i = 0; i < verdict->reasons; i++) reasons[i] = lcm_text(verdict->reason[i]);
     matrix(m.nominal_mt_si, id->nominal_mt, true);
     matrix(m.method_a_mt_si, a->mt, a->evaluated);
     matrix(m.method_a_mt_std_si, a->mt_std, a->evaluated);
