@@ -98,6 +98,7 @@ struct effect {
     const char *signature;  /* where the effect can be seen: channel, harmonic, feature */
     double law_error;       /* expected error of this law on a real machine, as a share of the
                              * effect's own contribution */
+    bool one_axis;          /* hexid gap looks for the effect on machines of one axis only */
     struct effect_key keys[EFFECT_KEYS]; /* keys of the effect, ended by one with a NULL name */
 
     /* Relations to other effects; each list is ended by zeros. Another effect is named by the

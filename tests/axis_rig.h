@@ -25,6 +25,8 @@ struct rig {
     double load_friction, spring_n_per_m;    /* friction per newton of mean pressure force on the
                                               * seals; stiffness of a spring that is relaxed at
                                               * mid-stroke */
+    double lever_n, lever_m, lever_rad;      /* weight on a lever of this radius, at this angle from
+                                              * upright when the rod is at mid-stroke */
     double seal_n, seal_m;                   /* force at which the seal slides, and its deflection
                                               * at that force */
     double along_stroke;                     /* relative variation of dry friction along the stroke,
@@ -71,16 +73,22 @@ static inline void oil(const struct rig *r, const struct tolerances *tol, struct
     b->spool += STEP_S * b->spool_rate;
 }
 
+/* Force that a spring and a weight on a lever need, relative to mid-stroke. */
+static inline double load_n(const struct rig *r, double x) {
+    double spring_n = r->spring_n_per_m * x;
+    return r->lever_m > 0.0 ? spring_n + r->lever_n * (sin(x / r->lever_m + r->lever_rad) - sin(r->lever_rad)) : spring_n;
+}
+
 /* Moves the rod by a step. Dry friction either opposes the sliding or holds the load; a seal
  * deflects before it slides. */
 static inline void push(const struct rig *r, const struct tolerances *tol, struct body *b, double force_n) {
-    double m = MASS_KG * tol->mass + r->payload_kg, slides = b->v != 0.0 ? b->v : force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x;
+    double m = MASS_KG * tol->mass + r->payload_kg, slides = b->v != 0.0 ? b->v : force_n - m * r->gravity_mps2 - load_n(r, b->x);
     double direction = slides > 0.0 ? 1.0 : -1.0;
     double share = b->v / r->stribeck_mps, dry = (direction > 0.0 ? r->coulomb_extend_n : r->coulomb_retract_n);
     dry += r->stribeck_n > 0.0 ? r->stribeck_n * exp(-share * share) : 0.0;
     dry *= 1.0 + r->along_stroke * sin(2.0 * PI * b->x / 0.03);
     dry += r->load_friction * (A1 - A2) * 0.5 * (b->p1 + b->p2);
-    double free_n = force_n - m * r->gravity_mps2 - r->spring_n_per_m * b->x - (2000.0 * tol->viscous + r->viscous_n_s_per_m) * b->v;
+    double free_n = force_n - m * r->gravity_mps2 - load_n(r, b->x) - (2000.0 * tol->viscous + r->viscous_n_s_per_m) * b->v;
     if (r->seal_m > 0.0) b->seal += STEP_S * (b->v - fabs(b->v) * b->seal) / r->seal_m;
     free_n -= r->seal_n * b->seal;
     if (b->v == 0.0 && fabs(free_n) <= dry) return;

@@ -8,6 +8,7 @@
 #include "gap.h"
 #include "log.h"
 #include "messages.h"
+#include "numeric.h"
 #include "recording_check.h"
 
 static char directory[] = "/tmp/hexid_axis_XXXXXX";
@@ -404,6 +405,24 @@ static void a_spring_of_either_sign_is_found_beside_friction(void **unused) {
     }
 }
 
+/* An arm's weight bends over the position, as no spring's force does. */
+static void a_weight_on_a_lever_is_found_beside_friction(void **unused) {
+    (void)unused;
+    slow_case();
+    static struct gap_result g;
+    struct rig rig = {RIG, .electric = true, .motion = POINT_TO_POINT, .coulomb_extend_n = 150.0, .coulomb_retract_n = 150.0};
+    rig.lever_n = 400.0, rig.lever_m = 0.08, rig.lever_rad = 0.6;
+    solve(&rig, 22, &g);
+    describe(&rig, 22, &g);
+    const struct gap_effect *load = found(&g, "lever_load"), *friction = found(&g, "cylinder_coulomb_friction");
+    assert_true(load && friction && g.effects == 2);
+    double slope = rig.lever_n * cos(rig.lever_rad) / rig.lever_m, bend = -rig.lever_n * sin(rig.lever_rad) / square(rig.lever_m);
+    assert_close(load->values.value[0][0] / slope, 1.0, 0.05);
+    assert_close(load->values.value[1][0] / bend, 1.0, 0.1);
+    assert_close(load->values.value[2][0] * square(rig.lever_m), 1.0, 0.2);
+    assert_close(friction->values.value[0][0] / 150.0, 1.0, 0.1);
+}
+
 typedef void change(struct recording_sample *s);
 
 /* A robot's joint turned to and fro: its inertia is less than half of what is stated, its friction
@@ -596,6 +615,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_force_sensor_that_says_too_much_is_in_the_set_that_is_named),
         cmocka_unit_test(friction_that_differs_along_the_stroke_is_friction),
         cmocka_unit_test(a_spring_of_either_sign_is_found_beside_friction),
+        cmocka_unit_test(a_weight_on_a_lever_is_found_beside_friction),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
         cmocka_unit_test(a_small_machine_lacks_a_mass_and_not_a_sensor),
     };

@@ -129,7 +129,7 @@ def laws_of(effects):
     def both(p, unit):
         return np.array([p.get(f'{way}_{unit}', p.get(f'force_{way}_{unit}', 0.0)) for way in ('extend', 'retract')])
 
-    def force(series, mass):
+    def force(series, mass, middle):
         _, x, v, a, _, raw = series
         still = 0.02 * np.percentile(np.abs(v), 95)
         out = mass * a
@@ -139,6 +139,9 @@ def laws_of(effects):
                 out = out + p['mass_kg'] * a
             elif e['name'] == 'external_stiffness':
                 out = out + p['x'] * x
+            elif e['name'] == 'lever_load':
+                y, w = x - middle, np.sqrt(complex(p['turn_per_m2']))
+                out = out + np.real(p['slope_n_per_m'] * np.sin(w * y) / w + p['bend_n_per_m2'] * (1 - np.cos(w * y)) / w**2)
             elif e['name'] == 'cylinder_coulomb_friction':
                 f = both(p, 'n')
                 out = out + np.where(v > 0, f[0], f[1]) * sign(v, still)
@@ -171,12 +174,16 @@ def laws_of(effects):
     return force, friction
 
 
+def middle_of(pieces):
+    return (min(x.min() for _, x, _ in pieces) + max(x.max() for _, x, _ in pieces)) / 2
+
+
 def left_by(pieces, hz, effects, mass):
     """rms in N that a model leaves in the expert's band, a constant for each piece taken out."""
-    square, count = 0.0, 0
+    square, count, middle = 0.0, 0, middle_of(pieces)
     for p in pieces:
         series = series_of(p, hz)
-        model = laws_of(effects)[0](series, mass)
+        model = laws_of(effects)[0](series, mass, middle)
         if model is None:
             return None
         rest = (series[4] - model)[moving(series)]

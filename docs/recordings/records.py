@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experts import expert, laws_of, left_by
+from experts import expert, laws_of, left_by, middle_of
 from formats import READ
 
 HEXID = os.environ.get('HEXID', 'build/hexid')
@@ -82,7 +82,7 @@ def at_lever(record, pieces):
 def back(record, result):
     """The effects' values as those of the rotation."""
     lever = float(record['lever'])
-    power = {'n': 1, 'x': 2, 'kg': 2, 'n_s_per_m': 2, 'm': -1, 'mps': -1}
+    power = {'n': 1, 'x': 2, 'n_per_m': 2, 'n_per_m2': 3, 'turn_per_m2': 2, 'kg': 2, 'n_s_per_m': 2, 'm': -1, 'mps': -1}
     for e in result['effects']:
         for part in (e['parameters'], e['std']):
             for key, value in part.items():
@@ -101,7 +101,7 @@ def written(place, record, pieces):
     (place / 'csv').mkdir(parents=True, exist_ok=True)
     low, high = min(p[1].min() for p in pieces), max(p[1].max() for p in pieces)
     period = float(np.median(np.diff(pieces[0][0])))
-    (place / 'axis.yaml').write_text(AXIS.format(mass=f'{mass:.9g}', middle=(low + high) / 2, stroke=1.2 * (high - low),
+    (place / 'axis.yaml').write_text(AXIS.format(mass=f'{mass:.9g}', middle=middle_of(pieces), stroke=1.2 * (high - low),
                                                  resolution=float(record['lever']) * float(record['resolution']), period=f'{period:.6f}'))
     for number, (t, x, force) in enumerate(pieces, 1):
         with open(place / f'csv/{number}.csv', 'w') as file:
@@ -124,7 +124,7 @@ def asked(place):
     return json.loads((place / 'gap/gap.json').read_text())
 
 
-FAMILY = {'payload_mass': 'bodies', 'actuator_inertia': 'bodies', 'external_stiffness': 'load'}
+FAMILY = {'payload_mass': 'bodies', 'actuator_inertia': 'bodies', 'external_stiffness': 'load', 'lever_load': 'load'}
 
 
 def family(name):

@@ -110,11 +110,12 @@ static void add_variable(const struct params *given, struct hypothesis *h, int k
 }
 
 /* Builds a hypothesis with all its variables. An effect that acts on the pose has a key for each
- * axis. */
+ * axis, unless it acts on machines of one axis only. */
 static void build(const struct params *given, struct hypothesis *h, int effect, int pattern, struct reach reach) {
     *h = (struct hypothesis){.effect = effect, .pattern = pattern};
     const struct effect_key *keys = effect_table[effect]->keys;
-    int most = effect_table[effect]->wrench ? params_mechanism(given)->axes : EFFECT_KEYS;
+    bool by_axis = effect_table[effect]->wrench && !effect_table[effect]->one_axis;
+    int most = by_axis ? params_mechanism(given)->axes : EFFECT_KEYS;
     for (int key = 0; key < most && keys[key].name; key++)
         for (int leg = 0; leg < (pattern == PATTERN_EACH ? LEGS : 1); leg++)
             add_variable(given, h, key, pattern == PATTERN_EACH && keys[key].per_leg ? leg : pattern == PATTERN_EACH ? -1 : pattern, reach);
@@ -130,7 +131,7 @@ int hypotheses_list(const struct params *given, const struct params *model, cons
                     enum residual_equations evaluated, struct hypothesis h[HYPOTHESES_MAX]) {
     int n = 0;
     for (int effect = 0; effect_table[effect]; effect++) {
-        if (found[effect]) continue;
+        if (found[effect] || (effect_table[effect]->one_axis && params_mechanism(given)->axes > 1)) continue;
         struct reach reach = effect_reach(model, effect);
         reach.equations &= evaluated;
         if (reach.equations & EQUATIONS_FORCE_SENSOR) reach.equations = EQUATIONS_FORCE;
@@ -189,6 +190,8 @@ bool hypothesis_make_symmetric(struct hypothesis *h) {
     h->symmetric = true;
     return true;
 }
+
+bool hypothesis_is_dry(const struct hypothesis *h) { return !strcmp(effect_table[h->effect]->keys[0].unit, "N"); }
 
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base) {
     if (!alike(h, base) || (h->symmetric && !strcmp(base->name, "axis.force_offset_n"))) return PARALLEL_NOT;

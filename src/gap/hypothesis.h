@@ -40,6 +40,10 @@ enum parallel hypothesis_parallel(const struct hypothesis *h, const struct varia
  * constant. False: the effect has no pair of directions. */
 bool hypothesis_make_symmetric(struct hypothesis *h);
 
+/* True if the strength of a friction is a force. Stronger in one direction, a dry friction is a
+ * symmetric one beside a constant force, but where the leg is at rest. */
+bool hypothesis_is_dry(const struct hypothesis *h);
+
 /* Gives a base variable the prior that it has beside a parallel effect: mean in the middle of the
  * variable's range, standard deviation of a uniform distribution over the range. The error of a
  * sensor keeps the prior that it has. */

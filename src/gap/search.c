@@ -116,6 +116,17 @@ static void list_candidates(const struct diagnosis *d, const struct trial *trial
     }
 }
 
+/* Removes rivals that contain another rival, their limiting case. Returns the number left. */
+static int drop_containing(int rivals, int rival[GAP_RIVALS]) {
+    int left = 0;
+    bool drop[GAP_RIVALS] = {false};
+    for (int i = 0; i < rivals; i++)
+        for (int j = 0; j < rivals; j++) drop[i] = drop[i] || hypothesis_contains(rival[i], rival[j]);
+    for (int i = 0; i < rivals; i++)
+        if (!drop[i]) rival[left++] = rival[i];
+    return left;
+}
+
 static int list_rivals(const struct diagnosis *d, const struct trial *trial, int trials, int rival[GAP_RIVALS]) {
     int rivals = 0, best = trial[0].hypothesis->effect;
     for (int i = 1; i < trials; i++) {
@@ -125,7 +136,7 @@ static int list_rivals(const struct diagnosis *d, const struct trial *trial, int
         for (int j = 0; j < rivals; j++) seen = seen || rival[j] == effect;
         if (!seen && rivals < GAP_RIVALS) rival[rivals++] = effect;
     }
-    return rivals;
+    return drop_containing(rivals, rival);
 }
 
 static void put_first(struct trial *trial, int place) {

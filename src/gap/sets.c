@@ -117,12 +117,21 @@ static bool grows_with_machine(int effect) {
     return family != EFFECT_SENSORS && family != EFFECT_TIMING;
 }
 
-/* Widens the priors, so that they suit machines of any size. On an axis with a constant force, also
- * gives each friction one value for both directions. */
+/* On an axis with a constant force, gives each friction one value for both directions; a viscous
+ * one may also have a value for each. */
+static void list_symmetric(struct diagnosis *d) {
+    int listed = d->hypotheses;
+    for (int i = 0; i < listed; i++) {
+        struct hypothesis *h = &d->hypothesis[i], each = *h;
+        if (hypothesis_make_symmetric(h) && !hypothesis_is_dry(h)) d->hypothesis[d->hypotheses++] = each;
+    }
+}
+
+/* Widens the priors, so that they suit machines of any size. */
 static void widen(struct diagnosis *d) {
     bool constant = params_mechanism(d->given)->force_sensor;
+    if (constant) list_symmetric(d);
     for (int i = 0; i < d->hypotheses; i++) {
-        if (constant) hypothesis_make_symmetric(&d->hypothesis[i]);
         if (constant && !grows_with_machine(d->hypothesis[i].effect)) continue;
         for (int j = 0; j < d->hypothesis[i].variables; j++) d->hypothesis[i].variable[j].prior_inverse_std /= WIDER;
     }
@@ -161,7 +170,8 @@ static bool same(const struct set *a, const struct set *b) {
     int common = 0;
     for (int i = 0; i < a->effects; i++)
         for (int j = 0; j < b->effects; j++)
-            common += a->hypothesis[i].effect == b->hypothesis[j].effect && a->hypothesis[i].pattern == b->hypothesis[j].pattern;
+            common += a->hypothesis[i].effect == b->hypothesis[j].effect && a->hypothesis[i].pattern == b->hypothesis[j].pattern &&
+                      a->hypothesis[i].symmetric == b->hypothesis[j].symmetric;
     return a->effects == b->effects && common == a->effects;
 }
 
@@ -171,7 +181,8 @@ static double log_choose(int n, int k) { return lgamma(n + 1.0) - lgamma(k + 1.0
  * of a size are equally likely, and so are all choices of legs for an effect. */
 static double log_prior(const struct diagnosis *d, const struct set *s) {
     int effects = 0;
-    for (int i = 0; i < d->hypotheses; i++) effects += d->hypothesis[i].pattern == PATTERN_ALL;
+    for (int i = 0; i < d->hypotheses; i++)
+        effects += d->hypothesis[i].pattern == PATTERN_ALL && (i == 0 || d->hypothesis[i - 1].effect < d->hypothesis[i].effect);
     effects += d->added;
     double shapes = params_legs(d->given) > 1 ? 2.0 + LEGS : 1.0;
     double size = s->effects < GAP_EFFECTS ? s->effects + 1.0 : GAP_EFFECTS;
