@@ -4,6 +4,7 @@
 
 #include "method_c_verdict.h"
 #include "nominal.h"
+#include "numeric.h"
 
 static const double SHARE = 2e-3;          /* standard deviation of an entry, in sqrt(M_ii M_jj) */
 static const double VISCOUS_STD = 30.0, DRY_STD = 3.0;
@@ -166,17 +167,43 @@ static void rows_that_scatter_by_more_than_their_noise_fail(void **unused) {
     expect(r, "the forces do not fit the model");
 }
 
-/* The estimates have a prior of 0.005 and a deviation of 0.0022, so they scatter by 0.0045. */
+static void set_error(struct result *r, int error, double value, double std, double prior) {
+    r->found.systematic[error] = (struct systematic_found){value, std, prior};
+    r->estimate.noise[UNKNOWN_SYSTEMATIC + error][UNKNOWN_SYSTEMATIC + error] = square(std);
+}
+
+/* The estimates have a prior of 0.005 and a deviation of 0.0022, so they scatter by 0.0045. Without
+ * its prior the size is 1 / (1 - 0.0022^2 / 0.005^2) = 1.24 times as large. */
 static void a_systematic_error_beyond_its_tolerance_fails_by_its_name(void **unused) {
     (void)unused;
     struct result *r = result_of(body);
-    r->found.systematic[SYSTEMATIC_P1_GAIN + 2] = (struct systematic_found){0.018, 0.0022, 0.005};
+    set_error(r, SYSTEMATIC_P1_GAIN + 2, 0.018, 0.0022, 0.005);
     assert_int_equal(judge(r).status, VERDICT_PASS);
-    r->found.systematic[SYSTEMATIC_P1_GAIN + 2].value = -0.023;
-    expect(r, "gain of P1, leg 3: -2.3 %");
+    set_error(r, SYSTEMATIC_P1_GAIN + 2, -0.023, 0.0022, 0.005);
+    expect(r, "gain of P1, leg 3: -2.85 % +- 0.48");
     /* the data have almost no information about this error */
-    r->found.systematic[SYSTEMATIC_P1_GAIN + 2] = (struct systematic_found){-0.02, 0.0049, 0.005};
+    set_error(r, SYSTEMATIC_P1_GAIN + 2, -0.02, 0.0049, 0.005);
     assert_int_equal(judge(r).status, VERDICT_PASS);
+}
+
+/* A pressure at a time of rest is one measurement of two gains: leg 3's P1 is wrong by 5 %, and
+ * its prior makes P2 look wrong, too. */
+static void an_error_is_not_laid_at_another_sensors_door(void **unused) {
+    (void)unused;
+    struct result *r = result_of(body);
+    int one = SYSTEMATIC_P1_GAIN + 2, other = SYSTEMATIC_P2_GAIN + 2;
+    double prior = 0.005, both = 1e6, each = 1.5e5; /* 1 / variance of what data tell of the sum,
+                                                     * and of each */
+    /* The inverse covariance with the prior is [[a, b], [b, a]]. Without it the data say 0.05 and
+     * 0. */
+    double a = both + each + 1.0 / square(prior), b = both, determinant = a * a - b * b;
+    double first = (both + each) * 0.05, second = both * 0.05;
+    set_error(r, one, (a * first - b * second) / determinant, sqrt(a / determinant), prior);
+    set_error(r, other, (a * second - b * first) / determinant, sqrt(a / determinant), prior);
+    r->estimate.noise[UNKNOWN_SYSTEMATIC + one][UNKNOWN_SYSTEMATIC + other] = -b / determinant;
+    r->estimate.noise[UNKNOWN_SYSTEMATIC + other][UNKNOWN_SYSTEMATIC + one] = -b / determinant;
+    expect(r, "gain of P1, leg 3: +5 %");
+    assert_int_equal(judge(r).reasons, 1);
 }
 
 /* The matrix is negative in one direction, which makes that direction the worst of all. */
@@ -206,6 +233,7 @@ int main(void) {
         cmocka_unit_test(friction_that_drives_fails_from_its_share_of_the_level_on),
         cmocka_unit_test(rows_that_scatter_by_more_than_their_noise_fail),
         cmocka_unit_test(a_systematic_error_beyond_its_tolerance_fails_by_its_name),
+        cmocka_unit_test(an_error_is_not_laid_at_another_sensors_door),
         cmocka_unit_test(a_matrix_that_is_not_definite_fails),
         cmocka_unit_test(without_a_result_it_is_not_evaluated),
     };

@@ -122,20 +122,61 @@ static void check_fit(const struct method_c_findings *f, double level, struct ve
                 f->result->scatter, most);
 }
 
-/* Fails a systematic error that is further from zero than its prior allows. The variance of its
- * estimate is the prior variance less the remaining one. */
-static void check_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
+/* Systematic errors as they are known, some without their priors. */
+struct errors {
+    double value[SYSTEMATICS], covariance[SYSTEMATICS][SYSTEMATICS];
+    bool freed[SYSTEMATICS];
+};
+
+static void take_errors(const struct method_c_findings *f, struct errors *e) {
     for (int i = 0; i < SYSTEMATICS; i++) {
-        const struct systematic_found *e = &f->result->systematic[i];
+        e->freed[i] = false, e->value[i] = f->result->systematic[i].value;
+        for (int j = 0; j < SYSTEMATICS; j++)
+            e->covariance[i][j] = estimate_covariance(f->estimate, UNKNOWN_SYSTEMATIC + i, UNKNOWN_SYSTEMATIC + j);
+    }
+}
+
+/* Index of the error that is furthest from zero for its prior; -1: none is too far. The variance of
+ * an estimate is the prior variance less the remaining one. */
+static int find_furthest(const struct method_c_findings *f, const struct errors *e, double level) {
+    int furthest = -1;
+    double most = 0.0;
+    for (int i = 0; i < SYSTEMATICS; i++) {
+        double prior = square(f->result->systematic[i].prior), variance = prior - e->covariance[i][i],
+               z = fabs(e->value[i]) / sqrt(variance);
+        if (e->freed[i] || !(variance > KNOWN * prior) || 2.0 * above(z) * SYSTEMATICS >= level || z <= most) continue;
+        furthest = i, most = z;
+    }
+    return furthest;
+}
+
+/* Takes the prior off an error, so that the data alone tell its size, and no other error has to
+ * explain what this one does. */
+static void free_error(struct errors *e, int error, double prior) {
+    double row[SYSTEMATICS], variance = square(prior) - e->covariance[error][error], value = e->value[error];
+    for (int i = 0; i < SYSTEMATICS; i++) row[i] = e->covariance[error][i];
+    for (int i = 0; i < SYSTEMATICS; i++) {
+        e->value[i] += row[i] * value / variance;
+        for (int j = 0; j < SYSTEMATICS; j++) e->covariance[i][j] += row[i] * row[j] / variance;
+    }
+    e->freed[error] = true;
+}
+
+/* Fails systematic errors that are further from zero than their priors allow, the furthest first,
+ * each with the size that it has without its prior. */
+static void check_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
+    struct errors errors;
+    take_errors(f, &errors);
+    for (int i; (i = find_furthest(f, &errors, level)) >= 0;) {
         const struct systematic_words *words = &systematic_families[systematic_family(i)];
-        double variance = square(e->prior) - square(e->std), z = fabs(e->value) / sqrt(variance);
-        if (!(variance > KNOWN * square(e->prior)) || 2.0 * above(z) * SYSTEMATICS >= level) continue;
+        double prior = f->result->systematic[i].prior;
         char name[SYSTEMATIC_NAME];
         systematic_name(i, name);
+        free_error(&errors, i, prior);
         verdict_add(v, VERDICT_FAIL,
                     "%s: %+.3g %s +- %.2g, where model.tolerance.%s expects %.2g %s (standard deviation): correct sensor or configuration",
-                    name, words->scale * e->value, words->unit, NUMERIC_95 * words->scale * e->std, words->key, words->scale * e->prior,
-                    words->unit);
+                    name, words->scale * errors.value[i], words->unit, NUMERIC_95 * words->scale * sqrt(errors.covariance[i][i]),
+                    words->key, words->scale * prior, words->unit);
     }
 }
 

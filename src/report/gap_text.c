@@ -70,6 +70,23 @@ static void print_statements(FILE *out, const struct gap_result *r) {
     }
 }
 
+/* Prints the base's values that are as far off as model.tolerance allows. Any of them may be wrong
+ * by more than that, so that what an effect explains may be its error. */
+static void print_bounds(FILE *out, const struct gap_result *r) {
+    char text[GAP_TEXT] = "";
+    for (int i = 0; i < r->base_values; i++) {
+        const struct gap_base_value *b = &r->base[i];
+        size_t used = strlen(text);
+        if (!b->bound) continue;
+        snprintf(text + used, sizeof text - used, "%s%s", used ? "; " : "as far off as model.tolerance allows: ", b->name);
+        used = strlen(text);
+        if (b->leg >= 0) snprintf(text + used, sizeof text - used, " of leg %d", b->leg + 1);
+        used = strlen(text);
+        snprintf(text + used, sizeof text - used, ", %.4g", b->value);
+    }
+    if (*text) words_print(out, "  base:", text);
+}
+
 static void print_sizes(FILE *out, const struct gap_result *r) {
     const struct gap_size *before = &r->held_out_before, *after = &r->held_out_after, *noise = &r->noise_floor;
     fprintf(out, "\n  held out   %10s %10s %10s\n", "before", "after", "noise");
@@ -92,6 +109,7 @@ void gap_text_print(FILE *out, const struct gap_result *r) {
     words_print(out, label, r->reason);
     print_findings(out, r);
     print_statements(out, r);
+    print_bounds(out, r);
     print_sizes(out, r);
     for (int i = 0; i < r->places && i < PLACES_SHOWN && r->verdict != GAP_NO_GAP; i++) {
         const struct gap_place *w = &r->where[i];
