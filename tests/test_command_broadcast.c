@@ -46,7 +46,7 @@ ssize_t send(int fd, const void *packet, size_t size, int flags) {
 
 static char directory[] = "/tmp/hexid-broadcast.XXXXXX";
 static struct {
-    struct machine machine;
+    struct machine_name machine;
     int listener, client;
     struct command_request asked;
 } m[2];

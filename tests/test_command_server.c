@@ -369,7 +369,7 @@ static void without_a_descriptor_the_silent_connection_makes_room_for_a_stop(voi
 static void a_name_is_one_daemons_and_what_it_leaves_is_removed(void **unused) {
     (void)unused;
     struct command_server second, third;
-    struct machine list[MACHINES_MAX];
+    struct machine_name list[MACHINES_MAX];
     struct error error;
     open_as("");
     assert_string_equal(server.machine.name, "hexid");
@@ -423,7 +423,7 @@ static void a_socket_that_is_deleted_moved_or_replaced_is_missed(void **unused) 
 
 static void what_was_not_looked_at_is_doubt(void **unused) {
     (void)unused;
-    struct machine list[MACHINES_MAX];
+    struct machine_name list[MACHINES_MAX];
     struct error doubt;
     open_as("");
     assert_int_equal(machine_find("", list, &doubt), 1);
@@ -490,7 +490,7 @@ static void everybody_may_go_through_the_directory_and_nobody_may_lock_the_name(
 static void one_directory_does_not_crowd_out_another(void **unused) {
     (void)unused;
     int listener[2 * MACHINES_EACH];
-    static struct machine list[MACHINES_MAX];
+    static struct machine_name list[MACHINES_MAX];
     struct error doubt;
     for (int i = 0; i < 2 * MACHINES_EACH; i++) {
         struct sockaddr_un at = {.sun_family = AF_UNIX};
@@ -512,7 +512,7 @@ static void one_directory_does_not_crowd_out_another(void **unused) {
 
 static void refused(const char *path, const char *words) {
     struct error error;
-    struct machine list[MACHINES_MAX];
+    struct machine_name list[MACHINES_MAX];
     setenv("HEXID_RUNTIME_DIR", path, 1);
     assert_true(command_server_open(&server, "", &handler, &error) < 0);
     if (!strstr(error.text, words)) fail_msg("%s", error.text);

@@ -12,7 +12,7 @@ struct security_params {
 };
 
 struct machine_params {
-    char name[PARAMS_TEXT_SIZE]; /* name on the bus (machine.h); "": the first of hexid, hexid-2,
+    char name[PARAMS_TEXT_SIZE]; /* name on the bus (machine_name.h); "": the first of hexid, hexid-2,
                                   * ... that is free */
 };
 

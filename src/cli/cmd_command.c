@@ -99,7 +99,7 @@ static int say_several(const struct asked *q, int count, struct error *error) {
                      q->word, count, names);
 }
 
-static int say_no_way(const struct asked *q, const struct machine *m, struct error *error) {
+static int say_no_way(const struct asked *q, const struct machine_name *m, struct error *error) {
     if (errno != EACCES)
         return error_set(error, STATUS_IO, "command %s: %s in %s: %s", q->word, m->name, m->directory,
                          errno == EPERM ? "its socket is of another user's program" : strerror(errno));
@@ -167,7 +167,7 @@ static int address(const struct options *o, struct params *params, struct asked 
 /* SAFETY: this memory is on the heap, because a stop must work even on a small stack. */
 struct memory {
     struct params params;
-    struct machine found[MACHINES_MAX];
+    struct machine_name found[MACHINES_MAX];
 };
 
 static int carry_out(const struct options *o, struct asked *q, struct error *error) {

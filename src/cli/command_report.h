@@ -21,7 +21,7 @@ struct asked {
     const struct params *params; /* configuration of the command line */
     const char *url;       /* URL of the LCM bus; "": there is none */
     sigset_t during_waits; /* signal mask during waits for an answer, in which signals can arrive */
-    struct machine *found; /* machines that were found; room for MACHINES_MAX */
+    struct machine_name *found; /* machines that were found; room for MACHINES_MAX */
 };
 
 /* Reports that no answer came: the daemon has ended, regularly or not, or it hangs. `may_move`:

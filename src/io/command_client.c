@@ -10,7 +10,7 @@
 
 enum { AGAIN_MS = 2 };
 
-int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms) {
+int command_client_open(struct command_client *c, const struct machine_name *m, bool stop, int patience_ms) {
     int64_t end_ms = monotonic_ms() + patience_ms;
     *c = (struct command_client){.machine = *m};
     while ((c->fd = machine_connect(m, stop)) < 0 && errno == EAGAIN && monotonic_ms() < end_ms) poll_any(NULL, 0, AGAIN_MS, NULL);

@@ -6,10 +6,10 @@
 #include <signal.h>
 
 #include "command_packet.h"
-#include "machine.h"
+#include "machine_name.h"
 
 struct command_client {
-    struct machine machine;
+    struct machine_name machine;
     int fd;                       /* socket of the connection; -1: not connected */
     uint32_t id;                  /* id of the last request */
     struct command_answer answer; /* last answer received, with the platform's state at that time */
@@ -18,7 +18,7 @@ struct command_client {
 
 /* Connects; retries for patience_ms while the daemon is busy. Returns 0, or -1 with errno as
  * machine_connect(). */
-int command_client_open(struct command_client *c, const struct machine *m, bool stop, int patience_ms);
+int command_client_open(struct command_client *c, const struct machine_name *m, bool stop, int patience_ms);
 
 /* Connects again if the connection has ended or there is none; keeps the last answer. On failure
  * nothing changes. */

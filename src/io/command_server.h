@@ -1,4 +1,4 @@
-/* The daemon's end of its two command sockets (machine.h): connections and their packets.
+/* The daemon's end of its two command sockets (machine_name.h): connections and their packets.
  * operator.h decides on the requests. Main thread; opened before the daemon confines itself, and
  * nothing here blocks.
  *
@@ -15,7 +15,7 @@
 #include <sys/types.h>
 
 #include "command_packet.h"
-#include "machine.h"
+#include "machine_name.h"
 
 enum command_socket { SOCKET_STOP, SOCKET_ALL, COMMAND_SOCKETS };
 enum {
@@ -43,7 +43,7 @@ struct command_place {
 };
 
 struct command_server {
-    struct machine machine;
+    struct machine_name machine;
     int lock, listener[COMMAND_SOCKETS]; /* descriptors of the name's lock and of the listeners; -1:
                                           * closed */
     struct {

@@ -8,7 +8,7 @@
 #include "blind_time.h"
 #include "effect.h"
 #include "kinematics.h"
-#include "machine.h"
+#include "machine_name.h"
 #include "params.h"
 #include "units.h"
 

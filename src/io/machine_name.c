@@ -1,4 +1,4 @@
-#include "machine.h"
+#include "machine_name.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -23,7 +23,7 @@ bool machine_name_valid(const char *name) {
     return length > 0 && length < MACHINE_NAME_SIZE && strspn(name, letters) == length;
 }
 
-bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *address) {
+bool machine_address(const struct machine_name *m, bool stop, struct sockaddr_un *address) {
     *address = (struct sockaddr_un){.sun_family = AF_UNIX};
     int length = snprintf(address->sun_path, sizeof address->sun_path, "%s/%s%s", m->directory, m->name, stop ? stop_suffix : "");
     return length < (int)sizeof address->sun_path;
@@ -140,7 +140,7 @@ static int choose_place(char directory[MACHINE_DIRECTORY_SIZE], struct error *er
 
 /* Returns a descriptor that holds the name's lock, or -1 with errno: EWOULDBLOCK or EACCES if
  * another process has it. */
-static int lock_name(const struct machine *m) {
+static int lock_name(const struct machine_name *m) {
     char path[PATH_SIZE], process[24];
     struct stat s;
     snprintf(path, sizeof path, "%s/%s.lock", m->directory, m->name);
@@ -163,7 +163,7 @@ static int lock_name(const struct machine *m) {
 
 /* Removes a socket that was left behind: this daemon holds the name's lock, so nobody serves it.
  * Any other file is not hexid's to delete. */
-static int clear_address(const struct machine *m, bool stop, struct error *error) {
+static int clear_address(const struct machine_name *m, bool stop, struct error *error) {
     struct sockaddr_un address;
     struct stat s;
     if (!machine_address(m, stop, &address))
@@ -179,7 +179,7 @@ static int clear_address(const struct machine *m, bool stop, struct error *error
 
 static bool others(int why) { return why == EWOULDBLOCK || why == EACCES; }
 
-int machine_claim(const char *name, struct machine *m, int *lock, struct error *error) {
+int machine_claim(const char *name, struct machine_name *m, int *lock, struct error *error) {
     int status = choose_place(m->directory, error);
     if (status) return status;
     snprintf(m->name, sizeof m->name, "%s", *name ? name : MACHINE_NAME_DEFAULT);
@@ -201,7 +201,7 @@ int machine_claim(const char *name, struct machine *m, int *lock, struct error *
 
 /* ---- client ---- */
 
-int machine_connect(const struct machine *m, bool stop) {
+int machine_connect(const struct machine_name *m, bool stop) {
     struct sockaddr_un address;
     struct ucred peer;
     struct error untrusted;
@@ -224,7 +224,7 @@ int machine_connect(const struct machine *m, bool stop) {
 /* Returns true if the machine runs: everybody may connect to the socket for stops. SAFETY: any
  * failure but the end of the daemon is reported as doubt, because the machine may run all the
  * same. */
-static bool runs(const struct machine *m, struct error *doubt) {
+static bool runs(const struct machine_name *m, struct error *doubt) {
     int fd = machine_connect(m, true), why = errno;
     if (fd >= 0) close(fd);
     if (fd >= 0 || why == EAGAIN) return true;
@@ -242,9 +242,9 @@ static bool name_of(const char *file, char name[MACHINE_NAME_SIZE]) {
     return machine_name_valid(name);
 }
 
-static int by_name(const void *a, const void *b) { return strcmp(((const struct machine *)a)->name, ((const struct machine *)b)->name); }
+static int by_name(const void *a, const void *b) { return strcmp(((const struct machine_name *)a)->name, ((const struct machine_name *)b)->name); }
 
-static int look_in(const char *path, const char *name, struct machine list[MACHINES_EACH], struct error *doubt) {
+static int look_in(const char *path, const char *name, struct machine_name list[MACHINES_EACH], struct error *doubt) {
     struct error wrong;
     uid_t owner;
     int count = 0;
@@ -253,7 +253,7 @@ static int look_in(const char *path, const char *name, struct machine list[MACHI
     DIR *directory = opendir(path);
     if (!directory) return error_set(doubt, STATUS_IO, "%s: %s", path, strerror(errno)), 0;
     for (struct dirent *entry; (entry = readdir(directory));) {
-        struct machine m = {0};
+        struct machine_name m = {0};
         strcpy(m.directory, path);
         if (!name_of(entry->d_name, m.name) || (*name && strcmp(m.name, name) != 0)) continue;
         if (count == MACHINES_EACH) {
@@ -267,7 +267,7 @@ static int look_in(const char *path, const char *name, struct machine list[MACHI
     return count;
 }
 
-int machine_find(const char *name, struct machine list[MACHINES_MAX], struct error *doubt) {
+int machine_find(const char *name, struct machine_name list[MACHINES_MAX], struct error *doubt) {
     struct places p = where_to_look();
     int count = 0;
     *doubt = (struct error){0};

@@ -13,8 +13,8 @@
  * next owner removes sockets left behind. SAFETY: nobody else may open that file, because
  * whoever can read a file can lock it and thereby deny the daemon its name. Main thread; opens
  * files. */
-#ifndef HEXID_MACHINE_H
-#define HEXID_MACHINE_H
+#ifndef HEXID_MACHINE_NAME_H
+#define HEXID_MACHINE_NAME_H
 
 #include <stdbool.h>
 #include <sys/types.h>
@@ -32,7 +32,7 @@ enum {
     MACHINES_MAX = MACHINE_PLACES * MACHINES_EACH,
 };
 
-struct machine {
+struct machine_name {
     char name[MACHINE_NAME_SIZE];
     char directory[MACHINE_DIRECTORY_SIZE];
 };
@@ -42,23 +42,23 @@ bool machine_name_valid(const char *name);
 
 /* Makes the address of the machine's socket NAME.stop (`stop`) or NAME. Returns false if the path
  * is too long. */
-bool machine_address(const struct machine *m, bool stop, struct sockaddr_un *address);
+bool machine_address(const struct machine_name *m, bool stop, struct sockaddr_un *address);
 
 /* For the daemon: takes the machine's name; "": MACHINE_NAME_DEFAULT, or with the first free suffix
  * of -2, -3 ... *lock is a descriptor to keep open. STATUS_UNSAFE: the name is taken, or the
  * directory cannot be trusted; STATUS_IO: no directory, or it is not writable. */
-int machine_claim(const char *name, struct machine *m, int *lock, struct error *error);
+int machine_claim(const char *name, struct machine_name *m, int *lock, struct error *error);
 
 /* For clients: finds the running machines with this name, or with "" all. Returns their number, at
  * most MACHINES_MAX. SAFETY: at most MACHINES_EACH for a directory, so that sockets in one user's
  * directory do not displace a machine in another's. *doubt names a directory that could not be
  * searched, and why (status STATUS_OK: none). */
-int machine_find(const char *name, struct machine list[MACHINES_MAX], struct error *doubt);
+int machine_find(const char *name, struct machine_name list[MACHINES_MAX], struct error *doubt);
 
 /* For clients: connects to the machine's socket, non-blocking. Returns -1 with errno: EACCES: not
  * permitted; ECONNREFUSED, ENOENT: the daemon has ended; EPERM: the socket belongs to neither root,
  * this user nor the directory's owner; EAGAIN: too many clients wait, try again. */
-int machine_connect(const struct machine *m, bool stop);
+int machine_connect(const struct machine_name *m, bool stop);
 
 /* Lists the directories in which a client looks, for messages: "/run/hexid,
  * /run/user/1000/hexid". */
