@@ -9,19 +9,25 @@ static const double LEAST_PIVOT = 1e-3; /* smallest pivot of J in elimination, a
                                          * machines */
 
 void dynamics_init(struct dynamics *d, const struct params *params, const struct kinematics *kinematics) {
-    const struct payload_params *p = &params->payload;
     const struct actuator_params *a = &params->actuator;
-    *d = (struct dynamics){.kinematics = kinematics,
-                           .mass_kg = p->mass_kg,
-                           .inertia_kg_m2 = {{p->inertia_xx_kg_m2, p->inertia_xy_kg_m2, p->inertia_xz_kg_m2},
-                                             {p->inertia_xy_kg_m2, p->inertia_yy_kg_m2, p->inertia_yz_kg_m2},
-                                             {p->inertia_xz_kg_m2, p->inertia_yz_kg_m2, p->inertia_zz_kg_m2}},
-                           .gravity_mps2 = p->gravity_mps2};
+    struct machine machine;
+    machine_init(&machine, params);
+    const double *square = machine.bodies.payload_inertia_kg_m2, *product = machine.bodies.payload_products_kg_m2;
+    *d = (struct dynamics){
+        .kinematics = kinematics,
+        .mass_kg = machine.bodies.payload_kg,
+        .inertia_kg_m2 = {{square[0], product[0], product[1]}, {product[0], square[1], product[2]}, {product[1], product[2], square[2]}},
+        .wrench = machine.wrench};
+    for (int r = 0; r < 3; r++) {
+        d->center_m[r] = machine.bodies.payload_center_m[r];
+        d->gravity_mps2[r] = machine.bodies.gravity_mps2 * machine.bodies.down[r];
+    }
     for (int i = 0; i < LEGS; i++) {
-        double moment = a->lower_mass_kg[i] * a->lower_center_m[i];
-        d->leg[i].rod_kg = a->upper_mass_kg[i], d->leg[i].rod_center_m = a->upper_center_m[i];
+        double moment = machine.bodies.lower_kg[i] * a->lower_center_m[i];
+        d->leg[i].rod_kg = machine.bodies.upper_kg[i], d->leg[i].rod_center_m = a->upper_center_m[i];
         d->leg[i].moment_kg_m = moment;
-        d->leg[i].inertia_kg_m2 = moment * a->lower_center_m[i] + a->upper_inertia_kg_m2[i] + a->lower_inertia_kg_m2[i];
+        d->leg[i].inertia_kg_m2 = moment * a->lower_center_m[i] + a->upper_inertia_kg_m2[i] + a->lower_inertia_kg_m2[i] +
+                                  machine.bodies.transverse_kg_m2[i];
     }
 }
 
@@ -67,18 +73,25 @@ static inline void arm_motion(const struct turn *w, const double q[3], double ra
     add_cross(w->rate, rate, accel);
 }
 
-/* Computes the platform's own part of the wrench: m (c'' - g z), I w' + w x I w. */
-static void platform_wrench(const struct dynamics *d, const double accel[DOFS], const struct turn *w, double wrench[DOFS]) {
+/* Computes the platform's own part of the wrench: p - F, and I w' + w x I w + s x p - M. */
+static void platform_wrench(const struct dynamics *d, double motion[MOTION_ORDERS][DOFS], const struct turn *w, double wrench[DOFS]) {
+    const double *accel = motion[MOTION_ACCEL];
     double body[2][3], momentum[2][3]; /* rate and acceleration in {M}, and I times them */
+    double center[3], rate[3], turned[3], push[3], springs[DOFS] = {0};
+    for (int r = 0; r < 3; r++) center[r] = dot(w->t[r], d->center_m);
+    arm_motion(w, center, rate, turned);
     for (int r = 0; r < 3; r++) {
-        wrench[r] = d->mass_kg * (accel[r] - (r == 2 ? d->gravity_mps2 : 0.0));
+        push[r] = d->mass_kg * (accel[r] + turned[r] - d->gravity_mps2[r]);
         body[0][r] = w->t[0][r] * w->rate[0] + w->t[1][r] * w->rate[1] + w->t[2][r] * w->rate[2];
         body[1][r] = w->t[0][r] * w->accel[0] + w->t[1][r] * w->accel[1] + w->t[2][r] * w->accel[2];
     }
     for (int k = 0; k < 2; k++)
         for (int r = 0; r < 3; r++) momentum[k][r] = dot(d->inertia_kg_m2[r], body[k]);
     add_cross(body[0], momentum[0], momentum[1]);
-    for (int r = 0; r < 3; r++) wrench[3 + r] = dot(w->t[r], momentum[1]);
+    for (int r = 0; r < 3; r++) wrench[r] = push[r], wrench[3 + r] = dot(w->t[r], momentum[1]);
+    add_cross(center, push, wrench + 3);
+    for (int i = 0; i < d->wrench.count; i++) d->wrench.of[i].effect->wrench(d->wrench.of[i].values, motion[MOTION_POSE], springs);
+    for (int i = 0; i < DOFS; i++) wrench[i] -= springs[i];
 }
 
 /* Adds leg i. row: set to its row of J. wrench: gains the force across the leg that swings it, with
@@ -96,17 +109,18 @@ static void add_leg(const struct dynamics *d, int i, double motion[MOTION_ORDERS
     add_cross(q, row, row + 3);
     double v = dot(row, rate), square = fmax(dot(rate, rate) - v * v, 0.0) * per_m * per_m;
     double v_rate = dot(row, accel) + length * square, rod_m = length - d->leg[i].rod_center_m, rod_kg = d->leg[i].rod_kg;
-    double inertia = d->leg[i].inertia_kg_m2 + rod_kg * rod_m * rod_m, weight = (d->leg[i].moment_kg_m + rod_kg * rod_m) * d->gravity_mps2;
+    double inertia = d->leg[i].inertia_kg_m2 + rod_kg * rod_m * rod_m, moment = d->leg[i].moment_kg_m + rod_kg * rod_m;
+    double along = dot(row, d->gravity_mps2);
 
     /* L n' = P l', and L P n'' = P l'' - 2 L' n' */
     for (int r = 0; r < 3; r++) {
         double turn = (rate[r] - v * row[r]) * per_m, turn_rate = (accel[r] - dot(row, accel) * row[r] - 2.0 * v * turn) * per_m;
-        across[r] = (2.0 * rod_kg * rod_m * v * turn + inertia * turn_rate - weight * ((r == 2) - row[2] * row[r])) * per_m;
+        across[r] = (2.0 * rod_kg * rod_m * v * turn + inertia * turn_rate - moment * (d->gravity_mps2[r] - along * row[r])) * per_m;
         wrench[r] += across[r];
     }
     add_cross(q, across, wrench + 3);
     course->length_m[i] = length, course->rate_mps[i] = v, course->accel_mps2[i] = v_rate;
-    course->force_n[i] = rod_kg * (v_rate - rod_m * square - d->gravity_mps2 * row[2]);
+    course->force_n[i] = rod_kg * (v_rate - rod_m * square - along);
 }
 
 /* Solves J' h = wrench by Gauss elimination with pivots; the solution replaces the wrench. Rows of
@@ -143,7 +157,7 @@ bool dynamics_solve(const struct dynamics *d, double motion[MOTION_ORDERS][DOFS]
     struct turn w;
     double j[LEGS][DOFS], wrench[DOFS], sum = 0.0;
     turn_of(motion, &w);
-    platform_wrench(d, motion[MOTION_ACCEL], &w, wrench);
+    platform_wrench(d, motion, &w, wrench);
     for (int i = 0; i < LEGS; i++) add_leg(d, i, motion, &w, j[i], wrench, course);
     if (!along_legs(j, d->kinematics->arm_m, wrench)) return false;
     for (int i = 0; i < LEGS; i++) sum += course->force_n[i] += wrench[i];

@@ -1,9 +1,13 @@
 /* Inverse dynamics of platform and legs over the whole workspace: leg forces that a motion needs,
  * without friction. Newton and Euler for the platform, the legs' equations from their kinetic
- * energy. Shares nothing with sim/ and src/residual. Pure, RT, no heap.
+ * energy. Constants are those of the machine with its effects (sim/machine.h), such as a payload's
+ * mass and centre, a tilt, or springs on the platform; the joints are the configured ones. It shares
+ * no equation of motion with sim/ and src/residual. Pure, RT, no heap.
  *
  *  symbol    meaning                                                 unit    frame
- *  c, w      origin of {M}, the payload's mass centre; angular rate  m, 1/s  {B}
+ *  c, w      origin of {M}; angular rate                             m, 1/s  {B}
+ *  s         payload's mass centre, from c                           m       {B}
+ *  F, M      wrench of springs on the platform, about c              N, N m  {B}
  *  q = Ta    lever arm of an upper joint                             m       {B}
  *  l, L, n   leg vector, its length and direction                    m       {B}
  *  ma, mb    masses of rod and cylinder                              kg
@@ -12,7 +16,8 @@
  *  R         transverse force of the platform on the leg's end       N       {B}
  *
  *     L R = 2 ma (L-ra) L' n' + G P n'' - S g P z,                P = I - n n'
- *     J' h = [m (c'' - g z) + sum R;  I w' + w x I w + sum q x R]
+ *     p    = m (c'' + s'' - g z)
+ *     J' h = [p - F + sum R;  I w' + w x I w + s x p - M + sum q x R]
  *     f    = h + ma (L'' - (L-ra) |n'|^2 - g n.z)
  *
  * h is the force on the platform along the leg, f that of the oil less friction; z points down. */
@@ -20,16 +25,19 @@
 #define HEXID_DYNAMICS_H
 
 #include "kinematics.h"
+#include "machine.h"
 #include "trajectory.h"
 
 struct dynamics {
     const struct kinematics *kinematics;
-    double mass_kg, gravity_mps2;
-    double inertia_kg_m2[3][3]; /* payload's, about its mass centre, axes of {M} */
+    double mass_kg, gravity_mps2[3]; /* g z, in {B} */
+    double inertia_kg_m2[3][3];      /* payload's, about its mass centre, axes of {M} */
+    double center_m[3];              /* payload's mass centre in {M} */
+    struct active wrench;            /* effects that push the platform */
     struct {
         double rod_kg, rod_center_m;    /* ma, ra */
         double moment_kg_m;             /* mb rb */
-        double inertia_kg_m2;           /* mb rb^2 + ia + ib */
+        double inertia_kg_m2;           /* mb rb^2 + ia + ib, with what effects add */
     } leg[LEGS];
 };
 
@@ -38,7 +46,7 @@ struct leg_course {
     double length_m[LEGS], rate_mps[LEGS], accel_mps2[LEGS], force_n[LEGS];
 };
 
-/* Prepares the constants; kinematics must outlive them. */
+/* Prepares the constants; params and kinematics must outlive them. */
 void dynamics_init(struct dynamics *d, const struct params *params, const struct kinematics *kinematics);
 
 /* Computes the legs' course in a motion of the pose (up to its accelerations). Returns false if the
