@@ -38,8 +38,8 @@ static struct params lopsided(void) {
 /* Adds what `hexid gap` may have found of the bodies: each key of these effects gets a part of its
  * typical value. */
 static struct params with_found(struct params params) {
-    static const char *const names[] = {"payload_mass",     "payload_center_of_mass", "payload_rotational_inertia",
-                                        "actuator_inertia", "base_tilt",              "external_stiffness"};
+    static const char *const names[] = {"payload_mass", "payload_center_of_mass", "payload_rotational_inertia", "actuator_inertia",
+                                        "base_tilt",    "external_stiffness"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         int effect = effect_find(names[i]);
         assert_true(effect >= 0);

@@ -12,8 +12,8 @@ struct security_params {
 };
 
 struct machine_params {
-    char name[PARAMS_TEXT_SIZE]; /* name on the bus (machine_name.h); "": the first of hexid, hexid-2,
-                                  * ... that is free */
+    char name[PARAMS_TEXT_SIZE]; /* name on the bus (machine_name.h); "": the first of hexid,
+                                  * hexid-2, ... that is free */
 };
 
 struct lcm_params {

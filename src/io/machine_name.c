@@ -242,7 +242,9 @@ static bool name_of(const char *file, char name[MACHINE_NAME_SIZE]) {
     return machine_name_valid(name);
 }
 
-static int by_name(const void *a, const void *b) { return strcmp(((const struct machine_name *)a)->name, ((const struct machine_name *)b)->name); }
+static int by_name(const void *a, const void *b) {
+    return strcmp(((const struct machine_name *)a)->name, ((const struct machine_name *)b)->name);
+}
 
 static int look_in(const char *path, const char *name, struct machine_name list[MACHINES_EACH], struct error *doubt) {
     struct error wrong;
