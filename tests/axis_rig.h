@@ -26,7 +26,8 @@ struct rig {
                                               * seals; stiffness of a spring that is relaxed at
                                               * mid-stroke */
     double lever_n, lever_m, lever_rad;      /* weight on a lever of this radius, at this angle from
-                                              * upright when the rod is at mid-stroke */
+                                              * hanging straight down when the rod is at
+                                              * mid-stroke */
     double seal_n, seal_m;                   /* force at which the seal slides, and its deflection
                                               * at that force */
     double along_stroke;                     /* relative variation of dry friction along the stroke,

@@ -186,24 +186,32 @@ static void a_systematic_error_beyond_its_tolerance_fails_by_its_name(void **unu
     assert_int_equal(judge(r).status, VERDICT_PASS);
 }
 
-/* A pressure at a time of rest is one measurement of two gains: leg 3's P1 is wrong by 5 %, and
- * its prior makes P2 look wrong, too. */
+/* Sets two gains of which the data tell the sum much better than each alone: inverse variances 1e6
+ * and each. Without priors the data say first and second. */
+static void set_pair(struct result *r, double each, double first, double second) {
+    int one = SYSTEMATIC_P1_GAIN + 2, other = SYSTEMATIC_P2_GAIN + 2;
+    double prior = 0.005, both = 1e6;
+    /* The inverse covariance with the prior is [[a, b], [b, a]]. */
+    double a = both + each + 1.0 / square(prior), b = both, determinant = a * a - b * b;
+    double p = (both + each) * first + both * second, q = both * first + (both + each) * second;
+    set_error(r, one, (a * p - b * q) / determinant, sqrt(a / determinant), prior);
+    set_error(r, other, (a * q - b * p) / determinant, sqrt(a / determinant), prior);
+    r->estimate.noise[UNKNOWN_SYSTEMATIC + one][UNKNOWN_SYSTEMATIC + other] = -b / determinant;
+    r->estimate.noise[UNKNOWN_SYSTEMATIC + other][UNKNOWN_SYSTEMATIC + one] = -b / determinant;
+}
+
+/* The prior of the wrong gain makes the other one look wrong, too, by 5 of its deviations. */
 static void an_error_is_not_laid_at_another_sensors_door(void **unused) {
     (void)unused;
     struct result *r = result_of(body);
-    int one = SYSTEMATIC_P1_GAIN + 2, other = SYSTEMATIC_P2_GAIN + 2;
-    double prior = 0.005, both = 1e6, each = 1.5e5; /* 1 / variance of what data tell of the sum,
-                                                     * and of each */
-    /* The inverse covariance with the prior is [[a, b], [b, a]]. Without it the data say 0.05 and
-     * 0. */
-    double a = both + each + 1.0 / square(prior), b = both, determinant = a * a - b * b;
-    double first = (both + each) * 0.05, second = both * 0.05;
-    set_error(r, one, (a * first - b * second) / determinant, sqrt(a / determinant), prior);
-    set_error(r, other, (a * second - b * first) / determinant, sqrt(a / determinant), prior);
-    r->estimate.noise[UNKNOWN_SYSTEMATIC + one][UNKNOWN_SYSTEMATIC + other] = -b / determinant;
-    r->estimate.noise[UNKNOWN_SYSTEMATIC + other][UNKNOWN_SYSTEMATIC + one] = -b / determinant;
+    set_pair(r, 1e4, 0.05, 0.0);
+    const struct systematic_found *other = &r->found.systematic[SYSTEMATIC_P2_GAIN + 2];
+    assert_true(fabs(other->value) > 4.5 * sqrt(square(other->prior) - square(other->std)));
     expect(r, "gain of P1, leg 3: +5 %");
     assert_int_equal(judge(r).reasons, 1);
+    set_pair(r, 1.5e5, 0.05, -0.04);
+    expect(r, "gain of P1, leg 3: +5 %");
+    expect(r, "gain of P2, leg 3: -4 %");
 }
 
 /* The matrix is negative in one direction, which makes that direction the worst of all. */

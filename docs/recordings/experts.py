@@ -140,7 +140,7 @@ def laws_of(effects):
             elif e['name'] == 'external_stiffness':
                 out = out + p['x'] * x
             elif e['name'] == 'lever_load':
-                y, w = x - middle, np.sqrt(complex(p['turn_per_m2']))
+                y, w = x - middle, np.sqrt(complex(p['turn_per_m2'] or 1e-9))
                 out = out + np.real(p['slope_n_per_m'] * np.sin(w * y) / w + p['bend_n_per_m2'] * (1 - np.cos(w * y)) / w**2)
             elif e['name'] == 'cylinder_coulomb_friction':
                 f = both(p, 'n')

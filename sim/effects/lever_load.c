@@ -4,9 +4,10 @@
 
 enum { SLOPE, BEND, TURN };
 
-/* sin(a) / a for square = a^2, and sinh(a) / a for square = -a^2; analytic in `square`. */
+/* sin(a) / a for square = a^2, and sinh(a) / a for square = -a^2; analytic in `square`. Beyond a = 30
+ * the latter stays, so that no number is infinite. */
 static double sinc(double square) {
-    double a = sqrt(fabs(square));
+    double a = fmin(sqrt(fabs(square)), square > 0.0 ? HUGE_VAL : 30.0);
     if (a < 1e-3) return 1.0 - square / 6.0;
     return square > 0.0 ? sin(a) / a : sinh(a) / a;
 }
@@ -28,11 +29,10 @@ const struct effect lever_load = {
                  "harmonic",
     .law_error = 0.02,
     .one_axis = true,
-    .keys =
-        {[SLOPE] = {.name = "slope_n_per_m", .unit = "N/m", .min = -1e7, .max = 1e7, .typical = 2e4},
-         [BEND] = {.name = "bend_n_per_m2", .unit = "N/m^2", .min = -1e9, .max = 1e9, .typical = 1e5},
-         [TURN] =
-             {.name = "turn_per_m2", .unit = "1/m^2", .min = -100.0, .max = 2500.0, .neutral = 1.0, .typical = 1.0, .shapes_law = true}},
+    .keys = {[SLOPE] = {.name = "slope_n_per_m", .unit = "N/m", .min = -1e7, .max = 1e7, .typical = 2e4},
+             [BEND] = {.name = "bend_n_per_m2", .unit = "N/m^2", .min = -1e9, .max = 1e9, .typical = 1e5},
+             [TURN] =
+                 {.name = "turn_per_m2", .unit = "1/m^2", .min = -2.5e4, .max = 2.5e4, .neutral = 1.0, .typical = 1.0, .shapes_law = true}},
     .contains = {&external_stiffness}, /* limit of this effect for no bend and no turn */
     .told_apart = {{.from = &external_stiffness,
                     .record = "`--tests x --set tests.frequency_hz=0.5 --set tests.amplitude_m=0.05`",

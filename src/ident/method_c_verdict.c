@@ -166,13 +166,15 @@ static void free_error(struct errors *e, int error, double prior) {
  * each with the size that it has without its prior. */
 static void check_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
     struct errors errors;
+    int found[SYSTEMATICS], count = 0;
     take_errors(f, &errors);
-    for (int i; (i = find_furthest(f, &errors, level)) >= 0;) {
+    for (int i; (i = find_furthest(f, &errors, level)) >= 0; found[count++] = i) free_error(&errors, i, f->result->systematic[i].prior);
+    for (int n = 0; n < count; n++) {
+        int i = found[n];
         const struct systematic_words *words = &systematic_families[systematic_family(i)];
         double prior = f->result->systematic[i].prior;
         char name[SYSTEMATIC_NAME];
         systematic_name(i, name);
-        free_error(&errors, i, prior);
         verdict_add(v, VERDICT_FAIL,
                     "%s: %+.3g %s +- %.2g, where model.tolerance.%s expects %.2g %s (standard deviation): correct sensor or configuration",
                     name, words->scale * errors.value[i], words->unit, NUMERIC_95 * words->scale * sqrt(errors.covariance[i][i]),

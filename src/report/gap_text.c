@@ -70,19 +70,19 @@ static void print_statements(FILE *out, const struct gap_result *r) {
     }
 }
 
-/* Prints the base's values that are as far off as model.tolerance allows. Any of them may be wrong
- * by more than that, so that what an effect explains may be its error. */
+/* Prints the base's values that are as far off as they may be. Any of them may be wrong by more
+ * than that, so that what an effect explains may be its error. */
 static void print_bounds(FILE *out, const struct gap_result *r) {
     char text[GAP_TEXT] = "";
     for (int i = 0; i < r->base_values; i++) {
         const struct gap_base_value *b = &r->base[i];
         size_t used = strlen(text);
         if (!b->bound) continue;
-        snprintf(text + used, sizeof text - used, "%s%s", used ? "; " : "as far off as model.tolerance allows: ", b->name);
+        snprintf(text + used, sizeof text - used, "%s%s", used ? "; " : "at their limit, ", b->name);
         used = strlen(text);
         if (b->leg >= 0) snprintf(text + used, sizeof text - used, " of leg %d", b->leg + 1);
         used = strlen(text);
-        snprintf(text + used, sizeof text - used, ", %.4g", b->value);
+        snprintf(text + used, sizeof text - used, " %.4g (given %.4g)", b->value, b->given);
     }
     if (*text) words_print(out, "  base:", text);
 }

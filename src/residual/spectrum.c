@@ -125,16 +125,22 @@ struct cycles_of_test {
                                  * averaged cycles */
 };
 
-/* Slope of the constants over all whole cycles, also those that are not averaged, so that both
- * halves of a test have one drift. 0 for fewer than three cycles. */
-static double slope_of(const struct cycles_of_test *c, spectrum_cycle *row, int ch, int leg) {
-    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+/* Finds the slope of the constants over all whole cycles, also those that are not averaged, so that
+ * both halves of a test have one drift; 0 if so few cycles say nothing about it. lost: degrees of
+ * freedom that the slope takes from the averaged cycles, their part of the sum of squares about the
+ * mean place. */
+static double slope_of(const struct cycles_of_test *c, spectrum_cycle *row, int ch, int leg, double *lost) {
+    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, own = 0.0, own_square = 0.0;
+    *lost = 0.0;
+    if (c->all < (c->averaged < c->all ? 4 : 3)) return 0.0;
+    for (int i = 0; i < c->averaged; i++) own += c->place[i], own_square += square(c->place[i]);
     for (int n = 0; n < c->all; n++) {
         int i = n < c->averaged ? n : CYCLES_MAX - 1 - n + c->averaged;
         double value = row[i][ch][leg][0];
         x += c->place[i], y += value, xx += c->place[i] * c->place[i], xy += c->place[i] * value;
     }
-    return c->all > 2 ? (c->all * xy - x * y) / (c->all * xx - x * x) : 0.0;
+    *lost = (own_square - square(own) / c->averaged) / (xx - x * x / c->all);
+    return (c->all * xy - x * y) / (c->all * xx - x * x);
 }
 
 /* Finds the mean of a coefficient over the averaged cycles, and the mean's standard deviation.
@@ -252,7 +258,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
     int samples = 0, alike[CYCLES_MAX];
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) {
-            double slope = slope_of(c, row, ch, k), lost = c->all > 2 ? (double)c->averaged / c->all : 0.0;
+            double lost, slope = slope_of(c, row, ch, k, &lost);
             s->drift[ch][k] = slope * s->omega / (2.0 * PI);
             for (int a = 0; a < 1 + 2 * s->harmonics; a++) {
                 for (int i = 0; i < c->averaged; i++) value[i] = row[i][ch][k][a] -= slope * c->ramp[a];

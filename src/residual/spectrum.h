@@ -25,7 +25,8 @@ struct spectrum {
                                   * of the noise of a sample's length, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
-    double drift[CHANNELS][LEGS];               /* slope of the cycles' constants, 1/s; 0 for a
+    double drift[CHANNELS][LEGS];               /* slope of the constants of all whole
+                                                 * cycles, 1/s; 0 for a
                                                  * segment */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the
                                                  * drift */
