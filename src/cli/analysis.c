@@ -262,7 +262,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error) {
     const struct identification *r = &a->ident.result;
     if (r->tests || r->method_c.matrix.evaluated || !a->motion.cycles) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "%.250s: nothing to identify: %.200s", path, r->no_method_c.text);
+    return error_set(error, STATUS_USAGE, "%.250s: nothing to identify: %.500s", path, r->no_method_c.text);
 }
 
 static void print_times(const char *what, const double us[4], FILE *out) {
