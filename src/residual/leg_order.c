@@ -30,9 +30,6 @@ static const double DECISIVE = 0.25, UNEXPLAINED = 0.05;
 /* An order cannot be distinguished from the best one if the share that it leaves unexplained is at
  * most ALIKE times the best one's, plus SAME. */
 static const double ALIKE = 1.3, SAME = 1e-4;
-/* Lengths follow a reference if their correlation is at least FOLLOWS. They follow it in another
- * order than the stated one if their correlation is larger by BETTER in that order. */
-static const double FOLLOWS = 0.8, BETTER = 0.2;
 
 struct leg_space {
     double legs[LEGS][LEGS];            /* inertia of the configured legs, along the legs */
@@ -297,24 +294,6 @@ void leg_order_symmetries(const struct params *params, char text[LEG_ORDER_TEXT]
         leg_places_name(&order[i], name);
         snprintf(text + used, LEG_ORDER_TEXT - used, "%s%s", used ? "; " : "", name);
     }
-}
-
-bool leg_order_by_reference(const double product[LEGS][LEGS], const double measured[LEGS], const double asked[LEGS],
-                            char text[LEG_ORDER_TEXT]) {
-    struct leg_places order[LEG_PLACES_COMMON];
-    char name[LEG_PLACES_NAME];
-    double follows[LEG_PLACES_COMMON] = {0}, whole = 0.0, wanted = 0.0;
-    int best = 0;
-    leg_places_common(order);
-    for (int k = 0; k < LEGS; k++) whole += measured[k], wanted += asked[k];
-    for (int i = 0; i < LEG_PLACES_COMMON; i++) {
-        for (int k = 0; k < LEGS; k++) follows[i] += product[order[i].place[k]][k] / sqrt(whole * wanted);
-        if (follows[i] > follows[best]) best = i;
-    }
-    if (!(follows[best] > FOLLOWS && follows[best] > follows[0] + BETTER)) return false;
-    leg_places_name(&order[best], name);
-    snprintf(text, LEG_ORDER_TEXT, "%s", name);
-    return true;
 }
 
 bool leg_order_of_drawing(const struct params *params, const double length_m[LEGS], double tolerance_m, char text[LEG_ORDER_TEXT]) {

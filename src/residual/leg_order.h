@@ -34,12 +34,6 @@ struct leg_order {
 int leg_order_find(const struct residual_data *data, const struct recording *recording, int first, struct leg_order *order,
                    struct error *error);
 
-/* True if the lengths follow the reference in another order than the stated one; `text` receives
- * this order. product: sums of products of measured and reference lengths; measured, asked: sums of
- * their squares. */
-bool leg_order_by_reference(const double product[LEGS][LEGS], const double measured[LEGS], const double asked[LEGS],
-                            char text[LEG_ORDER_TEXT]);
-
 /* True if these lengths fit the drawing at neutral only when the platform's joints are numbered in
  * another order than those of the base; `text` receives this order. */
 bool leg_order_of_drawing(const struct params *params, const double length_m[LEGS], double tolerance_m, char text[LEG_ORDER_TEXT]);

@@ -13,6 +13,7 @@
 #include "motion.h"
 #include "numeric.h"
 #include "params.h"
+#include "reference_match.h"
 #include "residual.h"
 #include "sort.h"
 #include "units.h"
@@ -37,8 +38,6 @@ static const double NOISE_MOST = 0.5;       /* a test or segment is not judged i
                                              * exceeds this share of its rms variation */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
-
-static const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref_phi_rad", "ref_theta_rad", "ref_psi_rad"};
 
 static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
@@ -128,15 +127,6 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     return STATUS_OK;
 }
 
-/* Second moments of the measured lengths and of the lengths by the reference, about their means.
- * They reveal wrong signs, exchanged legs and another machine. */
-struct leg_moments {
-    double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* product: measured times reference
-                                                              * length of each two legs, summed over
-                                                              * all tests; measured, asked: sums of
-                                                              * squares */
-};
-
 /* Guesses a missing reference as a sinusoid of the tested axis alone, with amplitude and phase
  * fitted to all legs. */
 static void guess_reference(const struct recording_test *t, const struct kinematics *k, const double mean[LEGS], double wave[2]) {
@@ -152,6 +142,7 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
         }
 }
 
+/* Adds a test's moments, which reveal wrong signs, exchanged legs and another machine. */
 static void add_test(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct leg_moments *m) {
     double mean[LEGS] = {0}, sum[LEGS] = {0}, asked[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz, n = 0.0;
     for (int i = t->first; i < t->end; i++) n += !t->sample[i].refused;
@@ -166,13 +157,17 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
         for (int a = 0; a < LEGS; a++) {
             double x = t->sample[i].length_m[a] - mean[a], y = asked[a] - k->neutral_length_m[a];
             sum[a] += y / n;
-            m->measured[a] += x * x, m->asked[a] += y * y;
-            for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
+            m->measured[a] += x * x;
+            for (int b = 0; b < LEGS; b++) {
+                double other = asked[b] - k->neutral_length_m[b];
+                m->product[a][b] += x * other, m->asked[a][b] += y * other;
+            }
         }
     }
     /* The reference is taken about its mean, as the lengths are, because a segment of a motion may
      * be far from neutral. */
-    for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
+    for (int a = 0; a < LEGS; a++)
+        for (int b = 0; b < LEGS; b++) m->asked[a][b] -= n * sum[a] * sum[b];
 }
 
 /* Refuses a reference against which all legs move; if a leg's sign were wrong, only this leg would.
@@ -184,21 +179,21 @@ static int check_reference(const struct recording *r, int first, int end, const 
     double product = 0.0, measured = 0.0, asked = 0.0;
     if (!r->measured.reference) return STATUS_OK;
     for (int i = first; i < end; i++) add_test(r, &r->test[i], k, &m);
-    for (int a = 0; a < LEGS; a++) product += m.product[a][a], measured += m.measured[a], asked += m.asked[a];
+    for (int a = 0; a < LEGS; a++) product += m.product[a][a], measured += m.measured[a], asked += m.asked[a][a];
     if (!(product < -0.5 * sqrt(measured * asked))) return STATUS_OK;
     return REFUSE("test %s: all legs move against the reference: the sign of its %s is wrong", test_name(t),
                   t->dof == DOF_NONE ? "reference" : reference_names[t->dof]);
 }
 
-/* Refuses a drawing that is rotated or mirrored against the reference, which lengths and forces
- * alone cannot show. */
-static int check_turned(const struct recording *r, const struct kinematics *k, struct error *error) {
+/* Refuses a drawing that is turned or mirrored against the reference, which lengths and forces
+ * alone cannot show, and legs that follow it in another order. */
+static int check_drawing(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
-    char order[LEG_ORDER_TEXT];
-    for (int i = first_of_run(r); i < r->tests && r->measured.reference; i++) add_test(r, &r->test[i], k, &m);
-    if (!r->measured.reference || !leg_order_by_reference((const double (*)[LEGS])m.product, m.measured, m.asked, order)) return STATUS_OK;
-    return REFUSE("the lengths follow the reference with %s, not as stated: legs are exchanged, or the drawing is turned or mirrored",
-                  order);
+    struct reference_match match;
+    if (!r->measured.reference) return STATUS_OK;
+    for (int i = first_of_run(r); i < r->tests; i++) add_test(r, &r->test[i], k, &m);
+    reference_match_find(r->params, &m, &match);
+    return match.refuted ? REFUSE("%s", match.text) : STATUS_OK;
 }
 
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
@@ -212,16 +207,16 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
         if (r->measured.reference || !(r->test[i].segment_s > 0.0)) add_test(r, &r->test[i], k, &m);
     }
     for (int a = 0; a < LEGS; a++) {
-        double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
+        double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a][a]), best = own;
         int like = a;
         if (!isfinite(own)) return STATUS_OK; /* the leg or its reference is at rest */
         for (int b = 0; b < LEGS; b++) {
-            double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b]);
+            double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b][b]);
             if (other > best + 0.2) best = other, like = b;
         }
         if (own < -0.5) return REFUSE("the length of leg %d moves against its reference: its sign is wrong", a + 1);
         if (like != a && best > 0.8) return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
-        double scale = sqrt(m.measured[a] / m.asked[a]);
+        double scale = sqrt(m.measured[a] / m.asked[a][a]);
         if (!(scale > 0.2 && scale < 2.0)) /* the lower limit is wide, because a loop that cannot
                                             * follow moves a leg less than asked */
             return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine", a + 1, scale);
@@ -654,7 +649,7 @@ int recording_check(struct recording *r, struct error *error) {
     struct residual_data data;
     status = residual_prepare(&data, r, CYCLES_ALL, error);
     if (!status && pose) status = check_order(r, &data, error);
-    if (!status && pose) status = check_turned(r, &k, error);
+    if (!status && pose) status = check_drawing(r, &k, error);
     if (!status) status = pose ? check_legs(r, &k, error) : check_axis(r, &data, error);
     if (!status && r->measured.pressures) status = check_supply(r, error);
     if (!status && pose && r->measured.pressures) status = check_pressures(r, error);
