@@ -161,6 +161,7 @@ void analysis_identify(struct analysis *a) {
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
+    r->refuted = rest.status && a->recording.refuted && !a->parts.all;
     /* the last segment of a long motion may be too short for equations; it is not evaluated as a
      * test */
     if (rest.status && a->parts.all) recording_free(&a->recording);
@@ -235,11 +236,15 @@ static bool gains_differ(const struct analysis *a) {
     return false;
 }
 
+/* Withdraws the matrices of a machine that is not the one that moved. */
+static void withhold(struct identification *id) { id->method_a.evaluated = id->modified_a.evaluated = id->method_b.evaluated = false; }
+
 struct verdicts analysis_verdicts(struct analysis *a) {
     const struct identification *id = &a->ident.result;
     const struct run_facts facts = {.sinusoids = analysis_sinusoids(a), .cycles = a->cycles, .overruns = a->overruns};
     const char *fault = last_fault(a);
     ident_solve(&a->ident);
+    if (id->refuted) withhold(&a->ident.result);
     struct verdicts v = {.run = verdict_of_data(a->params, id, &facts),
                          .method_a = verdict_of_matrix(a->params, id, &id->method_a, "method A"),
                          .modified_a = verdict_of_matrix(a->params, id, &id->modified_a, "modified method A"),

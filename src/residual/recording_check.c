@@ -605,6 +605,28 @@ static int exclude(struct recording *r, int test, const struct error *why) {
     return STATUS_OK;
 }
 
+/* Refuses lengths that this machine cannot have. k: NULL for a single axis; any: the motion is no
+ * steady sinusoid. */
+static int check_lengths(struct recording *r, const struct recording_test *t, const struct kinematics *k, bool any, struct error *error) {
+    int status = !k ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, k, error) : check_machine(r->params, t, k, error);
+    if (status == STATUS_USAGE) r->refuted = true;
+    return status;
+}
+
+/* Refuses a recording whose lengths, forces and reference are not those of the configured
+ * machine. */
+static int check_contradictions(struct recording *r, const struct residual_data *data, const struct kinematics *k, struct error *error) {
+    bool pose = params_mechanism(r->params)->pose;
+    int status = pose ? check_order(r, data, error) : STATUS_OK;
+    if (!status && pose) status = check_drawing(r, k, error);
+    if (!status) status = pose ? check_legs(r, k, error) : check_axis(r, data, error);
+    if (!status && r->measured.pressures) status = check_supply(r, error);
+    if (!status && pose && r->measured.pressures) status = check_pressures(r, error);
+    if (!status) status = check_drives(r, data, error);
+    if (status == STATUS_USAGE) r->refuted = true;
+    return status;
+}
+
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics k;
     bool pose = params_mechanism(r->params)->pose;
@@ -614,6 +636,7 @@ int recording_check(struct recording *r, struct error *error) {
     if (!r->measured.force) return REFUSE("neither pressures nor forces in the log: there is nothing to hold against the motion");
     if (r->runs > 1 && memcmp(&r->measured, &r->measured_before, sizeof r->measured))
         return REFUSE("it has not the same channels as the log before: pressures, valve commands or reference");
+    r->refuted = false;
     recording_settle(r);
     for (int i = first_of_run(r); i < r->tests; i++) {
         struct recording_test *t = &r->test[i];
@@ -628,10 +651,7 @@ int recording_check(struct recording *r, struct error *error) {
         if (!(seconds > 0.0)) return REFUSE("test %s: nothing in it is to be evaluated", test_name(t));
         status = check_channels(r, t, error);
         if (!status) status = check_frequency(t, params_legs(r->params), r->measured.reference, &any, error);
-        if (!status)
-            status = !pose ? check_stroke(r->params, t, error)
-                     : any ? check_reach(r->params, t, &k, error)
-                           : check_machine(r->params, t, &k, error);
+        if (!status) status = check_lengths(r, t, pose ? &k : NULL, any, error);
         if (!status && any) {
             int tests = r->tests;
             status = motion_cut(r, i, error);
@@ -648,12 +668,7 @@ int recording_check(struct recording *r, struct error *error) {
     run_at(r, first_of_run(r));
     struct residual_data data;
     status = residual_prepare(&data, r, CYCLES_ALL, error);
-    if (!status && pose) status = check_order(r, &data, error);
-    if (!status && pose) status = check_drawing(r, &k, error);
-    if (!status) status = pose ? check_legs(r, &k, error) : check_axis(r, &data, error);
-    if (!status && r->measured.pressures) status = check_supply(r, error);
-    if (!status && pose && r->measured.pressures) status = check_pressures(r, error);
-    if (!status) status = check_drives(r, &data, error);
+    if (!status) status = check_contradictions(r, &data, &k, error);
     residual_free(&data);
     return status;
 }
