@@ -215,12 +215,15 @@ static struct verdict judge_method_c(const struct analysis *a) {
         .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
 }
 
-/* Adds a note on what this recording cannot decide: a symmetry of the machine changes no length and
- * no force, so the legs may be numbered in another order than in the drawing. */
+/* Adds a note on what this recording cannot decide, because it changes no length and no force: the
+ * direction of x and y in the drawing, and a numbering of the legs that is a symmetry of the
+ * machine. */
 static void note_symmetries(const struct analysis *a, struct verdict *v) {
     char orders[LEG_ORDER_TEXT];
-    if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated) return;
+    if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated || !params_mechanism(a->params)->pose) return;
     leg_order_symmetries(a->params, orders);
+    verdict_note(v, "undecided without a recorded reference, as it changes no length and no force: whether both lists of joints are turned "
+                    "by any angle about z, or mirrored, against the machine's x and y");
     if (*orders) verdict_note(v, "undecided without a recorded reference, as it changes no length and no force: %s", orders);
 }
 
