@@ -20,6 +20,7 @@
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
+static const double TURNED_RAD = 0.3;   /* no motion has a mean pose that is turned by so much */
 static const double SENSOR_SCALE = 0.06; /* a difference of force and weight may come from wrong
                                           * scales of the sensors if it is less than this share of
                                           * the sum of the chambers' forces */
@@ -250,6 +251,20 @@ static int check_machine(const struct params *p, const struct recording_test *t,
         if (fabs(mean_m[leg] - k->neutral_length_m[leg]) > NEUTRAL_TOLERANCE_M)
             return refuse_length(p, t, leg, " at its middle", mean_m[leg], k->neutral_length_m[leg], error);
     return STATUS_OK;
+}
+
+/* Refuses a drawing in which no pose near neutral has the mean lengths, if they are those of
+ * neutral with the lists of joints in another order. */
+static int check_lists(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
+    double mean_m[LEGS], pose[DOFS] = {0}, turned = 0.0;
+    char order[LEG_ORDER_TEXT];
+    mean_lengths(t, mean_m);
+    bool converged = fk_solve(k, mean_m, pose).converged;
+    for (int i = DOF_PHI; i < DOFS; i++) turned = fmax(turned, fabs(pose[i]));
+    if ((converged && turned < TURNED_RAD) || !leg_order_of_drawing(p, mean_m, NEUTRAL_TOLERANCE_M, order)) return STATUS_OK;
+    return REFUSE("test %s: no pose of this drawing has these lengths: the joints of the platform are listed otherwise than those of the "
+                  "base: %s",
+                  test_name(t), order);
 }
 
 /* Refuses lengths beyond the end stops; between the stops any motion is allowed. */
@@ -608,7 +623,9 @@ static int exclude(struct recording *r, int test, const struct error *why) {
 /* Refuses lengths that this machine cannot have. k: NULL for a single axis; any: the motion is no
  * steady sinusoid. */
 static int check_lengths(struct recording *r, const struct recording_test *t, const struct kinematics *k, bool any, struct error *error) {
-    int status = !k ? check_stroke(r->params, t, error) : any ? check_reach(r->params, t, k, error) : check_machine(r->params, t, k, error);
+    int status = k && any ? check_lists(r->params, t, k, error) : STATUS_OK;
+    if (!status && !k) status = check_stroke(r->params, t, error);
+    if (!status && k) status = any ? check_reach(r->params, t, k, error) : check_machine(r->params, t, k, error);
     if (status == STATUS_USAGE) r->refuted = true;
     return status;
 }
