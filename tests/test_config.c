@@ -4,6 +4,7 @@
 
 #include "config_keys.h"
 #include "harmonics.h"
+#include "kinematics.h"
 
 static const char shipped[] = "config/tian2015.yaml";
 
@@ -519,6 +520,26 @@ static void keys_that_contradict_each_other_are_named(void **state) {
     }
 }
 
+/* Lists of joints that begin with different legs make legs of unequal lengths, which no limit
+ * encloses. */
+static void lists_of_joints_in_different_orders_are_named(void **state) {
+    (void)state;
+    static const char *const names[2] = {"leg 1 in place 5, counted on", "leg 1 in place 2, counted backwards"};
+    for (int n = 0; n < 2; n++) {
+        struct params p;
+        struct kinematics k;
+        struct error error = {0};
+        config_default(&p);
+        kinematics_place(&k, &p);
+        p.geometry.upper.given = true;
+        for (int i = 0; i < LEGS; i++)
+            for (int x = 0; x < 2; x++) p.geometry.upper.leg[i][x] = k.upper[n ? (7 - i) % LEGS : (i + 2) % LEGS][x];
+        assert_int_equal(config_check(&p, "rig.yaml", &error), STATUS_USAGE);
+        if (!strstr(error.text, "listed otherwise than those of the base") || !strstr(error.text, names[n]))
+            fail_msg("\"%s\" does not say \"%s\"", error.text, names[n]);
+    }
+}
+
 /* All contradictions are listed in one message, so that a new geometry is corrected in one round;
  * each key is named once. */
 static void all_that_contradicts_is_said_at_once(void **state) {
@@ -666,6 +687,7 @@ int main(void) {
         cmocka_unit_test(a_wrong_setting_is_reported_with_its_text),
         cmocka_unit_test(a_file_that_cannot_be_read_is_named),
         cmocka_unit_test(keys_that_contradict_each_other_are_named),
+        cmocka_unit_test(lists_of_joints_in_different_orders_are_named),
         cmocka_unit_test(all_that_contradicts_is_said_at_once),
         cmocka_unit_test(as_many_harmonics_as_the_regression_has_are_accepted),
         cmocka_unit_test(big_and_deep_text_is_refused),

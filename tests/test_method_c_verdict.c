@@ -211,7 +211,7 @@ static void an_error_is_not_laid_at_another_sensors_door(void **unused) {
     assert_int_equal(judge(r).reasons, 1);
     set_pair(r, 1.5e5, 0.05, -0.04);
     expect(r, "gain of P1, leg 3: +5 %");
-    expect(r, "gain of P2, leg 3: -4 %");
+    assert_non_null(strstr(judge(r).reason[1], "gain of P2, leg 3: -4 %"));
 }
 
 /* The matrix is negative in one direction, which makes that direction the worst of all. */

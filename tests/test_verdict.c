@@ -319,6 +319,23 @@ static void a_run_that_method_c_refused_is_not_evaluated_and_says_why(void **unu
     assert_one_reason(r, VERDICT_NOT_EVALUATED, "method C: another machine");
 }
 
+/* With another geometry than the machine's every method's matrix is wrong, however well its checks
+ * look. */
+static void where_the_machine_is_refuted_no_method_is_evaluated(void **unused) {
+    (void)unused;
+    struct run *r = good_run();
+    r->id.refuted = true;
+    r->id.test[2].achieved_amplitude = 0.0; /* by the wrong geometry */
+    error_set(&r->id.no_method_c, STATUS_USAGE, "legs 1 and 2 exchanged");
+    assert_one_reason(r, VERDICT_NOT_EVALUATED, "legs 1 and 2 exchanged");
+    struct verdicts v = judge_all(r);
+    assert_int_equal(v.method_a.status, VERDICT_NOT_EVALUATED);
+    assert_string_equal(v.method_a.reason[0], "legs 1 and 2 exchanged");
+    assert_non_null(strstr(v.run.scope, "no method's matrix"));
+    r->overruns = CYCLES;
+    assert_int_equal(judge(r).status, VERDICT_FAIL);
+}
+
 static void entries_that_method_c_leaves_open_in_tests_of_few_axes_are_not_evaluated(void **unused) {
     (void)unused;
     struct run *r = good_run();
@@ -394,6 +411,7 @@ int main(void) {
         cmocka_unit_test(a_failure_outweighs_what_was_not_evaluated_whichever_comes_first),
         cmocka_unit_test(the_run_has_the_verdict_of_method_c_where_that_has_a_result),
         cmocka_unit_test(a_run_that_method_c_refused_is_not_evaluated_and_says_why),
+        cmocka_unit_test(where_the_machine_is_refuted_no_method_is_evaluated),
         cmocka_unit_test(entries_that_method_c_leaves_open_in_tests_of_few_axes_are_not_evaluated),
         cmocka_unit_test(an_amplitude_without_a_reference_is_not_judged),
         cmocka_unit_test(reasons_beyond_the_last_place_still_count),

@@ -161,6 +161,7 @@ void analysis_identify(struct analysis *a) {
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
+    r->refuted = rest.status && a->recording.refuted && !a->parts.all;
     /* the last segment of a long motion may be too short for equations; it is not evaluated as a
      * test */
     if (rest.status && a->parts.all) recording_free(&a->recording);
@@ -214,12 +215,15 @@ static struct verdict judge_method_c(const struct analysis *a) {
         .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
 }
 
-/* Adds a note on what this recording cannot decide: a symmetry of the machine changes no length and
- * no force, so the legs may be numbered in another order than in the drawing. */
+/* Adds a note on what this recording cannot decide, because it changes no length and no force: the
+ * direction of x and y in the drawing, and a numbering of the legs that is a symmetry of the
+ * machine. */
 static void note_symmetries(const struct analysis *a, struct verdict *v) {
     char orders[LEG_ORDER_TEXT];
-    if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated) return;
+    if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated || !params_mechanism(a->params)->pose) return;
     leg_order_symmetries(a->params, orders);
+    verdict_note(v, "undecided without a recorded reference, as it changes no length and no force: whether both lists of joints are turned "
+                    "by any angle about z, or mirrored, against the machine's x and y");
     if (*orders) verdict_note(v, "undecided without a recorded reference, as it changes no length and no force: %s", orders);
 }
 
@@ -235,11 +239,15 @@ static bool gains_differ(const struct analysis *a) {
     return false;
 }
 
+/* Withdraws the matrices of a machine that is not the one that moved. */
+static void withhold(struct identification *id) { id->method_a.evaluated = id->modified_a.evaluated = id->method_b.evaluated = false; }
+
 struct verdicts analysis_verdicts(struct analysis *a) {
     const struct identification *id = &a->ident.result;
     const struct run_facts facts = {.sinusoids = analysis_sinusoids(a), .cycles = a->cycles, .overruns = a->overruns};
     const char *fault = last_fault(a);
     ident_solve(&a->ident);
+    if (id->refuted) withhold(&a->ident.result);
     struct verdicts v = {.run = verdict_of_data(a->params, id, &facts),
                          .method_a = verdict_of_matrix(a->params, id, &id->method_a, "method A"),
                          .modified_a = verdict_of_matrix(a->params, id, &id->modified_a, "modified method A"),
@@ -262,7 +270,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
 int analysis_identifies(const struct analysis *a, const char *path, struct error *error) {
     const struct identification *r = &a->ident.result;
     if (r->tests || r->method_c.matrix.evaluated || !a->motion.cycles) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "%.250s: nothing to identify: %.200s", path, r->no_method_c.text);
+    return error_set(error, STATUS_USAGE, "%.250s: nothing to identify: %.500s", path, r->no_method_c.text);
 }
 
 static void print_times(const char *what, const double us[4], FILE *out) {

@@ -29,6 +29,8 @@ struct identification {
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
     struct error no_method_c;     /* why method C was not evaluated */
+    bool refuted;                 /* the recording contradicts the configured machine, for the
+                                   * reason in no_method_c: no method has a result */
     struct rest_found rest;       /* readings at rest before the supply came on */
     struct weighing_found weighed;/* reading of a known weight, from two logs */
     /* Number of parts of a long motion, and of those without a result; 0 if the motion was

@@ -21,6 +21,9 @@ static const char of_run_c[] =
 static const char of_run_a[] =
     "method A's result (amplitudes reached, unwanted motion, symmetry, positive definiteness) and the run: the cycle's length, overruns, "
     "excluded samples, readings that live, steady mean forces; not the error against the nominal matrix";
+static const char of_refuted[] =
+    "the run: the cycle's length, overruns, excluded samples, readings that live, steady mean forces; no method's matrix, because the "
+    "recording contradicts the configured machine";
 static const char of_motion[] =
     "the run: overruns, excluded samples, whether the motion came to its end; not how far the platform was from its reference, and not the "
     "matrix, which method C refused";
@@ -150,6 +153,10 @@ struct verdict verdict_of_matrix(const struct params *params, const struct ident
                                  const char *name) {
     struct verdict v = {.status = VERDICT_PASS, .scope = of_matrix};
     const struct check_params *limit = &params->checks;
+    if (id->refuted) {
+        verdict_add(&v, VERDICT_NOT_EVALUATED, "%s", id->no_method_c.text);
+        return v;
+    }
     for (int i = 0; i < id->tests; i++) check_motion(&v, limit, &id->test[i]);
     if (m->evaluated) check_matrix(&v, limit, m, name);
     else verdict_add(&v, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
@@ -215,7 +222,7 @@ static void check_against_c(struct verdict *v, const struct check_params *limit,
 void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts) {
     const struct method_result *c = &id->method_c.matrix;
     bool by_c = c->evaluated, refused = !by_c && id->no_method_c.status, due = any_long_enough(params, id) || !facts->sinusoids;
-    v->run.scope = by_c ? of_run_c : facts->sinusoids ? of_run_a : of_motion;
+    v->run.scope = by_c ? of_run_c : id->refuted ? of_refuted : facts->sinusoids ? of_run_a : of_motion;
     if (by_c && v->method_c.status == VERDICT_PASS) {
         check_against_c(&v->method_a, &params->checks, &id->method_a, c);
         check_against_c(&v->modified_a, &params->checks, &id->modified_a, c);
@@ -226,6 +233,8 @@ void verdict_of_run(struct verdicts *v, const struct params *params, const struc
         check_over_time(&id->over_time, &v->run);
         if (facts->sinusoids && !id->method_a.evaluated && !all_determined(c))
             verdict_add(&v->run, VERDICT_NOT_EVALUATED, "matrix: needs complete tests of all six axes");
+    } else if (id->refuted) {
+        verdict_add(&v->run, VERDICT_NOT_EVALUATED, "%s", id->no_method_c.text);
     } else {
         if (refused && !due) verdict_note(&v->run, "method C: %s", id->no_method_c.text);
         if (refused && due) verdict_add(&v->run, VERDICT_NOT_EVALUATED, "method C: %s", id->no_method_c.text);

@@ -8,6 +8,7 @@
 #include "blind_time.h"
 #include "effect.h"
 #include "kinematics.h"
+#include "leg_places.h"
 #include "machine_name.h"
 #include "params.h"
 #include "units.h"
@@ -108,6 +109,45 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
             drop, i + 1, parked, l->length_min_m[i], shortest);
 }
 
+/* Finds the shortest and the longest leg at neutral if leg k has the joint order->place[k] of the
+ * platform. Returns true if the limits enclose all legs. */
+static bool neutral_range(const struct params *p, const struct kinematics *k, const struct leg_places *order, double range_m[2]) {
+    struct kinematics listed = *k;
+    double length_m[LEGS];
+    bool within = true;
+    for (int i = 0; i < LEGS; i++) memcpy(listed.upper[i], k->upper[order->place[i]], sizeof listed.upper[i]);
+    ik_lengths(&listed, (double[DOFS]){0}, length_m);
+    range_m[0] = HUGE_VAL, range_m[1] = 0.0;
+    for (int i = 0; i < LEGS; i++) {
+        range_m[0] = fmin(range_m[0], length_m[i]), range_m[1] = fmax(range_m[1], length_m[i]);
+        within = within && p->limits.length_min_m[i] < length_m[i] && length_m[i] < p->limits.length_max_m[i];
+    }
+    return within;
+}
+
+/* Names the order of the platform's joints that makes the legs alike and fit the limits, if the
+ * stated one makes them unequal: then the two lists do not begin with the same leg. */
+static void check_lists(struct checker *c, const struct params *p, const struct kinematics *k) {
+    static const double alike = 0.25; /* share of the stated order's range */
+    struct leg_places order[LEG_PLACES_COMMON];
+    double range_m[LEG_PLACES_COMMON][2], least_m;
+    char name[LEG_PLACES_NAME];
+    int best = 0;
+    leg_places_common(order);
+    neutral_range(p, k, &order[0], range_m[0]);
+    least_m = alike * (range_m[0][1] - range_m[0][0]);
+    for (int i = 1; i < LEG_PLACES_COMMON; i++) {
+        bool within = neutral_range(p, k, &order[i], range_m[i]);
+        if (within && range_m[i][1] - range_m[i][0] < least_m) best = i, least_m = range_m[i][1] - range_m[i][0];
+    }
+    leg_places_name(&order[best], name);
+    require(
+        c, !best,
+        "the joints of the platform seem to be listed otherwise than those of the base: with %s, the legs would be %.4g to %.4g m long at "
+        "neutral, not %.4g to %.4g m",
+        name, range_m[best][0], range_m[best][1], range_m[0][0], range_m[0][1]);
+}
+
 /* Checks each leg's stroke and limits. Returns false if the legs cannot move at all. */
 static bool check_legs(struct checker *c, const struct params *p) {
     struct kinematics k;
@@ -116,6 +156,7 @@ static bool check_legs(struct checker *c, const struct params *p) {
     kinematics_place(&k, p);
     ik_lengths(&k, (double[DOFS]){[DOF_Z] = p->motion.park_z_m}, parked);
     for (int i = 0; i < LEGS; i++) check_leg(c, p, i, &k, parked[i]);
+    if (c->count > wrong && (p->geometry.upper.given || p->geometry.lower.given)) check_lists(c, p, &k);
     return c->count == wrong;
 }
 

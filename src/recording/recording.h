@@ -67,6 +67,8 @@ struct recording {
     struct recording_test test[RECORDING_TESTS];
     int excluded;                /* number of records that recording_check() left out because others
                                   * can be evaluated */
+    bool refuted;                /* recording_check() found that lengths, forces or reference
+                                  * contradict the configured machine */
     struct error exclusion;      /* reason why recording_check() left out the last of these
                                   * records */
 };

@@ -75,6 +75,7 @@ static void fact_verdict(FILE *out, const struct identification_log *l) {
 static void fact_methods(FILE *out, const struct identification_log *l) {
     const struct identification *id = l->id;
     if (id->method_a.evaluated) fputs("A, modified A, B", out);
+    else if (id->refuted) fputs("not A and B: the recording contradicts the configured machine", out);
     else fputs(l->sinusoids ? "not A and B: they need complete tests of all six axes" : "not A and B: for one axis after another", out);
     if (id->method_c.matrix.evaluated) fputs(id->method_a.evaluated ? ", C" : "; C", out);
     else html_print(out, "; not C%s%s", id->no_method_c.status ? ": " : "", id->no_method_c.status ? id->no_method_c.text : "");

@@ -70,7 +70,8 @@ static void section_matrices(FILE *out, const struct identification_log *l, cons
               "does not excite it, or not apart from others.</p>\n",
               out);
     if (l->sinusoids && !l->id->method_a.evaluated)
-        fputs("<p class=\"notice\">Methods A and B: not evaluated: they need complete tests of all six axes.</p>\n", out);
+        html_print(out, "<p class=\"notice\">Methods A and B: not evaluated: %s.</p>\n",
+                   l->id->refuted ? "the recording contradicts the configured machine" : "they need complete tests of all six axes");
     if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", out);
     if (!c->matrix.evaluated && l->id->no_method_c.status)
         html_print(out, "<p class=\"notice\">Method C: not evaluated: %s</p>\n", l->id->no_method_c.text);

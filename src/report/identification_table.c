@@ -226,10 +226,16 @@ static void print_method_c(FILE *out, const struct identification *id) {
     fprintf(out, "\n");
 }
 
+/* Says why methods A and B have no matrix. */
+static void print_no_matrix(FILE *out, const struct identification *id) {
+    fprintf(out, "matrix    not evaluated: %s\n",
+            id->refuted ? "the recording contradicts the configured machine" : "needs complete tests of all six axes");
+}
+
 static void print_methods_a_b(FILE *out, const struct identification *id) {
     int decimals = identification_decimals(id->nominal_mt);
     if (!id->method_a.evaluated) {
-        fprintf(out, "matrix    not evaluated: needs complete tests of all six axes\n");
+        print_no_matrix(out, id);
         return;
     }
     fprintf(out, "%-4s %-6s %8s  %16s  %16s  %16s %7s\n", "", "unit", "nominal", "method A error %", "modif. A error %", "method B error %",
@@ -274,7 +280,7 @@ void identification_brief_print(FILE *out, const struct identification *id, bool
     const struct method_c *c = &id->method_c;
     double nominal[DOFS], found[DOFS], error_pct[DOFS], interval_pct[DOFS];
     fputc('\n', out);
-    if (sinusoids && !id->method_a.evaluated) fprintf(out, "matrix    not evaluated: needs complete tests of all six axes\n");
+    if (sinusoids && !id->method_a.evaluated) print_no_matrix(out, id);
     if (!c->matrix.evaluated) {
         if (id->no_method_c.status) fprintf(out, "method C  not evaluated: %s\n\n", id->no_method_c.text);
         return;

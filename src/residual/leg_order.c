@@ -6,6 +6,7 @@
 
 #include "dense.h"
 #include "kinematics.h"
+#include "leg_places.h"
 #include "lin.h"
 #include "numeric.h"
 #include "params.h"
@@ -14,8 +15,6 @@
 /* Quantities of each leg whose products are summed. */
 enum quantity { LENGTH, RATE, ACCELERATION, SIGN, FORCE, QUANTITIES };
 enum { ALL = QUANTITIES * LEGS, BODY = 10, VISCOUS = BODY, DRY = VISCOUS + LEGS, UNKNOWNS = DRY + LEGS };
-/* Orders: the stated one, 15 exchanges, 5 that count from another leg, 6 that count backwards. */
-enum { ORDERS = 1 + 15 + 5 + 6 };
 enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
 
 /* Error of any model, as a share of the force's rms variation. */
@@ -25,20 +24,12 @@ static const double FLOOR = 0.02;
  * one such deviation. */
 static const double PRIOR = 0.5, PRIOR_COST = 0.02;
 /* An order refutes the stated one if its unexplained share is less than DECISIVE times the stated
- * order's, and the stated order's share exceeds UNEXPLAINED, more than any sensor's error or
- * friction causes. */
+ * order's (of another machine that is above 1), and the stated order's share exceeds UNEXPLAINED,
+ * more than any sensor's error or friction causes. */
 static const double DECISIVE = 0.25, UNEXPLAINED = 0.05;
 /* An order cannot be distinguished from the best one if the share that it leaves unexplained is at
  * most ALIKE times the best one's, plus SAME. */
 static const double ALIKE = 1.3, SAME = 1e-4;
-/* Lengths follow a reference if their correlation is at least FOLLOWS. They follow it in another
- * order than the stated one if their correlation is larger by BETTER in that order. */
-static const double FOLLOWS = 0.8, BETTER = 0.2;
-
-struct order {
-    int leg[LEGS]; /* index of the channel, from 0, that belongs to leg k in this order */
-    char name[40];
-};
 
 struct leg_space {
     double legs[LEGS][LEGS];            /* inertia of the configured legs, along the legs */
@@ -188,36 +179,13 @@ static void add_test(struct work *w, const struct residual_test *t, double lambd
 
 /* --- orders */
 
-static int next(int leg, int by) { return ((leg + by) % LEGS + LEGS) % LEGS; }
-
-static int list_orders(struct order order[ORDERS]) {
-    int n = 0;
-    for (int k = 0; k < LEGS; k++) order[0].leg[k] = k;
-    snprintf(order[n++].name, sizeof order->name, "as stated");
-    for (int a = 0; a < LEGS; a++)
-        for (int b = a + 1; b < LEGS; b++) {
-            order[n] = order[0];
-            order[n].leg[a] = b, order[n].leg[b] = a;
-            snprintf(order[n++].name, sizeof order->name, "legs %d and %d exchanged", a + 1, b + 1);
-        }
-    for (int by = 1; by < LEGS; by++, n++) {
-        for (int k = 0; k < LEGS; k++) order[n].leg[k] = next(k, by);
-        snprintf(order[n].name, sizeof order->name, "leg 1 in place %d, counted on", order[n].leg[0] + 1);
-    }
-    for (int sum = 0; sum < LEGS; sum++, n++) {
-        for (int k = 0; k < LEGS; k++) order[n].leg[k] = next(sum, -k);
-        snprintf(order[n].name, sizeof order->name, "leg 1 in place %d, counted backwards", order[n].leg[0] + 1);
-    }
-    return n;
-}
-
 /* Sum of the products of two forms of one leg. A form is a row of a matrix times a quantity of all
  * legs; the quantities are p and q. */
 static double between(const struct work *w, const double *one, enum quantity p, const double *other, enum quantity q,
-                      const struct order *lengths) {
+                      const struct leg_places *lengths) {
     double sum = 0.0;
     for (int i = 0; i < LEGS; i++)
-        for (int j = 0; j < LEGS; j++) sum += one[i] * other[j] * w->product[at(p, lengths->leg[i])][at(q, lengths->leg[j])];
+        for (int j = 0; j < LEGS; j++) sum += one[i] * other[j] * w->product[at(p, lengths->place[i])][at(q, lengths->place[j])];
     return sum;
 }
 
@@ -233,27 +201,28 @@ static const double *form_of(const struct leg_space *s, int unknown, int leg, do
 
 /* Product of a column and the target of a leg, which is its force less the forces of the configured
  * legs and weight. */
-static double with_target(const struct work *w, const double *form, enum quantity q, int leg, const struct order *lengths,
-                          const struct order *forces) {
+static double with_target(const struct work *w, const double *form, enum quantity q, int leg, const struct leg_places *lengths,
+                          const struct leg_places *forces) {
     double sum = 0.0;
-    for (int i = 0; i < LEGS; i++) sum += form[i] * w->product[at(q, lengths->leg[i])][at(FORCE, forces->leg[leg])];
+    for (int i = 0; i < LEGS; i++) sum += form[i] * w->product[at(q, lengths->place[i])][at(FORCE, forces->place[leg])];
     return sum - between(w, form, q, w->space.legs[leg], ACCELERATION, lengths) -
            between(w, form, q, w->space.weight[leg], LENGTH, lengths);
 }
 
 /* Square of the target of a leg (with_target). */
-static double target_square(const struct work *w, int leg, const struct order *lengths, const struct order *forces) {
+static double target_square(const struct work *w, int leg, const struct leg_places *lengths, const struct leg_places *forces) {
     const double *legs = w->space.legs[leg], *weight = w->space.weight[leg];
-    int f = at(FORCE, forces->leg[leg]);
+    int f = at(FORCE, forces->place[leg]);
     double sum = w->product[f][f] + between(w, legs, ACCELERATION, legs, ACCELERATION, lengths) +
                  between(w, weight, LENGTH, weight, LENGTH, lengths) + 2.0 * between(w, legs, ACCELERATION, weight, LENGTH, lengths);
     for (int i = 0; i < LEGS; i++)
-        sum -= 2.0 * (legs[i] * w->product[at(ACCELERATION, lengths->leg[i])][f] + weight[i] * w->product[at(LENGTH, lengths->leg[i])][f]);
+        sum -= 2.0 *
+               (legs[i] * w->product[at(ACCELERATION, lengths->place[i])][f] + weight[i] * w->product[at(LENGTH, lengths->place[i])][f]);
     return sum;
 }
 
 /* Share of the varying force that an order leaves unexplained, the cost of its payload included. */
-static double unexplained(const struct work *w, const struct order *lengths, const struct order *forces) {
+static double unexplained(const struct work *w, const struct leg_places *lengths, const struct leg_places *forces) {
     const struct leg_space *s = &w->space;
     double normal[UNKNOWNS * UNKNOWNS] = {0}, with[UNKNOWNS] = {0}, left = 0.0, whole = 0.0;
     for (int k = 0; k < LEGS; k++) {
@@ -292,11 +261,11 @@ static double apart(const double a[3], const double b[3]) { return sqrt(square(a
 
 /* True if the drawing with its legs in this order is the same up to a rotation or a reflection,
  * because all distances between its joints are the same. */
-static bool symmetric(const struct kinematics *k, const struct order *order) {
+static bool symmetric(const struct kinematics *k, const struct leg_places *order) {
     static const double same_m = 1e-4;
     for (int a = 0; a < LEGS; a++)
         for (int b = 0; b < LEGS; b++) {
-            int c = order->leg[a], d = order->leg[b];
+            int c = order->place[a], d = order->place[b];
             if (fabs(apart(k->upper[a], k->upper[b]) - apart(k->upper[c], k->upper[d])) > same_m) return false;
             if (fabs(apart(k->lower[a], k->lower[b]) - apart(k->lower[c], k->lower[d])) > same_m) return false;
             if (fabs(apart(k->upper[a], k->lower[b]) - apart(k->upper[c], k->lower[d])) > same_m) return false;
@@ -304,90 +273,183 @@ static bool symmetric(const struct kinematics *k, const struct order *order) {
     return true;
 }
 
-void leg_order_symmetries(const struct params *params, char text[LEG_ORDER_TEXT]) {
-    struct kinematics k;
-    struct order order[ORDERS];
-    int orders = list_orders(order);
-    kinematics_place(&k, params);
-    text[0] = '\0';
-    for (int i = 1; i < orders; i++) {
-        size_t used = strlen(text);
-        if (symmetric(&k, &order[i])) snprintf(text + used, LEG_ORDER_TEXT - used, "%s%s", used ? "; " : "", order[i].name);
-    }
+static bool any_symmetry(const struct kinematics *k) {
+    struct leg_places order[LEG_PLACES_COMMON];
+    bool any = false;
+    leg_places_common(order);
+    for (int i = 1; i < LEG_PLACES_COMMON; i++) any = any || symmetric(k, &order[i]);
+    return any;
 }
 
-bool leg_order_by_reference(const double product[LEGS][LEGS], const double measured[LEGS], const double asked[LEGS],
-                            char text[LEG_ORDER_TEXT]) {
-    struct order order[ORDERS];
-    int orders = list_orders(order), best = 0;
-    double follows[ORDERS] = {0}, whole = 0.0, wanted = 0.0;
-    for (int k = 0; k < LEGS; k++) whole += measured[k], wanted += asked[k];
-    for (int i = 0; i < orders; i++) {
-        for (int k = 0; k < LEGS; k++) follows[i] += product[order[i].leg[k]][k] / sqrt(whole * wanted);
-        if (follows[i] > follows[best]) best = i;
+void leg_order_symmetries(const struct params *params, char text[LEG_ORDER_TEXT]) {
+    struct kinematics k;
+    struct leg_places order[LEG_PLACES_COMMON];
+    char name[LEG_PLACES_NAME];
+    leg_places_common(order);
+    kinematics_place(&k, params);
+    text[0] = '\0';
+    for (int i = 1; i < LEG_PLACES_COMMON; i++) {
+        size_t used = strlen(text);
+        if (!symmetric(&k, &order[i])) continue;
+        leg_places_name(&order[i], name);
+        snprintf(text + used, LEG_ORDER_TEXT - used, "%s%s", used ? "; " : "", name);
     }
-    if (!(follows[best] > FOLLOWS && follows[best] > follows[0] + BETTER)) return false;
-    snprintf(text, LEG_ORDER_TEXT, "%s", order[best].name);
-    return true;
 }
 
 bool leg_order_of_drawing(const struct params *params, const double length_m[LEGS], double tolerance_m, char text[LEG_ORDER_TEXT]) {
     struct kinematics k;
-    struct order order[ORDERS];
-    int orders = list_orders(order);
+    struct leg_places order[LEG_PLACES_COMMON];
+    char name[LEG_PLACES_NAME];
+    leg_places_common(order);
     kinematics_place(&k, params);
-    for (int i = 0; i < orders; i++) {
+    for (int i = 0; i < LEG_PLACES_COMMON; i++) {
         bool fits = true;
         for (int leg = 0; leg < LEGS; leg++)
-            fits = fits && fabs(apart(k.upper[order[i].leg[leg]], k.lower[leg]) - length_m[leg]) <= tolerance_m;
+            fits = fits && fabs(apart(k.upper[order[i].place[leg]], k.lower[leg]) - length_m[leg]) <= tolerance_m;
         if (!fits) continue;
-        snprintf(text, LEG_ORDER_TEXT, "%s", order[i].name);
+        leg_places_name(&order[i], name);
+        snprintf(text, LEG_ORDER_TEXT, "%s", name);
         return i > 0;
     }
     return false;
 }
 
+/* Orders of both channels, and the share of the varying force that they leave unexplained. */
 struct candidate {
-    enum target target;
-    const struct order *order;
+    struct leg_places of[2]; /* of the lengths and of the forces */
     double share;
 };
 
+static void rate(const struct work *w, struct candidate *c) { c->share = unexplained(w, &c->of[0], &c->of[1]); }
+
+/* True if a candidate explains so much more than another one that this is no chance. */
+static bool explains_more(const struct candidate *c, const struct candidate *than) { return ALIKE * c->share + SAME < than->share; }
+
+/* Exchanges two legs of the lengths, of the forces or of both, as long as that explains more. */
+static void go_on(const struct work *w, struct candidate *best) {
+    for (bool better = true; better;) {
+        struct candidate from = *best;
+        better = false;
+        for (enum target target = OF_LENGTHS; target < TARGETS; target++)
+            for (int a = 0; a < LEGS; a++)
+                for (int b = a + 1; b < LEGS; b++) {
+                    struct candidate c = from;
+                    if (target != OF_FORCES) c.of[0] = leg_places_exchanged(&from.of[0], a, b);
+                    if (target != OF_LENGTHS) c.of[1] = leg_places_exchanged(&from.of[1], a, b);
+                    rate(w, &c);
+                    if (!explains_more(&c, &from) || c.share >= best->share) continue;
+                    *best = c, better = true;
+                }
+    }
+}
+
+static void describe(const struct candidate *c, const char *force, char *text, size_t size) {
+    char lengths[LEG_PLACES_NAME], forces[LEG_PLACES_NAME];
+    leg_places_name(&c->of[0], lengths), leg_places_name(&c->of[1], forces);
+    if (leg_places_stated(&c->of[1])) snprintf(text, size, "lengths: %s", lengths);
+    else if (leg_places_stated(&c->of[0])) snprintf(text, size, "%s: %s", force, forces);
+    else if (!strcmp(lengths, forces)) snprintf(text, size, "lengths and %s, or the drawing: %s", force, lengths);
+    else snprintf(text, size, "lengths: %s, and %s: %s", lengths, force, forces);
+}
+
+static enum target target_of(const struct candidate *c) {
+    return leg_places_stated(&c->of[1]) ? OF_LENGTHS : leg_places_stated(&c->of[0]) ? OF_FORCES : OF_BOTH;
+}
+
 /* Writes the best orders, one for each target; all others that explain as much differ from it by a
- * symmetry of the machine. */
-static void describe(const struct candidate *c, int candidates, const char *force, double best, char text[LEG_ORDER_TEXT]) {
-    char both[48];
-    snprintf(both, sizeof both, "lengths and %s, or the drawing", force);
-    const char *const what[TARGETS] = {"lengths", force, both};
+ * symmetry of the machine. others: true if the machine has one. */
+static void describe_all(const struct candidate *c, int candidates, const char *force, double best, bool others,
+                         char text[LEG_ORDER_TEXT]) {
     int named[TARGETS] = {0};
-    bool others = false;
     text[0] = '\0';
     for (int i = 0; i < candidates; i++) {
         size_t used = strlen(text);
         if (c[i].share > ALIKE * best + SAME) continue;
-        if (named[c[i].target]++) others = true;
-        else snprintf(text + used, LEG_ORDER_TEXT - used, "%s%s: %s", used ? "; or " : "", what[c[i].target], c[i].order->name);
+        if (named[target_of(&c[i])]++) {
+            others = true;
+            continue;
+        }
+        snprintf(text + used, LEG_ORDER_TEXT - used, "%s", used ? "; or " : "");
+        used = strlen(text);
+        describe(&c[i], force, text + used, LEG_ORDER_TEXT - used);
     }
     size_t used = strlen(text);
     if (others) snprintf(text + used, LEG_ORDER_TEXT - used, ", or what a symmetry of the machine makes of it");
 }
 
-static void compare(const struct work *w, const struct params *params, bool pressures, struct leg_order *result) {
-    struct order order[ORDERS];
-    struct candidate candidate[TARGETS * ORDERS];
-    struct kinematics k;
-    int orders = list_orders(order), n = 0;
-    kinematics_place(&k, params);
-    result->stated = result->best = unexplained(w, &order[0], &order[0]);
+/* Rates the common orders of each target. Returns their number. */
+static int rate_common(const struct work *w, const struct kinematics *k, struct candidate *candidate) {
+    struct leg_places order[LEG_PLACES_COMMON];
+    int n = 0;
+    leg_places_common(order);
     for (enum target target = OF_LENGTHS; target < TARGETS; target++)
-        for (int i = 1; i < orders; i++) {
-            if (target == OF_BOTH && symmetric(&k, &order[i])) continue;
-            double share = unexplained(w, &order[target == OF_FORCES ? 0 : i], &order[target == OF_LENGTHS ? 0 : i]);
-            candidate[n++] = (struct candidate){target, &order[i], share};
-            result->best = fmin(result->best, share);
+        for (int i = 1; i < LEG_PLACES_COMMON; i++) {
+            if (target == OF_BOTH && symmetric(k, &order[i])) continue;
+            candidate[n] = (struct candidate){.of = {order[target == OF_FORCES ? 0 : i], order[target == OF_LENGTHS ? 0 : i]}};
+            rate(w, &candidate[n++]);
         }
-    result->refuted = result->stated > UNEXPLAINED && result->best < DECISIVE * result->stated;
-    if (result->refuted) describe(candidate, n, pressures ? "pressures" : "forces", result->best, result->text);
+    return n;
+}
+
+static double least_share(const struct candidate *c, int candidates, double least) {
+    for (int i = 0; i < candidates; i++) least = fmin(least, c[i].share);
+    return least;
+}
+
+/* Number of exchanges of two legs that lead to both orders. */
+static int exchanges(const struct candidate *c) { return leg_places_exchanges(&c->of[0]) + leg_places_exchanges(&c->of[1]); }
+
+/* Replaces a candidate by one that explains more, or as much with fewer exchanges. */
+static void prefer(struct candidate *best, const struct candidate *c) {
+    if (explains_more(c, best) || (!explains_more(best, c) && exchanges(c) < exchanges(best))) *best = *c;
+}
+
+/* Rates all 720 orders of each target, from `order`, whose first `leg` places are settled. */
+static void rate_all(const struct work *w, const struct leg_places *order, int leg, struct candidate best[TARGETS]) {
+    const struct leg_places *stated = &best[OF_LENGTHS].of[1];
+    if (leg == LEGS && leg_places_stated(order)) return;
+    for (int other = leg; other < LEGS; other++) {
+        struct leg_places next = leg_places_exchanged(order, leg, other);
+        rate_all(w, &next, leg + 1, best);
+    }
+    for (enum target target = OF_LENGTHS; leg == LEGS && target < TARGETS; target++) {
+        struct candidate c = {.of = {target == OF_FORCES ? *stated : *order, target == OF_LENGTHS ? *stated : *order}};
+        rate(w, &c);
+        prefer(&best[target], &c);
+    }
+}
+
+/* Finds the best of all orders for each target. If none of them is decisive, lengths and forces may
+ * be in two different orders, which are found from these by further exchanges. Returns the number
+ * of candidates. */
+static int rate_rare(const struct work *w, double decisive, struct candidate best[TARGETS]) {
+    struct leg_places order[LEG_PLACES_COMMON];
+    leg_places_common(order);
+    for (enum target target = OF_LENGTHS; target < TARGETS; target++)
+        best[target] = (struct candidate){.of = {order[0], order[0]}, .share = HUGE_VAL};
+    rate_all(w, &order[0], 0, best);
+    double least = HUGE_VAL;
+    for (enum target target = OF_LENGTHS; target < TARGETS; target++) least = fmin(least, best[target].share);
+    for (enum target target = OF_LENGTHS; target < TARGETS && !(least < decisive); target++) go_on(w, &best[target]);
+    return TARGETS;
+}
+
+static void compare(const struct work *w, const struct params *params, bool pressures, struct leg_order *result) {
+    struct leg_places order[LEG_PLACES_COMMON];
+    struct candidate candidate[TARGETS * LEG_PLACES_COMMON];
+    struct kinematics k;
+    leg_places_common(order);
+    kinematics_place(&k, params);
+    result->stated = unexplained(w, &order[0], &order[0]);
+    int n = rate_common(w, &k, candidate);
+    result->best = least_share(candidate, n, result->stated);
+    double decisive = DECISIVE * fmin(result->stated, 1.0);
+    if (result->stated > UNEXPLAINED && !(result->best < decisive)) {
+        n = rate_rare(w, decisive, candidate);
+        result->best = least_share(candidate, n, result->stated);
+    }
+    result->refuted = result->stated > UNEXPLAINED && result->best < decisive;
+    if (result->refuted) describe_all(candidate, n, pressures ? "pressures" : "forces", result->best, any_symmetry(&k), result->text);
 }
 
 int leg_order_find(const struct residual_data *data, const struct recording *r, int first, struct leg_order *order, struct error *error) {

@@ -10,14 +10,17 @@
  * change. So the products of all channels are summed once over the coefficient rows of a recording.
  * From them a least squares fit of the 22 unknowns yields, for each order, the share of the varying
  * force that the order leaves unexplained. A prior increases this share if the payload is far from
- * the configured one. The stated order is refuted if another one explains decisively more. Ordinary
+ * the configured one. The stated order is refuted if another one explains decisively more.
+ *
+ * The common orders (leg_places.h) are tried first. If the stated one fits badly and none of them
+ * is decisive, all 720 are tried, and then lengths and forces in two different orders. Ordinary
  * threads; heap. */
 #ifndef HEXID_LEG_ORDER_H
 #define HEXID_LEG_ORDER_H
 
 #include "residual.h"
 
-enum { LEG_ORDER_TEXT = 240 };
+enum { LEG_ORDER_TEXT = 320 };
 
 struct leg_order {
     bool refuted;           /* another order than the stated one explains the forces */
@@ -30,12 +33,6 @@ struct leg_order {
 /* Compares the orders for the tests of a recording from `first` on. Returns -3 without memory. */
 int leg_order_find(const struct residual_data *data, const struct recording *recording, int first, struct leg_order *order,
                    struct error *error);
-
-/* True if the lengths follow the reference in another order than the stated one; `text` receives
- * this order. product: sums of products of measured and reference lengths; measured, asked: sums of
- * their squares. */
-bool leg_order_by_reference(const double product[LEGS][LEGS], const double measured[LEGS], const double asked[LEGS],
-                            char text[LEG_ORDER_TEXT]);
 
 /* True if these lengths fit the drawing at neutral only when the platform's joints are numbered in
  * another order than those of the base; `text` receives this order. */

@@ -13,12 +13,14 @@
 #include "motion.h"
 #include "numeric.h"
 #include "params.h"
+#include "reference_match.h"
 #include "residual.h"
 #include "sort.h"
 #include "units.h"
 #include "whiten.h"
 
 static const double NEUTRAL_TOLERANCE_M = 0.05;
+static const double TURNED_RAD = 0.3;   /* no motion has a mean pose that is turned by so much */
 static const double SENSOR_SCALE = 0.06; /* a difference of force and weight may come from wrong
                                           * scales of the sensors if it is less than this share of
                                           * the sum of the chambers' forces */
@@ -37,8 +39,6 @@ static const double NOISE_MOST = 0.5;       /* a test or segment is not judged i
                                              * exceeds this share of its rms variation */
 
 #define REFUSE(...) error_set(error, STATUS_USAGE, __VA_ARGS__)
-
-static const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref_phi_rad", "ref_theta_rad", "ref_psi_rad"};
 
 static const char *test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
 
@@ -128,15 +128,6 @@ static int check_frequency(struct recording_test *t, int legs, bool reference, b
     return STATUS_OK;
 }
 
-/* Second moments of the measured lengths and of the lengths by the reference, about their means.
- * They reveal wrong signs, exchanged legs and another machine. */
-struct leg_moments {
-    double product[LEGS][LEGS], measured[LEGS], asked[LEGS]; /* product: measured times reference
-                                                              * length of each two legs, summed over
-                                                              * all tests; measured, asked: sums of
-                                                              * squares */
-};
-
 /* Guesses a missing reference as a sinusoid of the tested axis alone, with amplitude and phase
  * fitted to all legs. */
 static void guess_reference(const struct recording_test *t, const struct kinematics *k, const double mean[LEGS], double wave[2]) {
@@ -152,6 +143,7 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
         }
 }
 
+/* Adds a test's moments, which reveal wrong signs, exchanged legs and another machine. */
 static void add_test(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct leg_moments *m) {
     double mean[LEGS] = {0}, sum[LEGS] = {0}, asked[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz, n = 0.0;
     for (int i = t->first; i < t->end; i++) n += !t->sample[i].refused;
@@ -166,13 +158,17 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
         for (int a = 0; a < LEGS; a++) {
             double x = t->sample[i].length_m[a] - mean[a], y = asked[a] - k->neutral_length_m[a];
             sum[a] += y / n;
-            m->measured[a] += x * x, m->asked[a] += y * y;
-            for (int b = 0; b < LEGS; b++) m->product[a][b] += x * (asked[b] - k->neutral_length_m[b]);
+            m->measured[a] += x * x;
+            for (int b = 0; b < LEGS; b++) {
+                double other = asked[b] - k->neutral_length_m[b];
+                m->product[a][b] += x * other, m->asked[a][b] += y * other;
+            }
         }
     }
     /* The reference is taken about its mean, as the lengths are, because a segment of a motion may
      * be far from neutral. */
-    for (int a = 0; a < LEGS; a++) m->asked[a] -= n * sum[a] * sum[a];
+    for (int a = 0; a < LEGS; a++)
+        for (int b = 0; b < LEGS; b++) m->asked[a][b] -= n * sum[a] * sum[b];
 }
 
 /* Refuses a reference against which all legs move; if a leg's sign were wrong, only this leg would.
@@ -184,21 +180,21 @@ static int check_reference(const struct recording *r, int first, int end, const 
     double product = 0.0, measured = 0.0, asked = 0.0;
     if (!r->measured.reference) return STATUS_OK;
     for (int i = first; i < end; i++) add_test(r, &r->test[i], k, &m);
-    for (int a = 0; a < LEGS; a++) product += m.product[a][a], measured += m.measured[a], asked += m.asked[a];
+    for (int a = 0; a < LEGS; a++) product += m.product[a][a], measured += m.measured[a], asked += m.asked[a][a];
     if (!(product < -0.5 * sqrt(measured * asked))) return STATUS_OK;
     return REFUSE("test %s: all legs move against the reference: the sign of its %s is wrong", test_name(t),
                   t->dof == DOF_NONE ? "reference" : reference_names[t->dof]);
 }
 
-/* Refuses a drawing that is rotated or mirrored against the reference, which lengths and forces
- * alone cannot show. */
-static int check_turned(const struct recording *r, const struct kinematics *k, struct error *error) {
+/* Refuses a drawing that is turned or mirrored against the reference, which lengths and forces
+ * alone cannot show, and legs that follow it in another order. */
+static int check_drawing(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
-    char order[LEG_ORDER_TEXT];
-    for (int i = first_of_run(r); i < r->tests && r->measured.reference; i++) add_test(r, &r->test[i], k, &m);
-    if (!r->measured.reference || !leg_order_by_reference((const double (*)[LEGS])m.product, m.measured, m.asked, order)) return STATUS_OK;
-    return REFUSE("the lengths follow the reference with %s, not as stated: legs are exchanged, or the drawing is turned or mirrored",
-                  order);
+    struct reference_match match;
+    if (!r->measured.reference) return STATUS_OK;
+    for (int i = first_of_run(r); i < r->tests; i++) add_test(r, &r->test[i], k, &m);
+    reference_match_find(r->params, &m, &match);
+    return match.refuted ? REFUSE("%s", match.text) : STATUS_OK;
 }
 
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
@@ -212,16 +208,16 @@ static int check_legs(const struct recording *r, const struct kinematics *k, str
         if (r->measured.reference || !(r->test[i].segment_s > 0.0)) add_test(r, &r->test[i], k, &m);
     }
     for (int a = 0; a < LEGS; a++) {
-        double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a]), best = own;
+        double own = m.product[a][a] / sqrt(m.measured[a] * m.asked[a][a]), best = own;
         int like = a;
         if (!isfinite(own)) return STATUS_OK; /* the leg or its reference is at rest */
         for (int b = 0; b < LEGS; b++) {
-            double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b]);
+            double other = m.product[a][b] / sqrt(m.measured[a] * m.asked[b][b]);
             if (other > best + 0.2) best = other, like = b;
         }
         if (own < -0.5) return REFUSE("the length of leg %d moves against its reference: its sign is wrong", a + 1);
         if (like != a && best > 0.8) return REFUSE("the length of leg %d moves as leg %d should: two legs are exchanged", a + 1, like + 1);
-        double scale = sqrt(m.measured[a] / m.asked[a]);
+        double scale = sqrt(m.measured[a] / m.asked[a][a]);
         if (!(scale > 0.2 && scale < 2.0)) /* the lower limit is wide, because a loop that cannot
                                             * follow moves a leg less than asked */
             return REFUSE("leg %d moves %.3g times as far as the reference asks for: other units, or another machine", a + 1, scale);
@@ -255,6 +251,20 @@ static int check_machine(const struct params *p, const struct recording_test *t,
         if (fabs(mean_m[leg] - k->neutral_length_m[leg]) > NEUTRAL_TOLERANCE_M)
             return refuse_length(p, t, leg, " at its middle", mean_m[leg], k->neutral_length_m[leg], error);
     return STATUS_OK;
+}
+
+/* Refuses a drawing in which no pose near neutral has the mean lengths, if they are those of
+ * neutral with the lists of joints in another order. */
+static int check_lists(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
+    double mean_m[LEGS], pose[DOFS] = {0}, turned = 0.0;
+    char order[LEG_ORDER_TEXT];
+    mean_lengths(t, mean_m);
+    bool converged = fk_solve(k, mean_m, pose).converged;
+    for (int i = DOF_PHI; i < DOFS; i++) turned = fmax(turned, fabs(pose[i]));
+    if ((converged && turned < TURNED_RAD) || !leg_order_of_drawing(p, mean_m, NEUTRAL_TOLERANCE_M, order)) return STATUS_OK;
+    return REFUSE("test %s: no pose of this drawing has these lengths: the joints of the platform are listed otherwise than those of the "
+                  "base: %s",
+                  test_name(t), order);
 }
 
 /* Refuses lengths beyond the end stops; between the stops any motion is allowed. */
@@ -610,6 +620,30 @@ static int exclude(struct recording *r, int test, const struct error *why) {
     return STATUS_OK;
 }
 
+/* Refuses lengths that this machine cannot have. k: NULL for a single axis; any: the motion is no
+ * steady sinusoid. */
+static int check_lengths(struct recording *r, const struct recording_test *t, const struct kinematics *k, bool any, struct error *error) {
+    int status = k && any ? check_lists(r->params, t, k, error) : STATUS_OK;
+    if (!status && !k) status = check_stroke(r->params, t, error);
+    if (!status && k) status = any ? check_reach(r->params, t, k, error) : check_machine(r->params, t, k, error);
+    if (status == STATUS_USAGE) r->refuted = true;
+    return status;
+}
+
+/* Refuses a recording whose lengths, forces and reference are not those of the configured
+ * machine. */
+static int check_contradictions(struct recording *r, const struct residual_data *data, const struct kinematics *k, struct error *error) {
+    bool pose = params_mechanism(r->params)->pose;
+    int status = pose ? check_order(r, data, error) : STATUS_OK;
+    if (!status && pose) status = check_drawing(r, k, error);
+    if (!status) status = pose ? check_legs(r, k, error) : check_axis(r, data, error);
+    if (!status && r->measured.pressures) status = check_supply(r, error);
+    if (!status && pose && r->measured.pressures) status = check_pressures(r, error);
+    if (!status) status = check_drives(r, data, error);
+    if (status == STATUS_USAGE) r->refuted = true;
+    return status;
+}
+
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics k;
     bool pose = params_mechanism(r->params)->pose;
@@ -619,6 +653,7 @@ int recording_check(struct recording *r, struct error *error) {
     if (!r->measured.force) return REFUSE("neither pressures nor forces in the log: there is nothing to hold against the motion");
     if (r->runs > 1 && memcmp(&r->measured, &r->measured_before, sizeof r->measured))
         return REFUSE("it has not the same channels as the log before: pressures, valve commands or reference");
+    r->refuted = false;
     recording_settle(r);
     for (int i = first_of_run(r); i < r->tests; i++) {
         struct recording_test *t = &r->test[i];
@@ -633,10 +668,7 @@ int recording_check(struct recording *r, struct error *error) {
         if (!(seconds > 0.0)) return REFUSE("test %s: nothing in it is to be evaluated", test_name(t));
         status = check_channels(r, t, error);
         if (!status) status = check_frequency(t, params_legs(r->params), r->measured.reference, &any, error);
-        if (!status)
-            status = !pose ? check_stroke(r->params, t, error)
-                     : any ? check_reach(r->params, t, &k, error)
-                           : check_machine(r->params, t, &k, error);
+        if (!status) status = check_lengths(r, t, pose ? &k : NULL, any, error);
         if (!status && any) {
             int tests = r->tests;
             status = motion_cut(r, i, error);
@@ -653,12 +685,7 @@ int recording_check(struct recording *r, struct error *error) {
     run_at(r, first_of_run(r));
     struct residual_data data;
     status = residual_prepare(&data, r, CYCLES_ALL, error);
-    if (!status && pose) status = check_order(r, &data, error);
-    if (!status && pose) status = check_turned(r, &k, error);
-    if (!status) status = pose ? check_legs(r, &k, error) : check_axis(r, &data, error);
-    if (!status && r->measured.pressures) status = check_supply(r, error);
-    if (!status && pose && r->measured.pressures) status = check_pressures(r, error);
-    if (!status) status = check_drives(r, &data, error);
+    if (!status) status = check_contradictions(r, &data, &k, error);
     residual_free(&data);
     return status;
 }

@@ -1,0 +1,32 @@
+/* Orders of six legs: which channel, or which joint of a list, belongs to which leg. Any thread, no
+ * heap. */
+#ifndef HEXID_LEG_PLACES_H
+#define HEXID_LEG_PLACES_H
+
+#include "types.h"
+
+struct leg_places {
+    int place[LEGS]; /* index, from 0, of the channel or joint that belongs to leg k */
+};
+
+enum { LEG_PLACES_COMMON = 1 + 15 + 5 + 6, LEG_PLACES_NAME = 80 };
+
+/* Lists the orders that occur most: the stated one, which is the first, 15 exchanges of two legs, 5
+ * orders counted on from another leg, 6 counted backwards. */
+void leg_places_common(struct leg_places list[LEG_PLACES_COMMON]);
+
+/* The same order with the places of two legs exchanged. All 720 orders are at most five exchanges
+ * from each other. */
+struct leg_places leg_places_exchanged(const struct leg_places *order, int leg, int other);
+
+bool leg_places_stated(const struct leg_places *order);
+
+/* Least number of exchanges of two legs that lead from the stated order to this one: 0 .. 5. */
+int leg_places_exchanges(const struct leg_places *order);
+
+/* Writes the order in words: "as stated"; "leg 1 in place 3, counted on"; "leg 1 in place 2,
+ * counted backwards"; "legs 1 and 2 exchanged, legs 3 and 4 exchanged"; "legs 1 2 3 in places
+ * 2 3 1". */
+void leg_places_name(const struct leg_places *order, char name[LEG_PLACES_NAME]);
+
+#endif

@@ -1,0 +1,290 @@
+#include "reference_match.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "leg_places.h"
+#include "lin.h"
+#include "numeric.h"
+#include "params.h"
+#include "units.h"
+
+const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref_phi_rad", "ref_theta_rad", "ref_psi_rad"};
+
+/* Motion of the legs along an axis below this share of the largest is not judged. */
+static const double MOVED = 1e-3;
+/* The reference explains nothing if its rows explain less than FOLLOWS of the lengths' squares: a
+ * lag of 45 degrees, or noise. */
+static const double FOLLOWS = 0.5;
+/* Another drawing refutes the stated one if its unexplained share is less than DECISIVE times the
+ * stated one's, and the stated one's exceeds UNEXPLAINED: motion of other axes of 10 %, which a
+ * loop may have, is 0.01. */
+static const double UNEXPLAINED = 0.01, DECISIVE = 0.25;
+/* Drawings cannot be distinguished from the best one if the share that they leave unexplained is at
+ * most ALIKE times the best one's, plus SAME. */
+static const double ALIKE = 1.3, SAME = 2e-3;
+/* Part of the reference's square that is added to a normal equation's diagonal, so that axes that
+ * move as one have a solution. */
+static const double RIDGE = 1e-9;
+
+struct work {
+    struct kinematics drawn;    /* the drawing as it is */
+    double center_m[2];         /* mass centre in the drawing, whose z axis the turns are about */
+    double along[LEGS][DOFS];   /* sum of a measured length times the reference along an axis */
+    double square[DOFS][DOFS];  /* sum of products of the reference along two axes */
+    double explainable;         /* part of the lengths' squares that any rows explain */
+    int axes, axis[DOFS];       /* axes along which the reference moves */
+};
+
+/* How the drawing differs from the machine. */
+struct drawing {
+    struct leg_places order;
+    bool mirrored;
+    double angle; /* of the turn; if mirrored, twice that of the mirror's plane from x, rad */
+    double share;
+};
+
+/* Turns or mirrors a list of joints back, about the z axis of the drawing. */
+static void undo(const struct drawing *d, const double center_m[2], double joint[LEGS][3]) {
+    double c = cos(d->angle), s = sin(d->angle), sign = d->mirrored ? -1.0 : 1.0;
+    for (int k = 0; k < LEGS; k++) {
+        double x = joint[k][0] + center_m[0], y = joint[k][1] + center_m[1];
+        joint[k][0] = c * x + s * y - center_m[0];
+        joint[k][1] = sign * (c * y - s * x) - center_m[1];
+    }
+}
+
+/* Computes the Jacobian of the machine of which the drawing is a turned or mirrored one. */
+static void jacobian_of(const struct work *w, const struct drawing *d, double j[LEGS][DOFS]) {
+    static const double neutral[DOFS] = {0};
+    struct kinematics k = w->drawn;
+    undo(d, w->center_m, k.upper), undo(d, w->center_m, k.lower);
+    ik_jacobian(&k, neutral, j);
+}
+
+/* Solves for the gains of the axes in `used`. Returns the explained squares. */
+static double gains(const struct work *w, double (*normal)[DOFS], const double with[DOFS], const bool used[DOFS], double gain[DOFS]) {
+    double a[DOFS * DOFS] = {0}, b[DOFS] = {0}, x[DOFS], explained = 0.0;
+    int n = 0, axis[DOFS];
+    for (int i = 0; i < w->axes; i++)
+        if (used[i]) axis[n++] = i;
+    for (int i = 0; i < n; i++) {
+        b[i] = with[axis[i]];
+        for (int j = 0; j < n; j++) a[i * n + j] = normal[axis[i]][axis[j]] * (i == j ? 1.0 + RIDGE : 1.0);
+    }
+    memset(gain, 0, DOFS * sizeof *gain);
+    if (!n) return 0.0;
+    lin_solve_spd(n, 1, a, b, x);
+    for (int i = 0; i < n; i++) gain[axis[i]] = x[i], explained += x[i] * b[i];
+    return explained;
+}
+
+/* Finds the share that a drawing leaves unexplained. against: axes along which the lengths move
+ * against the reference; NULL: no gain may be negative. */
+static double unexplained(const struct work *w, const struct drawing *d, bool against[DOFS]) {
+    double j[LEGS][DOFS], form[LEGS][DOFS], normal[DOFS][DOFS] = {{0}}, with[DOFS] = {0}, gain[DOFS], explained;
+    bool used[DOFS] = {true, true, true, true, true, true}, negative = true;
+    jacobian_of(w, d, j);
+    for (int i = 0; i < w->axes; i++)
+        for (int k = 0; k < LEGS; k++) {
+            form[k][i] = j[k][w->axis[i]];
+            with[i] += form[k][i] * w->along[d->order.place[k]][w->axis[i]];
+        }
+    for (int i = 0; i < w->axes; i++)
+        for (int other = 0; other < w->axes; other++)
+            for (int k = 0; k < LEGS; k++) normal[i][other] += form[k][i] * form[k][other] * w->square[w->axis[i]][w->axis[other]];
+    do {
+        explained = gains(w, normal, with, used, gain);
+        negative = false;
+        for (int i = 0; i < w->axes; i++) {
+            if (against) against[w->axis[i]] = gain[i] < 0.0;
+            else if (gain[i] < 0.0) used[i] = false, negative = true;
+        }
+    } while (negative);
+    return 1.0 - explained / w->explainable;
+}
+
+static void rate(const struct work *w, struct drawing *d) { d->share = unexplained(w, d, NULL); }
+
+/* Finds the best angle of a turn or mirror, in steps of 5 degrees and then in ever smaller ones. */
+static struct drawing best_angle(const struct work *w, bool mirrored) {
+    static const int steps = 72;
+    static const double fine = 1e-5;
+    struct leg_places common[LEG_PLACES_COMMON];
+    leg_places_common(common);
+    struct drawing best = {.order = common[0], .mirrored = mirrored, .share = HUGE_VAL};
+    for (int i = 0; i < steps; i++) {
+        struct drawing d = best;
+        d.angle = 2.0 * PI * i / steps;
+        rate(w, &d);
+        if (d.share < best.share) best = d;
+    }
+    for (double step = PI / steps; step > fine; step *= 0.5)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            struct drawing d = best;
+            d.angle += sign * step;
+            rate(w, &d);
+            if (d.share < best.share) best = d;
+        }
+    return best;
+}
+
+static bool explains_more(const struct drawing *d, const struct drawing *than) { return ALIKE * d->share + SAME < than->share; }
+
+/* Tries all orders of the legs. Among those that explain as much, a common one is preferred, then
+ * the one with the fewest exchanges. */
+static void try_orders(const struct work *w, const struct leg_places *order, int leg, struct drawing *best) {
+    for (int other = leg; other < LEGS; other++) {
+        struct leg_places next = leg_places_exchanged(order, leg, other);
+        try_orders(w, &next, leg + 1, best);
+    }
+    if (leg < LEGS || leg_places_stated(order)) return;
+    struct drawing d = {.order = *order};
+    rate(w, &d);
+    bool fewer = leg_places_exchanges(&d.order) < leg_places_exchanges(&best->order);
+    if (explains_more(&d, best) || (!explains_more(best, &d) && fewer)) *best = d;
+}
+
+static struct drawing best_order(const struct work *w) {
+    struct leg_places common[LEG_PLACES_COMMON];
+    struct drawing best = {.share = HUGE_VAL}, any;
+    leg_places_common(common);
+    for (int i = 1; i < LEG_PLACES_COMMON; i++) {
+        struct drawing d = {.order = common[i]};
+        rate(w, &d);
+        if (d.share < best.share) best = d;
+    }
+    any = best;
+    try_orders(w, &common[0], 0, &any);
+    return explains_more(&any, &best) ? any : best;
+}
+
+/* Turns the legs' moments into moments along the axes, and finds what can be explained. Returns
+ * false if the lengths do not follow the reference at all. */
+static bool work_init(struct work *w, const struct params *params, const struct leg_moments *m) {
+    static const double neutral[DOFS] = {0};
+    double jacobian[LEGS][DOFS], inverse[DOFS][LEGS], moves[DOFS], most = 0.0, measured = 0.0;
+    memset(w, 0, sizeof *w);
+    kinematics_place(&w->drawn, params);
+    w->center_m[0] = params->payload.center_x_m, w->center_m[1] = params->payload.center_y_m;
+    ik_jacobian(&w->drawn, neutral, jacobian);
+    lin_inverse(DOFS, jacobian[0], inverse[0]);
+    for (int a = 0; a < LEGS; a++) measured += m->measured[a];
+    for (int i = 0; i < DOFS; i++) {
+        double length = 0.0;
+        for (int a = 0; a < LEGS; a++) {
+            length += square(jacobian[a][i]);
+            for (int b = 0; b < LEGS; b++) w->along[a][i] += m->product[a][b] * inverse[i][b];
+        }
+        for (int j = 0; j < DOFS; j++)
+            for (int a = 0; a < LEGS; a++)
+                for (int b = 0; b < LEGS; b++) w->square[i][j] += inverse[i][a] * m->asked[a][b] * inverse[j][b];
+        moves[i] = w->square[i][i] * length, most = fmax(most, moves[i]);
+    }
+    for (int i = 0; i < DOFS; i++)
+        if (moves[i] > MOVED * most) w->axis[w->axes++] = i;
+    for (int leg = 0; leg < LEGS; leg++) {
+        double normal[DOFS][DOFS], with[DOFS], gain[DOFS];
+        static const bool all[DOFS] = {true, true, true, true, true, true};
+        for (int i = 0; i < w->axes; i++) {
+            with[i] = w->along[leg][w->axis[i]];
+            for (int j = 0; j < w->axes; j++) normal[i][j] = w->square[w->axis[i]][w->axis[j]];
+        }
+        w->explainable += gains(w, normal, with, all, gain);
+    }
+    return w->explainable > FOLLOWS * measured;
+}
+
+static double degrees(double angle) { return 180.0 / PI * remainder(angle, 2.0 * PI); }
+
+static void describe_turn(const struct drawing *d, char *text, size_t size) {
+    double turn = degrees(d->angle);
+    snprintf(text, size,
+             "the drawing is turned by %.1f degrees about z against the reference: turn both lists of joints by %.1f degrees, or the axes "
+             "of the reference by %.1f",
+             turn, -turn, turn);
+}
+
+static void describe_mirror(const struct drawing *d, char *text, size_t size) {
+    double twice = degrees(d->angle);
+    if (twice == 0.0 || fabs(twice) == 180.0) {
+        const char *axis = twice == 0.0 ? "y" : "x";
+        snprintf(
+            text, size,
+            "the drawing is mirrored in %s against the reference: change the sign of %s in both lists of joints, or of ref_%s_m, %s and "
+            "ref_psi_rad",
+            axis, axis, axis, twice == 0.0 ? "ref_phi_rad" : "ref_theta_rad");
+    } else
+        snprintf(
+            text, size,
+            "the drawing is mirrored against the reference, in the plane through z at %.1f degrees from x: mirror both lists of joints "
+            "back, or the axes of the reference",
+            0.5 * twice);
+}
+
+/* Replaces a mirror by that of the sign of x or y, where this explains as much. */
+static void prefer_axis(const struct work *w, struct drawing *mirror) {
+    for (int i = 0; i < 2; i++) {
+        struct drawing d = *mirror;
+        d.angle = i * PI;
+        rate(w, &d);
+        if (!explains_more(mirror, &d)) *mirror = d;
+    }
+}
+
+/* Writes which signs of the reference would explain as much. */
+static void describe_signs(const bool against[DOFS], char *text, size_t size) {
+    int used = 0, count = 0, named = 0;
+    for (int i = 0; i < DOFS; i++) count += against[i];
+    used += snprintf(text, size, "the sign%s of", count > 1 ? "s" : "");
+    for (int i = 0; i < DOFS; i++)
+        if (against[i]) used += snprintf(text + used, size - (size_t)used, "%s %s", named++ ? "," : "", reference_names[i]);
+    snprintf(text + used, size - (size_t)used, " %s wrong", count > 1 ? "are" : "is");
+}
+
+/* Appends a text behind "; or ". */
+static char *or_else(char text[REFERENCE_MATCH_TEXT], size_t *left) {
+    size_t used = strlen(text);
+    used += (size_t)snprintf(text + used, REFERENCE_MATCH_TEXT - used, "%s", used ? "; or " : "");
+    *left = REFERENCE_MATCH_TEXT - used;
+    return text + used;
+}
+
+void reference_match_find(const struct params *params, const struct leg_moments *m, struct reference_match *match) {
+    struct work w;
+    struct leg_places common[LEG_PLACES_COMMON];
+    bool against[DOFS] = {false};
+    char name[LEG_PLACES_NAME];
+    size_t left;
+    *match = (struct reference_match){0};
+    if (!work_init(&w, params, m)) return;
+    leg_places_common(common);
+    const struct drawing stated = {.order = common[0]};
+    match->stated = match->best = unexplained(&w, &stated, NULL);
+    if (!(match->stated > UNEXPLAINED)) return;
+
+    struct drawing order = best_order(&w), turn = best_angle(&w, false), mirror = best_angle(&w, true);
+    prefer_axis(&w, &mirror);
+    match->best = fmin(order.share, fmin(turn.share, mirror.share));
+    match->refuted = match->best < DECISIVE * match->stated;
+    if (!match->refuted) return;
+
+    double alike = ALIKE * match->best + SAME;
+    if (order.share <= alike) {
+        leg_places_name(&order.order, name);
+        snprintf(match->text, REFERENCE_MATCH_TEXT, "the lengths follow the reference with %s, not as stated", name);
+    }
+    if (turn.share <= alike) {
+        char *to = or_else(match->text, &left);
+        describe_turn(&turn, to, left);
+    }
+    if (mirror.share <= alike) {
+        char *to = or_else(match->text, &left);
+        describe_mirror(&mirror, to, left);
+    }
+    if (mirror.share > alike && unexplained(&w, &stated, against) <= alike) {
+        char *to = or_else(match->text, &left);
+        describe_signs(against, to, left);
+    }
+}
