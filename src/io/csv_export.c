@@ -59,7 +59,8 @@ static void write_head(struct export *e) {
     fprintf(e->file, "# dof: %s\n# rate_hz: %-24.10g\n", csv_dof_name(e->last.dof), rate_hz);
     for (int key = 0; key < CSV_KEYS && e->configured && e->last.dof != DOF_NONE; key++) {
         const double *value = csv_place(&e->params, (enum csv_key)key, e->last.dof);
-        if (value) fprintf(e->file, "# %s: %s\n", csv_keys[key], number_shortest(*value, number));
+        bool stated = value && config_states(e->config, strlen(e->config), csv_config_key((enum csv_key)key, e->last.dof));
+        if (stated) fprintf(e->file, "# %s: %s\n", csv_keys[key], number_shortest(*value, number));
     }
 }
 
