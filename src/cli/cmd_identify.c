@@ -119,6 +119,7 @@ static int combine(struct combination *c, const struct log_analysis *i, struct e
     if (!status)
         c->method_c = method_c_verdict(&(struct method_c_findings){
             .result = &c->all, .equations = sum, .estimate = all, .nominal = i[0].analysis.ident.result.nominal_mt});
+    if (!status) c->common_gain = calibration_common_gain(&i[0].analysis.calibrated, sum->systematic);
     if (!status) status = agreement_find(c->logs, log, &i[0].analysis.calibrated, &c->agreement, error);
     free(sum);
     return status;

@@ -39,10 +39,23 @@ static void systematic_errors(FILE *out, const struct method_c *c) {
     html_table_end(out);
 }
 
+/* Writes that the gain common to all pressures rests on its prior, unless a weight was read. */
+static void common_gain(FILE *out, const struct common_gain *gain) {
+    if (!gain->sensors) return;
+    fprintf(out,
+            "<p class=\"notice\">A gain that all %s have in common shows in no motion: masses, inertias and friction are as exact as it, "
+            "± %.2g %% by model.tolerance.pressure_gain (the mean of %d, ± %.2g %% each). A known weight finds it "
+            "(hexid identify --weight).</p>\n",
+            gain->pressures ? "pressures" : "force sensors", 100.0 * NUMERIC_95 * gain->std, gain->sensors,
+            100.0 * NUMERIC_95 * gain->tolerance);
+}
+
 /* Writes the systematic errors, and the share of each cause in the variance of the diagonal. */
-static void systematic(FILE *out, const struct method_c *c) {
+static void systematic(FILE *out, const struct identification *id) {
+    const struct method_c *c = &id->method_c;
     fputs("<h3>Sensors and drawing</h3>\n", out);
     systematic_errors(out, c);
+    common_gain(out, &id->common_gain);
     fputs("<p>Where the width of the intervals comes from: shares of the variance.</p>\n", out);
     html_table(out, NULL, "cause|>mx|>my|>mz|>Ixx|>Iyy|>Izz");
     for (int k = 0; k < CAUSES; k++) {
@@ -74,7 +87,7 @@ static void section_matrices(FILE *out, const struct identification_log *l, cons
     if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", out);
     if (!c->matrix.evaluated && l->id->no_method_c.status)
         html_print(out, "<p class=\"notice\">Method C: not evaluated: %s</p>\n", l->id->no_method_c.text);
-    if (c->matrix.evaluated) systematic(out, c);
+    if (c->matrix.evaluated) systematic(out, l->id);
     fputs("</section>\n", out);
 }
 
