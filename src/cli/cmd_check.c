@@ -198,10 +198,9 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     bool identifies = !status && !analysis_init(analysis, &c->params, &c->report.identify);
     if (!status && in == c->input) c->first = c->params;
     const struct test_params own = c->params.tests;
-    bool overruled = options_sets(&c->o, "tests.frequency_hz");
     do {
-        /* if --set gives frequencies, ask_gap() reports that they win */
-        if (!overruled) log_params_follow(&c->o, in->name, &event, &own, &c->params.tests);
+        /* ask_gap() reports what --set overrules */
+        log_params_follow(&c->o, NULL, &event, &own, &c->params.tests);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);
         if (identifies) analysis_take(analysis, &cycle);

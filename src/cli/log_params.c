@@ -39,14 +39,14 @@ int log_params(const struct options *o, const char *path, const struct log_event
 
 void log_params_follow(const struct options *o, const char *path, const struct log_event *event, const struct test_params *own,
                        struct test_params *tests) {
-    enum dof dof;
-    double stated_hz;
-    char stated[64];
-    if (strcmp(event->channel, CHANNEL_EVENT) || !csv_stated_decode(event->data, event->size, &dof, &stated_hz)) return;
-    if (!options_sets(o, "tests.frequency_hz")) {
-        tests->hz[dof] = isnan(stated_hz) ? own->hz[dof] : stated_hz;
+    struct csv_stated s;
+    char text[64];
+    if (strcmp(event->channel, CHANNEL_EVENT) || !csv_stated_decode(event->data, event->size, &s)) return;
+    bool frequency = s.key == CSV_STATED_FREQUENCY;
+    if (!options_sets(o, frequency ? "tests.frequency_hz" : s.dof < DOF_PHI ? "tests.amplitude_m" : "tests.amplitude_rad")) {
+        csv_stated_take(&s, own, tests);
         return;
     }
-    snprintf(stated, sizeof stated, "%s: frequency_hz %g", dof_names[dof], stated_hz);
-    if (tests->hz[dof] != stated_hz && !isnan(stated_hz)) cli_say_overruled(path, stated);
+    snprintf(text, sizeof text, "%s: %s %g", dof_names[s.dof], csv_stated_name(s.key), s.value);
+    if (path && !isnan(s.value) && s.value != (frequency ? tests->hz[s.dof] : tests->amplitude[s.dof])) cli_say_overruled(path, text);
 }

@@ -29,10 +29,9 @@ int log_params_tests(const struct options *o, const char *path, const struct log
 int log_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,
                struct test_params *configured, struct error *error);
 
-/* Sets the frequency of a test to the one that an imported file states for its own rows
- * (csv_stated.h), or back to that of `own` if it states none; any other event changes nothing. If
- * --set gives tests.frequency_hz, that stays, and cli_say_overruled() reports what the file
- * states. */
+/* Sets frequency or amplitude of a test to what an imported file states for its own rows
+ * (csv_stated.h), or back to that of `own` if it states none; any other event changes nothing. What
+ * --set gives stays, and cli_say_overruled() reports what the file states, unless path is NULL. */
 void log_params_follow(const struct options *o, const char *path, const struct log_event *event, const struct test_params *own,
                        struct test_params *tests);
 

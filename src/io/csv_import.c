@@ -316,19 +316,24 @@ static int write_event(struct import *im, const char *kind, const char *text) {
     return status;
 }
 
-static bool axis_stated(const struct import *im, enum dof dof) {
+static bool axis_stated(const struct import *im, enum dof dof, enum csv_key key) {
     for (int i = 0; i < im->files; i++)
-        if (im->head[i].dof == dof && gives(&im->head[i], CSV_FREQUENCY)) return true;
+        if (im->head[i].dof == dof && gives(&im->head[i], key)) return true;
     return false;
 }
 
-/* Writes the file's own frequency into the log before its rows. A file that states none gets an
- * entry that says so, and an earlier file's frequency no longer counts. */
+/* Writes the file's own frequency and amplitude into the log before its rows. A file that states
+ * none gets an entry that says so, and an earlier file's no longer counts. */
 static int write_stated(struct import *im, const struct csv_head *h) {
+    static const enum csv_key key_of[CSV_STATED_KEYS] = {CSV_FREQUENCY, CSV_AMPLITUDE};
     char text[CSV_STATED_SIZE];
-    if (h->dof == DOF_NONE || !axis_stated(im, h->dof)) return STATUS_OK;
-    csv_stated_text(h->dof, h->value[CSV_FREQUENCY], text);
-    return write_event(im, csv_stated_kind, text);
+    int status = STATUS_OK;
+    for (int i = 0; i < CSV_STATED_KEYS && !status; i++) {
+        if (h->dof == DOF_NONE || !axis_stated(im, h->dof, key_of[i])) continue;
+        csv_stated_text(&(struct csv_stated){(enum csv_stated_key)i, h->dof, h->value[key_of[i]]}, text);
+        status = write_event(im, csv_stated_kind, text);
+    }
+    return status;
 }
 
 static int write_file(struct import *im, int file) {

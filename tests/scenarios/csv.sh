@@ -50,12 +50,13 @@ own_frequency() {
     mkdir "$work/own" "$work/two"
     sed 's/^# frequency_hz: .*/# frequency_hz: 5/' "$work/csv/3_z.csv" >"$work/own/1.csv"
     sed 's/^# frequency_hz: .*/# frequency_hz: 3/' "$work/csv/3_z.csv" >"$work/two/1.csv"
-    cp "$work/own/1.csv" "$work/two/2.csv"
-    grep -v '^# frequency_hz' "$work/csv/3_z.csv" >"$work/two/3.csv" # without a frequency it takes the configuration's, which is the first file's
+    sed 's/^# amplitude: .*/# amplitude: 0.003/' "$work/own/1.csv" >"$work/two/2.csv"
+    sed '/^# frequency_hz\|^# amplitude/d' "$work/csv/3_z.csv" >"$work/two/3.csv" # takes the configuration's, which is the first file's
     cp "$work/csv/config.yaml" "$work/four.yaml"
     for of in own two; do "$hexid" import "$work/$of" -c "$work/four.yaml" -o "$work/$of.lcm" || return 1; done
     "$hexid" export "$work/two.lcm" -o "$work/two_again"
     [ "$(sed -n 's/^# frequency_hz: //p' "$work"/two_again/*.csv | xargs)" = "3 5 3" ] || return 1
+    sed -n 's/^# amplitude: //p' "$work"/two_again/*.csv | xargs | tee /dev/stderr | grep -qx "0.004 0.003 0.004" || return 1
     local of expected
     for of in own=5.0 "two=3.0 5.0 3.0"; do
         expected=${of#*=} of=${of%%=*}
@@ -138,7 +139,7 @@ written_tests() {
 claim "a run goes to CSV and back" there_and_back
 claim "to the same CSV, byte for byte" diff -r "$work/csv" "$work/again"
 claim "and to the same identification" identified_alike
-claim "a file's own frequency_hz wins over the configuration, in import and in check" own_frequency
+claim "a file's own frequency_hz and amplitude win over the configuration, in import and in check" own_frequency
 claim "the tests of a log, its amplitudes, too, stand above -c in identify, check and report" own_tests
 claim "what no one stated at import, -c states" stated_by_no_one
 claim "--set stands above the heads in import, and says so" set_at_import
