@@ -3,6 +3,7 @@
 #include "support.h"
 
 #include "calibration.h"
+#include "config.h"
 #include "dense.h"
 
 enum { SIZE = UNKNOWN_BASIS };
@@ -112,9 +113,31 @@ static void the_configuration_holds_the_measurements(void **unused) {
     assert_close(row[CALIBRATION_STOP + 4].of[SYSTEMATIC_LENGTH_GAIN + 4], -0.5 * params.actuator.stroke_m[4], 1e-9);
 }
 
+/* Twelve independent gains have a mean of a twelfth of their variance; a known weight replaces that
+ * prior. */
+static void the_common_gain_rests_on_the_mean_of_the_priors(void **unused) {
+    (void)unused;
+    struct params params;
+    double prior[SYSTEMATICS];
+    config_default(&params);
+    for (int pressures = 0; pressures < 2; pressures++) {
+        systematic_priors(&params, pressures, prior);
+        struct common_gain gain = calibration_common_gain(&params, prior);
+        assert_int_equal(gain.sensors, pressures ? 2 * LEGS : LEGS);
+        assert_true(gain.pressures == pressures && gain.tolerance == 0.005);
+        assert_close(gain.std, 0.005 / sqrt(gain.sensors), 1e-15);
+    }
+    params.found.weight_std = 0.001;
+    assert_int_equal(calibration_common_gain(&params, prior).sensors, 0);
+    params.found.weight_std = 0.0, params.model.tolerance.pressure_gain = 0.0;
+    systematic_priors(&params, true, prior);
+    assert_int_equal(calibration_common_gain(&params, prior).sensors, 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_learns_as_least_squares_with_one_more_row), cmocka_unit_test(a_reading_surprises_by_its_distance),
-        cmocka_unit_test(errors_that_do_not_exist_learn_nothing), cmocka_unit_test(the_configuration_holds_the_measurements)};
+        cmocka_unit_test(errors_that_do_not_exist_learn_nothing), cmocka_unit_test(the_configuration_holds_the_measurements),
+        cmocka_unit_test(the_common_gain_rests_on_the_mean_of_the_priors)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -212,6 +212,48 @@ static void text_turns_back_into_the_same_bits(void **state) {
     }
 }
 
+/* The tests of a log stand above those of the configuration that it is evaluated with, key by key,
+ * and settings stand above both. */
+static void tests_of_another_text_replace_those_that_it_states(void **state) {
+    (void)state;
+    static const char log[] = "payload:\n  mass_kg: 90\ntests:\n  frequency_hz: 3\n  amplitude_m: 0.4\n  ramp_s: 2\n";
+    static const char *const settings[] = {"payload.mass_kg=80", "tests.ramp_s=1.5"};
+    struct error error;
+    struct params p;
+    assert_int_equal(parse(&p, "payload:\n  mass_kg: 200\ntests:\n  amplitude_rad: 0.001\n  ramp_s: 4\n", &error), 0);
+    /* no machine reaches 0.4 m here, but what was recorded was reached */
+    assert_int_equal(config_take_tests(&p, log, strlen(log), "a.lcm", settings, 2, &error), 0);
+    assert_true(p.tests.hz[DOF_PSI] == 3 && p.tests.amplitude[DOF_Z] == 0.4 && p.tests.ramp_s == 1.5);
+    assert_true(p.payload.mass_kg == 200 && p.tests.amplitude[DOF_PHI] == 0.001);
+    struct test_params before = p.tests;
+    assert_int_equal(config_take_tests(&p, "colour: red\n", 12, "a.lcm", NULL, 0, &error), 0);
+    assert_int_equal(config_take_tests(&p, NULL, 0, "a.lcm", NULL, 0, &error), 0);
+    assert_memory_equal(&p.tests, &before, sizeof before);
+    static const char fast[] = "tests:\n  frequency_hz: 100\nloop:\n  period_s: 0.0001\n";
+    p.loop.period_s = 0.01;
+    assert_int_equal(config_take_tests(&p, fast, strlen(fast), "a.lcm", NULL, 0, &error), STATUS_USAGE);
+    assert_non_null(strstr(error.text, "a.lcm: tests.frequency_hz of x, 100"));
+}
+
+static void a_text_can_leave_keys_and_sections_out(void **state) {
+    (void)state;
+    static const char *const left_out[] = {"tests.amplitude_m", "payload", NULL};
+    struct error error;
+    struct params p, again, built_in;
+    config_default(&built_in);
+    assert_int_equal(parse(&p, "payload:\n  mass_kg: 200\ntests:\n  amplitude_m: 0.001\n  ramp_s: 4\n", &error), 0);
+    char *text = config_text_without(&p, left_out);
+    assert_int_equal(parse(&again, text, &error), 0);
+    free(text);
+    p.payload = built_in.payload, memcpy(p.tests.amplitude, built_in.tests.amplitude, 3 * sizeof(double));
+    assert_memory_equal(&again.payload, &p.payload, sizeof p.payload);
+    assert_memory_equal(&again.tests, &p.tests, sizeof p.tests);
+    text = config_text_without(&p, left_out);
+    assert_true(config_states(text, strlen(text), "tests.amplitude_rad") && config_states(text, strlen(text), "loop.period_s"));
+    assert_false(config_states(text, strlen(text), "tests.amplitude_m") || config_states(text, strlen(text), "payload.mass_kg"));
+    free(text);
+}
+
 static void settings_override_the_file_and_the_last_one_wins(void **state) {
     (void)state;
     const char *const settings[] = {"control.kp=30", "tests.frequency_hz=5", "control.kp=31"};
@@ -689,6 +731,8 @@ int main(void) {
         cmocka_unit_test(keys_that_contradict_each_other_are_named),
         cmocka_unit_test(lists_of_joints_in_different_orders_are_named),
         cmocka_unit_test(all_that_contradicts_is_said_at_once),
+        cmocka_unit_test(tests_of_another_text_replace_those_that_it_states),
+        cmocka_unit_test(a_text_can_leave_keys_and_sections_out),
         cmocka_unit_test(as_many_harmonics_as_the_regression_has_are_accepted),
         cmocka_unit_test(big_and_deep_text_is_refused),
         cmocka_unit_test(mutated_text_is_accepted_or_refused_never_worse),

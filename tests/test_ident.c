@@ -58,6 +58,26 @@ static void fundamentals_are_those_of_the_motion(void **unused) {
     }
 }
 
+/* An imported log may be evaluated with a configuration that states other amplitudes than its
+ * tests had. The reference is the truth; without one only the configured amplitude is left. */
+static void unwanted_motion_is_relative_to_the_recorded_amplitude(void **unused) {
+    (void)unused;
+    for (int recorded = 0; recorded < 2; recorded++) {
+        struct rig *r = rig_create(2, 5);
+        double driven = amplitude(r, DOF_THETA);
+        r->params.tests.amplitude[DOF_THETA] *= 0.375;
+        for (int i = 0; i < r->samples; i++) {
+            struct cycle *c = &r->cycle[DOF_THETA][i];
+            c->ref[DOF_THETA] = recorded ? driven * sin(omega(r, DOF_THETA) * c->test_time_s) : (double)NAN;
+        }
+        struct ident *id = ident_create(r);
+        feed_all(id, r);
+        double expected = recorded ? driven : amplitude(r, DOF_THETA);
+        double share = 100 * hypot(r->pose[DOF_X][DOF_THETA][0][0], r->pose[DOF_X][DOF_THETA][0][1]) / expected;
+        assert_close(id->result.test[DOF_X].unwanted_pct[DOF_THETA], share, 1e-3 * share);
+    }
+}
+
 static void order_of_the_tests_changes_no_bit(void **unused) {
     (void)unused;
     static const int order[DOFS] = {4, 2, 0, 5, 1, 3};
@@ -258,6 +278,7 @@ int main(void) {
         cmocka_unit_test(method_a_recovers_inertia_and_damping_of_a_known_machine),
         cmocka_unit_test(each_axis_has_a_frequency_of_its_own),
         cmocka_unit_test(fundamentals_are_those_of_the_motion),
+        cmocka_unit_test(unwanted_motion_is_relative_to_the_recorded_amplitude),
         cmocka_unit_test(order_of_the_tests_changes_no_bit),
         cmocka_unit_test(what_came_before_the_evaluated_part_changes_no_bit),
         cmocka_unit_test(excluded_samples_are_counted_and_never_used),

@@ -9,6 +9,11 @@
 #define TESTS_LEAST_HZ 0.01
 #define TESTS_MOST_HZ 100.0
 
+/* Range of a test's amplitude, m or rad. */
+#define TESTS_LEAST_AMPLITUDE 1e-6
+#define TESTS_MOST_M 1.0
+#define TESTS_MOST_RAD 0.5
+
 struct test_params {
     enum dof order[DOFS];         /* axes to test, in this order */
     int count;

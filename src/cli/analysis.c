@@ -142,6 +142,7 @@ bool analysis_end(struct analysis *a) { return ident_end(&a->ident); }
 static void solve_method_c(struct analysis *a) {
     struct identification *r = &a->ident.result;
     method_c_solve(&a->equations, &a->calibrated, &a->estimate, &r->method_c, &r->no_method_c);
+    r->common_gain = calibration_common_gain(&a->calibrated, a->equations.systematic);
 }
 
 void analysis_weigh(struct analysis *a, const struct weighing_found *found) {

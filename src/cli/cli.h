@@ -66,22 +66,11 @@ int options_machine(const char *url, const struct params *own, struct params *ma
 /* The file of sim:FILE, behind any faults; NULL: there is none. */
 const char *options_machine_file(const char *url);
 
-/* Reads the run's configuration from the first event of the log at `path`. Returns -2, or -3 if
- * that event is no configuration; the message then ends with `otherwise`: the remedy, or what
- * remains unknown. */
-struct log_event;
-int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
-
 /* Returns true if --set gives this key. */
 bool options_sets(const struct options *o, const char *key);
 
-/* Sets hz to the frequencies that an imported file states for its own rows (csv_stated.h), or back
- * to the configured ones if it states none; any other event leaves them. overruled: --set gives
- * tests.frequency_hz, which then stays, and cli_say_overruled() reports what the file states. */
-void cli_take_stated(const char *path, const struct log_event *event, bool overruled, const double configured_hz[DOFS], double hz[DOFS]);
-
-/* Reports on stderr that --set gives other frequencies than files of this path state. stated: "x:
- * 5" or "1_x.csv: 5; 2_y.csv: 6"; "": reports nothing. */
+/* Reports on stderr that --set gives other values than files of this path state. stated: "x:
+ * frequency_hz 5" or "1_x.csv: frequency_hz 5; 2_y.csv: amplitude 0.004"; "": reports nothing. */
 void cli_say_overruled(const char *path, const char *stated);
 
 /* Opens the configured bus, after calling options_params(). */

@@ -14,6 +14,7 @@
 #include "csv_input.h"
 #include "gap_logs.h"
 #include "log.h"
+#include "log_params.h"
 #include "log_runs.h"
 #include "messages.h"
 #include "outputs.h"
@@ -133,13 +134,10 @@ static int take_input(struct check *c, const char *name) {
     return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
 }
 
-/* Reads the configuration: the log's, changed by --set, or the file of -c. The log made from a
- * directory already includes both. */
+/* Finds the configuration. The log made from a directory already includes -c and --set. */
 static int read_params(struct check *c, const struct input *in, const struct log_event *event) {
-    if (c->o.config && !in->copy[0]) return options_params(&c->o, &c->params, c->error);
-    int status = cli_log_params(in->name, event, "give one with -c FILE", &c->params, c->error);
-    if (status || in->copy[0]) return status;
-    return config_override(&c->params, in->name, c->o.settings, c->o.setting_count, c->error);
+    if (in->copy[0]) return log_params_own(in->name, event, "give one with -c FILE", &c->params, c->error);
+    return log_params(&c->o, in->name, event, &c->params, NULL, c->error);
 }
 
 /* The survey to which a cycle belongs: there is one for each file of a directory, or for each test
@@ -199,11 +197,10 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     int status = read_params(c, in, &event);
     bool identifies = !status && !analysis_init(analysis, &c->params, &c->report.identify);
     if (!status && in == c->input) c->first = c->params;
-    const struct test_params configured = c->params.tests;
-    bool overruled = options_sets(&c->o, "tests.frequency_hz");
+    const struct test_params own = c->params.tests;
     do {
-        /* if --set gives frequencies, ask_gap() reports that they win */
-        if (!overruled) cli_take_stated(in->name, &event, false, configured.hz, c->params.tests.hz);
+        /* ask_gap() reports what --set overrules */
+        log_params_follow(&c->o, NULL, &event, &own, &c->params.tests);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);
         if (identifies) analysis_take(analysis, &cycle);
@@ -253,8 +250,7 @@ static void ask_gap(struct check *c) {
     }
     recording_init(recording, &c->first);
     for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
-    if (gap_logs_load(c->inputs, paths, c->o.run, options_sets(&c->o, "tests.frequency_hz"), recording, left_out, &c->report.gap) ==
-        STATUS_OK)
+    if (gap_logs_load(&c->o, c->inputs, paths, c->o.run, recording, left_out, &c->report.gap) == STATUS_OK)
         c->report.gap = (struct error){0};
     for (int i = 0; i < c->inputs; i++) note_left_out(c, &c->input[i], left_out[i]);
     for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);

@@ -30,9 +30,9 @@ static int options(struct options *o, struct gap_options *g, int argc, char **ar
     return error_set(error, STATUS_USAGE, "--replay %s: choose closed-loop or motion", o->replay);
 }
 
-static int load(int logs, const char *const *path, int run, bool overruled, struct recording *recording, struct error *error) {
+static int load(const struct options *o, int logs, const char *const *path, int run, struct recording *recording, struct error *error) {
     gap_left_out left_out;
-    int status = gap_logs_load(logs, path, run, overruled, recording, left_out, error);
+    int status = gap_logs_load(o, logs, path, run, recording, left_out, error);
     for (int i = 0; i < logs && !status; i++)
         if (left_out[i][0])
             cli_say(stderr, "hexid: warning: %.250s: excluded, because %s: test %s", path[i], refusals[REFUSED_EMPTY].why, left_out[i]);
@@ -52,9 +52,8 @@ static int run(int argc, char **argv, struct params *params, struct recording *m
     recording_init(measured, params);
     recording_init(validate, params);
     if (!status) status = outputs_open(&o, NULL, OUTPUTS_MODEL, NULL, NULL, error);
-    bool overruled = !status && options_sets(&o, "tests.frequency_hz");
-    if (!status) status = load(o.measured_count, o.measured, o.run, overruled, measured, error);
-    if (!status && o.validate) status = load(1, &o.validate, 0, overruled, validate, error);
+    if (!status) status = load(&o, o.measured_count, o.measured, o.run, measured, error);
+    if (!status && o.validate) status = load(&o, 1, &o.validate, 0, validate, error);
     if (!status) status = gap_files_check(&o, &json, error);
     if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, closed_loop, error);
     if (status) return status;

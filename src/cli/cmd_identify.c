@@ -52,6 +52,18 @@ static int weigh(const struct options *o, struct log_analysis *i, struct error *
     return STATUS_OK;
 }
 
+/* Returns the configuration with what was found about the sensors. Its tests are those that were
+ * configured, because the log's own say nothing about the machine. NULL: out of memory. */
+static char *calibrated_text(const struct log_analysis *i) {
+    struct params *calibrated = malloc(sizeof *calibrated);
+    if (!calibrated) return NULL;
+    *calibrated = i->analysis.calibrated;
+    calibrated->tests = i->configured;
+    char *text = config_text(calibrated);
+    free(calibrated);
+    return text;
+}
+
 /* Evaluates one log, and with --weight a second one of the same machine, which is only weighed. */
 static int one_log(const struct options *o, struct log_analysis *i, struct output *json, struct output *config, struct error *error) {
     struct method_c *found = &i->analysis.ident.result.method_c;
@@ -67,12 +79,13 @@ static int one_log(const struct options *o, struct log_analysis *i, struct outpu
         status = model_file_write(&(struct model_file){.name = o->model,
                                                        .log = o->operand[0],
                                                        .params = &l->analysis.calibrated,
+                                                       .tests = &l->configured,
                                                        .method_c = found,
                                                        .estimate = &l->analysis.estimate,
                                                        .survey = survey.multisine.tones ? &survey : NULL,
                                                        .verdict = &l->verdicts.run},
                                   config, out_of(o), error);
-    else if (!status && o->output) status = output_made(config, config_text(&i->analysis.calibrated), error);
+    else if (!status && o->output) status = output_made(config, calibrated_text(i), error);
     return status ? status : exit_status(&i->verdicts.run);
 }
 
@@ -106,6 +119,7 @@ static int combine(struct combination *c, const struct log_analysis *i, struct e
     if (!status)
         c->method_c = method_c_verdict(&(struct method_c_findings){
             .result = &c->all, .equations = sum, .estimate = all, .nominal = i[0].analysis.ident.result.nominal_mt});
+    if (!status) c->common_gain = calibration_common_gain(&i[0].analysis.calibrated, sum->systematic);
     if (!status) status = agreement_find(c->logs, log, &i[0].analysis.calibrated, &c->agreement, error);
     free(sum);
     return status;
@@ -132,6 +146,7 @@ static int several_logs(const struct options *o, struct log_analysis *i, struct 
         status = model_file_write(&(struct model_file){.name = o->model,
                                                        .log = o->operand[0],
                                                        .params = &i[0].analysis.calibrated,
+                                                       .tests = &i[0].configured,
                                                        .method_c = &c.all,
                                                        .estimate = all,
                                                        .survey = survey.multisine.tones ? &survey : NULL,

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "cli.h"
-#include "config.h"
 #include "log.h"
+#include "log_params.h"
 #include "log_runs.h"
 #include "messages.h"
 #include "outputs.h"
@@ -14,8 +14,7 @@
 
 static int read_params(const struct options *o, const struct log_event *event, struct params *params, struct error *error) {
     const char *path = o->operand[0];
-    int status = o->config ? options_params(o, params, error) : cli_log_params(path, event, "give one with -c FILE", params, error);
-    if (!status && !o->config) status = config_override(params, path, o->settings, o->setting_count, error);
+    int status = log_params(o, path, event, params, NULL, error);
     if (!status && !o->config && strcmp(params->tests.trajectory, QUALITY_MOTION) != 0)
         status = error_set(error, STATUS_USAGE, "%.300s: its motion is none of `hexid run --qualify`, but %.200s", path,
                            params->tests.trajectory[0] ? params->tests.trajectory : "tests on sinusoids");

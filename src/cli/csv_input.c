@@ -25,7 +25,8 @@ int csv_input_begin(struct csv_input *input, const struct options *o, const char
     if (!status) status = options_params(o, &params, error);
     if (status) return status;
     if (o->map) input->source.map = &input->map;
-    input->source.overruled = options_sets(o, "tests.frequency_hz");
+    input->source.configured = o->config;
+    input->source.settings = o->settings, input->source.setting_count = o->setting_count;
     input->source.base = input->base = config_text(&params);
     return input->base ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
 }

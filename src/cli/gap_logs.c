@@ -5,6 +5,7 @@
 
 #include "areas.h"
 #include "log.h"
+#include "log_params.h"
 #include "log_runs.h"
 #include "log_set.h"
 #include "messages.h"
@@ -21,17 +22,22 @@ static int of_log(const char *path, int status, struct error *error) {
 }
 
 /* Reads the log's own configuration, which shows whether the machine is a platform or an axis, and
- * contains the frequencies and amplitudes of its tests. The first log may lack it, or have one in
- * an outdated form. */
-static int begin(const char *path, const struct log_event *event, struct recording *r, struct error *error) {
+ * begins a run with the log's tests. The first log may lack a configuration, or have one in an
+ * outdated form. */
+static int begin(const struct options *o, const char *path, const struct log_event *event, struct recording *r, struct error *error) {
     struct params *own = calloc(1, sizeof *own);
     if (!own) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
-    int status = cli_log_params(path, event, "which tests it has is not known", own, error);
+    int status = log_params_own(path, event, "which tests it has is not known", own, error);
     if (!status && own->mechanism != r->params->mechanism)
         status = error_set(error, STATUS_USAGE, "%.250s: is of %s, the configuration of -c of %s (mechanism)", path,
                            params_mechanism(own)->words.legs, params_mechanism(r->params)->words.legs);
     else if (!r->tests) status = STATUS_OK;
-    else if (!status) status = of_log(path, recording_begin(r, &own->tests, error), error);
+    if (!status) {
+        *own = *r->params;
+        status = log_params_tests(o, path, event, own, error);
+    }
+    if (!status && r->tests) status = of_log(path, recording_begin(r, &own->tests, error), error);
+    else if (!status) r->run[0] = own->tests;
     free(own);
     return status;
 }
@@ -55,9 +61,10 @@ static void follow_test(struct test *t, const struct cycle *c, const struct reco
     t->last = *c;
 }
 
-static int add(const char *path, int run, bool overruled, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE], struct error *error) {
+static int add(const struct options *o, const char *path, int run, struct recording *r, char left_out[GAP_LEFT_OUT_SIZE],
+               struct error *error) {
     struct test test = {.last.test = -1};
-    struct test_params configured = {0};
+    struct test_params own = {0};
     struct log_reader *log;
     struct log_event event;
     struct cycle cycle;
@@ -65,9 +72,9 @@ static int add(const char *path, int run, bool overruled, struct recording *r, c
     int status = log_open_run(&log, path, run, error);
     if (status) return status;
     for (bool first = true; !status && log_next(log, &event); first = false) {
-        if (first) status = begin(path, &event, r, error);
-        if (!status && first) configured = r->run[r->runs - 1];
-        if (!status) cli_take_stated(path, &event, overruled, configured.hz, r->run[r->runs - 1].hz);
+        if (first) status = begin(o, path, &event, r, error);
+        if (!status && first) own = r->run[r->runs - 1];
+        if (!status) log_params_follow(o, path, &event, &own, &r->run[r->runs - 1]);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         follow_test(&test, &cycle, r, left_out);
         status = of_log(path, recording_add(r, &cycle, error), error);
@@ -89,12 +96,12 @@ static int check_areas(const char *path, const struct recording *r, struct error
                      areas);
 }
 
-int gap_logs_load(int logs, const char *const *path, int run, bool overruled, struct recording *r, gap_left_out left_out,
+int gap_logs_load(const struct options *o, int logs, const char *const *path, int run, struct recording *r, gap_left_out left_out,
                   struct error *error) {
     memset(left_out, 0, sizeof(gap_left_out));
     for (int i = 0; i < logs; i++) {
         int tests = r->tests, status = log_set_new(i, path, error);
-        if (!status) status = add(path[i], run, overruled, r, left_out[i], error);
+        if (!status) status = add(o, path[i], run, r, left_out[i], error);
         if (!status && r->tests == tests)
             status = error_set(error, STATUS_USAGE, "%.200s: %s%s%.100s", path[i],
                                left_out[i][0] ? refusals[REFUSED_EMPTY].why : "no sinusoidal test in the log",

@@ -49,7 +49,7 @@ static const char gap_options[] =
 static const char check_options[] =
     "  DIR|CSV|LOG      a log, several of one machine, or CSV files as `hexid import` reads them\n"
     "  --run N          of a log that holds several runs of the daemon: take this one\n"
-    "  -c FILE          configuration; without it the log's own, for CSV the one that `hexid run` takes\n" SET MAP
+    "  -c FILE          configuration, but for a log's own tests; without it all is the log's own, for CSV what `hexid run` takes\n" SET MAP
     "  -o PAGE.html     the signals over time, one file for any browser\n"
     "  --json FILE      the same facts, schema hexid.check/1; - for standard output\n"
     "\nexit status 0 when hexid gap would take it, 1 when not: the last line has its refusal\n";
@@ -94,7 +94,7 @@ static const struct subcommand subcommands[] = {
      "identify from a recorded log, or from several of one machine",
      "  LOG              of `hexid run` or `hexid import`; up to sixteen of one machine are combined, and compared\n"
      "  --run N          of a log that holds several runs of the daemon: take this one\n"
-     "  -c FILE          configuration; without it the log's own\n" SET
+     "  -c FILE          configuration, but for the log's own tests; without it all is the log's own\n" SET
      "  --pose LIST      the matrix in this pose, too, m and rad: from the payload found and the legs as configured\n"
      "  --weight KG[,STD] two logs, without and with this weight on the platform: what it reads calibrates the first one's forces\n"
      "  -o FILE          the configuration with what was found about the sensors, for -c of later runs and logs\n"
@@ -107,7 +107,7 @@ static const struct subcommand subcommands[] = {
      "  LOG              of one run; with several, each has its column beside the others, and nothing is pooled\n"
      "  --run N          of a log that holds several runs of the daemon: take this one\n"
      "  -o PAGE.html     one file for any browser, pictures inside; - for standard output\n"
-     "  -c FILE          configuration, of all logs; without it each log's own\n" SET
+     "  -c FILE          configuration, of all logs, but for each log's own tests; without it all is the log's own\n" SET
      "\nexit status as that of hexid identify: 0 when all runs passed their checks, 1 when one did not; the page is written then, too\n",
      "hexid report a.lcm b.lcm -o report.html", cmd_report},
     {"gap",

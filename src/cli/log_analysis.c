@@ -2,19 +2,11 @@
 
 #include <string.h>
 
-#include "config.h"
 #include "log.h"
+#include "log_params.h"
 #include "log_runs.h"
 #include "messages.h"
 #include "printable.h"
-
-/* Reads the configuration from the log's first event, changed by --set; or from the file of -c. */
-static int read_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,
-                       struct error *error) {
-    if (o->config) return options_params(o, params, error);
-    int status = cli_log_params(path, event, "give one with -c FILE", params, error);
-    return status ? status : config_override(params, path, o->settings, o->setting_count, error);
-}
 
 static void feed(struct analysis *a, const struct log_event *event) {
     struct cycle cycle;
@@ -28,14 +20,13 @@ static int read_events(struct log_analysis *l, const struct options *o, const ch
     struct log_event event;
     if (!log_next(log, &event)) return error_set(error, STATUS_IO, "%s: not a log: no event in it", path);
     l->began_us = event.utime_us;
-    int status = read_params(o, path, &event, &l->params, error);
+    int status = log_params(o, path, &event, &l->params, &l->configured, error);
     if (!status) status = analysis_init(&l->analysis, &l->params, error);
     if (status) return status;
     if (o->weight_kg > 0.0) weighing_init(&l->analysis.weighing, &l->params);
-    bool overruled = options_sets(o, "tests.frequency_hz");
-    const struct test_params configured = l->params.tests;
+    const struct test_params own = l->params.tests;
     do {
-        cli_take_stated(path, &event, overruled, configured.hz, l->params.tests.hz);
+        log_params_follow(o, path, &event, &own, &l->params.tests);
         feed(&l->analysis, &event);
     } while (log_next(log, &event));
     analysis_end(&l->analysis);

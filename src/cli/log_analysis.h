@@ -8,7 +8,9 @@
 #include "params.h"
 
 struct log_analysis {
-    struct params params; /* configuration from the log, changed by --set; or from the file of -c */
+    struct params params;        /* configuration of the evaluation (log_params.h) */
+    struct test_params configured; /* tests of -c, or without -c of the log's configuration; with
+                                    * --set */
     struct analysis analysis;    /* analysis of all cycles, including method C */
     struct verdicts verdicts;
     int64_t began_us;            /* time of the start on the log's clock: since 1970, or in virtual

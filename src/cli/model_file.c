@@ -30,8 +30,10 @@ static void say_written(const struct model_file *m, const struct machine_found *
 static int write_found(const struct model_file *m, struct machine_found *found, struct output *to, FILE *out, struct error *error) {
     char head[300];
     machine_found(m->params, m->method_c, m->estimate, found);
+    found->params.tests = *m->tests;
+    bool of_survey = machine_found_is_survey(&found->params);
     if (m->survey) machine_found_survey(m->survey, found);
-    if (machine_found_is_survey(m->params)) forget_survey(found);
+    if (of_survey) forget_survey(found);
     snprintf(head, sizeof head, "hexid identify %.200s --model: +- is a 95 %% interval", m->log);
     for (char *c = head; *c; c++)
         if ((unsigned char)*c < ' ') *c = '?'; /* the log's name must not end the comment */

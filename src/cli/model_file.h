@@ -12,6 +12,8 @@
 struct model_file {
     const char *name, *log;             /* the file, and the (first) log */
     const struct params *params;        /* configuration with what was found about the sensors */
+    const struct test_params *tests;    /* tests to write: those of the configuration, not of the
+                                         * log */
     const struct method_c *method_c;
     const struct estimate *estimate;
     const struct loop_survey *survey;   /* NULL: the log is of no survey */

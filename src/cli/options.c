@@ -10,11 +10,8 @@
 #include "bus.h"
 #include "cli.h"
 #include "config.h"
-#include "csv_stated.h"
 #include "edit_distance.h"
-#include "log.h"
 #include "log_runs.h"
-#include "messages.h"
 #include "params.h"
 #include "printable.h"
 
@@ -358,36 +355,10 @@ int options_machine(const char *url, const struct params *own, struct params *ma
                      machine->loop.period_s, own->loop.period_s);
 }
 
-int cli_log_params(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error) {
-    const char *text;
-    size_t size;
-    if (strcmp(event->channel, CHANNEL_EVENT) || !event_decode_config(event->data, event->size, &text, &size))
-        return error_set(error, STATUS_IO, "%.250s: its first event is no configuration: %s", path, otherwise);
-    return config_parse(params, text, size, path, error);
-}
-
-bool options_sets(const struct options *o, const char *key) {
-    size_t length = strlen(key);
-    for (int i = 0; i < o->setting_count; i++)
-        if (!strncmp(o->settings[i], key, length) && o->settings[i][length] == '=') return true;
-    return false;
-}
+bool options_sets(const struct options *o, const char *key) { return config_sets(o->settings, o->setting_count, key); }
 
 void cli_say_overruled(const char *path, const char *stated) {
-    if (*stated)
-        cli_say(stderr, "hexid: %.250s: tests.frequency_hz of --set is taken, not the frequency_hz that a file states: %s", path, stated);
-}
-
-void cli_take_stated(const char *path, const struct log_event *event, bool overruled, const double configured_hz[DOFS], double hz[DOFS]) {
-    enum dof dof;
-    double stated_hz;
-    if (strcmp(event->channel, CHANNEL_EVENT) || !csv_stated_decode(event->data, event->size, &dof, &stated_hz)) return;
-    if (!overruled) hz[dof] = isnan(stated_hz) ? configured_hz[dof] : stated_hz;
-    else if (hz[dof] != stated_hz && !isnan(stated_hz)) {
-        char stated[32];
-        snprintf(stated, sizeof stated, "%s: %g", dof_names[dof], stated_hz);
-        cli_say_overruled(path, stated);
-    }
+    if (*stated) cli_say(stderr, "hexid: %.250s: --set is taken, not what a file states: %s", path, stated);
 }
 
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error) {

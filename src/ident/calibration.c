@@ -24,6 +24,20 @@ void calibration_find(const struct params *params, const struct kinematics *k, s
     }
 }
 
+struct common_gain calibration_common_gain(const struct params *params, const double systematic[SYSTEMATICS]) {
+    struct common_gain gain = {.tolerance = params->model.tolerance.pressure_gain};
+    double variance = 0.0;
+    if (params->found.weight_std > 0.0) return gain;
+    for (int i = SYSTEMATIC_P1_GAIN; i < SYSTEMATIC_LENGTH_GAIN; i++) {
+        if (!(systematic[i] > 0.0)) continue;
+        gain.sensors++;
+        gain.pressures = gain.pressures || i >= SYSTEMATIC_P2_GAIN;
+        variance += square(systematic[i]);
+    }
+    if (gain.sensors) gain.std = sqrt(variance) / gain.sensors;
+    return gain;
+}
+
 /* Returns h' times `value` (calibration.h): the change of a measurement's reading if `value` holds
  * the errors of all unknowns. Only the systematic errors among them count. */
 static double seen(const struct calibration *row, const double value[UNKNOWN_BASIS]) {

@@ -23,6 +23,19 @@ struct calibration {
                              * reading */
 };
 
+/* The gain error that all pressure sensors (or force sensors) have in common. No motion shows it:
+ * it scales all forces, so masses, inertias and frictions are as exact as it. The priors of the
+ * single gains are independent, so their mean has the standard deviation `std`. */
+struct common_gain {
+    int sensors;           /* number of sensors with a prior; 0: none, or a known weight was read */
+    bool pressures;        /* they measure pressures, not forces */
+    double tolerance;      /* standard deviation of one gain, model.tolerance.pressure_gain */
+    double std;            /* standard deviation of the mean */
+};
+
+/* Finds what the common gain rests on. systematic: the priors, as in struct equations. */
+struct common_gain calibration_common_gain(const struct params *params, const double systematic[SYSTEMATICS]);
+
 /* Gathers the measurements that the configuration contains. */
 void calibration_find(const struct params *params, const struct kinematics *k, struct calibration row[CALIBRATIONS]);
 

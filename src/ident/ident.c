@@ -111,13 +111,31 @@ static struct test_result *append(struct identification *r, enum dof dof) {
     return &r->test[kept];
 }
 
-static void summarize(const struct test_params *p, struct test_result *t) {
+static void summarize(struct test_result *t) {
     const double *own = t->pose[t->dof];
     t->achieved_amplitude = hypot(own[0], own[1]);
     t->phase_deg = deg_from_rad(atan2(own[1], own[0]));
-    for (int i = 0; i < DOFS; i++) {
-        double share = hypot(t->pose[i][0], t->pose[i][1]) / p->amplitude[i];
-        t->unwanted_pct[i] = i == (int)t->dof ? 0.0 : 100.0 * share;
+}
+
+/* Amplitude of an axis's own test: that of the recorded reference, or the configured one while
+ * there is no complete test of this axis with a reference. */
+static double own_amplitude(const struct ident *id, enum dof dof) {
+    for (int i = 0; i < id->result.tests; i++) {
+        const struct test_result *t = &id->result.test[i];
+        if (t->dof == dof && !t->refused && t->asked_amplitude > 0.0) return t->asked_amplitude;
+    }
+    return id->params->tests.amplitude[dof];
+}
+
+/* Computes the unwanted motion of all tests again, because each test that ends may bring the
+ * amplitude of one more axis. */
+static void find_unwanted(struct ident *id) {
+    for (int dof = 0; dof < DOFS; dof++) {
+        double amplitude = own_amplitude(id, (enum dof)dof);
+        for (int i = 0; i < id->result.tests; i++) {
+            struct test_result *t = &id->result.test[i];
+            t->unwanted_pct[dof] = dof == (int)t->dof ? 0.0 : 100.0 * hypot(t->pose[dof][0], t->pose[dof][1]) / amplitude;
+        }
     }
 }
 
@@ -151,8 +169,9 @@ static void close_test(struct ident *id) {
         t->pose_rms[i] = fit.rms[i], t->wrench_rms[i] = fit.rms[DOFS + i];
         t->pose_std[i] = fit.std[i], t->wrench_std[i] = fit.std[DOFS + i];
     }
-    summarize(p, t);
+    summarize(t);
     find_farthest(id, t);
+    find_unwanted(id);
     id->running = -1;
 }
 

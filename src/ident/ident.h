@@ -11,6 +11,7 @@
 #define HEXID_IDENT_H
 
 #include "agreement.h"
+#include "calibration.h"
 #include "force.h"
 #include "harmonics.h"
 #include "kinematics.h"
@@ -28,6 +29,7 @@ struct identification {
     double nominal_mt[DOFS][DOFS];/* configured inertia matrix at neutral */
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
+    struct common_gain common_gain; /* of method C's sensors */
     struct error no_method_c;     /* why method C was not evaluated */
     bool refuted;                 /* the recording contradicts the configured machine, for the
                                    * reason in no_method_c: no method has a result */

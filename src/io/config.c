@@ -201,20 +201,25 @@ static int read_stream(struct reader *r) {
     return expect(r, YAML_STREAM_END_EVENT, "a second document begins here; a configuration is one");
 }
 
+static bool met(const struct reader *r, const char *path) {
+    bool is = false;
+    for (int i = 0; i < r->count && !is; i++) is = !strcmp(r->names[i].path, path);
+    return is;
+}
+
 /* Marks diameters as stated only if the text states them, unless the mechanism is that of the
  * built-in configuration. */
 static void forget_unstated(struct reader *r) {
     struct config_key key;
-    for (int i = 0; !params_mechanism(r->params)->default_machine && config_key_at(i, &key); i++) {
-        bool met = false;
-        for (int n = 0; n < r->count && !met; n++) met = !strcmp(r->names[n].path, key.path);
-        config_keep_stated(&key, r->params, met);
-    }
+    for (int i = 0; !params_mechanism(r->params)->default_machine && config_key_at(i, &key); i++)
+        config_keep_stated(&key, r->params, met(r, key.path));
 }
 
-/* SAFETY: reads a configuration. The reader is on the heap, because under a low limit it is too
- * large for the stack of a `command stop`. */
-static int read_text(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
+/* SAFETY: reads a configuration. stated: gets whether the text has `key`; key NULL: none is asked
+ * for. The reader is on the heap, because under a low limit it is too large for the stack of a
+ * `command stop`. */
+static int read_keys(struct params *params, const char *text, size_t size, const char *name, const char *key, bool *stated,
+                     struct error *error) {
     if (size > FILE_MAX) return fail(error, name, 0, "larger than %d bytes: this is no configuration", FILE_MAX);
     struct reader *r = calloc(1, sizeof *r);
     if (!r || !yaml_parser_initialize(&r->parser)) {
@@ -226,9 +231,24 @@ static int read_text(struct params *params, const char *text, size_t size, const
     yaml_parser_set_input_string(&r->parser, (const unsigned char *)text, size);
     int status = read_stream(r);
     if (!status) forget_unstated(r);
+    *stated = !status && key && met(r, key);
     yaml_parser_delete(&r->parser);
     free(r);
     return status;
+}
+
+static int read_text(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
+    bool unused;
+    return read_keys(params, text, size, name, NULL, &unused, error);
+}
+
+bool config_states(const char *text, size_t size, const char *key) {
+    struct params *params = malloc(sizeof *params);
+    struct error unreadable;
+    bool stated = false;
+    if (params) config_default(params), read_keys(params, text, size, "", key, &stated, &unreadable);
+    free(params);
+    return stated;
 }
 
 static int read_file(struct params *params, const char *path, struct error *error) {
@@ -291,6 +311,47 @@ int config_override(struct params *params, const char *name, const char *const *
     return status == STATUS_OK ? config_check(params, source, error) : status;
 }
 
+bool config_sets(const char *const *settings, int count, const char *key) {
+    size_t length = strlen(key);
+    for (int i = 0; i < count; i++)
+        if (!strncmp(settings[i], key, length) && settings[i][length] == '=') return true;
+    return false;
+}
+
+/* Reads the tests from a text onto params; a text that is no configuration changes nothing. */
+static void read_tests(struct params *params, const char *text, size_t size, const char *name) {
+    struct error unreadable;
+    struct params *whole = malloc(sizeof *whole);
+    if (!whole) return;
+    *whole = *params;
+    if (read_text(whole, text, size, name, &unreadable) == STATUS_OK) params->tests = whole->tests;
+    free(whole);
+}
+
+/* Checks a configuration as config_check() does, but with amplitudes that any machine reaches. */
+static int check_recorded(const struct params *params, const char *name, struct error *error) {
+    struct params *still = malloc(sizeof *still);
+    struct config_key key;
+    if (!still) return fail(error, name, 0, "out of memory");
+    *still = *params;
+    config_key_find("tests.amplitude_m", &key);
+    for (int i = 0; i < DOFS; i++) still->tests.amplitude[i] = key.min;
+    int status = config_check(still, name, error);
+    free(still);
+    return status;
+}
+
+int config_take_tests(struct params *params, const char *text, size_t size, const char *name, const char *const *settings, int count,
+                      struct error *error) {
+    static const char section[] = "tests.";
+    if (text) read_tests(params, text, size, name);
+    for (int i = 0; i < count; i++) {
+        int status = strncmp(settings[i], section, sizeof section - 1) ? STATUS_OK : apply_setting(params, settings[i], error);
+        if (status) return status;
+    }
+    return check_recorded(params, name, error);
+}
+
 int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
     config_default(params);
     int status = read_text(params, text, size, name, error);
@@ -333,9 +394,9 @@ static void print_entry(FILE *out, const struct config_key *key, const struct pa
     else fprintf(out, "%s %s\n", key->shapes_law ? "usually" : "adds nothing at", key->value);
 }
 
-char *config_text(const struct params *params) { return config_text_noted(params, NULL, NULL, 0); }
-
-char *config_text_noted(const struct params *params, const char *head, const struct config_note *note, int notes) {
+/* left_out: keys and sections to leave out, ended by NULL. */
+static char *print_text(const struct params *params, const char *head, const struct config_note *note, int notes,
+                        const char *const *left_out) {
     char *text = NULL, before[CONFIG_PATH_SIZE] = "";
     size_t size;
     struct config_key key;
@@ -344,7 +405,7 @@ char *config_text_noted(const struct params *params, const char *head, const str
     if (head) fprintf(out, "# %s\n", head);
     fprintf(out, "# hexid configuration, SI units. A key that is left out has its default: `hexid run --print-config`.\n");
     for (int i = 0; config_key_at(i, &key); i++) {
-        if (key.effect >= 0 && !params->effects[key.effect].on) continue;
+        if ((key.effect >= 0 && !params->effects[key.effect].on) || config_key_within(key.path, left_out)) continue;
         print_sections(out, key.path, before);
         print_entry(out, &key, params, note_of(&key, note, notes));
         snprintf(before, sizeof before, "%s", key.path);
@@ -353,6 +414,16 @@ char *config_text_noted(const struct params *params, const char *head, const str
     free(text);
     return NULL;
 }
+
+static const char *const nothing[] = {NULL};
+
+char *config_text(const struct params *params) { return print_text(params, NULL, NULL, 0, nothing); }
+
+char *config_text_noted(const struct params *params, const char *head, const struct config_note *note, int notes) {
+    return print_text(params, head, note, notes, nothing);
+}
+
+char *config_text_without(const struct params *params, const char *const *left_out) { return print_text(params, NULL, NULL, 0, left_out); }
 
 /* Escapes bars, which would end a table's cell. */
 static void print_cell(FILE *out, const char *text) {

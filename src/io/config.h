@@ -28,9 +28,22 @@ int config_check_motion(const struct params *params, struct error *error);
 /* Loads YAML text from memory, such as that in a log; `name` stands for the file in messages. */
 int config_parse(struct params *params, const char *text, size_t size, const char *name, struct error *error);
 
+/* Returns true if the YAML text of a configuration states this key, whatever the value. */
+bool config_states(const char *text, size_t size, const char *key);
+
 /* Applies the "key=value" settings in order to existing params, then runs the checks; `name` stands
  * for the configuration in messages. Returns 0 or -2. */
 int config_override(struct params *params, const char *name, const char *const *settings, int count, struct error *error);
+
+/* Returns true if one of the "key=value" settings gives this key. */
+bool config_sets(const char *const *settings, int count, const char *key);
+
+/* Replaces the section `tests` of params by the keys of it that the YAML text of another
+ * configuration states, then by those of the settings; the others stay. text NULL, or no
+ * configuration: only the settings. Checks the tests against the rest of params, but not whether
+ * the machine reaches the amplitudes: what was recorded was reached. Returns 0 or -2. */
+int config_take_tests(struct params *params, const char *text, size_t size, const char *name, const char *const *settings, int count,
+                      struct error *error);
 
 /* Returns YAML text that config_parse() turns back into the same params, bit for bit; it has only
  * effects that are on. To be freed by the caller. */
@@ -38,6 +51,9 @@ char *config_text(const struct params *params);
 
 /* The same below this head line, with notes behind the values of some keys. */
 char *config_text_noted(const struct params *params, const char *head, const struct config_note *note, int notes);
+
+/* The same without these keys and sections (names such as "tests.frequency_hz", ended by NULL). */
+char *config_text_without(const struct params *params, const char *const *left_out);
 
 /* Finds the first key within these sections (names such as "payload", ended by NULL) whose values
  * differ, with both values as YAML. Returns false if there is none. */

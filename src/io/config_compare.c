@@ -6,7 +6,7 @@
 #include "gains.h"
 #include "params.h"
 
-static bool within(const char *path, const char *const *sections) {
+bool config_key_within(const char *path, const char *const *sections) {
     for (; *sections; sections++) {
         size_t length = strlen(*sections);
         if (!strncmp(path, *sections, length) && (path[length] == '.' || !path[length])) return true;
@@ -18,7 +18,7 @@ bool config_difference(const struct params *a, const struct params *b, const cha
     struct config_key key;
     char of_a[CONFIG_TEXT_SIZE], of_b[CONFIG_TEXT_SIZE];
     for (int i = 0; config_key_at(i, &key); i++) {
-        if (!within(key.path, sections)) continue;
+        if (!config_key_within(key.path, sections)) continue;
         config_value_format(&key, a, of_a);
         config_value_format(&key, b, of_b);
         if (!strcmp(of_a, of_b)) continue;
@@ -70,7 +70,7 @@ uint64_t config_digest(const struct params *params) {
     struct config_key key;
     char value[CONFIG_TEXT_SIZE];
     for (int i = 0; config_key_at(i, &key); i++) {
-        if (!within(key.path, sections) || is_gain(key.path) || (key.effect >= 0 && !params->effects[key.effect].on)) continue;
+        if (!config_key_within(key.path, sections) || is_gain(key.path) || (key.effect >= 0 && !params->effects[key.effect].on)) continue;
         config_value_format(&key, params, value);
         hash = add_text(add_text(hash, key.path), value);
     }
@@ -97,7 +97,7 @@ void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE
     if (default_machine && !config_difference(params, &built_in, geometry, &difference)) return;
     for (int i = 0; config_key_at(i, &key); i++) {
         /* another mechanism has no default diameters (areas.h) */
-        if (!within(key.path, oil) && (!default_machine || !within(key.path, diameters))) continue;
+        if (!config_key_within(key.path, oil) && (!default_machine || !config_key_within(key.path, diameters))) continue;
         config_value_format(&key, params, own);
         config_value_format(&key, &built_in, theirs);
         if (!strcmp(own, theirs))

@@ -57,6 +57,9 @@ bool config_key_find(const char *path, struct config_key *key);
 /* Finds the known key nearest to a misspelt one; "" if none is near. */
 void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]);
 
+/* Returns true if the key is one of these, or within one of these sections, ended by NULL. */
+bool config_key_within(const char *path, const char *const *sections);
+
 /* Returns a line about a section: "control", "effects", "effects.valve_lag"; NULL: there is no such
  * section. */
 const char *config_section_title(const char *path);

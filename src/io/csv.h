@@ -86,7 +86,7 @@ struct csv_report {
                                           * pressures */
     char zero[600];        /* import: times taken as t = 0 in files whose t_s does not begin near
                             * zero: "2_y.csv: 6.500; ..." */
-    char overruled[600];   /* import: frequencies in heads that csv_source.overruled left out */
+    char overruled[600];   /* import: values in heads that csv_source.settings left out */
     char notes[1200];      /* import: changes made to bring channels onto one clock (csv_table.h),
                             * and lines left out */
     bool turns;            /* import: the axis rotates and is read as at a lever of 1 m
@@ -109,7 +109,12 @@ struct csv_source {
                             * base */
     const char *base;      /* configuration as YAML text; NULL: the built-in one */
     struct csv_map *map;   /* columns under the user's own names (csv_map.h); NULL: none */
-    bool overruled;       /* the base's tests.frequency_hz wins over the frequencies in the files */
+    bool configured;       /* a user chose the base; false: its tests are an assumption, and what
+                            * no file states of frequency and amplitude is left out of the log's
+                            * configuration */
+    const char *const *settings; /* --set: these keys of the base win over the values in the
+                                  * files */
+    int setting_count;
     int only;              /* number, from 1, of the only file to read, which need not have all
                             * names of the map; 0: all files */
 };

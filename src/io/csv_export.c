@@ -21,7 +21,7 @@ struct export {
     const char *log_path, *directory;
     struct params params;
     bool configured;       /* params come from the log */
-    double configured_hz[DOFS];
+    struct test_params configured_tests;
     char *config;          /* text of the log's configuration; NULL: none has come yet */
     FILE *file;            /* file of the current test; NULL: there is none */
     char path[PATH_SIZE];
@@ -59,7 +59,8 @@ static void write_head(struct export *e) {
     fprintf(e->file, "# dof: %s\n# rate_hz: %-24.10g\n", csv_dof_name(e->last.dof), rate_hz);
     for (int key = 0; key < CSV_KEYS && e->configured && e->last.dof != DOF_NONE; key++) {
         const double *value = csv_place(&e->params, (enum csv_key)key, e->last.dof);
-        if (value) fprintf(e->file, "# %s: %s\n", csv_keys[key], number_shortest(*value, number));
+        bool stated = value && config_states(e->config, strlen(e->config), csv_config_key((enum csv_key)key, e->last.dof));
+        if (stated) fprintf(e->file, "# %s: %s\n", csv_keys[key], number_shortest(*value, number));
     }
 }
 
@@ -129,7 +130,7 @@ static int take_config(struct export *e, const char *text, size_t length) {
         return error_set(e->error, STATUS_IO, "%.250s: has two configurations, so it is of two runs: export each by itself", e->log_path);
     if (!(e->config = strndup(text, length))) return error_set(e->error, STATUS_IO, "out of memory");
     e->configured = config_parse(&e->params, text, length, "config.yaml", &ignored) == STATUS_OK;
-    memcpy(e->configured_hz, e->params.tests.hz, sizeof e->configured_hz);
+    e->configured_tests = e->params.tests;
     snprintf(e->path, sizeof e->path, "%.3000s/config.yaml", e->directory);
     FILE *file = create(e);
     if (!file) return unwritable(e);
@@ -138,14 +139,13 @@ static int take_config(struct export *e, const char *text, size_t length) {
     return written ? STATUS_OK : unwritable(e);
 }
 
-/* Takes the frequency that an imported file stated, which goes into the head of the new file
- * again. */
+/* Takes the frequency or amplitude that an imported file stated, which goes into the head of the
+ * new file again. */
 static int take_stated(struct export *e, const struct log_event *event) {
-    enum dof dof;
-    double hz;
-    if (!csv_stated_decode(event->data, event->size, &dof, &hz)) return STATUS_OK;
+    struct csv_stated stated;
+    if (!csv_stated_decode(event->data, event->size, &stated)) return STATUS_OK;
     int status = end_test(e);
-    e->params.tests.hz[dof] = isnan(hz) ? e->configured_hz[dof] : hz;
+    csv_stated_take(&stated, &e->configured_tests, &e->params.tests);
     return status;
 }
 

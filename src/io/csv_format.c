@@ -131,6 +131,18 @@ double *csv_place(struct params *params, enum csv_key key, enum dof dof) {
     }
 }
 
+const char *csv_config_key(enum csv_key key, enum dof dof) {
+    switch (key) {
+    case CSV_FREQUENCY: return "tests.frequency_hz";
+    case CSV_AMPLITUDE: return dof < DOF_PHI ? "tests.amplitude_m" : "tests.amplitude_rad";
+    case CSV_SETTLE: return "tests.settle_s";
+    case CSV_RAMP: return "tests.ramp_s";
+    case CSV_DURATION: return "tests.duration_s";
+    case CSV_RAMP_OUT: return "tests.ramp_out_s";
+    default: return NULL;
+    }
+}
+
 static int is_csv(const struct dirent *entry) {
     static const char *const ends[] = {".csv", ".tsv", ".mat", ".mcap"};
     const char *dot = strrchr(entry->d_name, '.');

@@ -62,6 +62,9 @@ extern const char *const csv_keys[CSV_KEYS];
  * a period. Frequency and amplitude belong to an axis, so dof must name one. */
 double *csv_place(struct params *params, enum csv_key key, enum dof dof);
 
+/* Returns the configuration's name of that value: "tests.amplitude_rad"; NULL for the rate. */
+const char *csv_config_key(enum csv_key key, enum dof dof);
+
 /* Returns the name of an axis: "x" ... "psi", "none". */
 const char *csv_dof_name(enum dof dof);
 

@@ -32,6 +32,8 @@ static const double gap_max_s = 3600.0;     /* limit of tests.duration_s */
 struct import {
     const struct csv_source *source;
     struct params params;
+    bool configured;           /* a configuration was chosen: one in the directory, or
+                                * csv_source.configured */
     int files;
     struct csv_head head[CSV_FILES_MAX];
     struct csv_head *part;     /* heads of the `parts` files that together are one test; NULL: each
@@ -134,21 +136,32 @@ static void note(char *list, size_t size, const struct csv_head *h, const char *
     if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
 }
 
-/* Leaves the file's frequency out, because the command line gives another one. */
+static bool set_for(const struct import *im, enum csv_key key, enum dof dof) {
+    const char *name = csv_config_key(key, dof);
+    return name && config_sets(im->source->settings, im->source->setting_count, name);
+}
+
+/* Leaves out the values of the head that the command line gives, too, and notes those that differ
+ * from it. */
 static void overrule(struct import *im, struct csv_head *h) {
-    char words[NUMBER_SIZE];
-    if (!gives(h, CSV_FREQUENCY)) return;
-    note(im->report->overruled, sizeof im->report->overruled, h, number_shortest(h->value[CSV_FREQUENCY], words));
-    h->value[CSV_FREQUENCY] = (double)NAN;
+    char words[CSV_KEYS * (NUMBER_SIZE + 16)] = "", number[NUMBER_SIZE];
+    for (int key = 0; key < CSV_KEYS; key++) {
+        size_t used = strlen(words);
+        if (!gives(h, (enum csv_key)key) || !set_for(im, (enum csv_key)key, h->dof)) continue;
+        if (h->value[key] != *csv_place(&im->params, (enum csv_key)key, h->dof))
+            snprintf(words + used, sizeof words - used, "%s%s %s", used ? ", " : "", csv_keys[key], number_shortest(h->value[key], number));
+        h->value[key] = (double)NAN;
+    }
+    note(im->report->overruled, sizeof im->report->overruled, h, words);
 }
 
 static int merge_heads(struct import *im) {
     for (int file = 0; file < im->files; file++) {
         int status = merge_mechanism(im, file);
         if (status) return status;
+        overrule(im, &im->head[file]);
         for (int key = 0; key < CSV_KEYS; key++) {
             struct csv_head *h = &im->head[file];
-            if (key == CSV_FREQUENCY && im->source->overruled) overrule(im, h);
             status = gives(h, (enum csv_key)key) ? merge(im, file, (enum csv_key)key) : STATUS_OK;
             if (status) return status;
             if (key == CSV_RATE && gives(h, CSV_RATE)) set_rate(&im->params, h->value[key]);
@@ -303,19 +316,24 @@ static int write_event(struct import *im, const char *kind, const char *text) {
     return status;
 }
 
-static bool axis_stated(const struct import *im, enum dof dof) {
+static bool axis_stated(const struct import *im, enum dof dof, enum csv_key key) {
     for (int i = 0; i < im->files; i++)
-        if (im->head[i].dof == dof && gives(&im->head[i], CSV_FREQUENCY)) return true;
+        if (im->head[i].dof == dof && gives(&im->head[i], key)) return true;
     return false;
 }
 
-/* Writes the file's own frequency into the log before its rows. A file that states none gets an
- * entry that says so, and an earlier file's frequency no longer counts. */
+/* Writes the file's own frequency and amplitude into the log before its rows. A file that states
+ * none gets an entry that says so, and an earlier file's no longer counts. */
 static int write_stated(struct import *im, const struct csv_head *h) {
+    static const enum csv_key key_of[CSV_STATED_KEYS] = {CSV_FREQUENCY, CSV_AMPLITUDE};
     char text[CSV_STATED_SIZE];
-    if (h->dof == DOF_NONE || !axis_stated(im, h->dof)) return STATUS_OK;
-    csv_stated_text(h->dof, h->value[CSV_FREQUENCY], text);
-    return write_event(im, csv_stated_kind, text);
+    int status = STATUS_OK;
+    for (int i = 0; i < CSV_STATED_KEYS && !status; i++) {
+        if (h->dof == DOF_NONE || !axis_stated(im, h->dof, key_of[i])) continue;
+        csv_stated_text(&(struct csv_stated){(enum csv_stated_key)i, h->dof, h->value[key_of[i]]}, text);
+        status = write_event(im, csv_stated_kind, text);
+    }
+    return status;
 }
 
 static int write_file(struct import *im, int file) {
@@ -532,6 +550,7 @@ static int check_map(const struct import *im) {
 static int base_params(struct import *im) {
     char path[CSV_PATH_SIZE + 16];
     snprintf(path, sizeof path, "%.*s/config.yaml", CSV_PATH_SIZE, im->source->path);
+    im->configured = im->source->configured || access(path, F_OK) == 0;
     if (access(path, F_OK) == 0) return config_load(&im->params, path, NULL, 0, im->error);
     if (errno != ENOENT && errno != ENOTDIR) return error_set(im->error, STATUS_IO, "%.250s: cannot be read: %s", path, strerror(errno));
     const char *base = im->source->base;
@@ -551,10 +570,36 @@ static int write_log(struct import *im, const char *log_path, const char *config
     return status ? status : closed;
 }
 
+/* Returns the text of the configuration without the frequency and the amplitudes that nobody
+ * stated, so that a later configuration may state them. */
+static char *stated_text(const struct import *im) {
+    static const struct {
+        enum csv_key key;
+        enum dof from, to;
+    } of[] = {{CSV_FREQUENCY, DOF_X, DOF_PSI}, {CSV_AMPLITUDE, DOF_X, DOF_Z}, {CSV_AMPLITUDE, DOF_PHI, DOF_PSI}};
+    const char *left_out[sizeof of / sizeof *of + 1] = {NULL};
+    int count = 0;
+    struct params built_in;
+    struct config_difference difference;
+    config_default(&built_in);
+    for (size_t i = 0; i < sizeof of / sizeof *of && !im->configured; i++) {
+        const char *key = csv_config_key(of[i].key, of[i].from);
+        /* a value that is not the built-in one comes from a default file that was edited */
+        bool stated = set_for(im, of[i].key, of[i].from) ||
+                      config_difference(&im->params, &built_in, (const char *const[]){key, NULL}, &difference);
+        for (int file = 0; file < im->files; file++) {
+            const struct csv_head *h = &im->head[file];
+            stated = stated || (gives(h, of[i].key) && h->dof >= of[i].from && h->dof <= of[i].to);
+        }
+        if (!stated) left_out[count++] = key;
+    }
+    return config_text_without(&im->params, left_out);
+}
+
 /* Checks that hexid would accept the configuration with the heads' values, then writes the log. */
 static int check_and_write(struct import *im, const char *log_path) {
     struct params checked;
-    char name[CSV_PATH_SIZE + 64], *config = config_text(&im->params);
+    char name[CSV_PATH_SIZE + 64], *config = stated_text(im);
     snprintf(name, sizeof name, "%s (configuration with the values of its files)", im->source->path);
     int status = config ? config_parse(&checked, config, strlen(config), name, im->error)
                         : error_set(im->error, STATUS_IO, "out of memory");

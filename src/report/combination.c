@@ -105,6 +105,7 @@ void combination_table_print(FILE *out, const struct combination *c) {
     fprintf(out, "%*s %*s\n", COLUMN - 1, "all", COLUMN - 1, "+- 95 %");
     print_values(out, c);
     print_payload(out, c);
+    identification_common_gain_print(out, &c->common_gain);
     identification_at_pose_print(out, &c->all.at_pose);
     fprintf(out, "\nagreement chi-square %.1f of %d degrees of freedom, by noise alone with probability %.2g: %s\n", a->chi_square,
             a->degrees, a->probability,

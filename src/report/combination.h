@@ -19,6 +19,7 @@ struct combination {
     int logs;                         /* number of logs, 2 to AGREEMENT_LOGS */
     struct combination_log log[AGREEMENT_LOGS];
     struct method_c all;
+    struct common_gain common_gain;   /* of the sensors of all logs */
     struct verdict method_c;          /* method C's verdict on `all` */
     struct agreement agreement;
     struct verdict verdict;

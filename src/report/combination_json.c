@@ -43,5 +43,6 @@ char *combination_json(const struct combination *c) {
     for (int l = 0; l < c->logs; l++) logs = report_append(logs, log_json(&c->log[l]));
     json_t *agreement = report_set(report_set(report_agreement(a), "apart", apart(a)), "deviations", deviations(a));
     return report_text(json_pack("{ss so s{so} so so}", "schema", "hexid.identifications/1", "logs", logs, "combined", "method_c",
-                                 report_method_c(&c->all, &c->method_c), "agreement", agreement, "verdict", report_verdict(&c->verdict)));
+                                 report_method_c(&c->all, &c->common_gain, &c->method_c), "agreement", agreement, "verdict",
+                                 report_verdict(&c->verdict)));
 }

@@ -95,7 +95,7 @@ static json_t *shares(const struct method_c *c) {
     return object;
 }
 
-json_t *report_method_c(const struct method_c *c, const struct verdict *verdict) {
+json_t *report_method_c(const struct method_c *c, const struct common_gain *gain, const struct verdict *verdict) {
     if (!c->matrix.evaluated) return json_null();
     json_t *found = json_pack(
         "{so so so so s{so so so so} so so so so}", "Mt", report_matrix(c->matrix.mt[0]), "std", report_matrix(c->matrix.mt_std[0]),
@@ -107,6 +107,10 @@ json_t *report_method_c(const struct method_c *c, const struct verdict *verdict)
         found = report_set(found, "springs",
                            json_pack("{so so}", "value", report_vector(c->spring, DOFS), "std", report_vector(c->spring_std, DOFS)));
     found = report_set(found, "systematic", systematic(c));
+    if (gain->sensors)
+        found = report_set(found, "common_gain",
+                           json_pack("{ss so si so}", "rests_on", "model.tolerance.pressure_gain", "tolerance",
+                                     report_number(gain->tolerance), "sensors", gain->sensors, "prior_std", report_number(gain->std)));
     found = report_set(found, "variance_shares", shares(c));
     if (!c->at_pose.asked) return found;
     return report_set(found, "at_pose",
@@ -178,7 +182,7 @@ json_t *report_identification(const struct identification *id, const struct verd
         "{ss so s{so} so so so so so s{so so so so} s{sI sI sI so so so so so so} so}", "schema", "hexid.identification/1", "tests", tests,
         "nominal", "Mt", report_matrix(id->nominal_mt[0]), "method_a", method(&id->method_a, true, &verdicts->method_a), "modified_a",
         method(&id->modified_a, false, &verdicts->modified_a), "method_b", method(&id->method_b, false, &verdicts->method_b), "method_c",
-        report_method_c(&id->method_c, &verdicts->method_c), "method_c_reason",
+        report_method_c(&id->method_c, &id->common_gain, &verdicts->method_c), "method_c_reason",
         id->no_method_c.status ? json_string(id->no_method_c.text) : json_null(), "errors_pct", "method_a", errors(id, &id->method_a),
         "modified_a", errors(id, &id->modified_a), "method_b", errors(id, &id->method_b), "method_c", errors(id, &id->method_c.matrix),
         "loop", "cycles", (json_int_t)loop->cycles, "overruns", (json_int_t)loop->overruns, "lost_records", (json_int_t)loop->lost,

@@ -39,10 +39,23 @@ static void systematic_errors(FILE *out, const struct method_c *c) {
     html_table_end(out);
 }
 
+/* Writes that the gain common to all pressures rests on its prior, unless a weight was read. */
+static void common_gain(FILE *out, const struct common_gain *gain) {
+    if (!gain->sensors) return;
+    fprintf(out,
+            "<p class=\"notice\">A gain that all %s have in common shows in no motion: masses, inertias and friction are as exact as it, "
+            "± %.2g %% by model.tolerance.pressure_gain (the mean of %d, ± %.2g %% each). A known weight finds it "
+            "(hexid identify --weight).</p>\n",
+            gain->pressures ? "pressures" : "force sensors", 100.0 * NUMERIC_95 * gain->std, gain->sensors,
+            100.0 * NUMERIC_95 * gain->tolerance);
+}
+
 /* Writes the systematic errors, and the share of each cause in the variance of the diagonal. */
-static void systematic(FILE *out, const struct method_c *c) {
+static void systematic(FILE *out, const struct identification *id) {
+    const struct method_c *c = &id->method_c;
     fputs("<h3>Sensors and drawing</h3>\n", out);
     systematic_errors(out, c);
+    common_gain(out, &id->common_gain);
     fputs("<p>Where the width of the intervals comes from: shares of the variance.</p>\n", out);
     html_table(out, NULL, "cause|>mx|>my|>mz|>Ixx|>Iyy|>Izz");
     for (int k = 0; k < CAUSES; k++) {
@@ -75,7 +88,7 @@ static void section_matrices(FILE *out, const struct identification_log *l, cons
     if (!l->sinusoids) fputs("<p>Methods A and B need sinusoids of one axis after another; this motion is none for them.</p>\n", out);
     if (!c->matrix.evaluated && l->id->no_method_c.status)
         html_print(out, "<p class=\"notice\">Method C: not evaluated: %s</p>\n", l->id->no_method_c.text);
-    if (c->matrix.evaluated) systematic(out, c);
+    if (c->matrix.evaluated) systematic(out, l->id);
     fputs("</section>\n", out);
 }
 
@@ -90,11 +103,12 @@ static int worst_axis(const struct test_result *t) {
 
 static void test_row(FILE *out, const struct test_result *t) {
     int worst = worst_axis(t);
+    double asked = t->asked_amplitude > 0.0 ? t->asked_amplitude : t->amplitude;
     fprintf(out, "<tr><td>%s%s</td>", dof_names[t->dof], t->refused ? " <span class=\"notice\">excluded</span>" : "");
     html_cells(out, ">%.4g Hz|>%.3f of %.3f %s|>%+.1f %%|>%.1f°|>%.1f %% of %s|>%" PRId64 "|>%" PRId64 "|>%.4f|>%.1f", t->frequency_hz,
-               1e3 * t->achieved_amplitude, 1e3 * t->amplitude, t->dof < DOF_PHI ? "mm" : "mrad",
-               100.0 * (t->achieved_amplitude / t->amplitude - 1.0), t->phase_deg, t->unwanted_pct[worst], dof_names[worst], t->samples,
-               t->excluded, 1e3 * t->witness.length_m, t->witness.force_n);
+               1e3 * t->achieved_amplitude, 1e3 * asked, t->dof < DOF_PHI ? "mm" : "mrad", 100.0 * (t->achieved_amplitude / asked - 1.0),
+               t->phase_deg, t->unwanted_pct[worst], dof_names[worst], t->samples, t->excluded, 1e3 * t->witness.length_m,
+               t->witness.force_n);
     fputs("</tr>\n", out);
 }
 
@@ -105,8 +119,9 @@ static void test_table(FILE *out, const struct identification_log *l) {
     html_head(out, "limit|||>%g %%||>%g %%||>%g %%|>%g|>%g", limit->amplitude_pct, limit->unwanted_pct, limit->excluded_pct,
               1e3 * limit->length_wander_m, limit->force_wander_n);
     html_table_end(out);
-    fputs("<p class=\"small\">Amplitude and phase are of the fundamental of the measured motion, the phase against the reference's "
-          "sine. Unwanted: the largest motion of another axis, against its own commanded amplitude. Wanders: how far the fundamental of "
+    fputs("<p class=\"small\">Amplitude and phase are of the fundamental of the measured motion, the amplitude against that of the "
+          "recorded reference (without one the configured amplitude, and then it is not judged), the phase against its sine. Unwanted: "
+          "the largest motion of another axis, against the amplitude of its own test. Wanders: how far the fundamental of "
           "a leg's length, and mean or fundamental of its force, are apart between periods, worst leg.</p>\n",
           out);
 }
@@ -279,8 +294,8 @@ static void verdict_words(FILE *out, const struct identification_log *l) {
     }
     if (l->id->method_c.matrix.evaluated)
         fprintf(out,
-                "<li>Method C scatters by %.2f times its noise (no check): about 1 where the model holds, less with dry friction; "
-                "where it is more, its intervals are as much wider.</li>\n",
+                "<li>Method C scatters by %.2f times its noise: about 1 where the model holds, less with dry friction; where it is more, "
+                "its intervals are as much wider, and more than chance allows fails its verdict.</li>\n",
                 l->id->method_c.scatter);
     fputs("</ul>\n", out);
     method_verdicts(out, l);

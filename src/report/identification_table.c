@@ -90,6 +90,15 @@ static void print_systematic(FILE *out, const struct method_c *c) {
     fprintf(out, "%s", before[0] == ';' ? "\n" : "");
 }
 
+void identification_common_gain_print(FILE *out, const struct common_gain *gain) {
+    if (!gain->sensors) return;
+    fprintf(out,
+            "gain      that all %s have in common: no motion shows it, so masses, inertias and friction are as exact as it,\n"
+            "          +- %.2g %% by model.tolerance.pressure_gain (the mean of %d, +- %.2g %% each); a known weight finds it (--weight)\n",
+            gain->pressures ? "pressures" : "force sensors", 100.0 * NUMERIC_95 * gain->std, gain->sensors,
+            100.0 * NUMERIC_95 * gain->tolerance);
+}
+
 /* Prints the zeros that the pressures show at rest: the largest of them, and how well it is
  * known. */
 static void print_rest(FILE *out, const struct rest_found *r) {
@@ -216,6 +225,7 @@ static void print_method_c(FILE *out, const struct identification *id) {
     }
     if (c->payload.evaluated) print_payload(out, &c->payload);
     print_systematic(out, c);
+    identification_common_gain_print(out, &id->common_gain);
     print_rest(out, &id->rest);
     print_weighed(out, &id->weighed);
     fprintf(out, "Mt by method C, kg, kg m, kg m^2 (-: not determined)\n");

@@ -23,6 +23,9 @@ void identification_brief_print(FILE *out, const struct identification *id, bool
  * number, and the missing entries with the motion that they need. */
 void identification_determined_print(FILE *out, const struct method_c *c, const double nominal_mt[DOFS][DOFS]);
 
+/* Prints that the gain common to all pressures rests on its prior; nothing if a weight was read. */
+void identification_common_gain_print(FILE *out, const struct common_gain *gain);
+
 /* Prints the matrix at the pose that was asked for, or nothing if none was. */
 void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at);
 

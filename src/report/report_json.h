@@ -20,7 +20,7 @@ json_t *report_matrix(const double *m);
 
 json_t *report_verdict(const struct verdict *v);
 json_t *report_agreement(const struct agreement *a);
-json_t *report_method_c(const struct method_c *c, const struct verdict *verdict);
+json_t *report_method_c(const struct method_c *c, const struct common_gain *gain, const struct verdict *verdict);
 json_t *report_identification(const struct identification *id, const struct verdicts *verdicts, const struct loop_statistics *loop);
 
 /* Turns an object into text and releases the object. The caller frees the text. NULL without

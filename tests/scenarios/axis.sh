@@ -21,7 +21,7 @@ own_frequency() {
     sed 's/frequency_hz: 2$/frequency_hz: 4/' config/axis.yaml >"$work/four.yaml" && grep -q 'frequency_hz: 4$' "$work/four.yaml" &&
         gap friction "$work/four.yaml" | tee "$work/said" && ! grep -q 'was stated' "$work/said" || return 1
     "$hexid" gap "$work/friction.lcm" -c config/axis.yaml --set tests.frequency_hz=4 -o "$work/four" 2>&1 | tee "$work/said"
-    grep -q "friction.lcm: tests.frequency_hz of --set is taken, not the frequency_hz that a file states: x: 2$" "$work/said" &&
+    grep -q "friction.lcm: --set is taken, not what a file states: x: frequency_hz 2$" "$work/said" &&
         "$python" -c 'import json, sys; sys.exit("where 4 was stated" not in json.load(open(sys.argv[1]))["reason"])' "$work/four/gap.json"
 }
 claim "gap takes the file's own frequency before the configuration's, and that of --set before both" own_frequency

@@ -29,6 +29,20 @@ claim "a weight of 100 kg, and zeros that drift between the logs: the gain that 
 claim "what it found is in the configuration of -o: the same log with it has the same matrix" \
     eval 'identify again "$work/without.lcm" -c "$work/machine.yaml" && judge same "$work/found.json" "$work/again.json"'
 
+# says_gain OPTION ...: prints how often the table names the common gain, and its deviation in the JSON in millionths; 0: it is not there.
+says_gain() {
+    "$hexid" identify "$@" --json "$work/gain.json" 2>/dev/null | tee "$work/gain.out" | grep -c 'gain      that all pressures have in common: no motion shows it'
+    "$python" -c 'import json, sys
+gain = json.load(open(sys.argv[1]))["method_c"].get("common_gain")
+print(0 if gain is None else round(1e6 * gain["prior_std"]))' "$work/gain.json"
+}
+in_page() { "$hexid" report "$work/without.lcm" "$@" -o "$work/gain.html" >/dev/null; grep -c 'A gain that all pressures have in common shows in no motion' "$work/gain.html"; }
+claim "without a weight table, page and JSON say what the gain common to all pressures rests on, 0.5 % / sqrt(12); with it they do not" \
+    eval '[ "$(says_gain "$work/without.lcm" | xargs)" = "1 1443" ] && grep "+- 0.28 % by model.tolerance.pressure_gain" "$work/gain.out" &&
+          [ "$(says_gain "$work/without.lcm" "$work/with.lcm" --weight 100,0.01 | xargs)" = "0 0" ] &&
+          [ "$(says_gain "$work/without.lcm" -c "$work/machine.yaml" | xargs)" = "0 0" ] &&
+          [ "$(in_page)" = 1 ] && [ "$(in_page -c "$work/machine.yaml")" = 0 ]'
+
 run without 5 $(gains 1.02) "${rest[@]}" && run with 6 $(gains 1.02) "${rest[@]}" --set effects.payload_mass.mass_kg=100
 claim "a gain that is 2 % off in all pressures fails the verdict, by the weight" \
     eval 'identify found "$work/without.lcm" "$work/with.lcm" --weight 100 && judge fails "$work/found.json" "the known weight reads"'

@@ -83,7 +83,13 @@ assert hits >= 9, legs  # of 12; fewer than 9 have a probability below 1 in 2000
 END
 }
 claim "the friction drawn for each leg is what the machine was given" friction
+# Amplitudes stand beside the recorded reference, as the verdict judges them, whatever the configuration states.
+recorded_amplitude() {
+    report "$work/a.lcm" --set tests.amplitude_m=0.001 --set tests.amplitude_rad=0.001 >/dev/null
+    [ "$(grep -oE 'of (4\.00|3\.99|6\.00|5\.99)[0-9] m' "$page" | wc -l)" = 6 ]
+}
 same_machine() { report "$work/a.lcm" --set payload.mass_kg=260 >/dev/null && has "payload configured with 260 kg" "mass_kg: 260"; }
+claim "an amplitude is shown against that of the recorded reference" recorded_amplitude
 claim "--set changes the model that is shown" same_machine
 
 quick "${sines[@]}" --tests x --log "$work/x.lcm" >/dev/null 2>&1

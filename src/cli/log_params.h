@@ -1,0 +1,38 @@
+/* The configuration with which a log is evaluated. One rule for all commands that read logs:
+ *
+ *   - The machine is that of -c; without -c that of the log's own configuration.
+ *   - The tests are those of the log, whatever -c says of tests: the log's configuration states
+ *     what hexid drove, or for an imported log what its files and the configuration at import
+ *     state. A key of tests that the log does not state (csv.h) is taken from -c.
+ *   - --set stands above both.
+ *
+ * Main thread. */
+#ifndef HEXID_LOG_PARAMS_H
+#define HEXID_LOG_PARAMS_H
+
+#include "cli.h"
+#include "params.h"
+
+struct log_event;
+
+/* Reads the log's own configuration from its first event. Returns -2, or -3 if that event is no
+ * configuration; the message then ends with `otherwise`: the remedy, or what remains unknown. */
+int log_params_own(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
+
+/* Replaces the tests of -c, which are in params, by those of the log. A log without a readable
+ * configuration leaves them. Returns -2 if the tests contradict the rest of the configuration. */
+int log_params_tests(const struct options *o, const char *path, const struct log_event *event, struct params *params, struct error *error);
+
+/* Finds the configuration for a log. configured: gets the tests of the configuration that was
+ * stated, -c or the log's own, with --set: those to write into a new configuration; NULL: not
+ * needed. Returns -2 or -3. */
+int log_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,
+               struct test_params *configured, struct error *error);
+
+/* Sets frequency or amplitude of a test to what an imported file states for its own rows
+ * (csv_stated.h), or back to that of `own` if it states none; any other event changes nothing. What
+ * --set gives stays, and cli_say_overruled() reports what the file states, unless path is NULL. */
+void log_params_follow(const struct options *o, const char *path, const struct log_event *event, const struct test_params *own,
+                       struct test_params *tests);
+
+#endif
