@@ -145,7 +145,9 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
 
 /* Adds a test's moments, which reveal wrong signs, exchanged legs and another machine. */
 static void add_test(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct leg_moments *m) {
-    double mean[LEGS] = {0}, sum[LEGS] = {0}, asked[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz, n = 0.0;
+    double mean[LEGS] = {0}, sum[LEGS] = {0}, asked[LEGS], before[LEGS] = {0}, rate[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz,
+           n = 0.0;
+    double step_s = recording_step_s(t), last_s = -HUGE_VAL;
     for (int i = t->first; i < t->end; i++) n += !t->sample[i].refused;
     for (int i = t->first; i < t->end; i++)
         for (int leg = 0; leg < LEGS && !t->sample[i].refused; leg++) mean[leg] += t->sample[i].length_m[leg] / n;
@@ -155,6 +157,10 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
         if (t->sample[i].refused) continue;
         if (!r->measured.reference) pose[t->dof] = wave[0] * sin(phase) + wave[1] * cos(phase);
         ik_lengths(k, r->measured.reference ? t->sample[i].ref : pose, asked);
+        double since_s = t->sample[i].test_time_s - last_s;
+        for (int a = 0; a < LEGS; a++) rate[a] = since_s < 1.5 * step_s ? (asked[a] - before[a]) / since_s : 0.0;
+        memcpy(before, asked, sizeof before);
+        last_s = t->sample[i].test_time_s;
         for (int a = 0; a < LEGS; a++) {
             double x = t->sample[i].length_m[a] - mean[a], y = asked[a] - k->neutral_length_m[a];
             sum[a] += y / n;
@@ -162,6 +168,7 @@ static void add_test(const struct recording *r, const struct recording_test *t, 
             for (int b = 0; b < LEGS; b++) {
                 double other = asked[b] - k->neutral_length_m[b];
                 m->product[a][b] += x * other, m->asked[a][b] += y * other;
+                m->late[a][b] += x * rate[b], m->mixed[a][b] += rate[a] * other, m->rates[a][b] += rate[a] * rate[b];
             }
         }
     }
@@ -637,11 +644,10 @@ static int check_contradictions(struct recording *r, const struct residual_data 
     int status = pose ? check_order(r, data, error) : STATUS_OK;
     if (!status && pose) status = check_drawing(r, k, error);
     if (!status) status = pose ? check_legs(r, k, error) : check_axis(r, data, error);
+    if (status == STATUS_USAGE) r->refuted = true;
     if (!status && r->measured.pressures) status = check_supply(r, error);
     if (!status && pose && r->measured.pressures) status = check_pressures(r, error);
-    if (!status) status = check_drives(r, data, error);
-    if (status == STATUS_USAGE) r->refuted = true;
-    return status;
+    return status ? status : check_drives(r, data, error);
 }
 
 int recording_check(struct recording *r, struct error *error) {

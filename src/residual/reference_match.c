@@ -14,13 +14,13 @@ const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref
 
 /* Motion of the legs along an axis below this share of the largest is not judged. */
 static const double MOVED = 1e-3;
-/* The reference explains nothing if its rows explain less than FOLLOWS of the lengths' squares: a
- * lag of 45 degrees, or noise. */
+/* The reference explains nothing if its rows explain less than FOLLOWS of the lengths' squares, or
+ * if less than that is in phase: a lag of 45 degrees, or noise. */
 static const double FOLLOWS = 0.5;
 /* Another drawing refutes the stated one if its unexplained share is less than DECISIVE times the
  * stated one's, and the stated one's exceeds UNEXPLAINED: motion of other axes of 10 %, which a
- * loop may have, is 0.01. */
-static const double UNEXPLAINED = 0.01, DECISIVE = 0.25;
+ * loop may have, is 0.01. If not both planes move, it has to exceed MOST. */
+static const double UNEXPLAINED = 0.01, MOST = 0.5, DECISIVE = 0.25;
 /* Drawings cannot be distinguished from the best one if the share that they leave unexplained is at
  * most ALIKE times the best one's, plus SAME. */
 static const double ALIKE = 1.3, SAME = 2e-3;
@@ -28,13 +28,18 @@ static const double ALIKE = 1.3, SAME = 2e-3;
  * move as one have a solution. */
 static const double RIDGE = 1e-9;
 
+/* A regressor is the reference along an axis, or its rate along axis RATES + i. */
+enum { RATES = DOFS, REGRESSORS = 2 * DOFS };
+
 struct work {
     struct kinematics drawn;    /* the drawing as it is */
     double center_m[2];         /* mass centre in the drawing, whose z axis the turns are about */
-    double along[LEGS][DOFS];   /* sum of a measured length times the reference along an axis */
-    double square[DOFS][DOFS];  /* sum of products of the reference along two axes */
+    double along[LEGS][REGRESSORS];        /* sum of a measured length times a regressor */
+    double square[REGRESSORS][REGRESSORS]; /* sum of products of two regressors */
     double explainable;         /* part of the lengths' squares that any rows explain */
-    int axes, axis[DOFS];       /* axes along which the reference moves */
+    int used, regressor[REGRESSORS]; /* regressors of axes along which the reference moves */
+    bool lags[DOFS];            /* the motion along this axis lags by more than 45 degrees */
+    bool planes;                /* x and y move apart, and phi and theta do */
 };
 
 /* How the drawing differs from the machine. */
@@ -63,42 +68,50 @@ static void jacobian_of(const struct work *w, const struct drawing *d, double j[
     ik_jacobian(&k, neutral, j);
 }
 
-/* Solves for the gains of the axes in `used`. Returns the explained squares. */
-static double gains(const struct work *w, double (*normal)[DOFS], const double with[DOFS], const bool used[DOFS], double gain[DOFS]) {
-    double a[DOFS * DOFS] = {0}, b[DOFS] = {0}, x[DOFS], explained = 0.0;
-    int n = 0, axis[DOFS];
-    for (int i = 0; i < w->axes; i++)
-        if (used[i]) axis[n++] = i;
+/* Solves for the gains of the regressors in `used`. Returns the explained squares. */
+static double gains(const struct work *w, double (*normal)[REGRESSORS], const double with[REGRESSORS], const bool used[REGRESSORS],
+                    double gain[REGRESSORS]) {
+    double a[REGRESSORS * REGRESSORS] = {0}, b[REGRESSORS] = {0}, x[REGRESSORS], explained = 0.0;
+    int n = 0, at[REGRESSORS];
+    for (int i = 0; i < w->used; i++)
+        if (used[i]) at[n++] = i;
     for (int i = 0; i < n; i++) {
-        b[i] = with[axis[i]];
-        for (int j = 0; j < n; j++) a[i * n + j] = normal[axis[i]][axis[j]] * (i == j ? 1.0 + RIDGE : 1.0);
+        b[i] = with[at[i]];
+        for (int j = 0; j < n; j++) a[i * n + j] = normal[at[i]][at[j]] * (i == j ? 1.0 + RIDGE : 1.0);
     }
-    memset(gain, 0, DOFS * sizeof *gain);
+    memset(gain, 0, REGRESSORS * sizeof *gain);
     if (!n) return 0.0;
     lin_solve_spd(n, 1, a, b, x);
-    for (int i = 0; i < n; i++) gain[axis[i]] = x[i], explained += x[i] * b[i];
+    for (int i = 0; i < n; i++) gain[at[i]] = x[i], explained += x[i] * b[i];
     return explained;
 }
 
 /* Finds the share that a drawing leaves unexplained. against: axes along which the lengths move
- * against the reference; NULL: no gain may be negative. */
+ * against the reference; NULL: no gain may be negative, but that of an axis that lags. */
 static double unexplained(const struct work *w, const struct drawing *d, bool against[DOFS]) {
-    double j[LEGS][DOFS], form[LEGS][DOFS], normal[DOFS][DOFS] = {{0}}, with[DOFS] = {0}, gain[DOFS], explained;
-    bool used[DOFS] = {true, true, true, true, true, true}, negative = true;
+    double j[LEGS][DOFS], form[LEGS][REGRESSORS], normal[REGRESSORS][REGRESSORS] = {{0}}, with[REGRESSORS] = {0}, gain[REGRESSORS],
+                                                  explained;
+    bool used[REGRESSORS], negative = true;
     jacobian_of(w, d, j);
-    for (int i = 0; i < w->axes; i++)
+    for (int i = 0; i < w->used; i++) {
+        int of = w->regressor[i];
+        used[i] = true;
         for (int k = 0; k < LEGS; k++) {
-            form[k][i] = j[k][w->axis[i]];
-            with[i] += form[k][i] * w->along[d->order.place[k]][w->axis[i]];
+            form[k][i] = j[k][of % DOFS];
+            with[i] += form[k][i] * w->along[d->order.place[k]][of];
         }
-    for (int i = 0; i < w->axes; i++)
-        for (int other = 0; other < w->axes; other++)
-            for (int k = 0; k < LEGS; k++) normal[i][other] += form[k][i] * form[k][other] * w->square[w->axis[i]][w->axis[other]];
+    }
+    for (int i = 0; i < w->used; i++)
+        for (int other = 0; other < w->used; other++)
+            for (int k = 0; k < LEGS; k++)
+                normal[i][other] += form[k][i] * form[k][other] * w->square[w->regressor[i]][w->regressor[other]];
     do {
         explained = gains(w, normal, with, used, gain);
         negative = false;
-        for (int i = 0; i < w->axes; i++) {
-            if (against) against[w->axis[i]] = gain[i] < 0.0;
+        for (int i = 0; i < w->used; i++) {
+            int of = w->regressor[i];
+            if (of >= RATES || w->lags[of]) continue;
+            if (against) against[of] = gain[i] < 0.0;
             else if (gain[i] < 0.0) used[i] = false, negative = true;
         }
     } while (negative);
@@ -160,40 +173,81 @@ static struct drawing best_order(const struct work *w) {
     return explains_more(&any, &best) ? any : best;
 }
 
-/* Turns the legs' moments into moments along the axes, and finds what can be explained. Returns
- * false if the lengths do not follow the reference at all. */
+/* Turns the legs' moments into moments along the axes. */
+static void take_moments(struct work *w, const struct leg_moments *m, double inverse[DOFS][LEGS]) {
+    for (int i = 0; i < DOFS; i++) {
+        for (int a = 0; a < LEGS; a++)
+            for (int b = 0; b < LEGS; b++) {
+                w->along[a][i] += m->product[a][b] * inverse[i][b];
+                w->along[a][RATES + i] += m->late[a][b] * inverse[i][b];
+            }
+        for (int j = 0; j < DOFS; j++)
+            for (int a = 0; a < LEGS; a++)
+                for (int b = 0; b < LEGS; b++) {
+                    w->square[i][j] += inverse[i][a] * m->asked[a][b] * inverse[j][b];
+                    w->square[RATES + i][j] += inverse[i][a] * m->mixed[a][b] * inverse[j][b];
+                    w->square[j][RATES + i] += inverse[i][a] * m->mixed[a][b] * inverse[j][b];
+                    w->square[RATES + i][RATES + j] += inverse[i][a] * m->rates[a][b] * inverse[j][b];
+                }
+    }
+}
+
+/* Finds what any rows explain of the lengths, and which axes lag. Returns the part that the
+ * reference explains without its rate. */
+static double find_explainable(struct work *w) {
+    double normal[REGRESSORS][REGRESSORS], with[REGRESSORS], gain[REGRESSORS], in_phase[DOFS] = {0}, late[DOFS] = {0}, sum = 0.0;
+    bool all[REGRESSORS], values[REGRESSORS];
+    for (int i = 0; i < w->used; i++) {
+        all[i] = true, values[i] = w->regressor[i] < RATES;
+        for (int j = 0; j < w->used; j++) normal[i][j] = w->square[w->regressor[i]][w->regressor[j]];
+    }
+    for (int leg = 0; leg < LEGS; leg++) {
+        for (int i = 0; i < w->used; i++) with[i] = w->along[leg][w->regressor[i]];
+        sum += gains(w, normal, with, values, gain);
+        w->explainable += gains(w, normal, with, all, gain);
+        for (int i = 0; i < w->used; i++)
+            *(values[i] ? &in_phase[w->regressor[i]] : &late[w->regressor[i] - RATES]) += square(gain[i]) * normal[i][i];
+    }
+    for (int i = 0; i < DOFS; i++) w->lags[i] = late[i] > in_phase[i];
+    return sum;
+}
+
+/* True if the reference moves along two axes, and the motion along one is not that along the other
+ * with a gain and a lag, as on a circle. */
+static bool apart(const struct work *w, const bool moved[DOFS], int one, int other) {
+    const double (*s)[REGRESSORS] = w->square;
+    if (!moved[one] || !moved[other]) return false;
+    int rate = RATES + one;
+    double a = s[one][one], b = s[one][rate], c = s[rate][rate], determinant = a * c - b * b, p = s[other][one], q = s[other][rate];
+    double share = (c * p * p - 2.0 * b * p * q + a * q * q) / determinant;
+    return determinant > 0.0 && share < 0.5 * s[other][other];
+}
+
+/* Prepares the comparison. Returns false if the lengths do not follow the reference at all. */
 static bool work_init(struct work *w, const struct params *params, const struct leg_moments *m) {
     static const double neutral[DOFS] = {0};
     double jacobian[LEGS][DOFS], inverse[DOFS][LEGS], moves[DOFS], most = 0.0, measured = 0.0;
+    bool moved[DOFS];
     memset(w, 0, sizeof *w);
     kinematics_place(&w->drawn, params);
     w->center_m[0] = params->payload.center_x_m, w->center_m[1] = params->payload.center_y_m;
     ik_jacobian(&w->drawn, neutral, jacobian);
     lin_inverse(DOFS, jacobian[0], inverse[0]);
-    for (int a = 0; a < LEGS; a++) measured += m->measured[a];
+    take_moments(w, m, inverse);
     for (int i = 0; i < DOFS; i++) {
         double length = 0.0;
-        for (int a = 0; a < LEGS; a++) {
-            length += square(jacobian[a][i]);
-            for (int b = 0; b < LEGS; b++) w->along[a][i] += m->product[a][b] * inverse[i][b];
-        }
-        for (int j = 0; j < DOFS; j++)
-            for (int a = 0; a < LEGS; a++)
-                for (int b = 0; b < LEGS; b++) w->square[i][j] += inverse[i][a] * m->asked[a][b] * inverse[j][b];
+        measured += m->measured[i];
+        for (int a = 0; a < LEGS; a++) length += square(jacobian[a][i]);
         moves[i] = w->square[i][i] * length, most = fmax(most, moves[i]);
     }
-    for (int i = 0; i < DOFS; i++)
-        if (moves[i] > MOVED * most) w->axis[w->axes++] = i;
-    for (int leg = 0; leg < LEGS; leg++) {
-        double normal[DOFS][DOFS], with[DOFS], gain[DOFS];
-        static const bool all[DOFS] = {true, true, true, true, true, true};
-        for (int i = 0; i < w->axes; i++) {
-            with[i] = w->along[leg][w->axis[i]];
-            for (int j = 0; j < w->axes; j++) normal[i][j] = w->square[w->axis[i]][w->axis[j]];
-        }
-        w->explainable += gains(w, normal, with, all, gain);
+    for (int i = 0; i < DOFS; i++) {
+        moved[i] = moves[i] > MOVED * most;
+        if (moved[i]) w->regressor[w->used++] = i;
+        if (moved[i] && w->square[RATES + i][RATES + i] > 0.0) w->regressor[w->used++] = RATES + i;
     }
-    return w->explainable > FOLLOWS * measured;
+    w->planes = apart(w, moved, DOF_X, DOF_Y) && apart(w, moved, DOF_PHI, DOF_THETA);
+    double in_phase = find_explainable(w);
+    return w->explainable > FOLLOWS * measured && in_phase > FOLLOWS * w->explainable;
 }
 
 static double degrees(double angle) { return 180.0 / PI * remainder(angle, 2.0 * PI); }
@@ -246,7 +300,8 @@ static void describe_signs(const bool against[DOFS], char *text, size_t size) {
 /* Appends a text behind "; or ". */
 static char *or_else(char text[REFERENCE_MATCH_TEXT], size_t *left) {
     size_t used = strlen(text);
-    used += (size_t)snprintf(text + used, REFERENCE_MATCH_TEXT - used, "%s", used ? "; or " : "");
+    if (used) strncat(text, "; or ", REFERENCE_MATCH_TEXT - 1 - used);
+    used = strlen(text);
     *left = REFERENCE_MATCH_TEXT - used;
     return text + used;
 }
@@ -262,7 +317,7 @@ void reference_match_find(const struct params *params, const struct leg_moments 
     leg_places_common(common);
     const struct drawing stated = {.order = common[0]};
     match->stated = match->best = unexplained(&w, &stated, NULL);
-    if (!(match->stated > UNEXPLAINED)) return;
+    if (!(match->stated > (w.planes ? UNEXPLAINED : MOST))) return;
 
     struct drawing order = best_order(&w), turn = best_angle(&w, false), mirror = best_angle(&w, true);
     prefer_axis(&w, &mirror);
