@@ -264,7 +264,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
     verdict_of_run(&v, a->params, id, &facts);
     note_symmetries(a, &v.run);
     if (a->recording.excluded) verdict_note(&v.run, "%d record(s) excluded: %.200s", a->recording.excluded, a->recording.exclusion.text);
-    if (v.method_c.status == VERDICT_FAIL) verdict_note(&v.run, "`hexid gap` on this log says which sensor or effect explains it");
+    if (v.method_c.status == VERDICT_FAIL) verdict_note(&v.run, "`hexid gap` on this log tries which sensor or effect explains it");
     return v;
 }
 
