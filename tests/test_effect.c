@@ -210,6 +210,22 @@ static void friction_resists_and_its_viscous_part_vanishes_at_rest(void **unused
     }
 }
 
+/* The law as it is written, for a turn above and below 0, and at 0, where it is a parabola. */
+static void a_lever_bends_as_its_law_says(void **unused) {
+    (void)unused;
+    const struct effect *lever = effect_table[effect_find("lever_load")];
+    static const double turns[] = {4.0, 0.0, -4.0};
+    double slope = 300.0, bend = -200.0, x = 0.7, w = 2.0;
+    const double needed[] = {slope * sin(w * x) / w + bend * (1.0 - cos(w * x)) / (w * w), slope * x + 0.5 * bend * x * x,
+                             slope * sinh(w * x) / w + bend * (cosh(w * x) - 1.0) / (w * w)};
+    for (int i = 0; i < 3; i++) {
+        struct effect_values v = {.on = true, .value = {{slope}, {bend}, {turns[i]}}};
+        double wrench[DOFS] = {0};
+        lever->wrench(&v, (const double[DOFS]){x}, wrench);
+        assert_close(wrench[DOF_X], -needed[i], 1e-9);
+    }
+}
+
 static void coulomb_friction_knows_its_direction_and_no_speed(void **unused) {
     (void)unused;
     struct params params = with("cylinder_coulomb_friction", (const double[]){300.0, 100.0});
@@ -373,6 +389,7 @@ int main(void) {
         cmocka_unit_test(neutral_values_leave_the_machine_as_it_is),
         cmocka_unit_test(both_engines_have_every_effect),
         cmocka_unit_test(friction_resists_and_its_viscous_part_vanishes_at_rest),
+        cmocka_unit_test(a_lever_bends_as_its_law_says),
         cmocka_unit_test(coulomb_friction_knows_its_direction_and_no_speed),
         cmocka_unit_test(viscous_friction_adds_to_the_base_by_direction),
         cmocka_unit_test(viscous_friction_is_taken_off_but_never_below_nothing),

@@ -25,9 +25,8 @@ struct spectrum {
                                   * of the noise of a sample's length, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
-    double drift[CHANNELS][LEGS];               /* slope of the constants of all whole
-                                                 * cycles, 1/s; 0 for a
-                                                 * segment */
+    double drift[CHANNELS][LEGS];               /* slope of the constants of all whole cycles, 1/s;
+                                                 * 0 for a segment */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the
                                                  * drift */
     int offsets;                 /* number of different places that the samples have in the cycles:
@@ -42,9 +41,10 @@ struct spectrum {
 
 typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
 
-/* Measures the mean cycle of a steady sinusoid over the cycles `which`. room: working memory for
- * the single cycles. False: fewer than two cycles are complete; a complete cycle has nine tenths of
- * its samples good and no long gap. */
+/* Measures the mean cycle of a steady sinusoid over the cycles `which`, of the first CYCLES_MAX
+ * whole cycles; the drift is that of all of these. room: working memory for the single cycles.
+ * False: fewer than two cycles are complete; a complete cycle has nine tenths of its samples good
+ * and no long gap. */
 bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, enum cycles which);
 
 /* Fits a Fourier series to any motion by least squares, over the samples with from_s <= t <=
