@@ -63,7 +63,7 @@ def zeros(lengths_m): return {"position_sensor_offset.offset_m": lengths_m}
 
 def all_priors(r, config):
     """Draws one machine from the priors: each leg's own part, and a part in common where that is likely."""
-    common_lag, common_pipe = r.gauss(0, 1e-3), abs(r.gauss(0, .3))
+    common_lag, common_pipe = abs(r.gauss(0, 1e-3)), abs(r.gauss(0, .3)) # neither is below zero
     pressure_pa = .005 * config["sensors.pressure_full_scale_pa"]
     return (scales(r, .005) | length_scales([1 + r.gauss(0, .001) for _ in range(6)]) | skew(r.gauss(0, .5e-3))
             | lag([max(0, common_lag + r.gauss(0, .5e-3)) for _ in range(6)])
