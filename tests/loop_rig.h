@@ -5,6 +5,7 @@
 
 #include "force.h"
 #include "kinematics.h"
+#include "modal.h"
 #include "pid.h"
 #include "plant.h"
 #include "support.h"
@@ -13,6 +14,7 @@ struct loop_rig {
     const struct params *params;
     struct plant *plant;
     struct pid pid[LEGS];
+    struct modal modal;
     struct oil_column column[LEGS];
     struct cylinder_areas areas;
     struct hal_sample now, before;
@@ -28,6 +30,7 @@ static inline void loop_rig_open(struct loop_rig *r, const struct params *p, con
     plant_place(r->plant, pose);
     kinematics_place(&k, p);
     ik_lengths(&k, pose, r->length_m);
+    if (modal_init(&r->modal, p, &k, &error)) fail_msg("%s", error.text);
     oil_columns_init(r->column, p, &k);
     plant_measure(r->plant, &r->now);
     for (int i = 0; i < LEGS; i++) pid_reset(&r->pid[i], r->length_m[i], leg_force(&r->areas, i, r->now.p1_pa[i], r->now.p2_pa[i]));
@@ -38,12 +41,14 @@ static inline void loop_rig_close(struct loop_rig *r) { plant_destroy(r->plant);
 /* Runs one cycle with off_m added to the reference lengths and `add` to the controller's
  * commands. */
 static inline void loop_rig_step(struct loop_rig *r, const double off_m[LEGS], const double add[LEGS]) {
-    double valve[LEGS];
+    double valve[LEGS], ref_m[LEGS], seen_m[LEGS];
     r->before = r->now;
     plant_measure(r->plant, &r->now);
+    for (int i = 0; i < LEGS; i++) ref_m[i] = r->length_m[i] + off_m[i];
+    modal_lengths(&r->modal, ref_m, r->now.length_m, seen_m);
     for (int i = 0; i < LEGS; i++) {
         r->pid[i].feedback_cut = oil_feedback_cut(&r->column[i], r->now.length_m[i]);
-        r->command[i] = pid_step(&r->pid[i], &r->params->control, r->params->loop.period_s, r->length_m[i] + off_m[i], r->now.length_m[i],
+        r->command[i] = pid_step(&r->pid[i], &r->params->control, r->params->loop.period_s, ref_m[i], seen_m[i],
                                  leg_force(&r->areas, i, r->now.p1_pa[i], r->now.p2_pa[i]));
         valve[i] = r->command[i] + add[i];
     }

@@ -72,7 +72,7 @@ struct worst {
 
 static struct loop_margin predicted(const struct params *p, const struct loop_place *place, int mode) {
     static struct loop_plant plant;
-    const struct loop_mode_input shape = {.motion = place->motion[mode], .mass_kg = place->mass_kg[mode]};
+    const struct loop_mode_input shape = loop_place_mode(place, mode);
     loop_plant_find(place->leg, &shape, p, &plant);
     return loop_margin(&plant, &p->control, p->loop.period_s);
 }
@@ -142,13 +142,13 @@ static void measured_margins_are_the_predicted_ones(void **unused) {
  * frequency. */
 static void a_margin_ends_where_a_pole_becomes_unstable(void **unused) {
     (void)unused;
-    for (int i = 0; i < MACHINES; i++) {
-        struct params p = load(machines[i], NULL);
+    for (int i = 0; i < 2 * MACHINES; i++) {
+        struct params p = load(machines[i / 2], i % 2 ? "control.modal=0.5" : NULL);
         struct loop_place place;
         assert_true(loop_place_find(&place, &p, neutral, 0.0));
         for (int mode = 0; mode < DOFS; mode++) {
             struct loop_margin m = predicted(&p, &place, mode);
-            const struct loop_mode_input shape = {.motion = place.motion[mode], .mass_kg = place.mass_kg[mode]};
+            const struct loop_mode_input shape = loop_place_mode(&place, mode);
             struct loop_pole pole[LOOP_POLES];
             struct params louder = p;
             double least = HUGE_VAL, hz = 0.0;
@@ -165,8 +165,8 @@ static void a_margin_ends_where_a_pole_becomes_unstable(void **unused) {
 
 static void delay_is_a_margin_too(void **unused) {
     (void)unused;
-    for (int i = 0; i < MACHINES; i++) {
-        struct params p = load(machines[i], NULL);
+    for (int i = 0; i < 2 * MACHINES; i++) {
+        struct params p = load(machines[i / 2], i % 2 ? "control.modal=0.5" : NULL);
         struct loop_place place;
         assert_true(loop_place_find(&place, &p, neutral, 0.0));
         double delay_s = HUGE_VAL;

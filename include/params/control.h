@@ -10,6 +10,8 @@ struct control_params {           /* gains of the controller; src/core/pid.h has
                                    * command reaches the valve */
     double kp, ki, kd;            /* gains of the proportional, the integral and the derivative
                                    * part: 1/m, 1/(m s), s/m */
+    double modal;                 /* exponent, 0 to 1, by which kp, ki and kd grow with a mode's
+                                   * frequency (src/core/modal.h) */
     double kff;                   /* gain of the reference's leg rate, s/m */
     double kpf;                   /* gain of the high-passed leg force, 1/N */
     double tf, tp;                /* time constants of the filters of derivative and force, s */

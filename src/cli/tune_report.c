@@ -18,7 +18,7 @@ static const char *const words[] = {[LOOP_PART_NONE] = "no part alone",
                                     [LOOP_PART_CYCLE] = "the cycle",
                                     [LOOP_PART_OIL] = "the oil"};
 
-enum { GAINS = 6, CELL = 24 };
+enum { GAINS = 7, CELL = 24 };
 
 /* The gains that tune sets, with their units; the one that most often decides comes first. */
 static const struct gain {
@@ -28,6 +28,7 @@ static const struct gain {
     {"kpf", "1/N", offsetof(struct control_params, kpf)},   {"kp", "1/m", offsetof(struct control_params, kp)},
     {"ki", "1/(m s)", offsetof(struct control_params, ki)}, {"kff", "s/m", offsetof(struct control_params, kff)},
     {"kd", "s/m", offsetof(struct control_params, kd)},     {"tp", "s", offsetof(struct control_params, tp)},
+    {"modal", "-", offsetof(struct control_params, modal)},
 };
 
 static double gain_value(const struct control_params *g, int i) { return *(const double *)((const char *)g + gains[i].offset); }

@@ -32,6 +32,8 @@ int platform_init(struct platform *p, const struct params *params, struct error 
     if (status) return status;
     status = model_law_init(&p->model, params, &p->kinematics, error);
     if (status) return status;
+    status = modal_init(&p->modal, params, &p->kinematics, error);
+    if (status) return status;
     oil_columns_init(p->column, params, &p->kinematics);
     oscillation_init(&p->oscillation, params, &p->kinematics);
     return STATUS_OK;
@@ -344,24 +346,27 @@ static struct reference_sample refer(struct platform *p) {
     return s;
 }
 
-static double leg_command(struct platform *p, int leg) {
+/* length_m: as modal_lengths() gives it. */
+static double leg_command(struct platform *p, int leg, double length_m) {
     const struct params *c = p->params;
     if (c->control.law == CONTROL_MODEL)
-        return model_law_command(&p->model, &p->control, leg, &p->pid[leg], p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
-    return pid_step(&p->pid[leg], &p->control, c->loop.period_s, p->leg_ref_m[leg], p->length_m[leg], p->force_n[leg]);
+        return model_law_command(&p->model, &p->control, leg, &p->pid[leg], p->leg_ref_m[leg], length_m, p->force_n[leg]);
+    return pid_step(&p->pid[leg], &p->control, c->loop.period_s, p->leg_ref_m[leg], length_m, p->force_n[leg]);
 }
 
 /* SAFETY: computes the valve commands. An untrusted sample moves nothing: the last command is held,
  * as long as the leaky bucket allows. */
 static void control(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     bool good = !failures_with(REACTION_STOP, suspect);
+    double seen_m[LEGS];
     ik_lengths(&p->kinematics, p->ref, p->leg_ref_m);
+    modal_lengths(&p->modal, p->leg_ref_m, p->length_m, seen_m);
     if (!good) model_law_hold(&p->model);
     else if (p->params->control.law == CONTROL_MODEL)
         model_law_step(&p->model, &(struct model_law_input){&p->reference, in->p1_pa, in->p2_pa, suspect});
     for (int i = 0; i < LEGS; i++) {
         p->pid[i].feedback_cut = oil_feedback_cut(&p->column[i], p->length_m[i]);
-        if (good) p->command.valve[i] = leg_command(p, i);
+        if (good) p->command.valve[i] = leg_command(p, i, seen_m[i]);
         else pid_hold(&p->pid[i], p->leg_ref_m[i]);
     }
     if (good) oscillation_step(&p->oscillation, p->pose, p->ref, p->command.valve);
@@ -414,13 +419,15 @@ static bool change_gains(struct platform *p, const struct gains *gains, uint32_t
     struct gains from = gains_of(&p->control);
     struct control_params to = p->control;
     struct pid pid[LEGS];
+    double seen_m[LEGS];
     bool soon = p->set_seq >= 0 && (double)(p->seq - p->set_seq) * p->params->loop.period_s < GAINS_REST_S;
     if (soon || gains_refused(&from, gains) != LOOP_GAINS || !at_rest(p, suspect)) return false;
     gains_apply(gains, &to);
     memcpy(pid, p->pid, sizeof pid);
+    modal_lengths(&p->modal, p->leg_ref_m, p->length_m, seen_m);
     for (int i = 0; i < LEGS && p->supervisor.state == STATE_READY; i++) {
         double ref_n = p->params->control.law == CONTROL_MODEL ? p->model.share * p->model.varying_ref_n[i] : 0.0;
-        const struct pid_reading reading = {p->length_m[i], p->force_n[i], ref_n};
+        const struct pid_reading reading = {seen_m[i], p->force_n[i], ref_n};
         if (!pid_change(&pid[i], &p->control, &to, p->params->loop.period_s, &reading)) return false;
     }
     memcpy(p->pid, pid, sizeof pid);

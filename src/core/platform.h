@@ -6,6 +6,7 @@
 #include "force.h"
 #include "interlock.h"
 #include "kinematics.h"
+#include "modal.h"
 #include "model_law.h"
 #include "oscillation.h"
 #include "params/control.h"
@@ -25,6 +26,7 @@ struct platform {
     struct supervisor supervisor;
     struct reference reference;
     struct pid pid[LEGS];
+    struct modal modal;
     struct model_law model;      /* used with control.law model */
     struct control_params control; /* present gains; the configured ones until they are changed */
     int64_t set_seq;             /* cycle in which the gains were last changed; -1: never */

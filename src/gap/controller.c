@@ -6,6 +6,7 @@
 #include "force.h"
 #include "kinematics.h"
 #include "memory.h"
+#include "modal.h"
 #include "model_law.h"
 #include "params.h"
 #include "pid.h"
@@ -50,6 +51,7 @@ struct driver {
     const struct kinematics *kinematics;
     struct oil_column column[LEGS];
     struct pid pid[LEGS];
+    struct modal modal;
     struct model_law model;
     struct reference reference; /* reference of the test, which the law `model` knows ahead of
                                  * time */
@@ -61,6 +63,7 @@ static void driver_init(struct driver *d, const struct params *p, const struct k
     d->params.tests = r->run[t->run];
     d->kinematics = k;
     oil_columns_init(d->column, p, k);
+    modal_init(&d->modal, &d->params, k, &(struct error){0});
     model_law_init(&d->model, &d->params, k, &(struct error){0});
     reference_test(&d->reference, t->dof, NULL, &d->params.tests, p->loop.period_s);
 }
@@ -68,11 +71,13 @@ static void driver_init(struct driver *d, const struct params *p, const struct k
 /* Starts the filters at this sample, as if the law had been driving. The integrator's unknown value
  * is a constant in all commands. */
 static void driver_begin(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS]) {
+    double seen_m[LEGS];
+    modal_lengths(&d->modal, ref_m, s->length_m, seen_m);
     model_law_reset(&d->model);
     d->model.share = 1.0;
     for (int leg = 0; leg < LEGS; leg++) {
         pid_reset(&d->pid[leg], ref_m[leg], force_n[leg]);
-        d->pid[leg].integral = s->valve[leg] - d->params.control.kp * (ref_m[leg] - s->length_m[leg]);
+        d->pid[leg].integral = s->valve[leg] - d->params.control.kp * (ref_m[leg] - seen_m[leg]);
         if (d->params.control.law == CONTROL_MODEL) d->pid[leg].integral = 0.0;
         for (int i = 0; i < MODEL_DELAY_CYCLES; i++) d->model.sent[leg][i] = s->valve[leg];
     }
@@ -93,14 +98,16 @@ static bool driver_follows_formula(struct driver *d, const struct recording_samp
 static bool driver_step(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS],
                         double dt_s, double valve[LEGS]) {
     bool model = d->params.control.law == CONTROL_MODEL, held = s->refused || (model && !driver_follows_formula(d, s));
+    double seen_m[LEGS];
+    modal_lengths(&d->modal, ref_m, s->length_m, seen_m);
     if (held) model_law_hold(&d->model);
     else if (model) model_law_step(&d->model, &(struct model_law_input){&d->reference, s->p1_pa, s->p2_pa, 0});
     for (int leg = 0; leg < LEGS; leg++) {
         struct pid *pid = &d->pid[leg];
         pid->feedback_cut = oil_feedback_cut(&d->column[leg], s->length_m[leg]);
         if (held) pid_hold(pid, ref_m[leg]);
-        else if (model) valve[leg] = model_law_command(&d->model, &d->params.control, leg, pid, ref_m[leg], s->length_m[leg], force_n[leg]);
-        else valve[leg] = pid_step(pid, &d->params.control, dt_s, ref_m[leg], s->length_m[leg], force_n[leg]);
+        else if (model) valve[leg] = model_law_command(&d->model, &d->params.control, leg, pid, ref_m[leg], seen_m[leg], force_n[leg]);
+        else valve[leg] = pid_step(pid, &d->params.control, dt_s, ref_m[leg], seen_m[leg], force_n[leg]);
     }
     return !held;
 }

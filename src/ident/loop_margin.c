@@ -35,7 +35,7 @@ static const struct loop_answer *nearest(const struct loop_plant *p, double radp
 
 double complex loop_follow(const struct loop_plant *p, const struct control_params *g, double radps, double dt_s) {
     const struct loop_answer *a = nearest(p, radps);
-    double complex position = position_gain(g, a->radps, dt_s);
+    double complex position = p->gain * position_gain(g, a->radps, dt_s);
     double complex force = (1.0 - p->feedback_cut) * pressure_gain(g, a->radps, dt_s);
     double complex ahead = g->kff * (1.0 - cexp(CMPLX(0.0, -a->radps * dt_s))) / dt_s;
     return (position + ahead) * a->length_m / (1.0 + position * a->length_m + force * a->force_n);
@@ -84,7 +84,7 @@ struct loop_margin loop_margin(const struct loop_plant *p, const struct control_
     double before = 0.0;
     for (int i = 0; i < LOOP_ANSWERS; i++) {
         const struct loop_answer *a = &p->answer[i];
-        double complex position = position_gain(control, a->radps, dt_s) * a->length_m;
+        double complex position = p->gain * position_gain(control, a->radps, dt_s) * a->length_m;
         double complex force = (1.0 - p->feedback_cut) * pressure_gain(control, a->radps, dt_s) * a->force_n;
         double alone = cabs(position / (1.0 + force));
         s.radps[1] = a->radps, s.gain[1] = position + force;

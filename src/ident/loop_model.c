@@ -7,6 +7,7 @@
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "lin.h"
+#include "modal.h"
 #include "params.h"
 #include "units.h"
 #include "vec.h"
@@ -122,18 +123,25 @@ bool loop_place_modes(struct loop_place *p, const struct params *params) {
     double spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
     struct kinematics k;
+    struct modal modal;
     for (int i = 0; i < LEGS; i++)
         spring[i][i] = areas.a1_m2[i] * p->leg[i].chamber[PORT_A].push + areas.a2_m2[i] * p->leg[i].chamber[PORT_B].push;
     if (lin_eigenvectors(LEGS, spring[0], p->inertia[0], value, p->motion[0])) return false;
     kinematics_place(&k, params);
+    if (modal_init(&modal, params, &k, &(struct error){0})) return false;
     ik_jacobian(&k, p->pose, j);
     for (int mode = 0; mode < DOFS; mode++) {
         double square = 0.0;
         for (int i = 0; i < LEGS; i++) square += p->motion[mode][i] * p->motion[mode][i];
         p->mass_kg[mode] = 1.0 / square; /* the eigenvectors are scaled to inertia 1 */
+        p->gain[mode] = modal_gain(&modal, p->motion[mode]);
         p->dof[mode] = largest(j, p->motion[mode], k.arm_m, &p->reach[mode]);
     }
     return true;
+}
+
+struct loop_mode_input loop_place_mode(const struct loop_place *p, int mode) {
+    return (struct loop_mode_input){.motion = p->motion[mode], .mass_kg = p->mass_kg[mode], .gain = p->gain[mode]};
 }
 
 bool loop_place_find(struct loop_place *p, const struct params *params, const double pose[DOFS], double more_delay_s) {
@@ -179,7 +187,7 @@ struct loop_worst loop_place_worst(const struct loop_place *p, const struct para
     struct loop_worst worst = {0};
     struct loop_pole pole[LOOP_POLES];
     for (int mode = 0; mode < DOFS; mode++) {
-        const struct loop_mode_input shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+        const struct loop_mode_input shape = loop_place_mode(p, mode);
         int count = loop_poles_all(p->leg, &shape, params, pole);
         if (!count) return (struct loop_worst){0};
         for (int i = 0; i < count; i++)
@@ -192,7 +200,7 @@ struct loop_worst loop_place_worst(const struct loop_place *p, const struct para
 double loop_place_noise_mps2(const struct loop_place *p, const struct params *params) {
     double square = 0.0;
     for (int mode = 0; mode < DOFS; mode++) {
-        const struct loop_mode_input shape = {.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+        const struct loop_mode_input shape = loop_place_mode(p, mode);
         double mps2 = p->reach[mode] * loop_noise(p->leg, &shape, params);
         square += mps2 * mps2;
     }

@@ -16,6 +16,7 @@ struct loop_place {
                                                * kg */
     double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns: motion of the legs in
                                                * each, and mass per squared motion */
+    double gain[DOFS];                        /* factor of kp, ki and kd in each mode (modal.h) */
     enum dof dof[DOFS];                       /* axis that moves most in each mode */
     /* Motion of the platform in one unit of each mode, m: norm of the origin's motion and of arm_m
      * times the rotation. */
@@ -36,6 +37,9 @@ bool loop_place_find(struct loop_place *place, const struct params *params, cons
  * edges count. swing 0: as loop_place_find(). */
 bool loop_place_find_moving(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s,
                             double swing);
+
+/* Returns a mode of this place. */
+struct loop_mode_input loop_place_mode(const struct loop_place *place, int mode);
 
 /* Finds the modes anew after the legs of a place were changed. Returns false without modes. */
 bool loop_place_modes(struct loop_place *place, const struct params *params);

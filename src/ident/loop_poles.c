@@ -29,7 +29,7 @@ static const double LOW = 1e-3, PEAK_FROM = 1e-3, PEAK_TO = 0.5, NYQUIST_SHARE =
 
 /* One cylinder with the mass that it moves. */
 struct cylinder_loop {
-    double mass_kg;
+    double mass_kg, gain;
     struct loop_leg leg;
     double a1_m2, a2_m2;
 };
@@ -45,7 +45,7 @@ struct cycle_map {
 
 static struct cylinder_loop mean_cylinder(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape,
                                           const struct params *params) {
-    struct cylinder_loop c = {.mass_kg = shape->mass_kg};
+    struct cylinder_loop c = {.mass_kg = shape->mass_kg, .gain = shape->gain};
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
     double sum = 0.0;
     for (int k = 0; k < LEGS; k++) sum += shape->motion[k] * shape->motion[k];
@@ -134,7 +134,7 @@ static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 static void fill_controller(const struct cylinder_loop *c, const struct control_params *g, double dt_s, struct delay late,
                             struct cycle_map *m, double command[LOOP_POLES], double error[READINGS]) {
     double derive = dt_s / (g->tf + dt_s), low_pass = dt_s / (g->tp + dt_s), unit_n = UNIT_PA * c->a1_m2;
-    double kpf = g->kpf * (1.0 - c->leg.feedback_cut);
+    double kp = c->gain * g->kp, ki = c->gain * g->ki, kd = c->gain * g->kd, kpf = g->kpf * (1.0 - c->leg.feedback_cut);
     double length[LOOP_POLES] = {0}, force[LOOP_POLES] = {0};
     int oldest = SENT + m->sent;
     if (late.whole > 0) length[oldest + late.whole - 1] = 1.0 - late.part;
@@ -145,16 +145,15 @@ static void fill_controller(const struct cylinder_loop *c, const struct control_
     m->map[FORCE_LP][FORCE_LP] -= low_pass;
     m->map[DERIVATIVE][DERIVATIVE] = 1.0 - derive, m->map[DERIVATIVE][ERROR] = -derive / dt_s;
     for (int i = 0; i < m->size; i++) {
-        m->map[INTEGRAL][i] -= g->ki * dt_s * length[i];
+        m->map[INTEGRAL][i] -= ki * dt_s * length[i];
         m->map[DERIVATIVE][i] -= derive / dt_s * length[i];
         m->map[ERROR][i] = -length[i];
         m->map[FORCE_LP][i] += low_pass * force[i];
-        command[i] = -g->kp * length[i] + m->map[INTEGRAL][i] + g->kd * m->map[DERIVATIVE][i] -
-                     kpf * unit_n * (force[i] - m->map[FORCE_LP][i]);
+        command[i] = -kp * length[i] + m->map[INTEGRAL][i] + kd * m->map[DERIVATIVE][i] - kpf * unit_n * (force[i] - m->map[FORCE_LP][i]);
     }
-    m->noise[READ_LENGTH][INTEGRAL] = -g->ki * dt_s, m->noise[READ_LENGTH][DERIVATIVE] = -derive / dt_s;
+    m->noise[READ_LENGTH][INTEGRAL] = -ki * dt_s, m->noise[READ_LENGTH][DERIVATIVE] = -derive / dt_s;
     m->noise[READ_LENGTH][ERROR] = -1.0, m->noise[READ_FORCE][FORCE_LP] = low_pass / unit_n;
-    error[READ_LENGTH] = -g->kp - g->ki * dt_s - g->kd * derive / dt_s;
+    error[READ_LENGTH] = -kp - ki * dt_s - kd * derive / dt_s;
     error[READ_FORCE] = -kpf * (1.0 - low_pass);
 }
 
@@ -259,7 +258,7 @@ void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_mode_inp
     exponential(rates, sent.part * dt_s, first);
     exponential(rates, (1.0 - sent.part) * dt_s, then);
     multiply(then, first, all);
-    *p = (struct loop_plant){.oil_radps = sqrt(stiffness / c.mass_kg), .feedback_cut = c.leg.feedback_cut};
+    *p = (struct loop_plant){.oil_radps = sqrt(stiffness / c.mass_kg), .feedback_cut = c.leg.feedback_cut, .gain = c.gain};
     fill_frequencies(p, dt_s);
     for (int i = 0; i < LOOP_ANSWERS; i++) {
         double complex z = cexp(CMPLX(0.0, p->answer[i].radps * dt_s)), a[PLANT][PLANT], x[PLANT];
@@ -324,12 +323,12 @@ double loop_pole_hz(const struct loop_pole *p) { return hypot(p->decay_per_s, p-
 
 double loop_pole_damping(const struct loop_pole *p) { return p->decay_per_s / hypot(p->decay_per_s, p->radps); }
 
-struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
+struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, double gain, const double viscous[LEGS],
                             const struct params *params) {
     struct loop_mode found = {.hz = (double)NAN, .damping = (double)NAN};
     struct loop_leg legs[LEGS];
     struct loop_pole pole[LOOP_POLES];
-    const struct loop_mode_input shape = {.motion = mode->motion, .mass_kg = mode->mass_kg};
+    const struct loop_mode_input shape = {.motion = mode->motion, .mass_kg = mode->mass_kg, .gain = gain};
     double square = 0.0, delay_s = 0.0, least = HUGE_VAL;
     for (int k = 0; k < LEGS; k++) square += mode->motion[k] * mode->motion[k];
     for (int k = 0; k < LEGS; k++) delay_s += mode->motion[k] * mode->motion[k] / square * leg[k].delay_s;

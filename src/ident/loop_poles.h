@@ -27,6 +27,7 @@ struct loop_leg {
 struct loop_mode_input {
     const double *motion;                /* [LEGS]: motion of each leg */
     double mass_kg;
+    double gain; /* factor of kp, ki and kd in this mode (modal.h) */
 };
 
 /* A pole of the sampled loop, as a rate in continuous time. */
@@ -52,6 +53,7 @@ struct loop_answer {
 struct loop_plant {
     double oil_radps;                          /* frequency with the ports shut, undamped */
     double feedback_cut;                       /* as in loop_leg, mean of the mode */
+    double gain;                               /* as in loop_mode_input */
     struct loop_answer answer[LOOP_ANSWERS];   /* by ascending frequency, up to half the sampling
                                                 * frequency */
 };
@@ -72,7 +74,7 @@ struct loop_mode {
 /* Finds the closed loop of a surveyed mode, which must be determined. viscous: viscous friction of
  * each leg, N s/m. The spool is modelled as a critically damped lag; its time is the delay found
  * for the legs, less half a cycle. */
-struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, const double viscous[LEGS],
+struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, double gain, const double viscous[LEGS],
                             const struct params *params);
 
 #endif

@@ -6,6 +6,7 @@
 
 #include "kinematics.h"
 #include "lin.h"
+#include "modal.h"
 #include "params.h"
 
 /* Finds the response of the axes. Amplitudes of the lengths are converted to amplitudes of the pose
@@ -48,9 +49,13 @@ static void find_floor(struct loop_survey *s, const struct multisine_mean *mean)
 static void find_modes(struct loop_survey *s, const struct params *params) {
     /* A matrix that was not evaluated is zero, and then nothing is determined. */
     struct method_result *matrix = &s->inertia.matrix;
-    s->determined = oil_columns_modes(s->leg, params, matrix->mt, matrix->mt_std, s->mode);
+    struct kinematics k;
+    struct modal modal;
+    kinematics_place(&k, params);
+    s->determined = !modal_init(&modal, params, &k, &(struct error){0}) &&
+                    oil_columns_modes(s->leg, params, matrix->mt, matrix->mt_std, s->mode);
     for (int i = 0; i < DOFS; i++)
-        s->loop[i] = s->determined ? loop_poles(s->leg, &s->mode[i], s->inertia.viscous, params)
+        s->loop[i] = s->determined ? loop_poles(s->leg, &s->mode[i], modal_gain(&modal, s->mode[i].motion), s->inertia.viscous, params)
                                    : (struct loop_mode){.hz = (double)NAN, .damping = (double)NAN};
 }
 

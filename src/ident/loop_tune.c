@@ -6,6 +6,7 @@
 
 #include "kinematics.h"
 #include "loop_found.h"
+#include "modal.h"
 #include "params.h"
 #include "units.h"
 
@@ -83,11 +84,23 @@ static double with_digits(double x, int digits) {
     return strtod(text, NULL);
 }
 
-static struct loop_mode_input mode_of(const struct loop_place *p, int mode) {
-    return (struct loop_mode_input){.motion = p->motion[mode], .mass_kg = p->mass_kg[mode]};
+static struct loop_mode_input shape_of(const struct field *f, int place, int mode) {
+    return loop_place_mode(&f->places.place[place], mode);
 }
 
-static struct loop_mode_input shape_of(const struct field *f, int place, int mode) { return mode_of(&f->places.place[place], mode); }
+/* Takes a controller to be tried. The modes' gains follow its exponent. */
+static void take(struct field *f, const struct control_params *g) {
+    struct kinematics k;
+    struct modal modal;
+    bool same = g->modal == f->params.control.modal;
+    f->params.control = *g;
+    kinematics_place(&k, &f->params);
+    if (same || modal_init(&modal, &f->params, &k, &(struct error){0})) return;
+    for (int i = 0; i < f->places.count; i++)
+        for (int mode = 0; mode < DOFS; mode++)
+            f->plant[i][mode].gain = f->places.place[i].gain[mode] = modal_gain(&modal, f->places.place[i].motion[mode]);
+    for (int mode = 0; mode < DOFS; mode++) f->moving[mode].gain = f->plant[0][mode].gain;
+}
 
 /* Changes one part of the machine to see whether it limits the loop. */
 static void improve(struct field *f, enum loop_part part) {
@@ -124,7 +137,7 @@ static bool find_moving(struct field *f, const struct params *params, bool bus) 
     if (!loop_place_find_moving(&moving, params, neutral, loop_delay_s(params, bus), swing)) return false;
     if (f->surveyed && !loop_found_correct(&f->found, &moving, params)) return false;
     for (int mode = 0; mode < DOFS; mode++) {
-        const struct loop_mode_input shape = mode_of(&moving, mode);
+        const struct loop_mode_input shape = loop_place_mode(&moving, mode);
         loop_plant_find(moving.leg, &shape, params, &f->moving[mode]);
     }
     return true;
@@ -248,7 +261,7 @@ static bool keeps_dampings(const struct field *f) {
 /* True if the gains meet all requirements, with this damping of the slowest mode. The cheapest
  * checks come first. */
 static bool holds(struct field *f, const struct control_params *g, double damping) {
-    f->params.control = *g;
+    take(f, g);
     if (!keeps_all_margins(f) || !keeps_dampings(f)) return false;
     for (int i = 0; i < f->places.way; i++)
         if (!(slowest_damping(f, i) >= damping)) return false;
@@ -263,7 +276,7 @@ static bool holds(struct field *f, const struct control_params *g, double dampin
  * faster. */
 static struct control_params gains_of(const struct field *f, double kff, double tp, double kpf, double kp) {
     struct control_params g = f->params.control;
-    g.kff = kff, g.tp = tp, g.kd = 0.0;
+    g.kff = kff, g.tp = tp, g.kd = g.modal = 0.0;
     g.kpf = with_digits(kpf, 2), g.kp = with_digits(kp, 2);
     g.ki = with_digits(TUNE_INTEGRAL * g.kp * g.kp / kff, 2);
     return g;
@@ -335,6 +348,18 @@ static struct control_params find(struct field *f, const struct control_params *
     return weak;
 }
 
+/* Gives the faster modes as much more of kp and ki as the requirements bear. */
+static void raise_modal(struct field *f, struct control_params *g, double damping) {
+    struct control_params tried = *g;
+    for (int tenths = 10; tenths > 0 && g->kp > 0.0; tenths--) {
+        tried.modal = tenths / 10.0;
+        if (!holds(f, &tried, damping)) continue;
+        *g = tried;
+        return;
+    }
+    take(f, g);
+}
+
 /* ---- performance of the gains ---- */
 
 static void take_least(struct loop_least *to, double value, double hz, const struct loop_place *place, int mode) {
@@ -360,7 +385,7 @@ static void stand_in(struct field *f, int place, struct loop_standing *s) {
 
 static void stand_neutral(struct field *f, const struct control_params *g, struct loop_standing *s) {
     bool pair;
-    f->params.control = *g;
+    take(f, g);
     for (int mode = 0; mode < DOFS; mode++) {
         struct loop_mode_standing *of = &s->mode[mode];
         of->dof = f->places.place[0].dof[mode], of->oil_hz = f->plant[0][mode].oil_radps / (2.0 * PI);
@@ -374,7 +399,7 @@ static struct loop_standing stand(struct field *f, const struct control_params *
     const struct loop_least none = {.value = HUGE_VAL};
     struct loop_standing s = {.stable = true, .gain_db = none, .phase_deg = none, .delay_s = none, .damping = none};
     for (int mode = 0; mode < DOFS; mode++) s.mode[mode].gain_db = s.mode[mode].phase_deg = none;
-    f->params.control = *g;
+    take(f, g);
     for (int i = 0; i < f->places.count; i++) stand_in(f, i, &s);
     s.noise_mps2 = loop_places_noise_mps2(&f->places, &f->params), s.noise_most_mps2 = loop_noise_most_mps2(&f->params);
     s.following_m = following_m(f, g), s.amplitude = amplitude_off(f, g);
@@ -387,6 +412,7 @@ static struct loop_standing stand(struct field *f, const struct control_params *
 static void solve(struct field *f, const struct params *params, struct loop_tune *t) {
     speeds(f, &t->out_mps, &t->in_mps);
     t->gains = find(f, &params->control, kff_of_valve(f), &t->damping_wanted);
+    raise_modal(f, &t->gains, t->damping_wanted);
     match_amplitudes(f, &t->gains);
     t->reached = t->gains.kp > 0.0 && t->damping_wanted >= TUNE_DAMPING &&
                  following_m(f, &t->gains) <= TUNE_FOLLOWING * params->limits.following_m;
@@ -394,7 +420,7 @@ static void solve(struct field *f, const struct params *params, struct loop_tune
 
 static double least_slowest_damping(struct field *f, const struct control_params *g) {
     double least = HUGE_VAL;
-    f->params.control = *g;
+    take(f, g);
     for (int i = 0; i < f->places.way; i++) least = fmin(least, slowest_damping(f, i));
     return least;
 }

@@ -65,8 +65,10 @@ static bool find_response(struct response *r, const struct params *params, bool 
     struct loop_place place;
     *r = (struct response){.params = params, .resonance = 1.0};
     if (!loop_place_find(&place, params, neutral, loop_delay_s(params, bus))) return false;
-    for (int mode = 0; mode < DOFS; mode++)
-        loop_plant_find(place.leg, &(struct loop_mode_input){place.motion[mode], place.mass_kg[mode]}, params, &r->plant[mode]);
+    for (int mode = 0; mode < DOFS; mode++) {
+        const struct loop_mode_input shape = loop_place_mode(&place, mode);
+        loop_plant_find(place.leg, &shape, params, &r->plant[mode]);
+    }
     for (double hz = 1.0; hz <= tone_hz[QUALITY_TONES - 1]; hz *= 1.02) r->resonance = fmax(r->resonance, resonance(r, hz));
     return true;
 }

@@ -133,6 +133,8 @@ static const struct config_key keys[] = {
     KEY(control, kp, "40", 0.0, 1e4, "1/m", "proportional gain: valve command per length error"),
     KEY(control, ki, "20", 0.0, 1e5, "1/(m s)", "integral gain: valve command per length error and time"),
     KEY(control, kd, "0", 0.0, 1e3, "s/m", "derivative gain: valve command per rate of the length error"),
+    KEY(control, modal, "0", 0.0, 1.0, "-",
+        "kp, ki, kd of each mode of the oil: those of the slowest one, times (frequency / the slowest one's)^modal"),
     KEY(control, kff, "2", 0.0, 1e3, "s/m", "feed-forward gain: valve command per reference leg rate"),
     KEY(control, kpf, "2e-5", 0.0, 0.1, "1/N", "force feedback gain: valve command per high-passed leg force"),
     KEY(control, tf, "5e-3", 0.0, 10.0, "s", "time constant of the derivative's low-pass"),

@@ -1,0 +1,63 @@
+#include "modal.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "dynamics.h"
+#include "lin.h"
+#include "params.h"
+
+/* Finds the inertia in leg coordinates at neutral. Returns false if the legs do not determine the
+ * platform there. */
+static bool leg_inertia(const struct params *params, const struct kinematics *k, double inertia[LEGS][LEGS]) {
+    struct dynamics d;
+    struct leg_course rest, moved;
+    double motion[MOTION_ORDERS][DOFS] = {{0}}, accel[LEGS][DOFS], force[LEGS][DOFS];
+    dynamics_init(&d, params, k);
+    if (!dynamics_solve(&d, motion, &rest)) return false;
+    for (int i = 0; i < DOFS; i++) {
+        motion[MOTION_ACCEL][i] = 1.0;
+        if (!dynamics_solve(&d, motion, &moved)) return false;
+        for (int leg = 0; leg < LEGS; leg++) accel[leg][i] = moved.accel_mps2[leg], force[leg][i] = moved.force_n[leg] - rest.force_n[leg];
+        motion[MOTION_ACCEL][i] = 0.0;
+    }
+    return lin_solve_right(DOFS, LEGS, accel[0], force[0], inertia[0]).rank == DOFS;
+}
+
+int modal_init(struct modal *m, const struct params *params, const struct kinematics *k, struct error *error) {
+    double inertia[LEGS][LEGS], one[LEGS][LEGS] = {{0}}, mass_kg[LEGS], motion[LEGS][LEGS];
+    *m = (struct modal){.on = params->control.modal > 0.0};
+    if (!m->on) return STATUS_OK;
+    for (int i = 0; i < LEGS; i++) one[i][i] = 1.0;
+    if (!leg_inertia(params, k, inertia) || lin_eigenvectors(LEGS, inertia[0], one[0], mass_kg, motion[0]) || !(mass_kg[0] > 0.0))
+        return error_set(error, STATUS_USAGE,
+                         "control.modal %g: the legs do not determine the platform at neutral; compare geometry and payload with the "
+                         "machine, or set control.modal to 0",
+                         params->control.modal);
+    for (int mode = 0; mode < LEGS; mode++) {
+        double gain = pow(mass_kg[mode] / mass_kg[LEGS - 1], -0.5 * params->control.modal);
+        for (int i = 0; i < LEGS; i++)
+            for (int j = 0; j < LEGS; j++) m->weight[i][j] += gain * motion[mode][i] * motion[mode][j];
+    }
+    return STATUS_OK;
+}
+
+double modal_gain(const struct modal *m, const double motion[LEGS]) {
+    double fed_back = 0.0, moved = 0.0;
+    if (!m->on) return 1.0;
+    for (int i = 0; i < LEGS; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < LEGS; j++) sum += m->weight[i][j] * motion[j];
+        fed_back += sum * sum, moved += motion[i] * motion[i];
+    }
+    return sqrt(fed_back / moved);
+}
+
+void modal_lengths(const struct modal *m, const double ref_m[LEGS], const double length_m[LEGS], double seen_m[LEGS]) {
+    double error_m[LEGS];
+    memcpy(seen_m, length_m, LEGS * sizeof *seen_m);
+    if (!m->on) return;
+    for (int i = 0; i < LEGS; i++) error_m[i] = ref_m[i] - length_m[i], seen_m[i] = ref_m[i];
+    for (int i = 0; i < LEGS; i++)
+        for (int j = 0; j < LEGS; j++) seen_m[i] -= m->weight[i][j] * error_m[j];
+}
