@@ -19,7 +19,13 @@ struct control_figures {
                                     * late */
     double unwanted_pct[DOFS];     /* largest fundamental of any other axis; angles count as
                                     * displacements at the distance arm_m */
-    double rms_m;                  /* rms distance of the true pose from the reference */
+    double rms_m;                  /* rms distance of the true pose from the reference, angles at
+                                    * the distance arm_m */
+    double rms_position_m, rms_angle_rad;   /* rms distance of the origin from its reference, and
+                                             * rms of the norm of the three angles' errors */
+    double peak_position_m, peak_angle_rad; /* the largest of both */
+    double peak_command;           /* largest valve command; like the errors, of the evaluated
+                                    * part */
     double still_mps2;             /* largest unexpected acceleration (oscillation.h) */
     int driven_cycles, doubt_cycles; /* number of cycles in which the platform was driven, and of
                                       * those with a doubtful sample */
@@ -27,18 +33,25 @@ struct control_figures {
 
 /* Sums over the evaluated part of a test: pose and reference times sine and cosine. */
 struct control_sums {
-    double pose[DOFS][2], ref[2], square;
+    double pose[DOFS][2], ref[2], square_m2, square_rad2;
     int64_t count;
 };
 
-static inline void control_take(struct control_sums *sum, const struct cycle *c, const double pose[DOFS], double hz, double arm_m) {
+static inline void control_take(struct control_sums *sum, const struct cycle *c, const double pose[DOFS], double hz) {
     double angle = 2.0 * PI * hz * c->test_time_s, base[2] = {sin(angle), cos(angle)};
     for (int k = 0; k < 2; k++) {
         for (int i = 0; i < DOFS; i++) sum->pose[i][k] += pose[i] * base[k];
         if (c->dof != DOF_NONE) sum->ref[k] += c->ref[c->dof] * base[k];
     }
-    for (int i = 0; i < DOFS; i++) sum->square += pow((pose[i] - c->ref[i]) * (i < DOF_PHI ? 1.0 : arm_m), 2.0);
+    for (int i = 0; i < DOFS; i++) *(i < DOF_PHI ? &sum->square_m2 : &sum->square_rad2) += pow(pose[i] - c->ref[i], 2.0);
     sum->count++;
+}
+
+static inline void control_take_peaks(struct control_figures *f, const struct cycle *c, const double pose[DOFS]) {
+    double square_m2 = 0.0, square_rad2 = 0.0;
+    for (int i = 0; i < DOFS; i++) *(i < DOF_PHI ? &square_m2 : &square_rad2) += pow(pose[i] - c->ref[i], 2.0);
+    f->peak_position_m = fmax(f->peak_position_m, sqrt(square_m2)), f->peak_angle_rad = fmax(f->peak_angle_rad, sqrt(square_rad2));
+    for (int leg = 0; leg < LEGS; leg++) f->peak_command = fmax(f->peak_command, fabs(c->out.valve[leg]));
 }
 
 /* The true pose in the controller's coordinates, whose origin is the mass centre that it knows. */
@@ -72,7 +85,7 @@ static inline void control_drive(const struct params *machine, const struct para
     struct platform *platform = calloc(1, sizeof *platform);
     struct control_sums sum = {0};
     struct cycle c = {.test = -1, .dof = DOF_NONE}, before = c;
-    double square = 0.0, period_s = machine->loop.period_s;
+    double square_m2 = 0.0, square_rad2 = 0.0, period_s = machine->loop.period_s;
     int64_t count = 0;
     memset(f, 0, sizeof *f);
     if (!plant || !platform || platform_init(platform, controller, &error)) {
@@ -89,18 +102,22 @@ static inline void control_drive(const struct params *machine, const struct para
         platform_step(platform, &sample, (struct request){0}, &c);
         if (c.test != before.test && before.test >= 0 && sum.count) {
             control_close(f, &sum, before.dof, platform->kinematics.arm_m);
-            square += sum.square, count += sum.count;
+            square_m2 += sum.square_m2, square_rad2 += sum.square_rad2, count += sum.count;
             sum = (struct control_sums){0};
         }
-        if (c.phase == PHASE_EVALUATE)
-            control_take(&sum, &c, truth.pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof], platform->kinematics.arm_m);
+        if (c.phase == PHASE_EVALUATE) {
+            control_take(&sum, &c, truth.pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof]);
+            control_take_peaks(f, &c, truth.pose);
+        }
         f->still_mps2 = fmax(f->still_mps2, platform->oscillation.found_mps2);
         f->driven_cycles += supervisor_drives(c.state), f->doubt_cycles += supervisor_drives(c.state) && platform->model.doubts != 0;
         if (c.first_fault) f->faulted = true, f->fault = c.first_fault;
         if (c.state == STATE_SETTLED && before.state == STATE_PARKING) break;
         plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
     }
-    f->rms_m = sqrt(square / (double)(count ? count : 1));
+    double share = 1.0 / (double)(count ? count : 1);
+    f->rms_position_m = sqrt(share * square_m2), f->rms_angle_rad = sqrt(share * square_rad2);
+    f->rms_m = hypot(f->rms_position_m, platform->kinematics.arm_m * f->rms_angle_rad);
     plant_destroy(plant);
     free(platform);
 }

@@ -478,7 +478,7 @@ static void a_stop_in_the_middle_is_checked_too(void **unused) {
         knots[i] = (struct trajectory_knot){.time_s = 0.25 * i, .pose = {[DOF_Z] = -0.3 * pow(sin(PI * i / (KNOTS - 1)), 2)}};
     assert_true(trajectory_bend(&t));
     strcpy(params.tests.trajectory, "far.csv");
-    assert_refused(&params, &t, "test trajectory at |(stopped at |scale the poses by 0.");
+    assert_refused(&params, &t, "test trajectory at |(stopped at |scale the poses by 0.|, or raise tests.ramp_out_s");
     params.tests.ramp_out_s = 3.0;
     if (motion_check(&params, &t, &error)) fail_msg("%s", error.text);
 }

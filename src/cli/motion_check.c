@@ -234,11 +234,11 @@ static int refuse(struct walk *w, struct error *error) {
     bool below = e.value < e.least;
     if (e.at.stopped) snprintf(stopped, sizeof stopped, " (stopped at %.3f s)", e.at.stop_s - from_s);
     if (scale > 0.0)
-        snprintf(remedy, sizeof remedy, "scale %s by %.2f, or make it slower",
+        snprintf(remedy, sizeof remedy, "scale %s by %.2f, or %s",
                  single          ? "its amplitude"
                  : w->trajectory ? "the poses"
                                  : "all amplitudes",
-                 scale);
+                 scale, e.at.stopped ? "raise tests.ramp_out_s" : "make it slower");
     else if (walk_all(w, 0.0)) snprintf(remedy, sizeof remedy, "less than a hundredth of it would do: another test, or another limit");
     else
         snprintf(

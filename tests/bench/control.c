@@ -9,83 +9,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "config.h"
 #include "failure.h"
-#include "ident.h"
-#include "machine_found.h"
-#include "method_c.h"
 #include "params.h"
 #include "payload.h"
-#include "recording_check.h"
 #include "version.h"
 
 #include "../control_rig.h"
+#include "drivers.h"
 
 static const double DRY_N[] = {0.0, 100.0}, HZ[] = {2.0, 4.0, 8.0, 12.0};
 static const double AMPLITUDE_M[] = {4e-3, 4e-3, 1.5e-3, 0.7e-3}, AMPLITUDE_RAD[] = {6e-3, 6e-3, 2e-3, 1e-3};
 enum { FRICTIONS = 2, RATES = 4 };
-
-static void fail(const char *what) {
-    fprintf(stderr, "control: %s\n", what);
-    exit(1);
-}
-
-static void rub(struct params *p, const double extend_n[LEGS], const double retract_n[LEGS]) {
-    struct effect_values *dry = &p->effects[effect_find("cylinder_coulomb_friction")];
-    dry->on = true;
-    memcpy(dry->value[0], extend_n, sizeof dry->value[0]), memcpy(dry->value[1], retract_n, sizeof dry->value[1]);
-}
-
-static void configure(struct params *p, double dry_n) {
-    struct error error;
-    double all_n[LEGS];
-    static const char *const settings[] = {"tests.settle_s=0.5", "tests.duration_s=3", "motion.engage_s=3", "motion.park_s=3"};
-    if (config_load(p, NULL, settings, sizeof settings / sizeof *settings, &error)) fail(error.text);
-    p->interlocks = (struct interlock_params){0};
-    for (int leg = 0; leg < LEGS; leg++) all_n[leg] = dry_n;
-    if (dry_n > 0.0) rub(p, all_n, all_n);
-}
-
-/* A run of the paper's tests under the PID, identified with the configuration `wrong`. */
-struct found {
-    struct ident ident;
-    struct recording recording;
-    struct method_c c;
-    struct machine_found written; /* what `hexid identify --model` writes */
-};
-
-static void solve(const struct params *wrong, struct found *f) {
-    struct error error;
-    struct equations *equations = malloc(sizeof *equations);
-    struct estimate *estimate = malloc(sizeof *estimate);
-    if (recording_check(&f->recording, &error) || method_c_equations(&f->recording, equations, &error) ||
-        method_c_solve(equations, wrong, estimate, &f->c, &error))
-        fail("not identified");
-    machine_found(wrong, &f->c, estimate, &f->written);
-    free(equations), free(estimate);
-}
-
-static void identify(const struct params *machine, const struct params *wrong, struct found *f) {
-    struct error error;
-    struct plant *plant = plant_create(machine, 1, &error);
-    struct platform *platform = calloc(1, sizeof *platform);
-    struct cycle c = {0};
-    if (!plant || !platform || platform_init(platform, wrong, &error) || ident_init(&f->ident, wrong, &error)) fail(error.text);
-    recording_init(&f->recording, wrong);
-    for (int64_t i = 0; c.state != STATE_PARKING && c.state != STATE_FAULT; i++) {
-        struct hal_sample sample = {.time_ns = ns_from_seconds((double)i * machine->loop.period_s), .device_seq = (uint64_t)i + 1};
-        plant_measure(plant, &sample);
-        platform_step(platform, &sample, (struct request){0}, &c);
-        ident_feed(&f->ident, &c);
-        if (recording_add(&f->recording, &c, &error)) fail(error.text);
-        plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
-    }
-    ident_end(&f->ident);
-    if (!ident_solve(&f->ident)) fail("not identified");
-    solve(wrong, f);
-    plant_destroy(plant);
-    free(platform);
-}
 
 /* Takes the payload from a matrix; all entries get the same relative standard deviation. */
 static void take_matrix(struct params *p, const double mt[DOFS][DOFS]) {
@@ -111,14 +45,6 @@ static void take_matrix(struct params *p, const double mt[DOFS][DOFS]) {
 enum driver { BY_PID, BY_WRONG, BY_METHOD_A, BY_FOUND, BY_TRUTH, DRIVERS };
 static const char *const driver_names[DRIVERS] = {"PID as shipped", "model, payload 30 % too light", "model, method A's matrix",
                                                   "model, as identify --model wrote it", "model, the truth"};
-
-/* The configuration with a payload that is 30 % too light, and without dry friction. */
-static void make_wrong(struct params *p, const struct params *machine) {
-    struct payload_params *load = &p->payload;
-    *p = *machine;
-    p->effects[effect_find("cylinder_coulomb_friction")].on = false;
-    load->mass_kg *= 0.7, load->inertia_xx_kg_m2 *= 0.7, load->inertia_yy_kg_m2 *= 0.7, load->inertia_zz_kg_m2 *= 0.7;
-}
 
 static void make_driver(struct params *p, enum driver driver, const struct params *machine, const struct found *found) {
     if (driver == BY_FOUND) *p = found->written.params;
