@@ -14,13 +14,16 @@
 struct control_figures {
     bool faulted;                  /* a fault ended the run */
     uint32_t fault;
+    enum state faulted_in;         /* state in which the fault came */
     double amplitude_pct[DOFS];    /* amplitude error of the tested axis's fundamental */
     double phase_deg[DOFS];        /* phase of that fundamental against the reference; negative:
                                     * late */
     double unwanted_pct[DOFS];     /* largest fundamental of any other axis; angles count as
                                     * displacements at the distance arm_m */
     double rms_m;                  /* rms distance of the true pose from the reference */
-    double still_mps2;             /* largest unexpected acceleration (oscillation.h) */
+    double still_mps2;             /* largest unexpected acceleration: what oscillation.h finds,
+                                    * less what it explains by the reference; its limit is
+                                    * limits.oscillation_mps2 */
     int driven_cycles, doubt_cycles; /* number of cycles in which the platform was driven, and of
                                       * those with a doubtful sample */
 };
@@ -63,6 +66,11 @@ static inline void control_close(struct control_figures *f, const struct control
     }
 }
 
+/* Acceleration that the reference does not explain; 0 before the first block. */
+static inline double control_unexpected_mps2(const struct oscillation *o) {
+    return o->allowed_mps2 > 0.0 ? o->found_mps2 - (o->allowed_mps2 - o->limit_mps2) : 0.0;
+}
+
 /* Drives the machine with this controller through its tests. trajectory: NULL or the tests'
  * motion. */
 static inline void control_drive(const struct params *machine, const struct params *controller, const struct trajectory *trajectory,
@@ -94,9 +102,9 @@ static inline void control_drive(const struct params *machine, const struct para
         }
         if (c.phase == PHASE_EVALUATE)
             control_take(&sum, &c, truth.pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof], platform->kinematics.arm_m);
-        f->still_mps2 = fmax(f->still_mps2, platform->oscillation.found_mps2);
+        f->still_mps2 = fmax(f->still_mps2, control_unexpected_mps2(&platform->oscillation));
         f->driven_cycles += supervisor_drives(c.state), f->doubt_cycles += supervisor_drives(c.state) && platform->model.doubts != 0;
-        if (c.first_fault) f->faulted = true, f->fault = c.first_fault;
+        if (c.first_fault && !f->faulted) f->faulted = true, f->fault = c.first_fault, f->faulted_in = before.state;
         if (c.state == STATE_SETTLED && before.state == STATE_PARKING) break;
         plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
     }
