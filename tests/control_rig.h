@@ -24,6 +24,9 @@ struct control_figures {
     double still_mps2;             /* largest unexpected acceleration: what oscillation.h finds,
                                     * less what it explains by the reference; its limit is
                                     * limits.oscillation_mps2 */
+    double true_mps2;              /* the same of the platform's own acceleration: largest rms over
+                                    * a quarter of a second, less OSCILLATION_ASKED times the
+                                    * reference's */
     int driven_cycles, doubt_cycles; /* number of cycles in which the platform was driven, and of
                                       * those with a doubtful sample */
 };
@@ -66,6 +69,32 @@ static inline void control_close(struct control_figures *f, const struct control
     }
 }
 
+/* Mean squares of accelerations, and what they are differences of: rates in the cycle before. */
+struct control_shaking {
+    double true_square, asked_square, twist[DOFS], ref[DOFS], ref_rate[DOFS];
+    int cycles; /* since driving began */
+};
+
+/* Takes a driven cycle. Returns the acceleration beyond the reference's if a quarter of a second is
+ * complete, otherwise 0. */
+static inline double control_shake(struct control_shaking *s, const struct cycle *c, const double twist[DOFS], double period_s,
+                                   double arm_m) {
+    double beyond = 0.0, square[2] = {0};
+    int quarter = (int)(0.25 / period_s);
+    for (int i = 0; i < DOFS; i++) {
+        double arm = i < DOF_PHI ? 1.0 : arm_m, rate = (c->ref[i] - s->ref[i]) / period_s;
+        square[0] += pow(arm * (twist[i] - s->twist[i]) / period_s, 2.0), square[1] += pow(arm * (rate - s->ref_rate[i]) / period_s, 2.0);
+        s->twist[i] = twist[i], s->ref[i] = c->ref[i], s->ref_rate[i] = rate;
+    }
+    if (s->cycles++ < 2) return 0.0; /* there are no differences yet */
+    s->true_square += square[0], s->asked_square += square[1];
+    if (s->cycles % quarter == 0) {
+        beyond = sqrt(s->true_square / quarter) - OSCILLATION_ASKED * sqrt(s->asked_square / quarter);
+        s->true_square = s->asked_square = 0.0;
+    }
+    return beyond;
+}
+
 /* Acceleration that the reference does not explain; 0 before the first block. */
 static inline double control_unexpected_mps2(const struct oscillation *o) {
     return o->allowed_mps2 > 0.0 ? o->found_mps2 - (o->allowed_mps2 - o->limit_mps2) : 0.0;
@@ -79,6 +108,7 @@ static inline void control_drive(const struct params *machine, const struct para
     struct plant *plant = plant_create(machine, seed, &error);
     struct platform *platform = calloc(1, sizeof *platform);
     struct control_sums sum = {0};
+    struct control_shaking shaking = {0};
     struct cycle c = {.test = -1, .dof = DOF_NONE}, before = c;
     double square = 0.0, period_s = machine->loop.period_s;
     int64_t count = 0;
@@ -103,6 +133,8 @@ static inline void control_drive(const struct params *machine, const struct para
         if (c.phase == PHASE_EVALUATE)
             control_take(&sum, &c, truth.pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof], platform->kinematics.arm_m);
         f->still_mps2 = fmax(f->still_mps2, control_unexpected_mps2(&platform->oscillation));
+        if (supervisor_drives(c.state))
+            f->true_mps2 = fmax(f->true_mps2, control_shake(&shaking, &c, truth.twist, period_s, platform->kinematics.arm_m));
         f->driven_cycles += supervisor_drives(c.state), f->doubt_cycles += supervisor_drives(c.state) && platform->model.doubts != 0;
         if (c.first_fault && !f->faulted) f->faulted = true, f->fault = c.first_fault, f->faulted_in = before.state;
         if (c.state == STATE_SETTLED && before.state == STATE_PARKING) break;

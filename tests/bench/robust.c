@@ -292,8 +292,8 @@ static struct control_figures drive(const struct bench *b, const struct params *
 }
 
 static void print_cell(const struct control_figures *f) {
-    if (f->faulted) printf(" `%s` in %s, %.2f |", fault_name(f->fault), state_names[f->faulted_in], f->still_mps2);
-    else printf(" %.3f, %.2f |", 1e3 * f->rms_m, f->still_mps2);
+    if (f->faulted) printf(" `%s` %s, %.2f, %.2f |", fault_name(f->fault), state_names[f->faulted_in], f->still_mps2, f->true_mps2);
+    else printf(" %.3f, %.2f, %.2f |", 1e3 * f->rms_m, f->still_mps2, f->true_mps2);
     fflush(stdout);
 }
 
@@ -374,17 +374,17 @@ static void named_table(const struct bench *b) {
 /* What one driver made of the drawn machines. */
 struct outcome {
     double rms_mm[MARGIN_DRAWS]; /* by number; NaN: a fault */
-    double amplitude_pct[MARGIN_DRAWS], still_mps2[MARGIN_DRAWS];
+    double amplitude_pct[MARGIN_DRAWS], still_mps2[MARGIN_DRAWS], true_mps2[MARGIN_DRAWS];
     int faults;
-    char faulted[1200]; /* number, fault, state and predicted gain margin of each */
+    char faulted[2000]; /* number, fault, state, predicted gain margin, true acceleration of each */
 };
 
 static void note_fault(const struct bench *b, const struct params *machine, const struct driver *d, int number,
                        const struct control_figures *f, struct outcome *o) {
     size_t used = strlen(o->faulted);
     struct margins m = margins_of(machine, d->tuned ? &b->tuned : &b->nominal.control);
-    snprintf(o->faulted + used, sizeof o->faulted - used, "%s %d %s in %s (%.1f dB)", o->faults++ ? "," : "", number, fault_name(f->fault),
-             state_names[f->faulted_in], m.value[0]);
+    snprintf(o->faulted + used, sizeof o->faulted - used, "%s %d %s %s (%.1f dB, %.2f)", o->faults++ ? "," : "", number,
+             fault_name(f->fault), state_names[f->faulted_in], m.value[0], f->true_mps2);
 }
 
 static void drive_drawn(const struct bench *b, enum set set, int rate, const struct driver *d, int draws, struct outcome *o) {
@@ -395,7 +395,7 @@ static void drive_drawn(const struct bench *b, enum set set, int rate, const str
         draw(&machine, &known, set, n);
         struct control_figures f = drive(b, &machine, &known, d, rate);
         o->rms_mm[n] = f.faulted ? (double)NAN : 1e3 * f.rms_m;
-        o->amplitude_pct[n] = worst_amplitude(&f), o->still_mps2[n] = f.still_mps2;
+        o->amplitude_pct[n] = worst_amplitude(&f), o->still_mps2[n] = f.still_mps2, o->true_mps2[n] = f.true_mps2;
         if (f.faulted) note_fault(b, &machine, d, n, &f, o);
     }
 }
@@ -429,7 +429,7 @@ static void drive_rows(const struct bench *b, enum set set, int rate, int draws)
         drive_drawn(b, set, rate, &drivers[d], draws, o);
         printf("| %s, %g Hz: %s | %d", set_names[set], HZ[rate], drivers[d].name, o->faults);
         print_spread(o, o->rms_mm, draws, "%.3f"), print_spread(o, o->amplitude_pct, draws, "%.2g");
-        print_spread(o, o->still_mps2, draws, "%.2f");
+        print_spread(o, o->still_mps2, draws, "%.2f"), print_spread(o, o->true_mps2, draws, "%.2f");
         if (drivers[d].law == CONTROL_MODEL) printf(" | %d |", worse_than(o, &outcome[d - DRIVERS / 2], draws));
         else printf(" | |");
         printf(" %s |\n", o->faulted);
@@ -438,8 +438,8 @@ static void drive_rows(const struct bench *b, enum set set, int rate, int draws)
 }
 
 static void drive_table(const struct bench *b, int draws) {
-    printf("\n| %d machines | faults | rms, mm | amplitude, %% | unexpected, m/s^2 | worse than PID | which, predicted gain margin |\n"
-           "| --- | --- | --- | --- | --- | --- | --- |\n",
+    printf("\n| %d machines | faults | rms, mm | amplitude, %% | unexpected, m/s^2 | true | worse than PID | faults |\n"
+           "| --- | --- | --- | --- | --- | --- | --- | --- |\n",
            draws);
     for (int set = 0; set < SETS; set++)
         for (int rate = 0; rate < RATES; rate++) drive_rows(b, (enum set)set, rate, draws);
