@@ -437,12 +437,13 @@ static void drive_rows(const struct bench *b, enum set set, int rate, int draws)
     }
 }
 
-static void drive_table(const struct bench *b, int draws) {
+/* only: name of a set, or NULL: both. */
+static void drive_table(const struct bench *b, int draws, const char *only) {
     printf("\n| %d machines | faults | rms, mm | amplitude, %% | unexpected, m/s^2 | true | worse than PID | faults |\n"
            "| --- | --- | --- | --- | --- | --- | --- | --- |\n",
            draws);
     for (int set = 0; set < SETS; set++)
-        for (int rate = 0; rate < RATES; rate++) drive_rows(b, (enum set)set, rate, draws);
+        for (int rate = 0; rate < RATES && (!only || !strcmp(only, set_names[set])); rate++) drive_rows(b, (enum set)set, rate, draws);
 }
 
 /* ---- one machine ---- */
@@ -506,7 +507,8 @@ static int count_of(const char *text, int most) {
     return count;
 }
 
-/* Usage: robust [named | ends | margins [COUNT] | drives [COUNT] | stated NUMBER | wide NUMBER] */
+/* Usage: robust [named | ends | margins [COUNT] | drives [COUNT [SET]] | SET NUMBER]; SET is stated
+ * or wide. */
 int main(int argc, char **argv) {
     static struct bench b;
     const char *what = argc > 1 ? argv[1] : "", *number = argc > 2 ? argv[2] : NULL;
@@ -515,7 +517,7 @@ int main(int argc, char **argv) {
     if (!*what || !strcmp(what, "named")) named_table(&b);
     if (!*what || !strcmp(what, "ends")) end_table(&b);
     if (!*what || !strcmp(what, "margins")) margin_table(&b, count_of(number, MARGIN_DRAWS));
-    if (!*what || !strcmp(what, "drives")) drive_table(&b, count_of(number, DRIVE_DRAWS));
+    if (!*what || !strcmp(what, "drives")) drive_table(&b, count_of(number, DRIVE_DRAWS), argc > 3 ? argv[3] : NULL);
     for (int set = 0; set < SETS; set++)
         if (!strcmp(what, set_names[set]) && number) one_machine(&b, (enum set)set, atoi(number));
     return 0;
