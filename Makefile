@@ -77,7 +77,7 @@ bench-cycle: $(BUILD)/hexid $(BUILD)/tests/bench/cycle | deps-bench ## instructi
 bench-control: $(BUILD)/tests/bench/control ## the control laws side by side, six sines from 2 to 12 Hz: the tables of docs/validation.md; 3 minutes
 	@$(BUILD)/tests/bench/control
 
-bench-robust: $(BUILD)/tests/bench/robust ## machines that differ from what the laws know: named ones, margins of 1000 and runs of 200 drawn ones; half an hour
+bench-robust: $(BUILD)/tests/bench/robust ## machines that differ from what the laws know: named ones, margins of 1000 and runs of 200 drawn ones; half an hour on a quiet machine
 	@$(BUILD)/tests/bench/robust
 
 bench-hour: $(BUILD)/hexid $(VENV)/ready | deps-bench ## processor time and memory of hexid identify on an hour of noise-like motion; 5 minutes, 1 GB of disk
