@@ -82,6 +82,9 @@ bench-trajectories: $(BUILD)/tests/bench/trajectories ## the control laws side b
 	@tests/bench/motions.py $(BUILD)/trajectories
 	@$(BUILD)/tests/bench/trajectories $(MOTIONS:%=$(BUILD)/trajectories/%.csv)
 
+bench-robust: $(BUILD)/tests/bench/robust ## machines that differ from what the laws know: named ones, margins of 1000 and runs of 200 drawn ones; half an hour on a quiet machine
+	@$(BUILD)/tests/bench/robust
+
 bench-hour: $(BUILD)/hexid $(VENV)/ready | deps-bench ## processor time and memory of hexid identify on an hour of noise-like motion; 5 minutes, 1 GB of disk
 	@tests/bench/hour.sh $(BUILD) $(VENV)/bin/python
 
@@ -381,7 +384,7 @@ $(BUILD)/spy/hexid.jar: $(LCM) | deps-spy
 	$(Q)cd $(@D) && jar cf $(@F) hexid/*.class
 
 .PHONY: all always check install deb has-display run test test-long test-rt asan tsan fuzz fuzz-run soak bench bench-paper bench-gap bench-coverage bench-friction bench-springs bench-sensors bench-faults bench-methods bench-table5 rig check-rig format format-check docs pictures python-types spy clean help
-.PHONY: bench-check bench-control bench-cycle bench-hour bench-rt bench-trajectories soak-rt test-rt-kernel deps-rt deps-rt-kernel
+.PHONY: bench-check bench-control bench-robust bench-cycle bench-hour bench-rt bench-trajectories soak-rt test-rt-kernel deps-rt deps-rt-kernel
 .PHONY: deps deps-run deps-test deps-deb deps-format deps-pictures deps-fuzz deps-bench deps-spy
 .SECONDARY:
 -include $(BUILD)/tests/soak_supervisor.d $(patsubst %.o,%.d,$(LIB_OBJ)) $(BUILD)/src/cli/main.d $(TESTS:=.d) $(BENCHES:=.d) $(FUZZERS:=.d)

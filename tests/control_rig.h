@@ -14,6 +14,7 @@
 struct control_figures {
     bool faulted;                  /* a fault ended the run */
     uint32_t fault;
+    enum state faulted_in;         /* state in which the fault came */
     double amplitude_pct[DOFS];    /* amplitude error of the tested axis's fundamental */
     double phase_deg[DOFS];        /* phase of that fundamental against the reference; negative:
                                     * late */
@@ -26,7 +27,12 @@ struct control_figures {
     double peak_position_m, peak_angle_rad; /* the largest of both */
     double peak_command;           /* largest valve command; like the errors, of the evaluated
                                     * part */
-    double still_mps2;             /* largest unexpected acceleration (oscillation.h) */
+    double still_mps2;             /* largest unexpected acceleration: what oscillation.h finds,
+                                    * less what it explains by the reference; its limit is
+                                    * limits.oscillation_mps2 */
+    double true_mps2;              /* the same of the platform's own acceleration: largest rms over
+                                    * a quarter of a second, less OSCILLATION_ASKED times the
+                                    * reference's */
     int driven_cycles, doubt_cycles; /* number of cycles in which the platform was driven, and of
                                       * those with a doubtful sample */
 };
@@ -76,6 +82,37 @@ static inline void control_close(struct control_figures *f, const struct control
     }
 }
 
+/* Mean squares of accelerations, and what they are differences of: rates in the cycle before. */
+struct control_shaking {
+    double true_square, asked_square, twist[DOFS], ref[DOFS], ref_rate[DOFS];
+    int cycles; /* since driving began */
+};
+
+/* Takes a driven cycle. Returns the acceleration beyond the reference's if a quarter of a second is
+ * complete, otherwise 0. */
+static inline double control_shake(struct control_shaking *s, const struct cycle *c, const double twist[DOFS], double period_s,
+                                   double arm_m) {
+    double beyond = 0.0, square[2] = {0};
+    int quarter = (int)(0.25 / period_s);
+    for (int i = 0; i < DOFS; i++) {
+        double arm = i < DOF_PHI ? 1.0 : arm_m, rate = (c->ref[i] - s->ref[i]) / period_s;
+        square[0] += pow(arm * (twist[i] - s->twist[i]) / period_s, 2.0), square[1] += pow(arm * (rate - s->ref_rate[i]) / period_s, 2.0);
+        s->twist[i] = twist[i], s->ref[i] = c->ref[i], s->ref_rate[i] = rate;
+    }
+    if (s->cycles++ < 2) return 0.0; /* there are no differences yet */
+    s->true_square += square[0], s->asked_square += square[1];
+    if (s->cycles % quarter == 0) {
+        beyond = sqrt(s->true_square / quarter) - OSCILLATION_ASKED * sqrt(s->asked_square / quarter);
+        s->true_square = s->asked_square = 0.0;
+    }
+    return beyond;
+}
+
+/* Acceleration that the reference does not explain; 0 before the first block. */
+static inline double control_unexpected_mps2(const struct oscillation *o) {
+    return o->allowed_mps2 > 0.0 ? o->found_mps2 - (o->allowed_mps2 - o->limit_mps2) : 0.0;
+}
+
 /* Drives the machine with this controller through its tests. trajectory: NULL or the tests'
  * motion. */
 static inline void control_drive(const struct params *machine, const struct params *controller, const struct trajectory *trajectory,
@@ -84,6 +121,7 @@ static inline void control_drive(const struct params *machine, const struct para
     struct plant *plant = plant_create(machine, seed, &error);
     struct platform *platform = calloc(1, sizeof *platform);
     struct control_sums sum = {0};
+    struct control_shaking shaking = {0};
     struct cycle c = {.test = -1, .dof = DOF_NONE}, before = c;
     double square_m2 = 0.0, square_rad2 = 0.0, period_s = machine->loop.period_s;
     int64_t count = 0;
@@ -109,9 +147,11 @@ static inline void control_drive(const struct params *machine, const struct para
             control_take(&sum, &c, truth.pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof]);
             control_take_peaks(f, &c, truth.pose);
         }
-        f->still_mps2 = fmax(f->still_mps2, platform->oscillation.found_mps2);
+        f->still_mps2 = fmax(f->still_mps2, control_unexpected_mps2(&platform->oscillation));
+        if (supervisor_drives(c.state))
+            f->true_mps2 = fmax(f->true_mps2, control_shake(&shaking, &c, truth.twist, period_s, platform->kinematics.arm_m));
         f->driven_cycles += supervisor_drives(c.state), f->doubt_cycles += supervisor_drives(c.state) && platform->model.doubts != 0;
-        if (c.first_fault) f->faulted = true, f->fault = c.first_fault;
+        if (c.first_fault && !f->faulted) f->faulted = true, f->fault = c.first_fault, f->faulted_in = before.state;
         if (c.state == STATE_SETTLED && before.state == STATE_PARKING) break;
         plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
     }
