@@ -19,32 +19,7 @@
 #include "recording_check.h"
 #include "version.h"
 
-#include "../control_rig.h"
-
-static const double DRY_N[] = {0.0, 100.0}, HZ[] = {2.0, 4.0, 8.0, 12.0};
-static const double AMPLITUDE_M[] = {4e-3, 4e-3, 1.5e-3, 0.7e-3}, AMPLITUDE_RAD[] = {6e-3, 6e-3, 2e-3, 1e-3};
-enum { FRICTIONS = 2, RATES = 4 };
-
-static void fail(const char *what) {
-    fprintf(stderr, "control: %s\n", what);
-    exit(1);
-}
-
-static void rub(struct params *p, const double extend_n[LEGS], const double retract_n[LEGS]) {
-    struct effect_values *dry = &p->effects[effect_find("cylinder_coulomb_friction")];
-    dry->on = true;
-    memcpy(dry->value[0], extend_n, sizeof dry->value[0]), memcpy(dry->value[1], retract_n, sizeof dry->value[1]);
-}
-
-static void configure(struct params *p, double dry_n) {
-    struct error error;
-    double all_n[LEGS];
-    static const char *const settings[] = {"tests.settle_s=0.5", "tests.duration_s=3", "motion.engage_s=3", "motion.park_s=3"};
-    if (config_load(p, NULL, settings, sizeof settings / sizeof *settings, &error)) fail(error.text);
-    p->interlocks = (struct interlock_params){0};
-    for (int leg = 0; leg < LEGS; leg++) all_n[leg] = dry_n;
-    if (dry_n > 0.0) rub(p, all_n, all_n);
-}
+#include "control_table.h"
 
 /* A run of the paper's tests under the PID, identified with the configuration `wrong`. */
 struct found {
@@ -131,19 +106,11 @@ static void make_driver(struct params *p, enum driver driver, const struct param
 static void cell(const struct params *machine, const struct params *controller, int rate) {
     struct params m = *machine, c = *controller;
     struct control_figures f;
-    double amplitude = 0.0, phase = 0.0, unwanted = 0.0;
-    for (int i = 0; i < DOFS; i++) m.tests.hz[i] = HZ[rate], m.tests.amplitude[i] = i < 3 ? AMPLITUDE_M[rate] : AMPLITUDE_RAD[rate];
+    table_tests(&m.tests, rate);
     c.tests = m.tests;
     control_drive(&m, &c, NULL, 1, &f);
-    if (f.faulted) {
-        printf(" %s |", fault_name(f.fault));
-        return;
-    }
-    for (int i = 0; i < DOFS; i++) {
-        amplitude = fmax(amplitude, fabs(f.amplitude_pct[i])), phase = fmax(phase, fabs(f.phase_deg[i]));
-        unwanted = fmax(unwanted, f.unwanted_pct[i]);
-    }
-    printf(" %.2g / %.2g / %.2g / %.3f |", amplitude, phase, unwanted, 1e3 * f.rms_m);
+    if (f.faulted) printf(" %s |", fault_name(f.fault));
+    else table_print(table_worst(&f));
     fflush(stdout);
 }
 
