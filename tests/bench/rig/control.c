@@ -23,8 +23,8 @@
 #include "../../rig/bridge.h"
 #include "../control_table.h"
 
-static const double STEP_S = 0.5e-3; /* longest step of the rig: half of it changes no figure that
-                                      * is printed by more than its last digit */
+/* Longest step of the rig, s. Half of it changes figures by their last digit. */
+static const double STEP_S = 1e-3;
 enum { SEEDS_MOST = 64, NOISE_SEED = 1 };
 
 enum plant_kind { BY_OTHER_MEANS, OWN, PLANTS };
