@@ -38,6 +38,7 @@ static const char *const driver_names[DRIVERS] = {"PID as shipped", "model, as c
 struct choice {
     double hz, dry_n;  /* 0, and below 0: all of the table */
     int seeds;         /* number of bases drawn within the tolerance */
+    int drivers;       /* number of rows */
     const char *only;  /* as in bridge_setup */
     bool drives[PLANTS];
 };
@@ -162,7 +163,7 @@ static void drive(enum plant_kind kind, const struct bridge_setup *setup, const 
     static struct machine_found found;
     configure(&configured, 0.0);
     find(kind, setup, truth, &configured, &found);
-    for (int driver = 0; driver < DRIVERS; driver++) {
+    for (int driver = 0; driver < choice->drivers; driver++) {
         controller = driver == BY_TRUTH ? *truth : driver == BY_FOUND ? found.params : configured;
         controller.control.law = driver == BY_PID ? CONTROL_PID : CONTROL_MODEL;
         for (int rate = 0; rate < RATES; rate++) {
@@ -225,7 +226,7 @@ static void print_head(const char *what, double dry_n, const struct choice *choi
 
 /* Prints the quantile of each cell; if `by` is not NULL, as a multiple of its quantile. */
 static void print_table(const struct choice *choice, struct sample of, const struct sample *by) {
-    for (int driver = 0; driver < DRIVERS; driver++) {
+    for (int driver = 0; driver < choice->drivers; driver++) {
         printf("| %s |", driver_names[driver]);
         for (int rate = 0; rate < RATES; rate++) {
             if (choice->hz > 0.0 && HZ[rate] != choice->hz) continue;
@@ -286,16 +287,19 @@ static void print_tables(const struct choice *choice, double dry_n, struct colum
 }
 
 static struct choice choose(int argc, char **argv) {
-    struct choice c = {.dry_n = -1.0, .seeds = 8, .drives = {true, true}};
-    for (int o; (o = getopt(argc, argv, "f:n:s:o:p:")) != -1;) {
+    struct choice c = {.dry_n = -1.0, .seeds = 8, .drivers = DRIVERS, .drives = {true, true}};
+    for (int o; (o = getopt(argc, argv, "f:n:s:d:o:p:")) != -1;) {
         if (o == 'f') c.hz = atof(optarg);
         else if (o == 'n') c.dry_n = atof(optarg);
         else if (o == 's') c.seeds = atoi(optarg);
+        else if (o == 'd') c.drivers = atoi(optarg);
         else if (o == 'o') c.only = optarg;
         else if (o == 'p') c.drives[BY_OTHER_MEANS] = *optarg == 'r', c.drives[OWN] = *optarg == 'o';
-        else fail("usage: control [-f HZ] [-n DRY_FRICTION_N] [-s SEEDS] [-o PARAMETER] [-p rig|own]; -o: only this one is drawn");
+        else
+            fail("usage: control [-f HZ] [-n DRY_FRICTION_N] [-s SEEDS] [-d ROWS] [-o PARAMETER] [-p rig|own]; -o: only this one is drawn");
     }
     if (!(c.seeds >= 0 && c.seeds <= SEEDS_MOST)) fail("-s: 0 to 64");
+    if (!(c.drivers >= 1 && c.drivers <= DRIVERS)) fail("-d: 1 to 4");
     return c;
 }
 
