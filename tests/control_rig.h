@@ -1,6 +1,6 @@
-/* Runs a control law on the simulated machine, through six sines one after another or another
- * motion, and compares the platform's true pose with the reference. Controller and machine have
- * separate configurations, so that the controller may be wrong about the machine. */
+/* Runs a control law on the simulated machine or another one, through six sines one after another
+ * or another motion, and compares the platform's true pose with the reference. Controller and
+ * machine have separate configurations, so that the controller may be wrong about the machine. */
 #ifndef HEXID_TESTS_CONTROL_RIG_H
 #define HEXID_TESTS_CONTROL_RIG_H
 
@@ -82,28 +82,30 @@ static inline void control_close(struct control_figures *f, const struct control
     }
 }
 
-/* Mean squares of accelerations, and what they are differences of: rates in the cycle before. */
+/* Mean squares of accelerations, and what they are differences of: poses and rates in the cycle
+ * before, of the platform and of the reference. */
 struct control_shaking {
-    double true_square, asked_square, twist[DOFS], ref[DOFS], ref_rate[DOFS];
+    double square[2], pose[2][DOFS], rate[2][DOFS];
     int cycles; /* since driving began */
 };
 
-/* Takes a driven cycle. Returns the acceleration beyond the reference's if a quarter of a second is
- * complete, otherwise 0. */
-static inline double control_shake(struct control_shaking *s, const struct cycle *c, const double twist[DOFS], double period_s,
+/* Takes a driven cycle with the true pose. Returns the acceleration beyond the reference's if a
+ * quarter of a second is complete, otherwise 0. */
+static inline double control_shake(struct control_shaking *s, const struct cycle *c, const double pose[DOFS], double period_s,
                                    double arm_m) {
     double beyond = 0.0, square[2] = {0};
     int quarter = (int)(0.25 / period_s);
-    for (int i = 0; i < DOFS; i++) {
-        double arm = i < DOF_PHI ? 1.0 : arm_m, rate = (c->ref[i] - s->ref[i]) / period_s;
-        square[0] += pow(arm * (twist[i] - s->twist[i]) / period_s, 2.0), square[1] += pow(arm * (rate - s->ref_rate[i]) / period_s, 2.0);
-        s->twist[i] = twist[i], s->ref[i] = c->ref[i], s->ref_rate[i] = rate;
-    }
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < DOFS; i++) {
+            double now = k ? c->ref[i] : pose[i], rate = (now - s->pose[k][i]) / period_s;
+            square[k] += pow((i < DOF_PHI ? 1.0 : arm_m) * (rate - s->rate[k][i]) / period_s, 2.0);
+            s->pose[k][i] = now, s->rate[k][i] = rate;
+        }
     if (s->cycles++ < 2) return 0.0; /* there are no differences yet */
-    s->true_square += square[0], s->asked_square += square[1];
+    for (int k = 0; k < 2; k++) s->square[k] += square[k];
     if (s->cycles % quarter == 0) {
-        beyond = sqrt(s->true_square / quarter) - OSCILLATION_ASKED * sqrt(s->asked_square / quarter);
-        s->true_square = s->asked_square = 0.0;
+        beyond = sqrt(s->square[0] / quarter) - OSCILLATION_ASKED * sqrt(s->square[1] / quarter);
+        s->square[0] = s->square[1] = 0.0;
     }
     return beyond;
 }
@@ -113,53 +115,104 @@ static inline double control_unexpected_mps2(const struct oscillation *o) {
     return o->allowed_mps2 > 0.0 ? o->found_mps2 - (o->allowed_mps2 - o->limit_mps2) : 0.0;
 }
 
-/* Drives the machine with this controller through its tests. trajectory: NULL or the tests'
+/* A machine that a controller drives: hexid's plant or another one. */
+struct control_machine {
+    void *state;
+    const struct payload_params *payload; /* its mass centre is the origin of the true pose */
+    double period_s;
+    void (*measure)(void *state, struct hal_sample *sample); /* lengths, pressures and inputs */
+    void (*pose)(void *state, double pose[DOFS]);            /* the true pose */
+    void (*step)(void *state, const double valve[LEGS]);     /* one period with these commands */
+};
+
+/* Lets the controller compute the machine's cycle number i, and returns the machine's true pose at
+ * the sample. */
+static inline void control_cycle(const struct control_machine *m, struct platform *platform, int64_t i, double pose[DOFS],
+                                 struct cycle *c) {
+    struct hal_sample sample = {.time_ns = ns_from_seconds((double)i * m->period_s), .device_seq = (uint64_t)i + 1, .inputs = INPUTS_ALL};
+    m->measure(m->state, &sample);
+    m->pose(m->state, pose);
+    platform_step(platform, &sample, (struct request){0}, c);
+}
+
+static inline void control_act(const struct control_machine *m, const struct cycle *c) {
+    m->step(m->state, c->out.enable ? c->out.valve : (const double[LEGS]){0});
+}
+
+/* Drives a machine with this controller through its tests. trajectory: NULL or the tests'
  * motion. */
-static inline void control_drive(const struct params *machine, const struct params *controller, const struct trajectory *trajectory,
-                                 uint64_t seed, struct control_figures *f) {
+static inline void control_run(const struct control_machine *machine, const struct params *controller, const struct trajectory *trajectory,
+                               struct control_figures *f) {
     struct error error;
-    struct plant *plant = plant_create(machine, seed, &error);
     struct platform *platform = calloc(1, sizeof *platform);
     struct control_sums sum = {0};
     struct control_shaking shaking = {0};
     struct cycle c = {.test = -1, .dof = DOF_NONE}, before = c;
-    double square_m2 = 0.0, square_rad2 = 0.0, period_s = machine->loop.period_s;
+    double square_m2 = 0.0, square_rad2 = 0.0, pose[DOFS];
     int64_t count = 0;
     memset(f, 0, sizeof *f);
-    if (!plant || !platform || platform_init(platform, controller, &error)) {
+    if (!platform || platform_init(platform, controller, &error)) {
         fprintf(stderr, "control rig: %s\n", error.text);
         exit(1);
     }
     platform->trajectory = trajectory;
     for (int64_t i = 0; i < 1000000 && c.state != STATE_FAULT; i++, before = c) {
-        struct hal_sample sample = {.time_ns = ns_from_seconds((double)i * period_s), .device_seq = (uint64_t)i + 1, .inputs = INPUTS_ALL};
-        struct plant_truth truth;
-        plant_measure(plant, &sample);
-        plant_get_truth(plant, &truth);
-        control_pose(&machine->payload, &controller->payload, truth.pose);
-        platform_step(platform, &sample, (struct request){0}, &c);
+        control_cycle(machine, platform, i, pose, &c);
+        control_pose(machine->payload, &controller->payload, pose);
         if (c.test != before.test && before.test >= 0 && sum.count) {
             control_close(f, &sum, before.dof, platform->kinematics.arm_m);
             square_m2 += sum.square_m2, square_rad2 += sum.square_rad2, count += sum.count;
             sum = (struct control_sums){0};
         }
         if (c.phase == PHASE_EVALUATE) {
-            control_take(&sum, &c, truth.pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof]);
-            control_take_peaks(f, &c, truth.pose);
+            control_take(&sum, &c, pose, controller->tests.hz[c.dof < 0 ? 0 : c.dof]);
+            control_take_peaks(f, &c, pose);
         }
         f->still_mps2 = fmax(f->still_mps2, control_unexpected_mps2(&platform->oscillation));
         if (supervisor_drives(c.state))
-            f->true_mps2 = fmax(f->true_mps2, control_shake(&shaking, &c, truth.twist, period_s, platform->kinematics.arm_m));
+            f->true_mps2 = fmax(f->true_mps2, control_shake(&shaking, &c, pose, machine->period_s, platform->kinematics.arm_m));
         f->driven_cycles += supervisor_drives(c.state), f->doubt_cycles += supervisor_drives(c.state) && platform->model.doubts != 0;
         if (c.first_fault && !f->faulted) f->faulted = true, f->fault = c.first_fault, f->faulted_in = before.state;
         if (c.state == STATE_SETTLED && before.state == STATE_PARKING) break;
-        plant_step(plant, c.out.enable ? c.out.valve : (const double[LEGS]){0});
+        control_act(machine, &c);
     }
     double share = 1.0 / (double)(count ? count : 1);
     f->rms_position_m = sqrt(share * square_m2), f->rms_angle_rad = sqrt(share * square_rad2);
     f->rms_m = hypot(f->rms_position_m, platform->kinematics.arm_m * f->rms_angle_rad);
-    plant_destroy(plant);
     free(platform);
+}
+
+static inline void control_measure_plant(void *state, struct hal_sample *sample) { plant_measure(state, sample); }
+
+static inline void control_pose_of_plant(void *state, double pose[DOFS]) {
+    struct plant_truth truth;
+    plant_get_truth(state, &truth);
+    memcpy(pose, truth.pose, sizeof truth.pose);
+}
+
+static inline void control_step_plant(void *state, const double valve[LEGS]) { plant_step(state, valve); }
+
+/* Makes hexid's own plant; release it by plant_destroy(m->state). */
+static inline void control_make_plant(struct control_machine *m, const struct params *machine, uint64_t seed) {
+    struct error error;
+    *m = (struct control_machine){plant_create(machine, seed, &error),
+                                  &machine->payload,
+                                  machine->loop.period_s,
+                                  control_measure_plant,
+                                  control_pose_of_plant,
+                                  control_step_plant};
+    if (m->state) return;
+    fprintf(stderr, "control rig: %s\n", error.text);
+    exit(1);
+}
+
+/* Drives hexid's own plant as control_run() does. */
+static inline void control_drive(const struct params *machine, const struct params *controller, const struct trajectory *trajectory,
+                                 uint64_t seed, struct control_figures *f) {
+    struct control_machine m;
+    control_make_plant(&m, machine, seed);
+    control_run(&m, controller, trajectory, f);
+    plant_destroy(m.state);
 }
 
 #endif

@@ -15,8 +15,6 @@
 
 static const double UNIFORM = 0.57735026918962576; /* standard deviation of a uniform error, as a
                                                     * share of its largest, 1 / sqrt(3) */
-static const double FLOW_STD = 0.02;               /* error of the square-root law, as oil_columns.c
-                                                    * weighs it */
 static const double DELAY_MOST_S = 0.1;            /* largest control.delay_s */
 
 struct found_value found_mean(struct found_value x, double nominal, double tolerance_std) {
@@ -262,21 +260,33 @@ static void take_factors(struct machine_found *f, const char *key, double value[
     note_values(f, key, LEGS, x, was);
 }
 
-/* Factors of the oil's stiffness and of the valves' flow. A chamber's pressure changes by c for a
- * metre of the piston, E A / V, and by an opening as E / V times the flow. */
-static void take_legs(struct machine_found *f, const struct loop_place *neutral, const struct loop_survey *survey) {
+/* The flow's factor: g / c of a chamber is the valve's gain over the piston's area. The errors of
+ * both chambers count as one, because they share length and delay. */
+static struct found_value flow_factor(const struct oil_leg *found, const struct valve_flow *configured) {
+    struct found_value by = {.std = isnan(found->stiffness) ? (double)NAN : 0.0};
+    for (int i = 0; i < 2; i++) {
+        const struct oil_chamber *c = &found->chamber[i];
+        by.value += 0.5 * loop_found_factor(c->gain * configured->area_m2[i] / c->push, configured->gain[i]);
+        by.std += 0.5 * c->flow_std;
+    }
+    return by;
+}
+
+/* Factors of the oil's stiffness and of the valves' flow. A chamber's pressure changes by c, E A /
+ * V, for a metre of the piston. */
+static void take_legs(struct machine_found *f, const struct loop_place *neutral, const struct kinematics *k,
+                      const struct loop_survey *survey) {
     const struct tolerance_params *tolerance = &f->params.model.tolerance;
     struct found_value oil[LEGS], flow[LEGS];
-    for (int k = 0; k < LEGS; k++) {
-        double std = survey->leg[k].stiffness_std / survey->leg[k].stiffness;
-        oil[k] = (struct found_value){.std = std}, flow[k] = (struct found_value){.std = hypot(std, FLOW_STD)};
-        for (int i = 0; i < 2; i++) {
-            const struct oil_chamber *found = &survey->leg[k].chamber[i], *model = &neutral->leg[k].chamber[i];
-            double push = loop_found_factor(found->push, model->push);
-            oil[k].value += 0.5 * push, flow[k].value += 0.5 * loop_found_factor(found->open, model->open) / push;
-        }
-        if (!determined(oil[k]) || !determined(flow[k]))
-            keep(f, "oil or valve of leg %d: the survey did not determine it, or it is more than %g times off", k + 1, LOOP_FOUND_MOST);
+    for (int leg = 0; leg < LEGS; leg++) {
+        const struct oil_leg *found = &survey->leg[leg];
+        struct valve_flow valve;
+        valve_flow_init(&valve, leg, &f->params, k);
+        oil[leg] = (struct found_value){.std = found->stiffness_std / found->stiffness};
+        for (int i = 0; i < 2; i++) oil[leg].value += 0.5 * loop_found_factor(found->chamber[i].push, neutral->leg[leg].chamber[i].push);
+        flow[leg] = flow_factor(found, &valve);
+        if (!determined(oil[leg]) || !determined(flow[leg]))
+            keep(f, "oil or valve of leg %d: the survey did not determine it, or it is more than %g times off", leg + 1, LOOP_FOUND_MOST);
     }
     take_factors(f, "hydraulics.bulk_modulus_pa", f->params.hydraulics.bulk_modulus_pa, tolerance->bulk_modulus, oil);
     take_factors(f, "hydraulics.valve_flow_m3_per_s", f->params.hydraulics.valve_flow_m3_per_s, tolerance->valve_gain, flow);
@@ -309,7 +319,7 @@ void machine_found_survey(const struct loop_survey *survey, struct machine_found
     struct kinematics k;
     struct test_params *t = &f->params.tests;
     kinematics_place(&k, &f->params);
-    if (loop_places_find(&places, &f->params, false)) take_legs(f, &places.place[0], survey), take_delay(f, &k, survey);
+    if (loop_places_find(&places, &f->params, false)) take_legs(f, &places.place[0], &k, survey), take_delay(f, &k, survey);
     else keep(f, "the oil: the supply cannot hold the platform up at neutral");
     if (!machine_found_is_survey(&f->params)) return;
     memset(t->trajectory, 0, sizeof t->trajectory);

@@ -81,6 +81,7 @@ static void fill_row(const struct leg_data *d, int chamber, int tone, double com
 struct fit {
     /* square: weighted sum of squared residuals */
     double value[UNKNOWNS], std[UNKNOWNS], square;
+    double flow_std; /* relative standard deviation of GAIN / PUSH, whose errors are correlated */
 };
 
 /* Solves the least squares. Columns are first scaled to unit length, because their units differ
@@ -104,13 +105,17 @@ static bool solve(int rows, double a[][UNKNOWNS + 1], struct fit *fit) {
         for (int c = 0; c < UNKNOWNS; c++) rest -= a[r][c] / size[c] * x[c];
         fit->square += rest * rest;
     }
+    double scatter = sqrt(fmax(fit->square / (rows - UNKNOWNS), 1.0)), common = 0.0;
     for (int c = 0; c < UNKNOWNS; c++) {
         double unit[UNKNOWNS] = {0};
         unit[c] = 1.0;
         dense_solve(UNKNOWNS, UNKNOWNS, product[0], unit);
         fit->value[c] = x[c] / size[c];
-        fit->std[c] = sqrt(unit[c]) / size[c] * sqrt(fmax(fit->square / (rows - UNKNOWNS), 1.0));
+        fit->std[c] = sqrt(unit[c]) / size[c] * scatter;
+        if (c == PUSH) common = unit[GAIN] * scatter * scatter / (x[PUSH] * x[GAIN]);
     }
+    double push = fit->std[PUSH] / fit->value[PUSH], gain = fit->std[GAIN] / fit->value[GAIN];
+    fit->flow_std = sqrt(fmax(push * push + gain * gain - 2.0 * common, 0.0));
     return isfinite(fit->square);
 }
 
@@ -191,6 +196,7 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
         *o = (struct oil_chamber){.push = fit[c].value[PUSH],
                                   .push_std = fit[c].std[PUSH],
                                   .gain = fit[c].value[GAIN],
+                                  .flow_std = fit[c].flow_std,
                                   .own = fit[c].value[OWN],
                                   .other = fit[c].value[OTHER]};
         linearise(d, c, o);

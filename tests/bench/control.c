@@ -14,12 +14,8 @@
 #include "payload.h"
 #include "version.h"
 
-#include "../control_rig.h"
+#include "control_table.h"
 #include "drivers.h"
-
-static const double DRY_N[] = {0.0, 100.0}, HZ[] = {2.0, 4.0, 8.0, 12.0};
-static const double AMPLITUDE_M[] = {4e-3, 4e-3, 1.5e-3, 0.7e-3}, AMPLITUDE_RAD[] = {6e-3, 6e-3, 2e-3, 1e-3};
-enum { FRICTIONS = 2, RATES = 4 };
 
 /* Takes the payload from a matrix; all entries get the same relative standard deviation. */
 static void take_matrix(struct params *p, const double mt[DOFS][DOFS]) {
@@ -57,19 +53,11 @@ static void make_driver(struct params *p, enum driver driver, const struct param
 static void cell(const struct params *machine, const struct params *controller, int rate) {
     struct params m = *machine, c = *controller;
     struct control_figures f;
-    double amplitude = 0.0, phase = 0.0, unwanted = 0.0;
-    for (int i = 0; i < DOFS; i++) m.tests.hz[i] = HZ[rate], m.tests.amplitude[i] = i < 3 ? AMPLITUDE_M[rate] : AMPLITUDE_RAD[rate];
+    table_tests(&m.tests, rate);
     c.tests = m.tests;
     control_drive(&m, &c, NULL, 1, &f);
-    if (f.faulted) {
-        printf(" %s |", fault_name(f.fault));
-        return;
-    }
-    for (int i = 0; i < DOFS; i++) {
-        amplitude = fmax(amplitude, fabs(f.amplitude_pct[i])), phase = fmax(phase, fabs(f.phase_deg[i]));
-        unwanted = fmax(unwanted, f.unwanted_pct[i]);
-    }
-    printf(" %.2g / %.2g / %.2g / %.3f |", amplitude, phase, unwanted, 1e3 * f.rms_m);
+    if (f.faulted) printf(" %s |", fault_name(f.fault));
+    else table_print(table_worst(&f));
     fflush(stdout);
 }
 

@@ -2,16 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kPeriod = 0.002;      /* s: the paper's sampling period */
 constexpr double kNullBias = 0.005;    /* share of full opening: largest null bias drawn */
 constexpr double kJointError = 0.5e-3; /* m */
 constexpr double kJitterShare =
@@ -19,12 +14,11 @@ constexpr double kJitterShare =
 constexpr double kBaseDamping = 0.03; /* damping ratio of the base plate on its spring */
 constexpr double kModeDamping = 0.03; /* damping ratio of the payload's part on springs */
 
-static const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
+const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
-/* The catalogue of docs/gap.md and five further effects: each key with the value that switches it
- * off. position_sensor_scale.zero_m is counted from the neutral length. */
+/* position_sensor_scale.zero_m is counted from the neutral length. */
 // clang-format off
-static const std::map<std::string, double> kEffects = {
+const std::map<std::string, double> kEffects = {
     {"cylinder_coulomb_friction.force_extend_n", 0},
     {"cylinder_coulomb_friction.force_retract_n", 0},
     {"cylinder_dahl_friction.force_extend_n", 0}, {"cylinder_dahl_friction.force_retract_n", 0},
@@ -302,7 +296,7 @@ struct Controller {
 
 /* Converts the machine's state into the acquisition card's readings, including the sensors' own
  * effects. */
-class Sensors
+class Rig::Sensors
 {
 public:
     Sensors(const Setup &setup_given, const Machine &machine, bool jitter_given)
@@ -435,49 +429,67 @@ static double smooth(double q)
     return q * q * (3 - 2 * q);
 }
 
+Rig::Rig(const Setup &given, const Base &base, const Vec6 &pose)
+    : setup(given), plant(make_parameters(setup, base), pose),
+      sensors(new Sensors(setup, plant, base.jitter))
+{
+}
+
+Rig::~Rig() = default;
+
+void Rig::measure(Sample &out)
+{
+    sensors->sample(plant, out);
+}
+
+void Rig::step(const Vec6 &valve)
+{
+    for (int i = 0; i < kLegs; i++)
+        plant.command(i, valve[i]);
+    const int slices = sensors->continuous() ? 8 : 1;
+    for (int j = 1; j <= slices; j++) {
+        plant.advance((static_cast<double>(cycle) + static_cast<double>(j) / slices) * kPeriod);
+        if (slices > 1)
+            sensors->follow(plant);
+    }
+    if (!plant.y.allFinite())
+        throw std::runtime_error("the simulation diverged");
+    cycle++;
+}
+
 std::vector<Recording> simulate(const Setup &setup, const std::vector<Motion> &motions)
 {
     const Settings &s = setup.settings;
-    const Base base = draw_base(setup);
     Vec6 parked = Vec6::Zero();
     if (setup.engage)
         parked[2] = s.at("motion.park_z_m");
-    Machine machine(make_parameters(setup, base), parked);
-    Sensors sensors(setup, machine, base.jitter);
+    Rig rig(setup, draw_base(setup), parked);
     const Points a = upper_joints(s), b = lower_joints(s);
     const Vec6 area1 = kPi / 4 * s.legs("actuator.piston_diameter_m").cwiseAbs2();
     const Vec6 area2 = area1 - kPi / 4 * s.legs("actuator.rod_diameter_m").cwiseAbs2();
     const double skew = effect(setup, "clock_skew.ratio");
     Controller controller[kLegs];
-    long cycle = 0;
+    bool started = false;
 
     auto run = [&](double length_s, const std::function<Vec6(double)> &reference,
                    Recording *recording) {
         const long cycles = std::lround(length_s / kPeriod);
-        for (long k = 0; k < cycles; k++, cycle++) {
+        for (long k = 0; k < cycles; k++) {
             Sample sample;
             sample.t = skew * static_cast<double>(k) * kPeriod;
             sample.reference = reference(static_cast<double>(k) * kPeriod);
-            sensors.sample(machine, sample);
+            rig.measure(sample);
             const Vec6 want = leg_lengths(a, b, sample.reference);
             for (int i = 0; i < kLegs; i++) {
                 const double force = area1[i] * sample.p1[i] - area2[i] * sample.p2[i];
-                if (cycle == 0)
-                    controller[i].start(want[i], force, machine.resting_valve()[i]);
+                if (!started)
+                    controller[i].start(want[i], force, rig.machine().resting_valve()[i]);
                 sample.valve[i] = controller[i].step(s, want[i], sample.length[i], force);
-                machine.command(i, sample.valve[i]);
             }
+            started = true;
             if (recording)
                 recording->push_back(sample);
-            const int slices = sensors.continuous() ? 8 : 1;
-            for (int j = 1; j <= slices; j++) {
-                machine.advance((static_cast<double>(cycle) + static_cast<double>(j) / slices) *
-                                kPeriod);
-                if (slices > 1)
-                    sensors.follow(machine);
-            }
-            if (!machine.y.allFinite())
-                throw std::runtime_error("the simulation diverged");
+            rig.step(sample.valve);
         }
     };
 
@@ -607,253 +619,4 @@ std::vector<Motion> make_motions(const Settings &s, const std::vector<std::strin
             throw std::runtime_error("no such motion: '" + spec + "'");
     }
     return motions;
-}
-
-static void write_csv(const std::string &file, const Motion &m, const Recording &recording)
-{
-    FILE *out = std::fopen(file.c_str(), "w");
-    if (!out)
-        throw std::runtime_error("cannot write " + file);
-    std::fprintf(out, "# dof: %s\n", m.dof.c_str());
-    if (m.frequency > 0)
-        std::fprintf(out, "# frequency_hz: %g\n# amplitude: %g\n", m.frequency, m.amplitude);
-    std::fprintf(out, "# rate_hz: %g\n", 1 / kPeriod);
-    if (m.frequency > 0)
-        std::fprintf(out, "# ramp_s: %g\n# duration_s: %g\n# ramp_out_s: %g\n", m.ramp_s,
-                     m.duration_s, m.ramp_out_s);
-    std::fprintf(out, "t_s,ref_x_m,ref_y_m,ref_z_m,ref_phi_rad,ref_theta_rad,ref_psi_rad");
-    for (const char *format : {",l%d_m", ",p1_%d_pa", ",p2_%d_pa", ",u%d"})
-        for (int i = 1; i <= kLegs; i++)
-            std::fprintf(out, format, i);
-    for (const Sample &s : recording) {
-        std::fprintf(out, "\n%.9g", s.t);
-        for (const Vec6 *v : {&s.reference, &s.length, &s.p1, &s.p2, &s.valve})
-            for (int i = 0; i < kLegs; i++)
-                std::fprintf(out, ",%.9g", (*v)[i]);
-    }
-    std::fprintf(out, "\n");
-    if (std::fclose(out) != 0)
-        throw std::runtime_error("cannot write " + file);
-}
-
-static std::string list(const Vec6 &v)
-{
-    std::ostringstream out;
-    out.precision(12);
-    for (int i = 0; i < kLegs; i++)
-        out << (i ? ", " : "[") << v[i];
-    return out.str() + "]";
-}
-
-/* Returns the drawn masses of a part: one number if the configuration has one for all legs. */
-static std::string masses(const Settings &s, const std::string &key, double share)
-{
-    if (s.all(key).size() != 1)
-        return list(s.legs(key) * share);
-    std::ostringstream out;
-    out.precision(12);
-    out << s.at(key) * share;
-    return out.str();
-}
-
-static void write_truth(const std::string &file, const Setup &setup)
-{
-    const Base base = draw_base(setup);
-    const MachineParameters p = make_parameters(setup, base);
-    std::ofstream out(file);
-    out.precision(12);
-    out << "{\n \"hidden\": [";
-    std::string last;
-    for (const auto &[key, values] : setup.effects) {
-        const std::string name = key.substr(0, key.find('.'));
-        if (name != last)
-            out << (last.empty() ? "" : ", ") << '"' << name << '"';
-        last = name;
-    }
-    out << "],\n \"parameters\": {";
-    const char *comma = "\n";
-    for (const auto &[key, values] : setup.effects) {
-        out << comma << "  \"" << key << "\": " << list(values);
-        comma = ",\n";
-    }
-    out << "\n },\n \"series\": \""
-        << (setup.beyond_seed >= 0      ? "beyond"
-            : setup.tolerance_seed >= 0 ? "tolerance"
-                                        : "nominal")
-        << "\",\n \"base\": {\n";
-    const struct {
-        const char *name;
-        const Vec6 &relative;
-    } each[] = {{"viscous", base.viscous},      {"bulk_modulus", base.bulk},
-                {"leakage", base.leakage},      {"valve_gain", base.gain},
-                {"dead_volume_1", base.dead1},  {"dead_volume_2", base.dead2},
-                {"valve_damping", base.damping}};
-    for (const auto &e : each)
-        out << "  \"" << e.name << " relative to nominal, legs 1..6\": " << list(e.relative)
-            << ",\n";
-    out << "  \"null_bias of full opening, legs 1..6\": " << list(base.null_bias) << ",\n";
-    for (int k = 0; k < 3; k++)
-        out << "  \"joint error a_" << kAxes[k] << "_m\": " << list(base.a.row(k).transpose())
-            << ",\n"
-            << "  \"joint error b_" << kAxes[k] << "_m\": " << list(base.b.row(k).transpose())
-            << ",\n";
-    const Settings &s = setup.settings;
-    out << "  \"supply_pa\": " << p.supply
-        << ",\n  \"payload_mass_kg\": " << s.at("payload.mass_kg") * base.payload
-        << ",\n  \"upper_mass_kg\": " << masses(s, "actuator.upper_mass_kg", base.upper)
-        << ",\n  \"lower_mass_kg\": " << masses(s, "actuator.lower_mass_kg", base.lower)
-        << ",\n  \"timing_jitter\": " << (base.jitter ? "true" : "false") << "\n }\n}\n";
-    if (!out)
-        throw std::runtime_error("cannot write " + file);
-}
-
-/* Prints the inertia matrix at neutral, for the platform's twist in {M}: x y z phi theta psi. A
- * part of the payload on springs counts as rigid. */
-static void print_inertia_matrix(const Setup &setup)
-{
-    const MachineParameters p = make_parameters(setup, draw_base(setup));
-    const Machine machine(p, Vec6::Zero());
-    const int order[6] = {0, 1, 2, 5, 4, 3}; /* at neutral the angles' rates equal the twist */
-    for (int i = 0; i < 6; i++)
-        for (int k = 0; k < 6; k++)
-            std::printf("%s%.17g%s",
-                        k   ? ", "
-                        : i ? " ["
-                            : "[[",
-                        machine.body_state().M(order[i], order[k]) +
-                            (i == k && i < 3 ? p.mode_kg : 0),
-                        k < 5   ? ""
-                        : i < 5 ? "],\n"
-                                : "]]\n");
-}
-
-/* Prints hexid's settings for the joint axes of a drawing: level at neutral, and across the leg. */
-static void print_joint_axes(const Setup &setup)
-{
-    const auto parameters = make_parameters(setup, draw_base(setup));
-    for (const char *end : {"upper", "lower"}) {
-        std::printf("geometry.%s_joint_axes=", end);
-        for (int i = 0; i < kLegs; i++) {
-            const Vec3 across = Vec3::UnitZ()
-                                    .cross(parameters.bodies.a.col(i) - parameters.bodies.b.col(i))
-                                    .normalized();
-            std::printf("%s[%.9g, %.9g, 0]", i ? ", " : "[", across.x(), across.y());
-        }
-        std::puts("]");
-    }
-}
-
-static const char kDefaults[] = "config/tian2015.yaml"; /* hexid's own defaults */
-static const char kUsage[] = "usage: rig -o DIR [--config FILE] [--motion SPEC ...] [--effect "
-                             "NAME.KEY=V[,V2..V6] ...] [--set KEY=VALUE ...]\n"
-                             "           [--tolerance SEED | --beyond SEED] [--noise SEED] "
-                             "[--settle S] [--step S] [--engage]\n"
-                             "       rig --joint-axes [--config FILE]\n"
-                             "       rig --inertia-matrix [--config FILE] [--effect ...] "
-                             "[--set ...] [--tolerance SEED | --beyond SEED]\n"
-                             "       rig --self-test [--config FILE]     rig --list-effects\n"
-                             "FILE: its keys replace those of config/tian2015.yaml, which is read "
-                             "first.\n"
-                             "SPEC: sines (default), sine:AXIS:HZ:AMPL, multisine[:SCALE], "
-                             "triangle:AXIS:HZ:AMPL, chirp:AXIS:HZ:HZ:AMPL,\n"
-                             "      steps:AXIS:AMPL:HOLD_S. AXIS: x y z phi theta psi. One file a "
-                             "test; truth.json goes beside DIR.\n";
-
-static int main_with(int argc, char **argv)
-{
-    Setup setup;
-    std::string directory, config;
-    std::vector<std::string> specs, sets;
-    bool test = false, matrix = false, axes = false;
-    for (int k = 1; k < argc; k++) {
-        const std::string option = argv[k];
-        auto value = [&]() -> std::string {
-            if (++k >= argc)
-                throw std::runtime_error(option + " wants a value");
-            return argv[k];
-        };
-        auto seed = [&] {
-            const double n = number(value());
-            if (!(n >= 0 && n == std::floor(n) && n < 1e15))
-                throw std::runtime_error(option + ": a whole number from 0 up");
-            return static_cast<int64_t>(n);
-        };
-        if (option == "-o")
-            directory = value();
-        else if (option == "--config" || option == "-c")
-            config = value();
-        else if (option == "--motion")
-            specs.push_back(value());
-        else if (option == "--effect")
-            set_effect(setup.effects, value());
-        else if (option == "--set")
-            sets.push_back(value());
-        else if (option == "--tolerance")
-            setup.tolerance_seed = seed();
-        else if (option == "--beyond")
-            setup.beyond_seed = seed();
-        else if (option == "--noise")
-            setup.noise_seed = static_cast<uint64_t>(seed());
-        else if (option == "--settle")
-            setup.settle_s = number(value());
-        else if (option == "--step")
-            setup.step_s = number(value());
-        else if (option == "--engage")
-            setup.engage = true;
-        else if (option == "--self-test")
-            test = true;
-        else if (option == "--inertia-matrix")
-            matrix = true;
-        else if (option == "--joint-axes")
-            axes = true;
-        else if (option == "--list-effects") {
-            for (const auto &[key, off] : kEffects)
-                std::printf("%s (off: %g)\n", key.c_str(), off);
-            return 0;
-        } else {
-            std::fputs(kUsage, stderr);
-            return 2;
-        }
-    }
-    setup.settings.load(kDefaults);
-    if (!config.empty())
-        setup.settings.load(config);
-    for (const std::string &set : sets)
-        setup.settings.set(set);
-    if (test)
-        return self_test(setup.settings);
-    if (matrix) {
-        print_inertia_matrix(setup);
-        return 0;
-    }
-    if (axes) {
-        print_joint_axes(setup);
-        return 0;
-    }
-    if (directory.empty()) {
-        std::fputs(kUsage, stderr);
-        return 2;
-    }
-
-    const std::filesystem::path path =
-        std::filesystem::absolute(directory + "/").lexically_normal().parent_path();
-    std::filesystem::create_directories(path);
-    if (specs.empty())
-        specs.push_back("sines");
-    const auto motions = make_motions(setup.settings, specs, setup.noise_seed);
-    const auto recordings = simulate(setup, motions);
-    for (size_t k = 0; k < motions.size(); k++)
-        write_csv((path / (std::to_string(k) + ".csv")).string(), motions[k], recordings[k]);
-    write_truth((path.parent_path() / "truth.json").string(), setup);
-    return 0;
-}
-
-int main(int argc, char **argv)
-{
-    try {
-        return main_with(argc, argv);
-    } catch (const std::exception &error) {
-        std::fprintf(stderr, "rig: %s\n", error.what());
-        return 2;
-    }
 }

@@ -9,8 +9,16 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
+
+constexpr double kPeriod = 0.002; /* s: the paper's sampling period */
+extern const char *const kAxes[6];
+
+/* The catalogue of docs/gap.md and five further effects: each key with the value that switches it
+ * off. */
+extern const std::map<std::string, double> kEffects;
 
 using Effects = std::map<std::string, Vec6>; /* hidden effects by "name.key", one value per leg */
 
@@ -52,6 +60,24 @@ struct Sample {
     Vec6 reference, length, p1, p2, valve;
 };
 using Recording = std::vector<Sample>;
+
+/* The machine with its sensors, driven one sampling period at a time. */
+class Rig
+{
+public:
+    Rig(const Setup &setup, const Base &base, const Vec6 &pose); /* at rest in this pose */
+    ~Rig();
+    void measure(Sample &out);     /* lengths and pressures at the present instant */
+    void step(const Vec6 &valve);  /* one period with these commands; throws if it diverges */
+    const Machine &machine() const { return plant; }
+
+private:
+    class Sensors;
+    const Setup setup;
+    Machine plant;
+    std::unique_ptr<Sensors> sensors;
+    long cycle = 0;
+};
 
 double effect(const Setup &setup, const std::string &key, int leg = 0);
 void set_effect(Effects &effects,
