@@ -1,4 +1,5 @@
 /* Linear algebra shim: identities between its functions, and honest reports on bad input. */
+#include <complex.h>
 #include <float.h>
 #include <math.h>
 #include <setjmp.h>
@@ -107,6 +108,31 @@ static void squared_singular_values_are_eigenvalues_of_the_gram_matrix(void **un
     assert_below(distance(values, squares, COLUMNS), values[0] * 1e-14);
 }
 
+/* The matrix is V D V^-1 with V = 1 + i a b'/2, whose inverse is 1 - i a b'/(2 + i a'b). */
+static void a_complex_matrix_has_the_eigenvalues_that_it_was_made_of(void **unused) {
+    (void)unused;
+    enum { SIZE = 3 };
+    static const double a[SIZE] = {1.0, -2.0, 0.5}, b[SIZE] = {0.3, 1.0, 2.0};
+    const double complex wanted[SIZE] = {CMPLX(1.0, 2.0), CMPLX(-3.0, 0.5), CMPLX(0.0, -1.0)};
+    double complex square[SIZE][SIZE] = {{0}}, found[SIZE], inner = 0.0;
+    for (int i = 0; i < SIZE; i++) inner += a[i] * b[i];
+    for (int i = 0; i < SIZE; i++)
+        for (int j = 0; j < SIZE; j++)
+            for (int k = 0; k < SIZE; k++) {
+                double complex there = (i == k) + CMPLX(0.0, 0.5 * a[i] * b[k]);
+                double complex back = (k == j) - CMPLX(0.0, a[k] * b[j]) / (2.0 + CMPLX(0.0, 1.0) * inner);
+                square[i][j] += there * wanted[k] * back;
+            }
+    assert_int_equal(lin_complex_eigenvalues(SIZE, (const double *)square, (double *)found), 0);
+    for (int i = 0; i < SIZE; i++) {
+        double nearest = HUGE_VAL;
+        for (int j = 0; j < SIZE; j++) nearest = fmin(nearest, cabs(found[j] - wanted[i]));
+        assert_below(nearest, 1e-13);
+    }
+    square[1][1] = NAN;
+    assert_int_equal(lin_complex_eigenvalues(SIZE, (const double *)square, (double *)found), -1);
+}
+
 static void condition_of_a_diagonal_matrix_is_its_spread(void **unused) {
     (void)unused;
     double a[9] = {1e4, 0, 0, 0, -1, 0, 0, 0, 1e-4}, b[3] = {1e4, -1, 1e-4}, x[3];
@@ -158,6 +184,7 @@ int main(void) {
         cmocka_unit_test(inverse_times_matrix_is_the_identity),
         cmocka_unit_test(spd_and_general_solutions_agree),
         cmocka_unit_test(squared_singular_values_are_eigenvalues_of_the_gram_matrix),
+        cmocka_unit_test(a_complex_matrix_has_the_eigenvalues_that_it_was_made_of),
         cmocka_unit_test(condition_of_a_diagonal_matrix_is_its_spread),
         cmocka_unit_test(a_singular_matrix_is_reported_and_solved_with_least_norm),
         cmocka_unit_test(an_indefinite_matrix_is_not_solved_as_definite),

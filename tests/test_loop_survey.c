@@ -10,6 +10,7 @@
 #include "loop_survey.h"
 #include "machine_found.h"
 #include "loop_tune.h"
+#include "modal.h"
 #include "pid.h"
 #include "recording_check.h"
 #include "trajectory_file.h"
@@ -282,6 +283,41 @@ static void and_with_another_machine_in_it(void **unused) {
     check_loop(surveyed_other());
 }
 
+/* The controller weighs its modes with the configured payload, also when a survey has found
+ * another one. So must the margins that follow from the survey. */
+static void weights_are_those_of_the_configuration(void **unused) {
+    (void)unused;
+    slow_case();
+    struct surveyed *s = surveyed_other();
+    struct params configured = s->configured, machine = s->params;
+    struct loop_tune found;
+    struct error error;
+    struct kinematics k;
+    struct modal modal;
+    static struct loop_places places;
+    static struct loop_plant plant[DOFS];
+    double least_db = HUGE_VAL;
+    configured.control.modal = 0.6;
+    machine.control = configured.control;
+    kinematics_place(&k, &configured);
+    assert_int_equal(modal_init(&modal, &configured, &k, &error), STATUS_OK);
+    assert_int_equal(loop_tune_surveyed(&configured, &s->survey, &found, &error), 0);
+    assert_true(loop_places_find(&places, &machine, false));
+    for (int i = 0; i < places.count; i++) {
+        struct loop_place *place = &places.place[i];
+        struct loop_margin margin[DOFS];
+        loop_place_weigh(place, &modal);
+        for (int mode = 0; mode < DOFS; mode++) {
+            const struct loop_mode_input shape = loop_place_mode(place, mode);
+            loop_plant_find(place->leg, &shape, &machine, &plant[mode]);
+        }
+        loop_margins(plant, (const double (*)[DOFS])place->mix, &machine.control, machine.loop.period_s, margin);
+        for (int mode = 0; mode < DOFS; mode++) least_db = fmin(least_db, fmin(margin[mode].gain_db, margin[mode].drop_db));
+    }
+    print_message("# gain margin %.2f dB of the machine, %.2f dB from the survey\n", least_db, found.before.gain_db.value);
+    assert_close(found.before.gain_db.value, least_db, 1.0);
+}
+
 /* Gains from a survey suit the machine that was surveyed, even if the configuration describes
  * another one. kp and kpf are within a fifth, and on the machine itself they keep the margins to 1
  * dB and 5 degrees. */
@@ -394,6 +430,7 @@ int main(void) {
                                        cmocka_unit_test(and_of_a_machine_that_is_not_as_configured),
                                        cmocka_unit_test(the_loops_lowest_pole_pair_is_within_5_pct_of_the_linearised_loops),
                                        cmocka_unit_test(and_with_another_machine_in_it),
+                                       cmocka_unit_test(weights_are_those_of_the_configuration),
                                        cmocka_unit_test(gains_from_a_survey_are_those_of_the_machine),
                                        cmocka_unit_test(what_a_survey_found_goes_into_the_configuration),
                                        cmocka_unit_test(a_surveys_flow_outweighs_the_tolerance),

@@ -181,6 +181,37 @@ static void delay_is_a_margin_too(void **unused) {
     }
 }
 
+static int by_delay(const void *a, const void *b) {
+    double first_s = ((const struct loop_margin *)a)->delay_s, second_s = ((const struct loop_margin *)b)->delay_s;
+    return (first_s > second_s) - (first_s < second_s);
+}
+
+/* Weights a on the diagonal and b beside it connect two equal modes into two others, with gains a +
+ * b and a - b; which is which is not said. */
+static void connected_modes_have_the_margins_of_those_they_make(void **unused) {
+    (void)unused;
+    static const double mix[DOFS][DOFS] = {{2.0, 1.1}, {1.1, 2.0}, {[2] = 1.6, 0.2}, {[2] = 0.2, 1.6}, {[4] = 0.9, 0.3}, {[4] = 0.3, 0.9}};
+    struct params p = load("config/simulator.yaml", NULL);
+    struct loop_place place;
+    static struct loop_plant plant[DOFS];
+    struct loop_margin connected[DOFS], made[DOFS];
+    assert_true(loop_place_find(&place, &p, neutral, 0.0));
+    const struct loop_mode_input shape = loop_place_mode(&place, 0);
+    for (int mode = 0; mode < DOFS; mode++) loop_plant_find(place.leg, &shape, &p, &plant[mode]);
+    loop_margins(plant, mix, &p.control, p.loop.period_s, connected);
+    for (int mode = 0; mode < DOFS; mode++) {
+        plant[mode].gain = mix[mode][mode] + (mode % 2 ? -1.0 : 1.0) * mix[mode][mode ^ 1];
+        made[mode] = loop_margin(&plant[mode], &p.control, p.loop.period_s);
+    }
+    qsort(connected, DOFS, sizeof *connected, by_delay);
+    qsort(made, DOFS, sizeof *made, by_delay);
+    for (int i = 0; i < DOFS; i++) {
+        assert_close(connected[i].gain_db, made[i].gain_db, 0.05);
+        assert_close(connected[i].phase_deg, made[i].phase_deg, 0.5);
+        assert_close(connected[i].delay_s, made[i].delay_s, 0.01 * made[i].delay_s);
+    }
+}
+
 static void tuned_gains_reach_what_is_wanted(void **unused) {
     (void)unused;
     slow_case();
@@ -197,6 +228,25 @@ static void tuned_gains_reach_what_is_wanted(void **unused) {
         assert_true(t.after.noise_mps2 <= t.after.noise_most_mps2);
         assert_true(fabs(t.after.amplitude.value) <= fabs(t.before.amplitude.value));
         assert_true(p.control.kd == 0.0 && p.control.tf > 0.0);
+    }
+}
+
+/* Gains of the modes do not spend the delay that the loop bears without them. */
+static void faster_modes_leave_half_of_the_delay(void **unused) {
+    (void)unused;
+    slow_case();
+    static const double wanted[MACHINES] = {0.0, 0.4, 1.0};
+    for (int i = 0; i < MACHINES; i++) {
+        struct params p = load(machines[i], NULL);
+        struct loop_standing with, without;
+        struct error error;
+        p.sensors.enabled = true;
+        tuned(&p);
+        assert_close(p.control.modal, wanted[i], 1e-12);
+        assert_int_equal(loop_tune_stand(&p, false, &with, &error), STATUS_OK);
+        p.control.modal = 0.0;
+        assert_int_equal(loop_tune_stand(&p, false, &without, &error), STATUS_OK);
+        assert_true(with.delay_s.value >= TUNE_MODAL_DELAY * without.delay_s.value);
     }
 }
 
@@ -257,7 +307,9 @@ int main(int argc, char **argv) {
         cmocka_unit_test(measured_margins_are_the_predicted_ones),
         cmocka_unit_test(a_margin_ends_where_a_pole_becomes_unstable),
         cmocka_unit_test(delay_is_a_margin_too),
+        cmocka_unit_test(connected_modes_have_the_margins_of_those_they_make),
         cmocka_unit_test(tuned_gains_reach_what_is_wanted),
+        cmocka_unit_test(faster_modes_leave_half_of_the_delay),
         cmocka_unit_test(a_heavy_platform_with_the_default_gains_gets_its_own),
         cmocka_unit_test(what_limits_a_loop_is_named),
         cmocka_unit_test(what_cannot_be_held_gets_no_gains),

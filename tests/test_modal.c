@@ -50,7 +50,7 @@ static void a_mode_has_its_frequency_for_its_gain(void **unused) {
         for (int mode = 0; mode < DOFS; mode++) {
             double wanted = pow(place.mass_kg[0] / place.mass_kg[mode], 0.5 * cases[n % 2].exponent);
             assert_close(modal_gain(&m.modal, place.motion[mode]), wanted, 1e-3 * wanted);
-            assert_true(place.gain[mode] == modal_gain(&m.modal, place.motion[mode]));
+            assert_true(fabs(place.mix[mode][mode] - modal_gain(&m.modal, place.motion[mode])) < 1e-3 * wanted);
         }
     }
 }
@@ -66,7 +66,7 @@ static void an_error_in_a_mode_stays_in_it(void **unused) {
         double ref_m[LEGS], length_m[LEGS], seen_m[LEGS];
         for (int i = 0; i < LEGS; i++) ref_m[i] = 1.8, length_m[i] = 1.8 - 1e-3 * place.motion[mode][i];
         modal_lengths(&m.modal, ref_m, length_m, seen_m);
-        for (int i = 0; i < LEGS; i++) assert_close(ref_m[i] - seen_m[i], place.gain[mode] * (ref_m[i] - length_m[i]), 1e-6);
+        for (int i = 0; i < LEGS; i++) assert_close(ref_m[i] - seen_m[i], place.mix[mode][mode] * (ref_m[i] - length_m[i]), 1e-6);
     }
 }
 
@@ -81,7 +81,7 @@ static void gains_lie_between_the_modes(void **unused) {
         double motion[LEGS];
         for (int i = 0; i < LEGS; i++) motion[i] = n >> i & 1 ? 1.0 : -1.0;
         double gain = modal_gain(&m.modal, motion);
-        assert_true(gain > 1.0 - 1e-6 && gain < place.gain[DOFS - 1] * (1.0 + 1e-6));
+        assert_true(gain > 1.0 - 1e-6 && gain < place.mix[DOFS - 1][DOFS - 1] * (1.0 + 1e-6));
     }
 }
 

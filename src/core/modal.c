@@ -26,31 +26,33 @@ static bool leg_inertia(const struct params *params, const struct kinematics *k,
 
 int modal_init(struct modal *m, const struct params *params, const struct kinematics *k, struct error *error) {
     double inertia[LEGS][LEGS], one[LEGS][LEGS] = {{0}}, mass_kg[LEGS], motion[LEGS][LEGS];
-    *m = (struct modal){.on = params->control.modal > 0.0};
-    if (!m->on) return STATUS_OK;
+    *m = (struct modal){.on = false};
+    if (params->control.modal == 0.0) return STATUS_OK;
     for (int i = 0; i < LEGS; i++) one[i][i] = 1.0;
     if (!leg_inertia(params, k, inertia) || lin_eigenvectors(LEGS, inertia[0], one[0], mass_kg, motion[0]) || !(mass_kg[0] > 0.0))
         return error_set(error, STATUS_USAGE,
-                         "control.modal %g: the legs do not determine the platform at neutral; compare geometry and payload with the "
-                         "machine, or set control.modal to 0",
+                         "control.modal %g: the legs do not determine the platform at neutral, or its inertia is not positive; compare "
+                         "geometry, payload and the effects with the machine, or set control.modal to 0",
                          params->control.modal);
     for (int mode = 0; mode < LEGS; mode++) {
         double gain = pow(mass_kg[mode] / mass_kg[LEGS - 1], -0.5 * params->control.modal);
         for (int i = 0; i < LEGS; i++)
             for (int j = 0; j < LEGS; j++) m->weight[i][j] += gain * motion[mode][i] * motion[mode][j];
     }
+    m->on = true;
     return STATUS_OK;
 }
 
+double modal_between(const struct modal *m, const double to[LEGS], const double from[LEGS]) {
+    double sum = 0.0;
+    for (int i = 0; i < LEGS; i++)
+        for (int j = 0; j < LEGS; j++) sum += to[i] * (m->on ? m->weight[i][j] : i == j) * from[j];
+    return sum;
+}
+
 double modal_gain(const struct modal *m, const double motion[LEGS]) {
-    double fed_back = 0.0, moved = 0.0;
-    if (!m->on) return 1.0;
-    for (int i = 0; i < LEGS; i++) {
-        double sum = 0.0;
-        for (int j = 0; j < LEGS; j++) sum += m->weight[i][j] * motion[j];
-        fed_back += sum * sum, moved += motion[i] * motion[i];
-    }
-    return sqrt(fed_back / moved);
+    static const struct modal off = {.on = false};
+    return modal_between(m, motion, motion) / modal_between(&off, motion, motion);
 }
 
 void modal_lengths(const struct modal *m, const double ref_m[LEGS], const double length_m[LEGS], double seen_m[LEGS]) {

@@ -10,7 +10,8 @@
  *     e' = W (Lref - L)
  *
  * The controller of each leg (pid.h) then has e' for its error. M is that of the neutral pose, with
- * the configured bodies and effects. Pure; modal_init() is not RT. */
+ * the configured bodies and effects, so in other poses W mixes the modes (loop_margin.h has margins
+ * for that). Pure; modal_init() is not RT. */
 #ifndef HEXID_MODAL_H
 #define HEXID_MODAL_H
 
@@ -26,11 +27,15 @@ struct modal {
     double weight[LEGS][LEGS]; /* W, symmetric */
 };
 
-/* Computes W. Returns -2 if the legs do not determine the platform at neutral. */
+/* Computes W. Returns -2 if the legs do not determine the platform at neutral, or the inertia that
+ * the configured bodies and effects give it is not positive; all modes then have the same gains. */
 int modal_init(struct modal *modal, const struct params *params, const struct kinematics *kinematics, struct error *error);
 
-/* Returns the factor of kp, ki and kd in a motion v of the legs, |W v| / |v|. It is exact for a
- * mode of the neutral pose; elsewhere v'W v / v'v, the feedback along v, is no larger. */
+/* Returns the feedback along `to` for an error along `from`, to'W from. */
+double modal_between(const struct modal *modal, const double to[LEGS], const double from[LEGS]);
+
+/* Returns the factor of kp, ki and kd in a motion v of the legs, v'W v / v'v. It is exact for a
+ * mode of the neutral pose, and of first order elsewhere. */
 double modal_gain(const struct modal *modal, const double motion[LEGS]);
 
 /* Computes the lengths that the legs' controllers take for measured ones, Lref - e'; the measured

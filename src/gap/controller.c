@@ -57,15 +57,17 @@ struct driver {
                                  * time */
 };
 
-static void driver_init(struct driver *d, const struct params *p, const struct kinematics *k, const struct recording *r,
+/* Returns false if the configuration's laws cannot drive. */
+static bool driver_init(struct driver *d, const struct params *p, const struct kinematics *k, const struct recording *r,
                         const struct recording_test *t) {
+    struct error error;
     d->params = *p;
     d->params.tests = r->run[t->run];
     d->kinematics = k;
     oil_columns_init(d->column, p, k);
-    modal_init(&d->modal, &d->params, k, &(struct error){0});
-    model_law_init(&d->model, &d->params, k, &(struct error){0});
+    if (modal_init(&d->modal, &d->params, k, &error) || model_law_init(&d->model, &d->params, k, &error)) return false;
     reference_test(&d->reference, t->dof, NULL, &d->params.tests, p->loop.period_s);
+    return true;
 }
 
 /* Starts the filters at this sample, as if the law had been driving. The integrator's unknown value
@@ -162,8 +164,7 @@ double controller_difference(const struct params *params, const struct recording
     for (int i = 0; i < recording->tests; i++) {
         const struct recording_test *t = &recording->test[i];
         if (t->segment_s > 0.0) continue;
-        driver_init(d, params, &k, recording, t);
-        compare(d, t, &difference, &whole);
+        if (driver_init(d, params, &k, recording, t)) compare(d, t, &difference, &whole);
     }
     free(d);
     return sqrt(difference / whole);

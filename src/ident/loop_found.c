@@ -54,12 +54,12 @@ struct loop_found loop_found(const struct loop_place *neutral, const struct para
     return f;
 }
 
-bool loop_found_correct(const struct loop_found *found, struct loop_place *place, const struct params *params) {
+bool loop_found_correct(const struct loop_found *found, struct loop_place *place, const struct params *params, const struct modal *modal) {
     for (int k = 0; k < LEGS; k++) {
         const struct found_leg *f = &found->leg[k];
         double faster = 0.5 * (f->open[0] / f->push[0] + f->open[1] / f->push[1]);
         correct(&place->leg[k], f);
         place->out_mps[k] *= faster, place->in_mps[k] *= faster;
     }
-    return loop_place_modes(place, params);
+    return loop_place_modes(place, params, modal);
 }

@@ -29,7 +29,8 @@ struct loop_found loop_found(const struct loop_place *neutral, const struct para
  * than LOOP_FOUND_MOST. */
 double loop_found_factor(double found, double configured);
 
-/* Corrects the legs of a place, and finds its modes anew. Returns false if they cannot be found. */
-bool loop_found_correct(const struct loop_found *found, struct loop_place *place, const struct params *params);
+/* Corrects the legs of a place, and finds its modes anew, with these weights. Returns false if they
+ * cannot be found. */
+bool loop_found_correct(const struct loop_found *found, struct loop_place *place, const struct params *params, const struct modal *modal);
 
 #endif

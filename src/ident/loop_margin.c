@@ -1,11 +1,15 @@
 #include "loop_margin.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "lin.h"
 #include "params/control.h"
 #include "units.h"
 
 static const double ROUNDING = 1e-9; /* well above the rounding of a gain's square */
+
+static const double SAME_RADPS = 1e-4; /* relative; frequencies nearer to each other count as one */
 
 static double decibel(double ratio) { return 20.0 * log10(ratio); }
 
@@ -78,6 +82,11 @@ static void take_phase(struct loop_margin *m, const struct stretch *s) {
     if (until / radps < m->delay_s) m->delay_s = until / radps, m->delay_hz = radps / (2.0 * PI);
 }
 
+static void take_stretch(struct loop_margin *m, const struct stretch *s) {
+    take_gain(m, s);
+    take_phase(m, s);
+}
+
 struct loop_margin loop_margin(const struct loop_plant *p, const struct control_params *control, double dt_s) {
     struct loop_margin m = {.gain_db = HUGE_VAL, .drop_db = HUGE_VAL, .phase_deg = HUGE_VAL, .delay_s = HUGE_VAL};
     struct stretch s = {{0}, {0}};
@@ -89,11 +98,98 @@ struct loop_margin loop_margin(const struct loop_plant *p, const struct control_
         double alone = cabs(position / (1.0 + force));
         s.radps[1] = a->radps, s.gain[1] = position + force;
         if (i > 0) {
-            take_gain(&m, &s);
-            take_phase(&m, &s);
+            take_stretch(&m, &s);
             if (before >= 1.0 && alone < 1.0) m.bandwidth_hz = a->radps / (2.0 * PI);
         }
         s.radps[0] = s.radps[1], s.gain[0] = s.gain[1], before = alone;
     }
     return m;
+}
+
+/* ---- six modes that the weights connect ---- */
+
+/* A walk through the frequencies of all six plants in ascending order. */
+struct walk {
+    int next[DOFS];              /* first answer of each plant at or above the frequency */
+    double radps;
+};
+
+/* Moves on to the next frequency that differs from this one. Returns false at the end of a
+ * plant. */
+static bool walk_on(struct walk *w, const struct loop_plant plant[DOFS]) {
+    double next = HUGE_VAL;
+    for (int mode = 0; mode < DOFS; mode++) {
+        const struct loop_answer *a = plant[mode].answer;
+        while (w->next[mode] < LOOP_ANSWERS && a[w->next[mode]].radps <= w->radps * (1.0 + SAME_RADPS)) w->next[mode]++;
+        if (w->next[mode] == LOOP_ANSWERS) return false;
+        next = fmin(next, a[w->next[mode]].radps);
+    }
+    w->radps = next;
+    return true;
+}
+
+/* A plant's answer at the walk's frequency, between those of its own. */
+static struct loop_answer answer_at(const struct loop_plant *p, const struct walk *w, int mode) {
+    const struct loop_answer *to = &p->answer[w->next[mode]], *from = w->next[mode] ? to - 1 : to;
+    double share = to == from ? 0.0 : (w->radps - from->radps) / (to->radps - from->radps);
+    return (struct loop_answer){.radps = w->radps,
+                                .length_m = from->length_m + share * (to->length_m - from->length_m),
+                                .force_n = from->force_n + share * (to->force_n - from->force_n)};
+}
+
+/* The loop's gain from the commands of six modes back to them. */
+static void connected_gain(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct walk *w,
+                           const struct control_params *g, double dt_s, double complex gain[DOFS][DOFS]) {
+    double complex position = position_gain(g, w->radps, dt_s), pressure = pressure_gain(g, w->radps, dt_s);
+    for (int j = 0; j < DOFS; j++) {
+        struct loop_answer a = answer_at(&plant[j], w, j);
+        for (int i = 0; i < DOFS; i++) gain[i][j] = mix[i][j] * position * a.length_m;
+        gain[j][j] += (1.0 - plant[j].feedback_cut) * pressure * a.force_n;
+    }
+}
+
+/* Takes for each of the known values the nearest one that is left. */
+static void follow(const double complex known[DOFS], double complex value[DOFS]) {
+    for (int i = 0; i < DOFS; i++) {
+        int nearest = i;
+        for (int j = i + 1; j < DOFS; j++)
+            if (cabs(value[j] - known[i]) < cabs(value[nearest] - known[i])) nearest = j;
+        double complex swapped = value[i];
+        value[i] = value[nearest], value[nearest] = swapped;
+    }
+}
+
+static bool connects(const double mix[DOFS][DOFS]) {
+    for (int i = 0; i < DOFS; i++)
+        for (int j = 0; j < DOFS; j++)
+            if (i != j && mix[i][j] != 0.0) return true;
+    return false;
+}
+
+void loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct control_params *control, double dt_s,
+                  struct loop_margin margin[DOFS]) {
+    struct walk w = {{0}, 0.0};
+    double complex gain[DOFS][DOFS], value[DOFS], before[DOFS];
+    double before_radps = 0.0;
+    for (int mode = 0; mode < DOFS; mode++) margin[mode] = loop_margin(&plant[mode], control, dt_s);
+    if (!connects(mix)) return;
+    for (int mode = 0; mode < DOFS; mode++) {
+        struct loop_margin *m = &margin[mode];
+        m->gain_db = m->drop_db = m->phase_deg = m->delay_s = HUGE_VAL;
+        w.radps = fmax(w.radps, plant[mode].answer[0].radps);
+    }
+    while (walk_on(&w, plant)) {
+        connected_gain(plant, mix, &w, control, dt_s, gain);
+        if (!(before_radps > 0.0))
+            for (int mode = 0; mode < DOFS; mode++) before[mode] = gain[mode][mode];
+        if (lin_complex_eigenvalues(DOFS, (const double *)gain, (double *)value)) {
+            for (int mode = 0; mode < DOFS; mode++) margin[mode].gain_db = margin[mode].phase_deg = margin[mode].delay_s = 0.0;
+            return;
+        }
+        follow(before, value);
+        for (int mode = 0; mode < DOFS && before_radps > 0.0; mode++)
+            take_stretch(&margin[mode], &(struct stretch){{before_radps, w.radps}, {before[mode], value[mode]}});
+        memcpy(before, value, sizeof before);
+        before_radps = w.radps;
+    }
 }

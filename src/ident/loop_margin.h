@@ -1,7 +1,7 @@
-/* Gain and phase margins of the loop of one leg mode, broken at the valve command: kp, ki, kd and
- * kpf all act through the command. So the margins are also the errors of the valve's gain and delay
- * that the loop tolerates. They have a meaning only for a stable loop (loop_poles.h finds whether
- * it is). Ordinary threads, no heap. */
+/* Gain and phase margins of the loops of the leg modes, broken at the valve commands: kp, ki, kd
+ * and kpf all act through the commands. So the margins are also the errors that the loop tolerates
+ * in the gain and delay of all valves together. They have a meaning only for a stable loop
+ * (loop_poles.h finds whether it is). Ordinary threads, no heap. */
 #ifndef HEXID_LOOP_MARGIN_H
 #define HEXID_LOOP_MARGIN_H
 
@@ -26,6 +26,14 @@ struct loop_margin {
  * nearest to radps. kff acts on the reference's change in a cycle. */
 double complex loop_follow(const struct loop_plant *plant, const struct control_params *control, double radps, double dt_s);
 
+/* Returns the margins of one mode, alone. */
 struct loop_margin loop_margin(const struct loop_plant *plant, const struct control_params *control, double dt_s);
+
+/* Finds the margins of six modes that the weights `mix` (loop_model.h) connect. They are those of
+ * the six eigenvalues of the loop's gain, each counted for the mode that it belongs to at the
+ * lowest frequency; the bandwidths are those of the modes alone. Without weights the result is that
+ * of loop_margin(). */
+void loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct control_params *control, double dt_s,
+                  struct loop_margin margin[DOFS]);
 
 #endif

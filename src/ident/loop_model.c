@@ -119,29 +119,39 @@ static enum dof largest(double j[LEGS][DOFS], const double motion[LEGS], double 
 }
 
 /* Solves the eigenvalue problem of inertia and stiffness of the oil, in leg coordinates. */
-bool loop_place_modes(struct loop_place *p, const struct params *params) {
+bool loop_place_modes(struct loop_place *p, const struct params *params, const struct modal *modal) {
     double spring[LEGS][LEGS] = {{0}}, value[LEGS], j[LEGS][DOFS];
     struct cylinder_areas areas = cylinder_areas(&params->actuator);
     struct kinematics k;
-    struct modal modal;
     for (int i = 0; i < LEGS; i++)
         spring[i][i] = areas.a1_m2[i] * p->leg[i].chamber[PORT_A].push + areas.a2_m2[i] * p->leg[i].chamber[PORT_B].push;
     if (lin_eigenvectors(LEGS, spring[0], p->inertia[0], value, p->motion[0])) return false;
     kinematics_place(&k, params);
-    if (modal_init(&modal, params, &k, &(struct error){0})) return false;
     ik_jacobian(&k, p->pose, j);
     for (int mode = 0; mode < DOFS; mode++) {
         double square = 0.0;
         for (int i = 0; i < LEGS; i++) square += p->motion[mode][i] * p->motion[mode][i];
         p->mass_kg[mode] = 1.0 / square; /* the eigenvectors are scaled to inertia 1 */
-        p->gain[mode] = modal_gain(&modal, p->motion[mode]);
         p->dof[mode] = largest(j, p->motion[mode], k.arm_m, &p->reach[mode]);
     }
+    loop_place_weigh(p, modal);
     return true;
 }
 
+/* The modes V have V'M V = 1, so the weights in them are V^-1 W V = V'M W V. */
+void loop_place_weigh(struct loop_place *p, const struct modal *modal) {
+    memset(p->mix, 0, sizeof p->mix);
+    for (int i = 0; i < DOFS; i++) {
+        double to[LEGS] = {0};
+        p->mix[i][i] = 1.0;
+        for (int k = 0; k < LEGS; k++)
+            for (int m = 0; m < LEGS; m++) to[k] += p->motion[i][m] * p->inertia[m][k];
+        for (int j = 0; j < DOFS && modal->on; j++) p->mix[i][j] = modal_between(modal, to, p->motion[j]);
+    }
+}
+
 struct loop_mode_input loop_place_mode(const struct loop_place *p, int mode) {
-    return (struct loop_mode_input){.motion = p->motion[mode], .mass_kg = p->mass_kg[mode], .gain = p->gain[mode]};
+    return (struct loop_mode_input){.motion = p->motion[mode], .mass_kg = p->mass_kg[mode], .gain = p->mix[mode][mode]};
 }
 
 bool loop_place_find(struct loop_place *p, const struct params *params, const double pose[DOFS], double more_delay_s) {
@@ -153,6 +163,7 @@ bool loop_place_find_moving(struct loop_place *p, const struct params *params, c
     struct inverse_dynamics_input in = {0};
     struct kinematics k;
     struct rigid_legs legs;
+    struct modal modal;
     struct oil_column column[LEGS];
     double length_m[LEGS];
     memset(p, 0, sizeof *p);
@@ -170,7 +181,8 @@ bool loop_place_find_moving(struct loop_place *p, const struct params *params, c
         p->leg[i].feedback_cut = oil_feedback_cut(&column[i], length_m[i]);
     }
     inverse_dynamics_inertia(&d, p->inertia);
-    return loop_place_modes(p, params);
+    if (modal_init(&modal, params, &k, &(struct error){0})) return false;
+    return loop_place_modes(p, params, &modal);
 }
 
 /* True for a pole at zero. Such a pole comes from an integrator without gain, or from pressures

@@ -16,7 +16,9 @@ struct loop_place {
                                                * kg */
     double motion[DOFS][LEGS], mass_kg[DOFS]; /* six modes of the oil columns: motion of the legs in
                                                * each, and mass per squared motion */
-    double gain[DOFS];                        /* factor of kp, ki and kd in each mode (modal.h) */
+    /* Weights of modal.h in these modes: factor of kp, ki and kd in the command of mode [i] for an
+     * error of mode [j]; the identity if all modes have the same gains. */
+    double mix[DOFS][DOFS];
     enum dof dof[DOFS];                       /* axis that moves most in each mode */
     /* Motion of the platform in one unit of each mode, m: norm of the origin's motion and of arm_m
      * times the rotation. */
@@ -26,6 +28,8 @@ struct loop_place {
      * cannot move it in this direction. */
     double out_mps[LEGS], in_mps[LEGS];
 };
+
+struct modal;
 
 /* Linearises the machine in this pose. more_delay_s: delay of the commands beyond the configured
  * one (a field bus adds one cycle). Returns false if the supply cannot hold the platform there, or
@@ -42,7 +46,10 @@ bool loop_place_find_moving(struct loop_place *place, const struct params *param
 struct loop_mode_input loop_place_mode(const struct loop_place *place, int mode);
 
 /* Finds the modes anew after the legs of a place were changed. Returns false without modes. */
-bool loop_place_modes(struct loop_place *place, const struct params *params);
+bool loop_place_modes(struct loop_place *place, const struct params *params, const struct modal *modal);
+
+/* Gives the modes these weights. */
+void loop_place_weigh(struct loop_place *place, const struct modal *modal);
 
 /* The least damped pole of all modes; if some are unstable, the fastest growing one. */
 struct loop_worst {

@@ -40,7 +40,8 @@ static const double WORTH = 1.1;           /* a part is named if it gives a tent
 
 /* The machine in all poses, and a controller that is tried. */
 struct field {
-    struct params params;
+    struct params params;              /* machine as it was found, and the controller */
+    const struct params *configured;   /* the controller's weights are those of this machine */
     struct loop_places places;
     struct loop_plant plant[LOOP_PLACES][DOFS];
     struct loop_plant moving[DOFS];    /* modes at neutral, with the valves opening as far as in the
@@ -48,8 +49,7 @@ struct field {
     double own_damping[DOFS];          /* dampings of the modes at neutral without a controller */
     bool surveyed;                     /* the legs are as a survey found them */
     struct loop_found found;
-    int failed;                        /* mode of all places, DOFS place + mode, whose margins were
-                                        * missed last */
+    int failed;                        /* place where the margins were missed last */
 };
 
 /* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are not known
@@ -84,21 +84,29 @@ static double with_digits(double x, int digits) {
     return strtod(text, NULL);
 }
 
+/* Finds the weights of this controller, as the controller itself does. */
+static int weights(const struct field *f, const struct control_params *g, struct modal *modal, struct error *error) {
+    struct params p = *f->configured;
+    struct kinematics k;
+    p.control = *g;
+    kinematics_place(&k, &p);
+    return modal_init(modal, &p, &k, error);
+}
+
 static struct loop_mode_input shape_of(const struct field *f, int place, int mode) {
     return loop_place_mode(&f->places.place[place], mode);
 }
 
-/* Takes a controller to be tried. The modes' gains follow its exponent. */
+/* Takes a controller to be tried. */
 static void take(struct field *f, const struct control_params *g) {
-    struct kinematics k;
     struct modal modal;
     bool same = g->modal == f->params.control.modal;
     f->params.control = *g;
-    kinematics_place(&k, &f->params);
-    if (same || modal_init(&modal, &f->params, &k, &(struct error){0})) return;
-    for (int i = 0; i < f->places.count; i++)
-        for (int mode = 0; mode < DOFS; mode++)
-            f->plant[i][mode].gain = f->places.place[i].gain[mode] = modal_gain(&modal, f->places.place[i].motion[mode]);
+    if (same || weights(f, g, &modal, &(struct error){0})) return;
+    for (int i = 0; i < f->places.count; i++) {
+        loop_place_weigh(&f->places.place[i], &modal);
+        for (int mode = 0; mode < DOFS; mode++) f->plant[i][mode].gain = f->places.place[i].mix[mode][mode];
+    }
     for (int mode = 0; mode < DOFS; mode++) f->moving[mode].gain = f->plant[0][mode].gain;
 }
 
@@ -130,12 +138,12 @@ static double kff_of_valve(const struct field *f) {
     return with_digits(2.0 / (out_mps + in_mps), 3);
 }
 
-static bool find_moving(struct field *f, const struct params *params, bool bus) {
+static bool find_moving(struct field *f, const struct params *params, const struct modal *modal, bool bus) {
     static const double neutral[DOFS] = {0};
     struct loop_place moving;
     double swing = fmin(kff_of_valve(f) * tests_mps(params), 1.0);
     if (!loop_place_find_moving(&moving, params, neutral, loop_delay_s(params, bus), swing)) return false;
-    if (f->surveyed && !loop_found_correct(&f->found, &moving, params)) return false;
+    if (f->surveyed && !loop_found_correct(&f->found, &moving, params, modal)) return false;
     for (int mode = 0; mode < DOFS; mode++) {
         const struct loop_mode_input shape = loop_place_mode(&moving, mode);
         loop_plant_find(moving.leg, &shape, params, &f->moving[mode]);
@@ -168,20 +176,23 @@ static void find_own_dampings(struct field *f) {
 }
 
 /* Corrects all places by the results of a survey. */
-static bool take_survey(struct field *f, const struct loop_survey *survey) {
+static bool take_survey(struct field *f, const struct modal *modal, const struct loop_survey *survey) {
     f->surveyed = survey != NULL;
     if (survey) f->found = loop_found(&f->places.place[0], &f->params, survey);
     for (int i = 0; i < f->places.count && survey; i++)
-        if (!loop_found_correct(&f->found, &f->places.place[i], &f->params)) return false;
+        if (!loop_found_correct(&f->found, &f->places.place[i], &f->params, modal)) return false;
     return true;
 }
 
-/* Fills a field. survey: NULL: the machine is as configured. Returns false if the supply cannot
- * hold the platform, or a place has no modes. */
+/* Fills a field whose configured machine is set. params: the machine that was found. survey: NULL:
+ * it is the configured one. Returns false if the supply cannot hold the platform, or a place has no
+ * modes. */
 static bool field_init(struct field *f, const struct params *params, bool bus, enum loop_part part, const struct loop_survey *survey) {
+    struct modal modal;
     f->params = *params;
     f->failed = 0;
-    if (!loop_places_find(&f->places, params, bus) || !take_survey(f, survey)) return false;
+    if (weights(f, &params->control, &modal, &(struct error){0})) return false;
+    if (!loop_places_find(&f->places, params, bus) || !take_survey(f, &modal, survey)) return false;
     improve(f, part);
     for (int i = 0; i < f->places.count; i++)
         for (int mode = 0; mode < DOFS; mode++) {
@@ -189,7 +200,7 @@ static bool field_init(struct field *f, const struct params *params, bool bus, e
             loop_plant_find(f->places.place[i].leg, &shape, &f->params, &f->plant[i][mode]);
         }
     find_own_dampings(f);
-    return find_moving(f, params, bus);
+    return find_moving(f, params, &modal, bus);
 }
 
 /* ---- performance of a controller ---- */
@@ -225,22 +236,35 @@ static double slowest_damping(const struct field *f, int place) {
     return loop_pole_damping(&pole);
 }
 
-static bool keeps_margins(const struct field *f, int place, int mode) {
-    struct loop_margin m = loop_margin(&f->plant[place][mode], &f->params.control, f->params.loop.period_s);
-    return fmin(m.gain_db, m.drop_db) >= TUNE_GAIN_DB && m.phase_deg >= TUNE_PHASE_DEG;
+static void find_margins(const struct field *f, int place, struct loop_margin margin[DOFS]) {
+    loop_margins(f->plant[place], f->places.place[place].mix, &f->params.control, f->params.loop.period_s, margin);
 }
 
-/* True if all modes keep their margins in all places. The mode that failed last comes first,
- * because most gains fail in the same one. */
-static bool keeps_all_margins(struct field *f) {
-    int modes = DOFS * f->places.count;
-    for (int i = 0; i < modes; i++) {
-        int at = (f->failed + i) % modes;
-        if (keeps_margins(f, at / DOFS, at % DOFS)) continue;
-        f->failed = at;
-        return false;
+/* True if all modes keep their margins in all places, and this delay. The place that failed last
+ * comes first, because most gains fail in the same one. */
+static bool keeps_margins(struct field *f, double delay_s) {
+    struct loop_margin m[DOFS];
+    for (int i = 0; i < f->places.count; i++) {
+        int place = (f->failed + i) % f->places.count;
+        find_margins(f, place, m);
+        for (int mode = 0; mode < DOFS; mode++) {
+            if (fmin(m[mode].gain_db, m[mode].drop_db) >= TUNE_GAIN_DB && m[mode].phase_deg >= TUNE_PHASE_DEG && m[mode].delay_s >= delay_s)
+                continue;
+            f->failed = place;
+            return false;
+        }
     }
     return true;
+}
+
+static double least_delay_s(const struct field *f) {
+    struct loop_margin m[DOFS];
+    double least_s = HUGE_VAL;
+    for (int i = 0; i < f->places.count; i++) {
+        find_margins(f, i, m);
+        for (int mode = 0; mode < DOFS; mode++) least_s = fmin(least_s, m[mode].delay_s);
+    }
+    return least_s;
 }
 
 static bool is_stable(const struct field *f, int place) {
@@ -258,13 +282,17 @@ static bool keeps_dampings(const struct field *f) {
     return true;
 }
 
-/* True if the gains meet all requirements, with this damping of the slowest mode. The cheapest
- * checks come first. */
-static bool holds(struct field *f, const struct control_params *g, double damping) {
+/* What is required of gains, beside the margins, the dampings and the noise. */
+struct required {
+    double damping, delay_s;           /* of the slowest mode; least delay until the loop shakes */
+};
+
+/* True if the gains meet all requirements. The cheapest checks come first. */
+static bool holds(struct field *f, const struct control_params *g, const struct required *r) {
     take(f, g);
-    if (!keeps_all_margins(f) || !keeps_dampings(f)) return false;
+    if (!keeps_margins(f, r->delay_s) || !keeps_dampings(f)) return false;
     for (int i = 0; i < f->places.way; i++)
-        if (!(slowest_damping(f, i) >= damping)) return false;
+        if (!(slowest_damping(f, i) >= r->damping)) return false;
     for (int i = 0; i < f->places.count; i++)
         if (!is_stable(f, i)) return false;
     return loop_places_noise_mps2(&f->places, &f->params) <= NOISE_SHARE * loop_noise_most_mps2(&f->params);
@@ -285,15 +313,16 @@ static struct control_params gains_of(const struct field *f, double kff, double 
 /* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: no kp
  * does. */
 static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping) {
+    const struct required required = {.damping = damping};
     double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;
     struct control_params found = gains_of(f, kff, tp, kpf, low);
-    if (!holds(f, &found, damping)) return (struct control_params){0};
+    if (!holds(f, &found, &required)) return (struct control_params){0};
     struct control_params bound = gains_of(f, kff, tp, kpf, most);
-    if (holds(f, &bound, damping)) return bound;
+    if (holds(f, &bound, &required)) return bound;
     for (int i = 0; i < HALVINGS; i++) {
         double middle = sqrt(low * high);
         struct control_params g = gains_of(f, kff, tp, kpf, middle);
-        if (holds(f, &g, damping)) low = middle, found = g;
+        if (holds(f, &g, &required)) low = middle, found = g;
         else high = middle;
     }
     return found;
@@ -348,12 +377,17 @@ static struct control_params find(struct field *f, const struct control_params *
     return weak;
 }
 
-/* Gives the faster modes as much more of kp and ki as the requirements bear. */
+/* Gives the faster modes as much more of kp and ki as the requirements bear. A loop that is faster
+ * in all modes bears less delay, and most of what a machine has and its model has not is delay, so
+ * a share of it is kept. */
 static void raise_modal(struct field *f, struct control_params *g, double damping) {
     struct control_params tried = *g;
-    for (int tenths = 10; tenths > 0 && g->kp > 0.0; tenths--) {
+    if (!(g->kp > 0.0)) return;
+    take(f, g);
+    const struct required required = {.damping = damping, .delay_s = TUNE_MODAL_DELAY * least_delay_s(f)};
+    for (int tenths = 10; tenths > 0; tenths--) {
         tried.modal = tenths / 10.0;
-        if (!holds(f, &tried, damping)) continue;
+        if (!holds(f, &tried, &required)) continue;
         *g = tried;
         return;
     }
@@ -370,8 +404,10 @@ static void take_least(struct loop_least *to, double value, double hz, const str
 
 static void stand_in(struct field *f, int place, struct loop_standing *s) {
     const struct loop_place *p = &f->places.place[place];
+    struct loop_margin margin[DOFS];
+    find_margins(f, place, margin);
     for (int mode = 0; mode < DOFS; mode++) {
-        struct loop_margin m = loop_margin(&f->plant[place][mode], &f->params.control, f->params.loop.period_s);
+        const struct loop_margin m = margin[mode];
         struct loop_mode_standing *of = &s->mode[mode];
         double gain_db = fmin(m.gain_db, m.drop_db), hz = m.gain_db <= m.drop_db ? m.gain_hz : 0.0;
         take_least(&of->gain_db, gain_db, hz, p, mode), take_least(&s->gain_db, gain_db, hz, p, mode);
@@ -446,12 +482,18 @@ static bool delays_fit(const struct field *f) {
     return true;
 }
 
-/* Makes the field of this machine, which the caller frees. On failure returns NULL and sets status
- * and error. */
-static struct field *field_new(const struct params *params, bool bus, const struct loop_survey *survey, int *status, struct error *error) {
+/* Makes the field of this machine, which the caller frees; configured must outlive it. On failure
+ * returns NULL and sets status and error. */
+static struct field *field_new(const struct params *configured, const struct params *params, bool bus, const struct loop_survey *survey,
+                               int *status, struct error *error) {
     struct field *f = malloc(sizeof *f);
+    struct modal modal;
+    if (f) f->configured = configured;
     if (!f) *status = error_set(error, STATUS_IO, "out of memory");
-    else if (!field_init(f, params, bus, LOOP_PART_NONE, survey))
+    else if ((*status = weights(f, &configured->control, &modal, error))) {
+        free(f);
+        return NULL;
+    } else if (!field_init(f, params, bus, LOOP_PART_NONE, survey))
         *status = error_set(error, STATUS_USAGE,
                             "no gains: the supply does not hold the platform up at neutral; compare payload, actuator and "
                             "hydraulics.supply_pa with the machine");
@@ -471,17 +513,17 @@ static struct field *field_new(const struct params *params, bool bus, const stru
 
 int loop_tune_stand(const struct params *params, bool bus, struct loop_standing *s, struct error *error) {
     int status;
-    struct field *f = field_new(params, bus, NULL, &status, error);
+    struct field *f = field_new(params, params, bus, NULL, &status, error);
     if (f) *s = stand(f, &params->control);
     free(f);
     return status;
 }
 
-static int tune(const struct params *params, const struct loop_survey *survey, bool bus, bool parts, struct loop_tune *t,
-                struct error *error) {
+static int tune(const struct params *configured, const struct params *params, const struct loop_survey *survey, bool bus, bool parts,
+                struct loop_tune *t, struct error *error) {
     int status;
     *t = (struct loop_tune){.now = params->control};
-    struct field *f = field_new(params, bus, survey, &status, error);
+    struct field *f = field_new(configured, params, bus, survey, &status, error);
     if (!f) return status;
     solve(f, params, t);
     t->before = stand(f, &t->now);
@@ -492,10 +534,10 @@ static int tune(const struct params *params, const struct loop_survey *survey, b
 }
 
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *t, struct error *error) {
-    return tune(params, NULL, bus, parts, t, error);
+    return tune(params, params, NULL, bus, parts, t, error);
 }
 
 int loop_tune_surveyed(const struct params *params, const struct loop_survey *survey, struct loop_tune *t, struct error *error) {
     const struct params found = loop_found_params(params, survey);
-    return tune(&found, survey, false, false, t, error);
+    return tune(params, &found, survey, false, false, t, error);
 }

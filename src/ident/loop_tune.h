@@ -26,6 +26,8 @@
  * stability of the loop would depend on this mode's damping, which is the least certain value of
  * all */
 #define TUNE_BANDWIDTH (1.0 / 3.0)
+/* least delay that the loop bears with control.modal, as a share of that without */
+#define TUNE_MODAL_DELAY 0.5
 /* share of limits.following_m that the error of a leg may reach because kff suits only the mean of
  * both directions */
 #define TUNE_FOLLOWING 0.7

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <complex>
 #include <limits>
 
 #define EIGEN_NO_MALLOC
@@ -15,6 +16,7 @@ namespace {
 
 /* The storage is inside the matrix, not on the heap. */
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
+using Complex = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
 using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* this decomposition takes square
                                                                   * matrices only */
 using Input = Eigen::Map<const Matrix>;
@@ -88,6 +90,17 @@ int lin_poles(int n, const double *a, double *real, double *imaginary) noexcept 
     if (solver.info() != Eigen::Success) return -1;
     Output(real, n, 1) = solver.eigenvalues().real();
     Output(imaginary, n, 1) = solver.eigenvalues().imag();
+    return 0;
+}
+
+int lin_complex_eigenvalues(int n, const double *a, double *eigenvalues) noexcept {
+    assert(fits(n, n));
+    const Complex square = Eigen::Map<const Complex>(reinterpret_cast<const std::complex<double> *>(a), n, n);
+    if (!square.allFinite()) return -1;
+    const Eigen::ComplexEigenSolver<Complex> solver(square, false);
+    if (solver.info() != Eigen::Success) return -1;
+    for (int i = 0; i < n; i++)
+        eigenvalues[2 * i] = solver.eigenvalues()(i).real(), eigenvalues[2 * i + 1] = solver.eigenvalues()(i).imag();
     return 0;
 }
 

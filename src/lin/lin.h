@@ -46,6 +46,10 @@ int lin_eigenvectors(int n, const double *a, const double *b, double *eigenvalue
  * converge or A is not finite. */
 int lin_poles(int n, const double *a, double *real, double *imaginary) LIN_NOEXCEPT;
 
+/* Computes the eigenvalues of a general complex n x n matrix, in no order. Real and imaginary parts
+ * alternate, as in an array of double complex. Returns 0, or -1 as lin_poles() does. */
+int lin_complex_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
+
 /* Computes the min(m, n) singular values of an m x n matrix, descending. Returns 0, or -1 as
  * lin_poles() does. */
 int lin_singular_values(int m, int n, const double *a, double *values) LIN_NOEXCEPT;
