@@ -187,6 +187,21 @@ static void a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits
     assert_int_equal(loop_check_run(&c, false, &error), STATUS_OK);
 }
 
+/* The exponent is lowered before the gains that all modes share. */
+static void modes_that_are_too_fast_lose_what_modal_gave_them(void **unused) {
+    (void)unused;
+    slow_case();
+    struct params p = load("config/desktop.yaml", "control.modal=1");
+    struct error error = {0};
+    p.control.kp = 300.0, p.sensors.enabled = true;
+    struct loop_check c = loop_check(&p, false);
+    assert_int_equal(loop_check_run(&c, false, &error), STATUS_USAGE);
+    if (!strstr(error.text, "set control.modal to 0.5 (now 1)")) fail_msg("%s", error.text);
+    p.control.modal = 0.5;
+    c = loop_check(&p, false);
+    assert_int_equal(loop_check_run(&c, false, &error), STATUS_OK);
+}
+
 /* Half-way up, the paper's machine is less damped than at neutral. With this kpf it shook there for
  * 0.6 s, with three seeds of six; judged at neutral alone, kpf would pass. */
 static void noise_is_judged_on_the_way_up_too(void **unused) {
@@ -346,6 +361,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_pose_in_which_the_loop_is_unstable_is_warned_of),
         cmocka_unit_test(the_loop_of_a_parked_platform_has_the_controllers_own_feedback),
         cmocka_unit_test(a_heavy_platform_with_the_default_kpf_is_refused_with_one_that_suits),
+        cmocka_unit_test(modes_that_are_too_fast_lose_what_modal_gave_them),
         cmocka_unit_test(noise_is_judged_on_the_way_up_too),
         cmocka_unit_test(whoever_follows_the_proposals_gets_through),
         cmocka_unit_test(poles_that_do_not_oscillate_and_fast_ones_are_seen),

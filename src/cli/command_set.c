@@ -127,5 +127,8 @@ int command_set(struct command_client *c, const struct params *params, const cha
 
 int command_set_check(const char *setting, struct error *error) {
     if (!setting || is_gain(setting)) return STATUS_OK;
-    return error_set(error, STATUS_USAGE, "command set %.100s: not KEY=VALUE with KEY one of control.kp, ki, kd, kff, kpf", setting);
+    return error_set(error, STATUS_USAGE,
+                     "command set %.100s: not KEY=VALUE with KEY one of control.kp, ki, kd, kff, kpf; other keys are set in the "
+                     "configuration, for the next start",
+                     setting);
 }

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kinematics.h"
 #include "loop_places.h"
 #include "loop_tune.h"
+#include "modal.h"
 #include "number_text.h"
 #include "params.h"
 #include "units.h"
@@ -74,10 +76,30 @@ static int find_change(const struct loop_places *all, const struct params *p, in
     return 0;
 }
 
+/* Finds the largest smaller exponent of the modes' gains that suits. It takes from the fast modes
+ * only what it gave them, so it is tried before the gains that all modes share. */
+static bool lower_modal(const struct loop_places *all, const struct params *p, const struct wanted *w, struct loop_check *c) {
+    struct loop_places lowered = *all;
+    struct params tried = *p;
+    struct kinematics k;
+    struct modal modal;
+    kinematics_place(&k, p);
+    for (int tenths = (int)ceil(10.0 * p->control.modal) - 1; tenths >= 0; tenths--) {
+        tried.control.modal = tenths / 10.0;
+        if (modal_init(&modal, &tried, &k, &(struct error){0})) return false;
+        for (int i = 0; i < all->count; i++) loop_place_weigh(&lowered.place[i], &modal);
+        if (!suits(&lowered, &tried, w, &c->damping)) continue;
+        c->key = "control.modal", c->now = p->control.modal, c->suits = tried.control.modal;
+        return true;
+    }
+    return false;
+}
+
 static void find_remedy(const struct loop_places *all, const struct params *p, struct loop_check *c) {
     struct control_params now = p->control;
     for (int w = 0; w < WANTED && !c->key; w++) {
         int nearest = 0;
+        if (lower_modal(all, p, &wanted[w], c)) return;
         for (int i = 0; i < GAINS; i++) {
             double value, damping;
             int steps = find_change(all, p, i, &wanted[w], &value, &damping);

@@ -58,7 +58,7 @@ const struct failure failure_table[] = {
      1e-3},
     {FAULT_OSCILLATION, "oscillation", "the platform shakes by what nobody asked for",
      "1.8 times the acceleration that is asked for, and `limits.oscillation_mps2`; of pose and valve commands", "0.3 s above it", STOPS,
-     "a loop that is unstable: control.kp, ki, kd or kpf too high for this machine, more delay than before, much air in the oil",
+     "a loop that is unstable: control.kp, ki, kd, kpf or modal too high for this machine, more delay than before, much air in the oil",
      "`hexid doctor` looks at the loop: set the gain that it names, or lower the gains; a coarse or noisy length transducer shakes the "
      "platform, too: mend it",
      NULL, "limits.oscillation_mps2", "m/s^2", 1.0},
