@@ -10,6 +10,7 @@
 #include "params.h"
 #include "reference.h"
 #include "trajectory_file.h"
+#include "valve_flow.h"
 
 static const double stop_every = 0.1;   /* interval between tried stops, as a share of the ramp-out;
                                          * with a tenth, the effect of the ramp-out's steepest part
@@ -18,6 +19,8 @@ static const double stop_every = 0.1;   /* interval between tried stops, as a sh
 enum { PERIOD_TICKS = 64 };
 /* number of times that an interval from 0 to 1 is halved, to find the scale to a hundredth */
 enum { SCALES = 7 };
+/* number of steps to the leakage at full speed; each leaves a tenth of the error or less */
+enum { LEAK_STEPS = 6 };
 
 struct instant {
     enum dof dof;                       /* axis of the test */
@@ -43,6 +46,7 @@ struct walk {
     const struct trajectory *trajectory;
     struct kinematics kinematics;
     struct cylinder_areas areas;
+    struct valve_flow flow[LEGS];
     struct inverse_dynamics dynamics;
     double scale;                       /* factor by which all poses are multiplied */
     double length_m[3][LEGS];           /* leg lengths in the last three cycles */
@@ -89,13 +93,28 @@ static bool check_rate(struct walk *w, int leg, double rate_mps) {
                                   .above = "limits.leg_rate_mps"});
 }
 
+/* Returns the speed of a piston at this opening of its valve, with port `in` open to the supply,
+ * against a force. With a given leakage the equation of motion_check.h is quadratic; the leakage
+ * follows from the pressures that the speed leaves. */
+static double speed_mps(const struct valve_flow *f, int in, double opening, double against_n) {
+    double ai = f->area_m2[in], ao = f->area_m2[1 - in], ki = pow(opening * f->gain[in], 2.0), ko = pow(opening * f->gain[1 - in], 2.0);
+    double room_n = ai * f->supply_pa - ao * f->tank_pa - against_n, leak = 0.0, mps = 0.0;
+    for (int i = 0; i < LEAK_STEPS; i++) {
+        double a = pow(ai, 3.0) / ki + pow(ao, 3.0) / ko, b = leak * (ai * ai / ki + ao * ao / ko);
+        double c = leak * leak * (ai / ki + ao / ko) - room_n;
+        mps = b * b > a * c ? (sqrt(b * b - a * c) - b) / a : 0.0;
+        double in_pa = f->supply_pa - pow(ai * mps + leak, 2.0) / ki, out_pa = f->tank_pa + pow(ao * mps + leak, 2.0) / ko;
+        leak = f->leakage_m3_per_s_pa * (in_pa - out_pa);
+    }
+    return fmax(mps, 0.0);
+}
+
 /* Checks a leg's force and its valve's flow; positive forces push the leg out. */
 static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
     static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s and supply_pa";
     const struct hydraulics_params *h = &w->params->hydraulics;
-    double a1 = w->areas.a1_m2[leg], a2 = w->areas.a2_m2[leg], cubes = a1 * a1 * a1 + a2 * a2 * a2;
+    double a1 = w->areas.a1_m2[leg], a2 = w->areas.a2_m2[leg], opening = w->params->control.output_limit;
     double push_n = a1 * h->supply_pa - a2 * h->tank_pa, pull_n = a2 * h->supply_pa - a1 * h->tank_pa, most_n = w->params->limits.force_n;
-    double opened = w->params->control.output_limit * h->valve_flow_m3_per_s[leg] / sqrt(h->valve_drop_pa);
     struct excess force = {.what = "force",
                            .unit = "N",
                            .value = force_n,
@@ -109,8 +128,8 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
                   (struct excess){.what = "rate",
                                   .unit = "m/s",
                                   .value = rate_mps,
-                                  .least = -opened * sqrt((pull_n + force_n) / cubes),
-                                  .most = opened * sqrt((push_n - force_n) / cubes),
+                                  .least = -speed_mps(&w->flow[leg], 1, opening, -force_n),
+                                  .most = speed_mps(&w->flow[leg], 0, opening, force_n),
                                   .below = flow,
                                   .above = flow});
 }
@@ -254,6 +273,7 @@ int motion_check(const struct params *params, const struct trajectory *trajector
     struct walk w = {.params = params, .trajectory = trajectory, .areas = cylinder_areas(&params->actuator)};
     int status = kinematics_init(&w.kinematics, params, error);
     if (status) return status;
+    for (int leg = 0; leg < LEGS; leg++) valve_flow_init(&w.flow[leg], leg, params, &w.kinematics);
     return walk_all(&w, 1.0) ? STATUS_OK : refuse(&w, error);
 }
 

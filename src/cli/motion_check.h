@@ -4,15 +4,15 @@
  * stopped only in its ramp-in and first period, a trajectory also near its end. For each leg:
  *
  *     length   within limits.length_min_m .. length_max_m and actuator.stroke_m
- *     rate     limits.leg_rate_mps; and the valve's flow at full opening (control.output_limit),
- *              extending and retracting:
+ *     rate     limits.leg_rate_mps; and the valve's flow at full opening (control.output_limit):
+ *              the speed v at which the two edges' pressure drops leave the required force F,
  *
- *                  v = k sqrt((A1 ps - A2 pt - F) / (A1^3 + A2^3))
- *                  v = k sqrt((A2 ps - A1 pt + F) / (A1^3 + A2^3))
+ *                  Ai (ps - ((Ai v + L) / ki)^2) - Ao (pt + ((Ao v + L) / ko)^2) = F
  *
- *              A1, A2 areas; ps, pt supply and tank; F the required leg force;
- *              k = hydraulics.valve_flow_m3_per_s / sqrt(valve_drop_pa): in- and outflow through
- *              two equal edges, incompressible oil
+ *              Ai, Ao areas of the chambers that oil enters and leaves; ki, ko the gains of their
+ *              edges; ps, pt supply and tank; F against the motion; L = c (Pi - Po) the leakage
+ *              across the piston; incompressible oil. Gains and leakage have the configured
+ *              effects
  *     force    F from the rigid bodies with weight, inertia and friction: limits.force_n, and the
  *              force that the supply can hold. This limits the acceleration
  *
