@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "config_keys.h"
+#include "control_rig.h"
 #include "loop_check.h"
 #include "oscillation.h"
 
@@ -46,7 +47,7 @@ static double found_after_s(struct bench *b, motion *move, const void *what, dou
         ik_lengths(&b->kinematics, pose, length_m);
         for (int leg = 0; leg < LEGS && step_m > 0.0; leg++) length_m[leg] = step_m * round(length_m[leg] / step_m);
         assert_true(fk_solve(&b->kinematics, length_m, seen).converged);
-        if (oscillation_step(&b->monitor, seen, ref, valve)) return time_s;
+        if (oscillation_step(&b->monitor, seen, ref, valve, NULL)) return time_s;
     }
     return (double)INFINITY;
 }
@@ -332,6 +333,57 @@ static void a_command_delay_of_8_ms_is_stopped(void **unused) {
     assert_close(t.measure.limit - t.measure.explained, params.limits.oscillation_mps2, 1e-12);
 }
 
+/* The monitor's own commands swing with 0.1 at 60 Hz, which without forces is an oscillation. The
+ * legs' forces accelerate the platform by a share of the limit. */
+static void commands_that_no_force_follows_are_none(void **unused) {
+    (void)unused;
+    static const struct {
+        double share;
+        bool found;
+    } cases[] = {{0.0, false}, {0.3, false}, {0.7, true}, {1.5, true}};
+    for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+        struct bench b;
+        double square = 0.0, time_s = 0.0;
+        bool found = false;
+        bench_init(&b, 0);
+        for (int i = 0; i < DOFS; i++) {
+            double sum = 0.0;
+            for (int leg = 0; leg < LEGS; leg++) sum += b.monitor.push[leg][i];
+            square += sum * sum;
+        }
+        double most_n = cases[n].share * sqrt(2.0) * b.monitor.limit_mps2 / sqrt(square);
+        for (; time_s < 2.0 && !found; time_s += b.params.loop.period_s) {
+            double pose[DOFS] = {0}, valve[LEGS], force_n[LEGS];
+            for (int leg = 0; leg < LEGS; leg++)
+                valve[leg] = 0.1 * cos(2 * PI * 60 * time_s), force_n[leg] = 5e3 + most_n * sin(2 * PI * 60 * time_s);
+            found = oscillation_step(&b.monitor, pose, pose, valve, force_n);
+        }
+        if (found != cases[n].found) fail_msg("%g of the limit: %s after %g s", cases[n].share, found ? "found" : "not found", time_s);
+    }
+}
+
+/* The law jumps through a dead band that it knows. Where the valve has none, it rattles. */
+static void a_dead_band_that_is_known_is_none_and_one_that_is_not_there_shakes(void **unused) {
+    (void)unused;
+    slow_case();
+    for (int m = 0; m < MACHINES; m++) {
+        struct params without, with;
+        struct control_figures f;
+        const char *settings[] = {"control.law=model", "tests.duration_s=2", "tests.settle_s=0.5"};
+        load(&without, m, settings, 3);
+        without.interlocks = (struct interlock_params){0};
+        with = without;
+        set_effect(&with, "valve_dead_band", 0, 0.05);
+        control_drive(&with, &with, NULL, 1, &f);
+        assert_false(f.faulted);
+        assert_true(f.driven_cycles > 1000);
+        assert_below(f.still_mps2, 0.5);
+        control_drive(&without, &with, NULL, 1, &f);
+        assert_true(f.faulted);
+        assert_int_equal(f.fault, FAULT_OSCILLATION);
+    }
+}
+
 static void the_fault_says_the_configured_limit_and_what_was_asked(void **unused) {
     (void)unused;
     char text[FAULT_MEASURE_SIZE];
@@ -400,6 +452,8 @@ int main(void) {
         cmocka_unit_test(no_gain_shakes_a_machine_for_half_a_second),
         cmocka_unit_test(no_effect_of_typical_size_is_stopped_but_what_shakes),
         cmocka_unit_test(a_command_delay_of_8_ms_is_stopped),
+        cmocka_unit_test(commands_that_no_force_follows_are_none),
+        cmocka_unit_test(a_dead_band_that_is_known_is_none_and_one_that_is_not_there_shakes),
         cmocka_unit_test(the_fault_says_the_configured_limit_and_what_was_asked),
         cmocka_unit_test(the_words_say_the_factor_on_what_is_asked),
         cmocka_unit_test(no_shipped_machine_shakes),

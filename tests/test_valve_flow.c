@@ -113,6 +113,7 @@ static void the_command_passes_the_dead_band_and_the_null(void **unused) {
     for (double opening = -0.4; opening < 0.4; opening += 0.0107) {
         double spool = valve_flow_command(&f, opening) + m.machine.valve.bias[3];
         assert_close(machine_opening(&m.machine, 3, spool), opening, 1e-12);
+        assert_close(valve_flow_opened(&f, valve_flow_command(&f, opening)), opening, 1e-12);
     }
     double before = valve_flow_command(&f, -0.003);
     for (double opening = -0.003; opening < 0.003; opening += 1e-5) {

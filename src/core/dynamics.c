@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "lin.h"
 #include "params.h"
 
 static const double LEAST_PIVOT = 1e-3; /* smallest pivot of J in elimination, angles in units of
@@ -162,4 +163,19 @@ bool dynamics_solve(const struct dynamics *d, double motion[MOTION_ORDERS][DOFS]
     if (!along_legs(j, d->kinematics->arm_m, wrench)) return false;
     for (int i = 0; i < LEGS; i++) sum += course->force_n[i] += wrench[i];
     return isfinite(sum);
+}
+
+bool dynamics_inertia(const struct params *params, const struct kinematics *k, double inertia[LEGS][LEGS]) {
+    struct dynamics d;
+    struct leg_course rest, moved;
+    double motion[MOTION_ORDERS][DOFS] = {{0}}, accel[LEGS][DOFS], force[LEGS][DOFS];
+    dynamics_init(&d, params, k);
+    if (!dynamics_solve(&d, motion, &rest)) return false;
+    for (int i = 0; i < DOFS; i++) {
+        motion[MOTION_ACCEL][i] = 1.0;
+        if (!dynamics_solve(&d, motion, &moved)) return false;
+        for (int leg = 0; leg < LEGS; leg++) accel[leg][i] = moved.accel_mps2[leg], force[leg][i] = moved.force_n[leg] - rest.force_n[leg];
+        motion[MOTION_ACCEL][i] = 0.0;
+    }
+    return lin_solve_right(DOFS, LEGS, accel[0], force[0], inertia[0]).rank == DOFS;
 }

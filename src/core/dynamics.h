@@ -53,4 +53,9 @@ void dynamics_init(struct dynamics *d, const struct params *params, const struct
  * legs do not determine the platform in this pose (singular), or if a number is not finite. */
 bool dynamics_solve(const struct dynamics *d, double motion[MOTION_ORDERS][DOFS], struct leg_course *course);
 
+/* Finds the inertia of platform and legs in leg coordinates at neutral: force of leg [i] for an
+ * acceleration of leg [j], kg. Returns false if the legs do not determine the platform there, or a
+ * number is not finite. Not RT. */
+bool dynamics_inertia(const struct params *params, const struct kinematics *kinematics, double inertia[LEGS][LEGS]);
+
 #endif

@@ -7,29 +7,12 @@
 #include "lin.h"
 #include "params.h"
 
-/* Finds the inertia in leg coordinates at neutral. Returns false if the legs do not determine the
- * platform there. */
-static bool leg_inertia(const struct params *params, const struct kinematics *k, double inertia[LEGS][LEGS]) {
-    struct dynamics d;
-    struct leg_course rest, moved;
-    double motion[MOTION_ORDERS][DOFS] = {{0}}, accel[LEGS][DOFS], force[LEGS][DOFS];
-    dynamics_init(&d, params, k);
-    if (!dynamics_solve(&d, motion, &rest)) return false;
-    for (int i = 0; i < DOFS; i++) {
-        motion[MOTION_ACCEL][i] = 1.0;
-        if (!dynamics_solve(&d, motion, &moved)) return false;
-        for (int leg = 0; leg < LEGS; leg++) accel[leg][i] = moved.accel_mps2[leg], force[leg][i] = moved.force_n[leg] - rest.force_n[leg];
-        motion[MOTION_ACCEL][i] = 0.0;
-    }
-    return lin_solve_right(DOFS, LEGS, accel[0], force[0], inertia[0]).rank == DOFS;
-}
-
 int modal_init(struct modal *m, const struct params *params, const struct kinematics *k, struct error *error) {
     double inertia[LEGS][LEGS], one[LEGS][LEGS] = {{0}}, mass_kg[LEGS], motion[LEGS][LEGS];
     *m = (struct modal){.on = false};
     if (params->control.modal == 0.0) return STATUS_OK;
     for (int i = 0; i < LEGS; i++) one[i][i] = 1.0;
-    if (!leg_inertia(params, k, inertia) || lin_eigenvectors(LEGS, inertia[0], one[0], mass_kg, motion[0]) || !(mass_kg[0] > 0.0))
+    if (!dynamics_inertia(params, k, inertia) || lin_eigenvectors(LEGS, inertia[0], one[0], mass_kg, motion[0]) || !(mass_kg[0] > 0.0))
         return error_set(error, STATUS_USAGE,
                          "control.modal %g: the legs do not determine the platform at neutral, or its inertia is not positive; compare "
                          "geometry, payload and the effects with the machine, or set control.modal to 0",

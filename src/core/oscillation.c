@@ -3,11 +3,16 @@
 #include <math.h>
 #include <string.h>
 
+#include "dynamics.h"
 #include "force.h"
+#include "lin.h"
 #include "params.h"
 #include "units.h"
 
-static const double lag_s = 0.016, block_s = 0.05;
+static const double lag_s = 0.016, block_s = 0.05, slow_s = 0.05;
+/* The forces prove a motion of the valves' openings if they show half of it; they prove one of the
+ * commands, dead band included, if they show twice of it. */
+static const double FORCED_SHARE = 0.5;
 /* At most this times limits.oscillation_mps2 is subtracted from the command's acceleration as white
  * noise: a command that alternates every cycle looks like noise, too. */
 static const double white_most = 2.0;
@@ -19,36 +24,18 @@ static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };
 
-/* Inverts a matrix by Gauss-Jordan elimination with pivots; kinematics_init() has found the
- * Jacobian regular. */
-static void invert(double m[DOFS][2 * DOFS]) {
-    for (int c = 0; c < DOFS; c++) {
-        int best = c;
-        for (int r = c; r < DOFS; r++)
-            if (fabs(m[r][c]) > fabs(m[best][c])) best = r;
-        for (int j = 0; j < 2 * DOFS; j++) {
-            double swap = m[c][j];
-            m[c][j] = m[best][j], m[best][j] = swap;
-        }
-        double pivot = m[c][c];
-        for (int j = 0; j < 2 * DOFS; j++) m[c][j] /= pivot;
-        for (int r = 0; r < DOFS; r++) {
-            double factor = m[r][c];
-            for (int j = 0; j < 2 * DOFS && r != c; j++) m[r][j] -= factor * m[c][j];
-        }
-    }
-}
-
-static void init_to_platform(struct oscillation *o, const struct kinematics *k) {
-    double j[LEGS][DOFS], m[DOFS][2 * DOFS] = {{0}};
+static void init_to_platform(struct oscillation *o, const struct params *params, const struct kinematics *k) {
+    double j[LEGS][DOFS], inverse[DOFS][LEGS], inertia[LEGS][LEGS], light[LEGS][LEGS];
     ik_jacobian(k, (const double[DOFS]){0}, j);
-    for (int r = 0; r < DOFS; r++) {
-        memcpy(m[r], j[r], sizeof j[r]);
-        m[r][DOFS + r] = 1.0;
-    }
-    invert(m);
+    lin_inverse(DOFS, j[0], inverse[0]);
     for (int i = 0; i < DOFS; i++)
-        for (int leg = 0; leg < LEGS; leg++) o->to_platform[leg][i] = m[i][DOFS + leg] * (i < DOF_PHI ? 1.0 : k->arm_m);
+        for (int leg = 0; leg < LEGS; leg++) o->to_platform[leg][i] = inverse[i][leg] * (i < DOF_PHI ? 1.0 : k->arm_m);
+    o->weighs = dynamics_inertia(params, k, inertia);
+    if (!o->weighs) return;
+    lin_inverse(LEGS, inertia[0], light[0]);
+    for (int leg = 0; leg < LEGS; leg++)
+        for (int i = 0; i < DOFS; i++)
+            for (int m = 0; m < LEGS; m++) o->push[leg][i] += o->to_platform[m][i] * light[m][leg];
 }
 
 /* Advances the valve's two lags by one cycle and returns the acceleration that results. */
@@ -85,9 +72,11 @@ void oscillation_init(struct oscillation *o, const struct params *params, const 
     o->every = cycles_of(block_s, period_s, (int)(block_s / 1e-4));
     o->follows = 1.0 - exp(-2.0 * PI * h->valve_frequency_hz * period_s);
     o->white = white_gain(o->follows, period_s) / FOURTH_DIFFERENCE_SQUARES;
-    init_to_platform(o, k);
+    init_to_platform(o, params, k);
+    o->slower = 1.0 - exp(-period_s / slow_s);
     for (int leg = 0; leg < LEGS; leg++) {
         double flow_m3_per_s = h->valve_flow_m3_per_s[leg] * sqrt(drop_pa / h->valve_drop_pa);
+        valve_flow_init(&o->valve[leg], leg, params, k);
         o->speed_mps[leg] = 2.0 * flow_m3_per_s / (areas.a1_m2[leg] + areas.a2_m2[leg]);
     }
 }
@@ -99,9 +88,10 @@ static void weigh(const struct oscillation *o, const double pose[DOFS], double w
 void oscillation_reset(struct oscillation *o, const double pose[DOFS]) {
     memset(&o->sum, 0, sizeof o->sum);
     memset(o->block, 0, sizeof o->block);
-    memset(o->asked_mps, 0, sizeof o->asked_mps);
-    memset(o->half_mps, 0, sizeof o->half_mps);
-    memset(o->valve_mps, 0, sizeof o->valve_mps);
+    memset(&o->commanded, 0, sizeof o->commanded);
+    memset(&o->opened, 0, sizeof o->opened);
+    memset(o->forced_mps2, 0, sizeof o->forced_mps2);
+    o->knows_force = false;
     for (int n = 0; n < o->past; n++) {
         weigh(o, pose, o->pose[n]);
         weigh(o, pose, o->ref[n]);
@@ -135,23 +125,57 @@ static void take_pose(struct oscillation *o, const double pose[DOFS], const doub
     o->sum.asked_commanded += second_difference(o, o->ref, 1);
 }
 
-static void take_command(struct oscillation *o, const double valve[LEGS]) {
+/* Adds a value to the last five, and returns their fourth difference. */
+static double fourth_difference(double past[5], double now) {
+    memmove(past + 1, past, 4 * sizeof *past);
+    past[0] = now;
+    return past[0] - 4.0 * past[1] + 6.0 * past[2] - 4.0 * past[3] + past[4];
+}
+
+/* Adds the squared acceleration that these openings of the valves correspond to. leg: NULL, or gets
+ * each leg's own. */
+static void take_valves(const struct oscillation *o, struct oscillation_valves *v, const double opening[LEGS], double *square,
+                        double *white, double *leg_square) {
     double mps2[DOFS] = {0}, fourth_mps[DOFS] = {0};
     for (int leg = 0; leg < LEGS; leg++) {
-        double *v = o->asked_mps[leg];
-        memmove(v + 1, v, 4 * sizeof *v);
-        v[0] = o->speed_mps[leg] * valve[leg];
-        double leg_fourth_mps = v[0] - 4.0 * v[1] + 6.0 * v[2] - 4.0 * v[3] + v[4];
-        double leg_mps2 = valve_lags(v[0], o->follows, o->period_s, &o->half_mps[leg], &o->valve_mps[leg]);
-        o->sum.leg[leg] += leg_mps2 * leg_mps2;
+        double leg_fourth_mps = fourth_difference(v->asked_mps[leg], o->speed_mps[leg] * opening[leg]);
+        double leg_mps2 = valve_lags(v->asked_mps[leg][0], o->follows, o->period_s, &v->half_mps[leg], &v->valve_mps[leg]);
+        if (leg_square) leg_square[leg] += leg_mps2 * leg_mps2;
         for (int i = 0; i < DOFS; i++) {
             mps2[i] += o->to_platform[leg][i] * leg_mps2;
             fourth_mps[i] += o->to_platform[leg][i] * leg_fourth_mps;
         }
     }
     for (int i = 0; i < DOFS; i++) {
-        o->sum.commanded += mps2[i] * mps2[i];
-        o->sum.white += o->white * fourth_mps[i] * fourth_mps[i];
+        *square += mps2[i] * mps2[i];
+        *white += o->white * fourth_mps[i] * fourth_mps[i];
+    }
+}
+
+static void take_command(struct oscillation *o, const double valve[LEGS]) {
+    double opening[LEGS];
+    for (int leg = 0; leg < LEGS; leg++) opening[leg] = valve_flow_opened(&o->valve[leg], valve[leg]);
+    take_valves(o, &o->commanded, valve, &o->sum.commanded, &o->sum.white, o->sum.leg);
+    take_valves(o, &o->opened, opening, &o->sum.opened, &o->sum.opened_white, NULL);
+}
+
+/* SAFETY: what the forces do not show counts as infinite, so that they excuse nothing. */
+static void take_force(struct oscillation *o, const double force_n[LEGS]) {
+    double mps2[DOFS] = {0};
+    if (!force_n || !o->weighs) {
+        o->sum.forced = (double)INFINITY;
+        return;
+    }
+    for (int leg = 0; leg < LEGS; leg++) {
+        if (!o->knows_force) o->slow_n[leg] = force_n[leg];
+        o->slow_n[leg] += o->slower * (force_n[leg] - o->slow_n[leg]);
+        for (int i = 0; i < DOFS; i++) mps2[i] += o->push[leg][i] * (force_n[leg] - o->slow_n[leg]);
+    }
+    o->knows_force = true;
+    for (int i = 0; i < DOFS; i++) {
+        double fourth_mps2 = fourth_difference(o->forced_mps2[i], mps2[i]);
+        o->sum.forced += mps2[i] * mps2[i];
+        o->sum.forced_white += fourth_mps2 * fourth_mps2 / FOURTH_DIFFERENCE_SQUARES;
     }
 }
 
@@ -178,16 +202,19 @@ static uint32_t swinging_legs(const struct oscillation *o) {
 }
 
 static void judge(struct oscillation *o) {
-    double measured[OSCILLATION_BLOCKS], commanded[OSCILLATION_BLOCKS], asked_measured = 0.0, asked_commanded = 0.0;
-    double white_mps2 = white_most * o->limit_mps2;
+    double measured[OSCILLATION_BLOCKS], commanded[OSCILLATION_BLOCKS], opened[OSCILLATION_BLOCKS], forced[OSCILLATION_BLOCKS];
+    double asked_measured = 0.0, asked_commanded = 0.0, white_mps2 = white_most * o->limit_mps2, white = white_mps2 * white_mps2;
     for (int n = 0; n < OSCILLATION_BLOCKS; n++) {
-        measured[n] = o->block[n].measured;
-        commanded[n] = o->block[n].commanded - fmin(o->block[n].white, white_mps2 * white_mps2);
-        asked_measured += o->block[n].asked_measured, asked_commanded += o->block[n].asked_commanded;
+        const struct oscillation_block *b = &o->block[n];
+        measured[n] = b->measured, commanded[n] = b->commanded - fmin(b->white, white);
+        opened[n] = b->opened - fmin(b->opened_white, white), forced[n] = b->forced - fmin(b->forced_white, white);
+        asked_measured += b->asked_measured, asked_commanded += b->asked_commanded;
     }
-    double found[] = {four_of_five(measured), four_of_five(commanded)};
     double allowed[] = {o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_measured / OSCILLATION_BLOCKS),
                         o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_commanded / OSCILLATION_BLOCKS)};
+    double proved_mps2 = four_of_five(forced) / FORCED_SHARE, proved_twice_mps2 = FORCED_SHARE * four_of_five(forced);
+    double found[] = {four_of_five(measured),
+                      fmax(fmin(four_of_five(opened), proved_mps2), fmin(four_of_five(commanded), proved_twice_mps2))};
     int worse = found[1] - allowed[1] > found[0] - allowed[0];
     o->found_mps2 = found[worse], o->allowed_mps2 = allowed[worse];
     o->legs = o->found_mps2 > o->allowed_mps2 ? swinging_legs(o) : 0;
@@ -196,16 +223,19 @@ static void judge(struct oscillation *o) {
 /* Turns the sums of a complete block into its means. */
 static void close_block(struct oscillation *o) {
     struct oscillation_block *s = &o->sum;
-    double *const sums[] = {&s->measured, &s->commanded, &s->white, &s->asked_measured, &s->asked_commanded};
+    double *const sums[] = {&s->measured,     &s->commanded,    &s->opened,         &s->forced,         &s->white,
+                            &s->opened_white, &s->forced_white, &s->asked_measured, &s->asked_commanded};
     for (size_t n = 0; n < sizeof sums / sizeof *sums; n++) *sums[n] /= o->every;
     memmove(o->block + 1, o->block, (OSCILLATION_BLOCKS - 1) * sizeof *o->block);
     o->block[0] = *s;
     memset(s, 0, sizeof *s);
 }
 
-bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS]) {
+bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS],
+                      const double force_n[LEGS]) {
     take_pose(o, pose, ref);
     take_command(o, valve);
+    take_force(o, force_n);
     if (++o->in_block == o->every) {
         o->in_block = 0;
         close_block(o);

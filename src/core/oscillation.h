@@ -1,6 +1,6 @@
 /* SAFETY: an unstable loop shakes the platform more and more, while every single reading is
- * plausible. This monitor compares two estimates of the platform's acceleration with the requested
- * one. Pure, RT: no heap, some 300 floating-point operations a cycle.
+ * plausible. This monitor compares estimates of the platform's acceleration with the requested one.
+ * Pure, RT: no heap, some 600 floating-point operations a cycle.
  *
  *   measured   second difference of the pose over twice 16 ms; sees up to some 40 Hz. Steps and
  *              white noise of the readings are subtracted: they show in a second difference over
@@ -9,19 +9,33 @@
  *              full opening times command, through the valve's lag), converted to the platform.
  *              Sees from some 40 Hz up to half the loop's rate, where lengths in steps of 50 um
  *              show nothing. White noise is subtracted by means of the fourth difference.
+ *   opened     the same of the valves' openings, which are commands less the configured dead band.
+ *   forced     the legs' forces above 3 Hz, through the inertia of the configured bodies; white
+ *              noise is subtracted likewise. Dry friction is in it.
  *   requested  the same second difference of the reference, over 16 ms and over one cycle.
  *
- * All three are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms over
- * blocks of 50 ms. The motion is an oscillation if in four of the last five blocks, a quarter of a
- * second, one of the first two exceeds OSCILLATION_ASKED times the requested one of the same time
- * plus limits.oscillation_mps2. A jolt fills two blocks at most.
+ * All are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms over
+ * blocks of 50 ms. The limit is OSCILLATION_ASKED times the requested one of the same time plus
+ * limits.oscillation_mps2. The motion is an oscillation if in four of the last five blocks, a
+ * quarter of a second,
  *
- * Neither estimate knows the masses: near a resonance the platform moves up to three times as much
- * as the command corresponds to, and far above it much less. docs/safety.md has the figures. */
+ *   - measured exceeds the limit, or
+ *   - opened exceeds it, and forced half of it, or
+ *   - commanded exceeds it, and forced twice of it.
+ *
+ * A jolt fills two blocks at most. Commands alone prove no motion: a law that knows a dead band
+ * jumps through it. But a dead band that is configured too wide makes such a law rattle. So the
+ * forces decide, with a factor of two on either side for masses that are not those configured.
+ * Without good pressures the commands decide alone.
+ *
+ * The commands' estimates do not know the masses: near a resonance the platform moves up to three
+ * times as much as the command corresponds to, and far above it much less. docs/safety.md has the
+ * figures. */
 #ifndef HEXID_OSCILLATION_H
 #define HEXID_OSCILLATION_H
 
 #include "kinematics.h"
+#include "valve_flow.h"
 
 /* An acceleration counts as an oscillation if it exceeds this times the requested one by more than
  * limits.oscillation_mps2; a loop that follows badly reaches 1.5. */
@@ -34,9 +48,9 @@ enum {
 
 /* Mean squares of accelerations over a block, (m/s^2)^2. */
 struct oscillation_block {
-    double measured, commanded;
-    double white; /* part of `commanded` that would be noise if its fourth difference were only
-                   * noise */
+    double measured, commanded, opened, forced; /* forced: infinite without good pressures */
+    /* part of each that would be noise if its fourth difference were only noise */
+    double white, opened_white, forced_white;
     double asked_measured, asked_commanded; /* acceleration of the reference, filtered as `measured`
                                              * and as `commanded` */
     double leg[LEGS];        /* each leg's own commanded acceleration */
@@ -48,6 +62,12 @@ struct oscillation {
     double arm_m;            /* kinematics.arm_m, which converts angles to lengths */
     double to_platform[LEGS][DOFS]; /* converts leg rates to rates of the platform, angles times
                                      * arm_m */
+    double push[LEGS][DOFS]; /* acceleration of the platform per force of a leg, angles times
+                              * arm_m, 1/kg */
+    double slower;           /* share of the distance to its input that the slow force covers in a
+                              * cycle */
+    bool weighs;             /* false: `push` is not known */
+    struct valve_flow valve[LEGS]; /* configured valves, for null and dead band */
     double speed_mps[LEGS];  /* speed of each leg at full opening, with half the supply's pressure
                               * drop on each port */
     double follows;          /* share of the remaining distance to its input that each of a valve's
@@ -58,8 +78,14 @@ struct oscillation {
     int past;                /* number of poses kept: 2 lag + 1 */
     /* the group below has been collected since driving began */
     double pose[OSCILLATION_PAST][DOFS], ref[OSCILLATION_PAST][DOFS];
-    double asked_mps[LEGS][5];        /* leg speeds that correspond to the commands, newest first */
-    double half_mps[LEGS], valve_mps[LEGS]; /* leg speeds after the valve's first and second lag */
+    /* Leg speeds that correspond to the commands, and to the openings: newest first, and after the
+     * valve's first and second lag. */
+    struct oscillation_valves {
+        double asked_mps[LEGS][5], half_mps[LEGS], valve_mps[LEGS];
+    } commanded, opened;
+    double slow_n[LEGS], forced_mps2[DOFS][5]; /* forces below 3 Hz; acceleration by the forces
+                                                * above, newest first */
+    bool knows_force;        /* slow_n has begun */
     int newest, in_block;   /* index of the newest pose, and number of cycles of the block so far */
     struct oscillation_block sum, block[OSCILLATION_BLOCKS]; /* sums of the current block; last
                                                               * blocks, newest first */
@@ -75,9 +101,10 @@ void oscillation_init(struct oscillation *o, const struct params *params, const 
 /* Restarts the monitor when driving begins, at rest in this pose. */
 void oscillation_reset(struct oscillation *o, const double pose[DOFS]);
 
-/* Adds a cycle with a trusted sample: its pose, the reference at the same time and the command that
- * follows. Cycles without a trusted sample are left out. Returns true if the platform oscillates
- * according to the complete blocks. */
-bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS]);
+/* Adds a cycle with a trusted sample: its pose, the reference at the same time, the command that
+ * follows, and the legs' forces (NULL: its pressures are not trusted). Cycles without a trusted
+ * sample are left out. Returns true if the platform oscillates according to the complete blocks. */
+bool oscillation_step(struct oscillation *o, const double pose[DOFS], const double ref[DOFS], const double valve[LEGS],
+                      const double force_n[LEGS]);
 
 #endif

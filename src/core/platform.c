@@ -369,7 +369,7 @@ static void control(struct platform *p, const struct hal_sample *in, uint32_t su
         if (good) p->command.valve[i] = leg_command(p, i, seen_m[i]);
         else pid_hold(&p->pid[i], p->leg_ref_m[i]);
     }
-    if (good) oscillation_step(&p->oscillation, p->pose, p->ref, p->command.valve);
+    if (good) oscillation_step(&p->oscillation, p->pose, p->ref, p->command.valve, suspect & FAULT_PRESSURE_SENSOR ? NULL : p->force_n);
     p->command.enable = true;
 }
 

@@ -97,6 +97,11 @@ void valve_flow_load(const struct valve_flow *f, struct oil_state *oil, double f
     oil->p2_pa = clamp(oil->p2_pa + way * c.rod_per_m, f->tank_pa, f->supply_pa);
 }
 
+double valve_flow_opened(const struct valve_flow *f, double command) {
+    double spool = command - f->null;
+    return copysign(fmax(fabs(spool) - f->dead, 0.0), spool);
+}
+
 double valve_flow_command(const struct valve_flow *f, double opening) {
     return opening + f->null + f->dead * clamp(opening / SMALL_OPENING, -1.0, 1.0);
 }

@@ -52,6 +52,10 @@ void valve_flow_advance(const struct valve_flow *flow, struct oil_state *oil, do
  * changes both pressures. */
 void valve_flow_load(const struct valve_flow *flow, struct oil_state *oil, double force_n);
 
+/* Returns the opening that a command gives, without the valve's lag: nothing within the dead
+ * band. */
+double valve_flow_opened(const struct valve_flow *flow, double command);
+
 /* Returns the command for an opening: adds the null and jumps over the dead band. Within +-0.002
  * the jump is a slope, so that noise about zero does not make the valve chatter. */
 double valve_flow_command(const struct valve_flow *flow, double opening);
