@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "config.h"
-#include "force.h"
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "params.h"
@@ -19,8 +18,8 @@ static const double stop_every = 0.1;   /* interval between tried stops, as a sh
 enum { PERIOD_TICKS = 64 };
 /* number of times that an interval from 0 to 1 is halved, to find the scale to a hundredth */
 enum { SCALES = 7 };
-/* number of steps to the leakage at full speed; each leaves a tenth of the error or less */
-enum { LEAK_STEPS = 6 };
+enum { HALVINGS = 40 };
+static const double LEAST_OPENING = 1e-6; /* of a valve that is all dead band */
 
 struct instant {
     enum dof dof;                       /* axis of the test */
@@ -45,8 +44,8 @@ struct walk {
     const struct params *params;
     const struct trajectory *trajectory;
     struct kinematics kinematics;
-    struct cylinder_areas areas;
     struct valve_flow flow[LEGS];
+    double push_n[2][LEGS];             /* largest forces at rest: out, in */
     struct inverse_dynamics dynamics;
     double scale;                       /* factor by which all poses are multiplied */
     double length_m[3][LEGS];           /* leg lengths in the last three cycles */
@@ -93,45 +92,57 @@ static bool check_rate(struct walk *w, int leg, double rate_mps) {
                                   .above = "limits.leg_rate_mps"});
 }
 
-/* Returns the speed of a piston at this opening of its valve, with port `in` open to the supply,
- * against a force. With a given leakage the equation of motion_check.h is quadratic; the leakage
- * follows from the pressures that the speed leaves. */
-static double speed_mps(const struct valve_flow *f, int in, double opening, double against_n) {
-    double ai = f->area_m2[in], ao = f->area_m2[1 - in], ki = pow(opening * f->gain[in], 2.0), ko = pow(opening * f->gain[1 - in], 2.0);
-    double room_n = ai * f->supply_pa - ao * f->tank_pa - against_n, leak = 0.0, mps = 0.0;
-    for (int i = 0; i < LEAK_STEPS; i++) {
-        double a = pow(ai, 3.0) / ki + pow(ao, 3.0) / ko, b = leak * (ai * ai / ki + ao * ao / ko);
-        double c = leak * leak * (ai / ki + ao / ko) - room_n;
-        mps = b * b > a * c ? (sqrt(b * b - a * c) - b) / a : 0.0;
-        double in_pa = f->supply_pa - pow(ai * mps + leak, 2.0) / ki, out_pa = f->tank_pa + pow(ao * mps + leak, 2.0) / ko;
-        leak = f->leakage_m3_per_s_pa * (in_pa - out_pa);
+/* Returns the opening that the command leaves beyond the valve's dead band and null, with port `in`
+ * open to the supply. */
+static double opening_of(const struct walk *w, int leg, int in) {
+    const struct valve_flow *f = &w->flow[leg];
+    return fmax(w->params->control.output_limit - f->dead - (in ? -f->null : f->null), LEAST_OPENING);
+}
+
+/* Returns the force that a piston has left at this speed in the direction in which port `in` takes
+ * oil: the left side of the equation of motion_check.h, with the leakage that solves it. */
+static double force_left_n(const struct walk *w, int leg, int in, double mps) {
+    const struct valve_flow *f = &w->flow[leg];
+    double opening = opening_of(w, leg, in), leaks = f->leakage_m3_per_s_pa, ai = f->area_m2[in], ao = f->area_m2[1 - in];
+    double root_i = opening * f->gain[in], root_o = opening * f->gain[1 - in], ki = root_i * root_i, ko = root_o * root_o;
+    double a = leaks * (1.0 / ki + 1.0 / ko), b = 1.0 + 2.0 * leaks * mps * (ai / ki + ao / ko);
+    double c = leaks * (mps * mps * (ai * ai / ki + ao * ao / ko) - (f->supply_pa - f->tank_pa));
+    double leak = -2.0 * c / (b + sqrt(fmax(b * b - 4.0 * a * c, 0.0))), in_m3 = ai * mps + leak, out_m3 = ao * mps + leak;
+    return ai * (f->supply_pa - in_m3 * in_m3 / ki) - ao * (f->tank_pa + out_m3 * out_m3 / ko);
+}
+
+/* Returns the speed at which a piston has this force left, which it has not at most_mps. */
+static double speed_mps(const struct walk *w, int leg, int in, double force_n, double most_mps) {
+    double low = 0.0, high = most_mps;
+    for (int i = 0; i < HALVINGS; i++) {
+        double middle = 0.5 * (low + high);
+        *(force_left_n(w, leg, in, middle) >= force_n ? &low : &high) = middle;
     }
-    return fmax(mps, 0.0);
+    return low;
 }
 
 /* Checks a leg's force and its valve's flow; positive forces push the leg out. */
 static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
-    static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s and supply_pa";
-    const struct hydraulics_params *h = &w->params->hydraulics;
-    double a1 = w->areas.a1_m2[leg], a2 = w->areas.a2_m2[leg], opening = w->params->control.output_limit;
-    double push_n = a1 * h->supply_pa - a2 * h->tank_pa, pull_n = a2 * h->supply_pa - a1 * h->tank_pa, most_n = w->params->limits.force_n;
+    static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s, leakage_m3_per_s_pa and supply_pa",
+                      held[] = "hydraulics.supply_pa, less leakage_m3_per_s_pa";
+    double push_n = w->push_n[0][leg], pull_n = w->push_n[1][leg], most_n = w->params->limits.force_n;
     struct excess force = {.what = "force",
                            .unit = "N",
                            .value = force_n,
                            .least = -fmin(pull_n, most_n),
                            .most = fmin(push_n, most_n),
-                           .below = most_n < pull_n ? "limits.force_n" : "hydraulics.supply_pa",
-                           .above = most_n < push_n ? "limits.force_n" : "hydraulics.supply_pa"};
+                           .below = most_n < pull_n ? "limits.force_n" : held,
+                           .above = most_n < push_n ? "limits.force_n" : held};
     /* a force beyond these limits leaves no flow to check */
     if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force);
-    return within(w, leg,
-                  (struct excess){.what = "rate",
-                                  .unit = "m/s",
-                                  .value = rate_mps,
-                                  .least = -speed_mps(&w->flow[leg], 1, opening, -force_n),
-                                  .most = speed_mps(&w->flow[leg], 0, opening, force_n),
-                                  .below = flow,
-                                  .above = flow});
+    int in = rate_mps > 0.0 ? 0 : 1;
+    double wanted_n = in ? -force_n : force_n;
+    if (force_left_n(w, leg, in, fabs(rate_mps)) >= wanted_n) return true;
+    double most_mps = speed_mps(w, leg, in, wanted_n, fabs(rate_mps));
+    return within(
+        w, leg,
+        (struct excess){
+            .what = "rate", .unit = "m/s", .value = rate_mps, .least = -most_mps, .most = most_mps, .below = flow, .above = flow});
 }
 
 /* Checks the last cycle but one, with rates and accelerations from differences of the lengths
@@ -270,10 +281,13 @@ static int refuse(struct walk *w, struct error *error) {
 }
 
 int motion_check(const struct params *params, const struct trajectory *trajectory, struct error *error) {
-    struct walk w = {.params = params, .trajectory = trajectory, .areas = cylinder_areas(&params->actuator)};
+    struct walk w = {.params = params, .trajectory = trajectory};
     int status = kinematics_init(&w.kinematics, params, error);
     if (status) return status;
-    for (int leg = 0; leg < LEGS; leg++) valve_flow_init(&w.flow[leg], leg, params, &w.kinematics);
+    for (int leg = 0; leg < LEGS; leg++) {
+        valve_flow_init(&w.flow[leg], leg, params, &w.kinematics);
+        for (int in = 0; in < 2; in++) w.push_n[in][leg] = force_left_n(&w, leg, in, 0.0);
+    }
     return walk_all(&w, 1.0) ? STATUS_OK : refuse(&w, error);
 }
 

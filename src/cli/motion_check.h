@@ -4,8 +4,9 @@
  * stopped only in its ramp-in and first period, a trajectory also near its end. For each leg:
  *
  *     length   within limits.length_min_m .. length_max_m and actuator.stroke_m
- *     rate     limits.leg_rate_mps; and the valve's flow at full opening (control.output_limit):
- *              the speed v at which the two edges' pressure drops leave the required force F,
+ *     rate     limits.leg_rate_mps; and the valve's flow at full opening (control.output_limit
+ *              less dead band and null): the speed v at which the two edges' pressure drops leave
+ *              the required force F,
  *
  *                  Ai (ps - ((Ai v + L) / ki)^2) - Ao (pt + ((Ao v + L) / ko)^2) = F
  *
@@ -14,7 +15,7 @@
  *              across the piston; incompressible oil. Gains and leakage have the configured
  *              effects
  *     force    F from the rigid bodies with weight, inertia and friction: limits.force_n, and the
- *              force that the supply can hold. This limits the acceleration
+ *              force that the supply can hold, the same with v = 0. This limits the acceleration
  *
  * The result is as good as the configuration. Ordinary threads. */
 #ifndef HEXID_MOTION_CHECK_H

@@ -166,13 +166,14 @@ static bool connects(const double mix[DOFS][DOFS]) {
     return false;
 }
 
-void loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct control_params *control, double dt_s,
-                  struct loop_margin margin[DOFS]) {
+int loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct control_params *control, double dt_s,
+                 struct loop_margin margin[DOFS]) {
     struct walk w = {{0}, 0.0};
     double complex gain[DOFS][DOFS], value[DOFS], before[DOFS];
-    double before_radps = 0.0;
+    double complex alone[DOFS];
+    double before_radps = 0.0, turn = 0.0;
     for (int mode = 0; mode < DOFS; mode++) margin[mode] = loop_margin(&plant[mode], control, dt_s);
-    if (!connects(mix)) return;
+    if (!connects(mix)) return 0;
     for (int mode = 0; mode < DOFS; mode++) {
         struct loop_margin *m = &margin[mode];
         m->gain_db = m->drop_db = m->phase_deg = m->delay_s = HUGE_VAL;
@@ -181,15 +182,19 @@ void loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DO
     while (walk_on(&w, plant)) {
         connected_gain(plant, mix, &w, control, dt_s, gain);
         if (!(before_radps > 0.0))
-            for (int mode = 0; mode < DOFS; mode++) before[mode] = gain[mode][mode];
+            for (int mode = 0; mode < DOFS; mode++) before[mode] = alone[mode] = gain[mode][mode];
         if (lin_complex_eigenvalues(DOFS, (const double *)gain, (double *)value)) {
             for (int mode = 0; mode < DOFS; mode++) margin[mode].gain_db = margin[mode].phase_deg = margin[mode].delay_s = 0.0;
-            return;
+            return DOFS;
         }
         follow(before, value);
-        for (int mode = 0; mode < DOFS && before_radps > 0.0; mode++)
+        for (int mode = 0; mode < DOFS && before_radps > 0.0; mode++) {
             take_stretch(&margin[mode], &(struct stretch){{before_radps, w.radps}, {before[mode], value[mode]}});
+            turn += carg((1.0 + value[mode]) / (1.0 + before[mode])) - carg((1.0 + gain[mode][mode]) / (1.0 + alone[mode]));
+        }
+        for (int mode = 0; mode < DOFS; mode++) alone[mode] = gain[mode][mode];
         memcpy(before, value, sizeof before);
         before_radps = w.radps;
     }
+    return (int)lround(-turn / PI);
 }

@@ -49,7 +49,8 @@ struct field {
     double own_damping[DOFS];          /* dampings of the modes at neutral without a controller */
     bool surveyed;                     /* the legs are as a survey found them */
     struct loop_found found;
-    int failed;                        /* place where the margins were missed last */
+    int failed;                        /* mode of all places, DOFS place + mode, whose margins were
+                                        * missed last */
 };
 
 /* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are not known
@@ -97,17 +98,19 @@ static struct loop_mode_input shape_of(const struct field *f, int place, int mod
     return loop_place_mode(&f->places.place[place], mode);
 }
 
-/* Takes a controller to be tried. */
-static void take(struct field *f, const struct control_params *g) {
+/* Takes a controller to be tried. Returns false, and keeps the one before, if it has no weights. */
+static bool take(struct field *f, const struct control_params *g) {
     struct modal modal;
     bool same = g->modal == f->params.control.modal;
+    if (!same && weights(f, g, &modal, &(struct error){0})) return false;
     f->params.control = *g;
-    if (same || weights(f, g, &modal, &(struct error){0})) return;
+    if (same) return true;
     for (int i = 0; i < f->places.count; i++) {
         loop_place_weigh(&f->places.place[i], &modal);
         for (int mode = 0; mode < DOFS; mode++) f->plant[i][mode].gain = f->places.place[i].mix[mode][mode];
     }
     for (int mode = 0; mode < DOFS; mode++) f->moving[mode].gain = f->plant[0][mode].gain;
+    return true;
 }
 
 /* Changes one part of the machine to see whether it limits the loop. */
@@ -236,23 +239,37 @@ static double slowest_damping(const struct field *f, int place) {
     return loop_pole_damping(&pole);
 }
 
-static void find_margins(const struct field *f, int place, struct loop_margin margin[DOFS]) {
-    loop_margins(f->plant[place], f->places.place[place].mix, &f->params.control, f->params.loop.period_s, margin);
+/* Finds the margins in a place. Returns false if modes that are stable alone are not so
+ * together. */
+static bool find_margins(const struct field *f, int place, struct loop_margin margin[DOFS]) {
+    return loop_margins(f->plant[place], f->places.place[place].mix, &f->params.control, f->params.loop.period_s, margin) <= 0;
 }
 
-/* True if all modes keep their margins in all places, and this delay. The place that failed last
+static bool suffices(const struct loop_margin *m, double delay_s) {
+    return fmin(m->gain_db, m->drop_db) >= TUNE_GAIN_DB && m->phase_deg >= TUNE_PHASE_DEG && m->delay_s >= delay_s;
+}
+
+/* True if this mode has its margins; with weights, if all modes of its place have. */
+static bool keeps_margin(const struct field *f, int place, int mode, double delay_s) {
+    struct loop_margin m[DOFS];
+    if (f->params.control.modal == 0.0) {
+        *m = loop_margin(&f->plant[place][mode], &f->params.control, f->params.loop.period_s);
+        return suffices(m, delay_s);
+    }
+    bool all = find_margins(f, place, m);
+    for (int i = 0; i < DOFS; i++) all = all && suffices(&m[i], delay_s);
+    return all;
+}
+
+/* True if all modes keep their margins in all places, and this delay. The mode that failed last
  * comes first, because most gains fail in the same one. */
 static bool keeps_margins(struct field *f, double delay_s) {
-    struct loop_margin m[DOFS];
-    for (int i = 0; i < f->places.count; i++) {
-        int place = (f->failed + i) % f->places.count;
-        find_margins(f, place, m);
-        for (int mode = 0; mode < DOFS; mode++) {
-            if (fmin(m[mode].gain_db, m[mode].drop_db) >= TUNE_GAIN_DB && m[mode].phase_deg >= TUNE_PHASE_DEG && m[mode].delay_s >= delay_s)
-                continue;
-            f->failed = place;
-            return false;
-        }
+    int each = f->params.control.modal == 0.0 ? 1 : DOFS, modes = DOFS * f->places.count, first = f->failed / each * each;
+    for (int i = 0; i < modes; i += each) {
+        int at = (first + i) % modes;
+        if (keeps_margin(f, at / DOFS, at % DOFS, delay_s)) continue;
+        f->failed = at;
+        return false;
     }
     return true;
 }
@@ -289,8 +306,7 @@ struct required {
 
 /* True if the gains meet all requirements. The cheapest checks come first. */
 static bool holds(struct field *f, const struct control_params *g, const struct required *r) {
-    take(f, g);
-    if (!keeps_margins(f, r->delay_s) || !keeps_dampings(f)) return false;
+    if (!take(f, g) || !keeps_margins(f, r->delay_s) || !keeps_dampings(f)) return false;
     for (int i = 0; i < f->places.way; i++)
         if (!(slowest_damping(f, i) >= r->damping)) return false;
     for (int i = 0; i < f->places.count; i++)
@@ -405,7 +421,7 @@ static void take_least(struct loop_least *to, double value, double hz, const str
 static void stand_in(struct field *f, int place, struct loop_standing *s) {
     const struct loop_place *p = &f->places.place[place];
     struct loop_margin margin[DOFS];
-    find_margins(f, place, margin);
+    s->stable &= find_margins(f, place, margin) && is_stable(f, place);
     for (int mode = 0; mode < DOFS; mode++) {
         const struct loop_margin m = margin[mode];
         struct loop_mode_standing *of = &s->mode[mode];
@@ -416,7 +432,6 @@ static void stand_in(struct field *f, int place, struct loop_standing *s) {
         if (place == 0) of->bandwidth_hz = m.bandwidth_hz;
     }
     if (place < f->places.way) take_least(&s->damping, slowest_damping(f, place), f->plant[place][0].oil_radps / (2.0 * PI), p, 0);
-    s->stable &= is_stable(f, place);
 }
 
 static void stand_neutral(struct field *f, const struct control_params *g, struct loop_standing *s) {
