@@ -105,13 +105,13 @@ struct csv_map;
 
 /* A directory of CSV files and how to read it. */
 struct csv_source {
-    const char *path;      /* path of the directory, or of a single file, whose configuration is the
-                            * base */
+    const char *path;      /* path of the directory, or of a single file; a single file always takes
+                            * the base as its configuration */
     const char *base;      /* configuration as YAML text; NULL: the built-in one */
     struct csv_map *map;   /* columns under the user's own names (csv_map.h); NULL: none */
-    bool configured;       /* a user chose the base; false: its tests are an assumption, and what
-                            * no file states of frequency and amplitude is left out of the log's
-                            * configuration */
+    bool configured;       /* the user chose the base configuration. false: its tests are only
+                            * assumed, so import leaves frequency and amplitudes out of the log's
+                            * configuration unless a file states them */
     const char *const *settings; /* --set: these keys of the base win over the values in the
                                   * files */
     int setting_count;

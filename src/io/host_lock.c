@@ -28,7 +28,8 @@ static socklen_t slot_address(const struct host_lock_key *key, int slot, struct 
 
 static int new_socket(void) { return socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
 
-/* Takes the first free slot. Returns its socket, or -1 with errno if none is free. */
+/* Takes the first free slot. Returns its socket, or -1 with errno: EADDRINUSE if no slot is
+ * free. */
 static int take_slot(const struct host_lock_key *key, int *slot) {
     for (*slot = 0; *slot < HOST_LOCK_SLOTS; ++*slot) {
         struct sockaddr_un address;
@@ -106,7 +107,7 @@ int host_lock(const char *url, const struct host_lock_key *key, struct error *do
                   "waited for; a second master is refused by the machine",
                   url, who, key->mode ? "who may write the device" : "group hexid");
     }
-    /* strangers have all slots, so this socket has no name and locks nothing */
+    /* If strangers have all slots, take a socket without a name, which locks nothing. */
     if (own < 0 && reason == EADDRINUSE) own = new_socket();
     if (own >= 0) return own;
     return error_set(error, STATUS_IO, "--hal %.100s: no lock against a second master on this host: %s; it takes a Unix-domain socket", url,

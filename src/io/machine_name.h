@@ -5,9 +5,9 @@
  * The directory is $HEXID_RUNTIME_DIR if that is set (containers, tests). Otherwise a daemon takes
  * /run/hexid (made by the unit's RuntimeDirectory=, or by root), else hexid/ in its user's runtime
  * directory; a client looks in both, and root in those of all users. SAFETY: a directory that is a
- * link, that others may write, or that belongs to neither root nor this user is not used, because
- * another user's program there could answer for the machine. The last rule does not apply to
- * /run/hexid, which only root can make.
+ * link, that others may write (unless it is sticky), or that belongs to neither root nor this user
+ * is not used, because another user's program there could answer for the machine. The last rule
+ * does not apply to root, nor to /run/hexid, which only root can make.
  *
  * A name is owned by a lock on NAME.lock, which the kernel releases however the daemon ends; the
  * next owner removes sockets left behind. SAFETY: nobody else may open that file, because

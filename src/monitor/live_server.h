@@ -21,7 +21,8 @@ int live_server_start(struct live_server **server, const struct live_listener *l
                       struct error *error);
 void live_server_stop(struct live_server *server);
 
-/* Returns a descriptor for poll(), which is readable when a browser has sent something. */
+/* Returns a descriptor for poll(), which is readable when a browser has sent something, or can take
+ * more. */
 int live_server_fd(const struct live_server *server);
 
 /* Returns the longest time that the next turn may be delayed; 0 if more can be sent at once. */

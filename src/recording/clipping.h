@@ -11,8 +11,8 @@ struct recording_scale {
     bool smooth;
 };
 
-/* Number of good samples in the test's evaluated part at which the channel is saturated; 0 if there
- * are so few that the motion itself may have caused them. first: the channel's value in the first
+/* Number of samples in the test's evaluated part at which the channel is saturated; 0 if there are
+ * so few that the motion itself may have caused them. first: the channel's value in the first
  * sample of this part. */
 int recording_clipped(const struct recording_test *t, const double *first, const struct recording_scale *scale);
 

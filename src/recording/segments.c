@@ -20,8 +20,9 @@ enum { GRID_MOST = 1 << 22, SAMPLES_LEAST = 10 };
 static const double REST_S = 0.5;        /* shortest rest; a shorter one is a reversal */
 static const double NOISE_BAND = 5.0;    /* largest deviation of a leg at rest, in rms noise: white
                                           * noise stays within it for an hour */
-static const double REST_SHARE = 3e-3;   /* largest wander of a leg at rest, as a share of its whole
-                                          * range; a position loop at rest wanders by less */
+static const double REST_SHARE = 3e-3;   /* largest deviation of a leg at rest to either side, as a
+                                          * share of its range in the whole test; a position loop
+                                          * that holds a leg keeps it closer than this */
 
 /* Least number of cycles of a steady segment. */
 static const double CYCLES_LEAST = 4.0;
@@ -279,7 +280,8 @@ static double shortest_period(const struct grid *g, const struct stretch *s, con
 }
 
 /* True if the cycle that starts at `from` is like the next one. from: sums at the cycle's first
- * point; share: largest rms difference, as a share of the motion's rms. */
+ * point. cycle: number of points in a cycle. share: largest rms difference beyond the noise, as a
+ * share of the motion's rms; MOTION limits it whatever the noise. */
 static bool alike(const struct sums *from, int cycle, double share, double noise) {
     double n = from[cycle].compared - from->compared, points = 2.0 * cycle;
     double e = (from[cycle].difference - from->difference) / n, mean = (from[2 * cycle].x - from->x) / points;

@@ -17,7 +17,7 @@ static double start_s(const struct survey *s) { return s->test.sample[0].test_ti
 
 static double width_s(const struct survey *s) { return fmax(survey_seconds(s), 1e-9); }
 
-/* Values of a channel's samples that fall on one pixel: first and last, minimum and maximum. */
+/* First and last, least and greatest value of a channel in one of the picture's POINTS columns. */
 struct ends {
     double first, last, low, high;
 };
@@ -38,8 +38,9 @@ static void write_row(FILE *script, double t_s, const struct ends *ends, int cou
     fputc('\n', script);
 }
 
-/* Writes the data of a kind in columns: time, then each channel. There is one row for each sample,
- * or two for each pixel if it has more samples. A pixel without samples leaves a gap. */
+/* Writes the data of a kind in columns: time, then each channel. There is one row for each sample.
+ * If there are more than 2 * POINTS samples, the time is divided into POINTS parts with two rows
+ * each, and a part without samples leaves a gap. */
 static void write_data(FILE *script, const struct survey *s, enum survey_kind kind) {
     const struct recording_test *t = &s->test;
     int count = s->channel[kind].of;

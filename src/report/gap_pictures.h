@@ -17,7 +17,7 @@ struct picture {
     bool after;   /* the model after is shown, too */
 };
 
-/* These plot a struct picture (page_script of page.h).
+/* The functions below take a struct picture; they have the type page_script (page.h).
  *
  * Plots a channel's waveform, and below it measurement less model, with the noise of a sample as a
  * band. */
@@ -28,7 +28,8 @@ void picture_wave(FILE *script, const void *picture);
 void picture_force_loop(FILE *script, const void *picture);
 void picture_rest_loop(FILE *script, const void *picture);
 
-/* Plots velocity over valve command from waves_closed_loop, each model with its own motion. */
+/* Plots velocity over valve command; picture->test comes from waves_closed_loop(). A model's curve
+ * shows the motion that this model made in its simulation, not the measured motion. */
 void picture_valve_loop(FILE *script, const void *picture);
 
 /* Display unit of a channel in pictures, tables and on the terminal: an SI value times `scale` is

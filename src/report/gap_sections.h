@@ -12,7 +12,8 @@ void section_waveforms(struct page *p, const struct gap_report *report); /* plot
 void section_loops(struct page *p, const struct gap_report *report);     /* plots of force and valve
                                                                           * over velocity */
 
-/* Writes words such as "dry friction in the cylinders (leg 3 only)". pattern: as in gap.h. */
+/* Writes words such as "dry friction in the cylinders (leg 3 only)". pattern: as in struct
+ * gap_effect. */
 void section_effect_words(FILE *out, int effect, int pattern, int legs);
 
 /* Returns true for an effect that is named, is a rival of a named one, or contains one as a special

@@ -10,7 +10,8 @@
 json_t *report_number(double x);
 
 /* Add a value to an array or an object, and take it over. Both return NULL if an argument is NULL
- * or memory is short, so that everything built upon it is NULL, too, never a part of the result. */
+ * or memory is short. Everything that is built upon a NULL is NULL too, so that the caller gets
+ * either the complete result or NULL. */
 json_t *report_append(json_t *array, json_t *value);
 json_t *report_set(json_t *object, const char *key, json_t *value);
 

@@ -75,10 +75,11 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
  * lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
-/* Finds the deflection of each leg's seals that the motion causes (cylinder.h), as its mean over
- * window_s about each of at most PHASES instants, which are window_s apart. cycle: the last instant
- * is followed by the first. If the motion is no cycle, the first deflection of a leg that is at
- * rest or has just reversed is fitted to the balance of forces. False: no pose has these
+/* Finds the deflection that the motion gives each leg's seals (cylinder.h), and stores it in in[].
+ * The instants, at most PHASES, are window_s apart; each gets the mean over window_s about it.
+ * cycle: the last instant is followed by the first, so the seals end a cycle as they began it.
+ * Otherwise the deflection before the first instant is unknown, and is fitted to the balance of
+ * forces; it matters until the leg has slid far enough to forget it. False: no pose has these
  * lengths. */
 bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle, struct inverse_dynamics_input in[]);
 

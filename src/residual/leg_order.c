@@ -51,7 +51,8 @@ static int at(enum quantity q, int leg) { return (int)q * LEGS + leg; }
 
 /* --- machine */
 
-/* Matrix of one unit of mass, moment m c or inertia, as in payload.h. */
+/* Computes the inertia matrix of a payload with one of its ten numbers equal to 1 and the others 0.
+ * number: 0 mass, 1-3 moment m c, 4-9 inertia about the origin: xx yy zz xy xz yz. */
 static void unit_matrix(int number, double m[DOFS][DOFS]) {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
     memset(m, 0, DOFS * sizeof m[0]);
@@ -179,8 +180,9 @@ static void add_test(struct work *w, const struct residual_test *t, double lambd
 
 /* --- orders */
 
-/* Sum of the products of two forms of one leg. A form is a row of a matrix times a quantity of all
- * legs; the quantities are p and q. */
+/* A form is a linear combination of one quantity of all six legs, with a row of a matrix as its
+ * coefficients: here `one` with quantity p, and `other` with quantity q. Returns the sum of the
+ * products of the two forms over all evaluated coefficients (struct work, product). */
 static double between(const struct work *w, const double *one, enum quantity p, const double *other, enum quantity q,
                       const struct leg_places *lengths) {
     double sum = 0.0;
@@ -189,8 +191,8 @@ static double between(const struct work *w, const double *one, enum quantity p, 
     return sum;
 }
 
-/* Returns column `unknown` of leg `leg` in the least squares, as a form in the quantity *q of the
- * lengths. */
+/* Returns the force that one unit of an unknown puts on a leg, as a form (see between()) in *q,
+ * a quantity of the legs' lengths. */
 static const double *form_of(const struct leg_space *s, int unknown, int leg, double unit[LEGS], enum quantity *q) {
     memset(unit, 0, LEGS * sizeof *unit);
     *q = unknown < BODY ? ACCELERATION : unknown < DRY ? RATE : SIGN;
@@ -199,8 +201,9 @@ static const double *form_of(const struct leg_space *s, int unknown, int leg, do
     return unit;
 }
 
-/* Product of a column and the target of a leg, which is its force less the forces of the configured
- * legs and weight. */
+/* The target of a leg is the force that the unknowns must explain: its measured force less the
+ * forces of the configured legs and weight. Returns the sum of the products of a form and this
+ * target. */
 static double with_target(const struct work *w, const double *form, enum quantity q, int leg, const struct leg_places *lengths,
                           const struct leg_places *forces) {
     double sum = 0.0;
@@ -209,7 +212,7 @@ static double with_target(const struct work *w, const double *form, enum quantit
            between(w, form, q, w->space.weight[leg], LENGTH, lengths);
 }
 
-/* Square of the target of a leg (with_target). */
+/* Returns the sum of the squares of the target of a leg (see with_target()). */
 static double target_square(const struct work *w, int leg, const struct leg_places *lengths, const struct leg_places *forces) {
     const double *legs = w->space.legs[leg], *weight = w->space.weight[leg];
     int f = at(FORCE, forces->place[leg]);
@@ -356,8 +359,9 @@ static enum target target_of(const struct candidate *c) {
     return leg_places_stated(&c->of[1]) ? OF_LENGTHS : leg_places_stated(&c->of[0]) ? OF_FORCES : OF_BOTH;
 }
 
-/* Writes the best orders, one for each target; all others that explain as much differ from it by a
- * symmetry of the machine. others: true if the machine has one. */
+/* Writes the best order of each target. Any other order of a target that explains as much is not
+ * listed: it differs from the one written by a symmetry of the machine, and the text says that
+ * there are such orders. others: the machine has a symmetry. */
 static void describe_all(const struct candidate *c, int candidates, const char *force, double best, bool others,
                          char text[LEG_ORDER_TEXT]) {
     int named[TARGETS] = {0};

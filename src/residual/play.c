@@ -21,7 +21,8 @@ struct instant {
     double imbalance_n[LEGS];
     double inertia[LEGS][LEGS];      /* inertia of the platform along the legs, without the rods */
     double ahead_mps2[LEGS];
-    double response[LEGS][LEGS];     /* change of ahead_mps2 by the imbalance of each leg */
+    double response[LEGS][LEGS];     /* fall of ahead_mps2 of a leg per newton of another leg's
+                                      * imbalance; row: the leg that moves */
 };
 
 /* Finds contact force, imbalance and inertia at an instant. The friction of a held leg is assumed

@@ -19,8 +19,8 @@
 #include "inverse_dynamics.h"
 #include "types.h"
 
-/* Mean squares that noise gives a path of n steps between two fixed ends, for each n: by each leg's
- * force, integrated twice, and by its length. */
+/* Noise of a path of n steps between two fixed ends, as its mean square, for each n. push_n2s4:
+ * from the noise of each leg's force, integrated twice. length_m2: from the noise of its length. */
 struct play_noise {
     double push_n2s4[PHASES + 1][LEGS], length_m2[PHASES + 1][LEGS];
 };
@@ -32,8 +32,8 @@ struct play_motion {
     int phases;             /* number of instants, at most PHASES */
     bool cycle;
     double step_s;
-    double resolution_s;    /* series smear a change of the forces over this time before and after
-                             * it */
+    double resolution_s;    /* a sudden change of a force appears in the Fourier series spread over
+                             * this time before the change and the same time after it */
     const struct play_noise *noise;
 };
 

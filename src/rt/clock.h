@@ -17,7 +17,7 @@ enum clock_kind { CLOCK_REAL, CLOCK_PACED, CLOCK_VIRTUAL };
 struct clock {
     enum clock_kind kind;
     int64_t start_ns;        /* CLOCK_MONOTONIC at the loop's start, plus the time by which a paced
-                              * clock was stretched */
+                              * clock was stretched; 0 on a virtual clock */
     int64_t system_us;       /* CLOCK_REALTIME at the loop's start; 0 on a virtual clock */
     int64_t woke_ns;         /* CLOCK_MONOTONIC when the last wait ended; 0 on a virtual clock */
     _Atomic int64_t now_ns;  /* time of a paced or virtual clock */

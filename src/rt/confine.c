@@ -35,8 +35,8 @@ void confine_thread(void) {
     syscall(SYS_capset, &header, none);
 }
 
-/* Copies both paths, a page each, below all other memory: the rule for a call that changes memory
- * then only compares an address with their end. */
+/* Copies both paths, a page each, to addresses below all other memory, and makes them read-only.
+ * Calls that change memory are then allowed from the end of these pages on (allow_memory). */
 static char *intern(const char *first, const char *second) {
     for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE; at += PAGE) {
         char *pages = mmap((void *)at, 2 * PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);

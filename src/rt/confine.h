@@ -1,6 +1,6 @@
 /* Confinement: restricts the system calls of the running daemon, so that a vulnerability in a
- * parser of CAN, Modbus or LCM can neither start a program nor write a file, whichever user runs
- * the daemon.
+ * parser of CAN, Modbus or LCM can neither start a program nor make, rename or delete a file other
+ * than the result and its temporary file, whichever user runs the daemon.
  *
  * A denied call fails with EPERM. SAFETY: it never kills the process, because a killed daemon drops
  * a platform.
@@ -8,11 +8,15 @@
  * Allowed in all threads: reading and writing open descriptors, accepting connections on listening
  * sockets, waiting, reading the clock, memory that is not executable, signals to this process, and
  * exit. Also allowed: creating the temporary file beside the result, renaming or linking it to the
- * result and removing it (output.h), by two paths in memory that can no longer be written, unmapped
- * or replaced. For a back-end that reconnects: connecting internet sockets, reading files (the
- * resolver's), opening a serial device, and SCHED_FIFO for its thread; for one that reopens a CAN
- * socket: opening it, and asking for the interface's index and state. Everything else is denied:
- * programs, new threads, other files, sockets and processes, mounts, users, modules.
+ * result and removing it (output.h). The filter compares the addresses of these two paths, which
+ * lie in memory that can no longer be written, unmapped or replaced.
+ *
+ * For a back-end that reconnects: connecting internet sockets, reading any file (the resolver reads
+ * some), opening an existing file with the flags of a serial device, and SCHED_FIFO for its thread.
+ * The filter cannot compare the path of these, so the user's file permissions alone protect files
+ * there. For one that reopens a CAN socket: opening it, and asking for the interface's index and
+ * state. Everything else is denied: programs, new threads, other files, sockets and processes,
+ * mounts, users, modules.
  *
  * Sanitizer builds need more calls for their allocator, threads and reports, so nothing is denied
  * there. */
