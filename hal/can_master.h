@@ -124,7 +124,8 @@ struct can_master {
     uint32_t closed;           /* inputs that are closed according to all TPDOs since the last
                                 * returned sample */
     int64_t now_ns;            /* time of the last call of can_master_poll() */
-    /* event counters for the operator */
+    /* Numbers of events, which only tests read: windows without all TPDOs, repeated TPDOs, TPDOs
+     * that are malformed or precede the first SYNC, error frames, and boot-ups of nodes. */
     uint64_t lost, twice, stray, errors, boots;
 };
 

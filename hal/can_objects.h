@@ -10,8 +10,8 @@ enum {
     CAN_OBJECTS_MAX = 56,       /* number of objects in the largest dictionary */
     CAN_HISTORY = 8,            /* number of errors kept in 0x1003 */
     CAN_CONSUMERS = 2,          /* number of heartbeats that 0x1016 can watch */
-    CAN_WATCHDOG_MAX_MS = 1000, /* SAFETY: 0x1400:5 takes 1 ms to this, so that the watchdog
-                                 * cannot be switched off */
+    CAN_WATCHDOG_MAX_MS = 1000, /* SAFETY: largest watchdog time in 0x1400:5; the smallest is 1 ms,
+                                 * so that the watchdog cannot be switched off */
 };
 
 /* Access to an object; CAN_RWW: an RPDO writes it, and SDO reads it. */

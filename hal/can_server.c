@@ -24,8 +24,9 @@ static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t co
     return taken(n, index, cob) ? SDO_VALUE : 0;
 }
 
-/* Refuses changes of the mapping in another order than CiA 301, 7.5.2.36, has: PDO off, number of
- * entries 0, entries, number of entries. */
+/* Returns the abort code for a write to the mapping at the wrong time; 0 if it is in order. CiA
+ * 301, 7.5.2.36, has this order: switch the PDO off, set the number of entries to 0, write the
+ * entries, then set their number. */
 static uint32_t refuse_mapping(const struct can_node *n, uint8_t sub) {
     bool in_use = pdo_on(can_node_get(n, 0x1400, 1)) || (sub && can_node_get(n, 0x1600, 0));
     return in_use ? SDO_DENIED : 0;

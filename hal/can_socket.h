@@ -48,7 +48,8 @@ enum { CAN_BATCH = 64 };
 struct can_arrival {
     struct can_frame frame;
     int64_t realtime_ns;    /* the kernel's receive time stamp, CLOCK_REALTIME */
-    bool own;               /* this is the echo of a frame sent here */
+    bool own;               /* this is the echo of a frame sent here; on a socket pair, which marks
+                             * no echoes, it is always true */
 };
 
 /* RT. Returns the number of frames sent: all, or those before the first that is refused (queue

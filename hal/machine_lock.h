@@ -5,7 +5,7 @@
 
 #include "status.h"
 
-enum { MACHINE_LOCKS = 8 }; /* most addresses of one host name that are locked */
+enum { MACHINE_LOCKS = 8 }; /* each address of a host name gets a lock, up to this number */
 
 struct machine_lock {
     int count, file[MACHINE_LOCKS]; /* descriptors, open while the lock is held */

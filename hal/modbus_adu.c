@@ -3,7 +3,8 @@
 #include <string.h>
 
 enum {
-    /* size of TCP's header, and positions in it; its length field counts from the unit on */
+    /* MBAP is the size of the TCP header, and MBAP_... are offsets in it. The header's length field
+     * counts all bytes from the unit identifier on. */
     MBAP = 7,
     MBAP_PROTOCOL = 2,
     MBAP_LENGTH = 4,

@@ -98,7 +98,7 @@ struct effect {
     const char *signature;  /* where the effect can be seen: channel, harmonic, feature */
     double law_error;       /* expected error of this law on a real machine, as a share of the
                              * effect's own contribution */
-    bool one_axis;          /* hexid gap looks for the effect on machines of one axis only */
+    bool one_axis;          /* hexid gap looks for the effect only if the machine has one axis */
     struct effect_key keys[EFFECT_KEYS]; /* keys of the effect, ended by one with a NULL name */
 
     /* Relations to other effects; each list is ended by zeros. Another effect is named by the
@@ -143,8 +143,9 @@ extern const struct effect *const effect_table[];
 /* Returns the effect's place in the table, or -1. */
 int effect_find(const char *name);
 
-/* Sets the values of the effect's keys for a strength: 0 adds nothing, 1 is typical; other values
- * are in proportion, within each key's range. */
+/* Sets the values of the effect's keys for a strength: 0 is neutral, 1 is typical. In between and
+ * beyond, the value is linear in the strength, or its reciprocal is if the key is `reciprocal`. A
+ * value outside its key's range is moved to the nearer end. */
 void effect_at(const struct effect *effect, double strength, struct effect_values *values);
 
 /* effect_neutral() returns true if all legs' values of the key are neutral; effect_acts() returns

@@ -8,9 +8,11 @@
 #include "units.h"
 
 static const double LAMINAR_PA = 1e4;
-static const double FILL_TIME_S = 2e-4; /* shortest time constant of a chamber, which even explicit
-                                         * Euler resolves in a substep of 0.25 ms */
-static const double SEAL_TIME_S = 2e-4; /* shortest time constant of a fast rod's seals */
+static const double FILL_TIME_S = 2e-4; /* port_flow() never fills a chamber or hose with a shorter
+                                         * time constant, so that even explicit Euler with substeps
+                                         * of 0.25 ms is stable */
+static const double SEAL_TIME_S = 2e-4; /* a rod, however fast, needs at least this time constant to
+                                         * deflect its seals */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
 static const double SOFTEST = 0.01;        /* least pressure above vacuum that counts, as a share of

@@ -4,15 +4,16 @@
 
 #include "vec.h"
 
-static const double DEPENDENT = 1e-12;  /* share of a row's square that the basis leaves, below
-                                         * which the row is dependent */
+static const double DEPENDENT = 1e-12;  /* a row counts as linearly dependent if its part outside
+                                         * the basis has at most this share of its square */
 static const double GIVES_WAY = 1e-6;  /* acceleration from which on friction gives way, m/s^2 or
                                         * rad/s^2: far above the solver's error, far below any real
                                         * motion (0.5 um after 1 s) */
 static const double CONVERGED = 1e-12; /* the solver ends once complementarity() is at most this
-                                        * times the room between limits, m/s^2 or rad/s^2 */
-static const double LEAST_LIMIT = 1e-9; /* smallest limit, N or N m: the solver needs room between
-                                         * limits */
+                                        * times the sum of the distances between the two limits of
+                                        * each force; m/s^2 or rad/s^2 */
+static const double LEAST_LIMIT = 1e-9; /* a smaller limit is raised to this, N or N m, because the
+                                         * solver needs a distance between the two limits */
 
 enum { ITERATIONS = 60 };
 

@@ -10,8 +10,10 @@ struct motion_params {
     double rate_mps, accel_mps2;  /* largest speed and acceleration in a move: of the platform's
                                    * origin, or of the upper joints if it rotates */
     double park_z_m;              /* pose z at which the platform is put down; z points down */
-    double rest_s;                /* waiting time at rest before the first engagement */
-    double hold_s;                /* waiting time at neutral before the first test */
+    double rest_s;                /* time at rest before `automatic` engages; a command does not
+                                   * wait for it */
+    double hold_s;                /* time at neutral before `automatic` starts the tests, and again
+                                   * before it parks; a command does not wait for it */
     bool automatic;               /* engages, tests and parks without commands */
 };
 

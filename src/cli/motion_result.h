@@ -7,7 +7,7 @@
 #include "verdict.h"
 
 struct motion_result {
-    int64_t cycles;             /* number of cycles in tests that belong to no axis, in any phase */
+    int64_t cycles;              /* number of cycles of the test, in all its phases */
     int64_t samples, excluded;   /* samples used, and samples excluded, of the evaluated part */
     double off_m, off_rad;       /* largest deviations from the reference, of any position and of
                                   * any angle */

@@ -16,10 +16,10 @@ struct interlock {
 };
 extern const struct interlock interlock_table[INPUTS];
 
-/* Each input is sent twice, as by antivalent contacts (the idea of CiA 304): bit INPUT_... is set
- * while it is closed, and the same bit shifted left by INPUT_INVERSE while it is open. SAFETY:
- * broken wires, stuck inputs and devices that send only zeros or ones are thus detected as
- * contradictions. */
+/* With p->antivalent each input is sent twice, as by antivalent contacts (the idea of CiA 304): bit
+ * INPUT_... is set while the input is closed, and the same bit shifted left by INPUT_INVERSE is set
+ * while it is open. SAFETY: broken wires, stuck inputs and devices that send only zeros or ones are
+ * thus detected as contradictions. */
 enum { INPUT_INVERSE = 4 };
 
 struct interlock_reading {

@@ -58,8 +58,9 @@ struct model_law {
     /* state */
     double p1_pa[LEGS], p2_pa[LEGS];      /* last trusted pressures */
     double force_ref_lp_n[LEGS];          /* low-passed reference force frlp */
-    double excess_lp_n[LEGS];             /* low-passed measured force less reference force */
-    double varying_ref_n[LEGS];           /* reference force less its low-passed */
+    double excess_lp_n[LEGS];             /* difference of the measured from the reference force,
+                                           * low-passed */
+    double varying_ref_n[LEGS];           /* reference force less its low-passed value frlp */
     bool settled[LEGS];                   /* the filters have begun since model_law_reset() */
     double bump[LEGS];                    /* part of the jumps at hand-overs that has not faded
                                            * yet */

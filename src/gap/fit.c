@@ -361,8 +361,9 @@ bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) 
     return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
 }
 
-/* Penalty, in white squares, by the priors of the variables. counted: of those whose penalty counts
- * in the sum of squares, or of the others. */
+/* Returns the penalty of the priors, in white squares. If `counted`, it is that of effects and of
+ * penalised base variables, which fit_result.square includes; otherwise it is that of all other
+ * base variables. */
 static double prior_cost(const struct params *model, int variables, const struct variable *v, bool counted) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
@@ -407,7 +408,8 @@ static bool move(struct descent *s, const double *x) {
 
 /* Normal equations h x + g = 0 of a step within a box, and the priors, of n variables. */
 struct step {
-    int n, moved; /* number of variables, and of those among them that are no linear part */
+    int n, moved; /* number of all variables. The first `moved` ones are the fit's own variables;
+                   * the others are the linear part */
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], min[COLUMNS_MAX], max[COLUMNS_MAX];
     struct fit_prior prior[COLUMNS_MAX];
 };

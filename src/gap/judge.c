@@ -16,8 +16,9 @@ static const double OFFSET_SIGMAS = 6.0, /* a constant force, or a difference of
 static const double SHARE_MAX = 0.3;      /* largest share of the squared gap that a simulation with
                                            * the effects may leave without being refuted */
 static const double FLOORS_MAX = 2.0;      /* a remaining gap refutes, in simulation or under the
-                                            * measured motion, if it exceeds this times the noise
-                                            * floor, LEFT_MAX and LEFT_SHARE */
+                                            * measured motion, if it exceeds this multiple of the
+                                            * noise floor, LEFT_MAX and LEFT_SHARE. With a
+                                            * simulation VISIBLE and SHARE_MAX suffice, too */
 static const double LEFT_MAX = 0.02;   /* a remaining gap refutes only if it exceeds this share of
                                         * the measured variation; it decides where there is hardly
                                         * any noise */
@@ -257,8 +258,9 @@ static void say_offset(struct gap_result *r) {
     append(r, text);
 }
 
-/* Adds what every verdict mentions: a tone, constants, and how the recording differs from what was
- * stated. */
+/* Adds remarks that do not depend on the named effect: how the recording differs from what was
+ * stated, and, unless the effect is unknown, a tone and a constant force. With effects it also says
+ * why no simulation shows them, or that the simulation leaves a constant. */
 static void say_rest(struct gap_result *r) {
     char text[GAP_TEXT];
     if (r->verdict != GAP_UNKNOWN_EFFECT && r->tone.hz > 0.0 && !r->tone_simulated) {

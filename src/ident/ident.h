@@ -55,9 +55,10 @@ struct ident {
     enum dof dof;
     int64_t seen, excluded;       /* number of cycles in the running test's evaluated part, and of
                                    * excluded ones among them */
-    double low, high;             /* ends of the reference in the running test's evaluated part */
-    double off_m[LEGS];           /* sum over good samples of a leg's length, less the length by its
-                                   * reference */
+    double low, high;             /* smallest and largest reference of the tested axis in the
+                                   * running test's evaluated part */
+    double off_m[LEGS];           /* sum over good samples of the difference of each leg's length
+                                   * from its length in the reference pose */
     int64_t off_samples;
     enum refusal refused;         /* why the last cycle, if evaluated, was excluded */
     double first_s, last_s;       /* test time of the running test's first and last evaluated

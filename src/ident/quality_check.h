@@ -22,11 +22,13 @@ struct quality_check {
 
 /* Difference of a tone from the same tone of an earlier measurement. */
 struct quality_change {
-    double gain_pct, phase_deg;     /* change on the tone's own axis; NaN: the other
-                                     * measurement has no such tone, or one of
-                                     * another amplitude */
-    double mps2;                    /* as an acceleration of the answer at that amplitude */
-    double of_noise;                /* over its standard deviation by both measurements' noise */
+    double gain_pct, phase_deg;     /* change on the tone's own axis. All members are NaN if the
+                                     * other measurement has no tone of this frequency and
+                                     * amplitude */
+    double mps2;                    /* the change of the answer as an acceleration, at the tone's
+                                     * amplitude */
+    double of_noise;                /* the change of the answer, divided by the standard deviation
+                                     * that the noise of both measurements gives it */
 };
 
 /* Compares with an earlier measurement, by axis and number of the tone. */

@@ -12,10 +12,12 @@ static const double SPAN_S = 0.02; /* time over which a leg's direction is found
                                     * many of its sensor's steps, in a small part of a period */
 static const double COURSE = 0.2;  /* relative error of the mean dry friction, because its course
                                     * near a reversal is unknown */
-static const double LIKELY = 0.2;  /* greatest relative error that sensors may have */
+static const double LIKELY = 0.2;  /* a weight is refused if its reading is off by this share of it,
+                                    * which is no sensor's error, or is as uncertain as that */
 static const double NO_DRIFT = 5.0; /* a change of a pressure at rest by more than this many
                                      * standard deviations is no drift of the zeros */
-static const double BROKEN_OFF = 0.01; /* share of its samples that a complete test may lack */
+static const double BROKEN_OFF = 0.01; /* a test is left out if its numbers of samples in the two
+                                        * logs differ by more than this share */
 
 void weighing_init(struct weighing *w, const struct params *params) {
     *w = (struct weighing){.on = true, .area = cylinder_areas(&params->actuator)};
