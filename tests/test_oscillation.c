@@ -333,33 +333,52 @@ static void a_command_delay_of_8_ms_is_stopped(void **unused) {
     assert_close(t.measure.limit - t.measure.explained, params.limits.oscillation_mps2, 1e-12);
 }
 
-/* The monitor's own commands swing with 0.1 at 60 Hz, which without forces is an oscillation. The
- * legs' forces accelerate the platform by a share of the limit. */
-static void commands_that_no_force_follows_are_none(void **unused) {
+/* Commands swing with 0.1 at 60 Hz, within or beyond the configured dead band. The legs' forces
+ * accelerate the platform by a multiple of limits.oscillation_mps2. */
+static void a_jump_through_the_dead_band_needs_forces(void **unused) {
     (void)unused;
     static const struct {
-        double share;
+        double dead, times;
         bool found;
-    } cases[] = {{0.0, false}, {0.3, false}, {0.7, true}, {1.5, true}};
+    } cases[] = {{0.15, 0.0, false}, {0.15, 1.5, false}, {0.15, 2.5, true}, {0.15, HUGE_VAL, true},
+                 {0.15, NAN, true},  {0.0, 0.0, true},   {0.03, 0.0, true}};
     for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
         struct bench b;
+        struct error error;
         double square = 0.0, time_s = 0.0;
-        bool found = false;
-        bench_init(&b, 0);
+        bool found = false, given = isfinite(cases[n].times);
+        load(&b.params, 0, NULL, 0);
+        if (cases[n].dead > 0.0) set_effect(&b.params, "valve_dead_band", 0, cases[n].dead);
+        assert_int_equal(kinematics_init(&b.kinematics, &b.params, &error), STATUS_OK);
+        oscillation_init(&b.monitor, &b.params, &b.kinematics);
+        oscillation_reset(&b.monitor, (double[DOFS]){0});
         for (int i = 0; i < DOFS; i++) {
             double sum = 0.0;
             for (int leg = 0; leg < LEGS; leg++) sum += b.monitor.push[leg][i];
             square += sum * sum;
         }
-        double most_n = cases[n].share * sqrt(2.0) * b.monitor.limit_mps2 / sqrt(square);
+        double most_n = given ? cases[n].times * sqrt(2.0) * b.monitor.limit_mps2 / sqrt(square) : (double)NAN;
         for (; time_s < 2.0 && !found; time_s += b.params.loop.period_s) {
             double pose[DOFS] = {0}, valve[LEGS], force_n[LEGS];
             for (int leg = 0; leg < LEGS; leg++)
                 valve[leg] = 0.1 * cos(2 * PI * 60 * time_s), force_n[leg] = 5e3 + most_n * sin(2 * PI * 60 * time_s);
-            found = oscillation_step(&b.monitor, pose, pose, valve, force_n);
+            found = oscillation_step(&b.monitor, pose, pose, valve, given || isnan(cases[n].times) ? force_n : NULL);
         }
-        if (found != cases[n].found) fail_msg("%g of the limit: %s after %g s", cases[n].share, found ? "found" : "not found", time_s);
+        if (found != cases[n].found)
+            fail_msg("dead band %g, forces %g: %s after %g s", cases[n].dead, cases[n].times, found ? "found" : "not found", time_s);
     }
+}
+
+static void a_command_that_is_no_number_is_found(void **unused) {
+    (void)unused;
+    struct bench b;
+    bool found = false;
+    bench_init(&b, 0);
+    for (int n = 0; n < 250 && !found; n++) {
+        const double pose[DOFS] = {0}, valve[LEGS] = {[3] = NAN}, force_n[LEGS] = {0};
+        found = oscillation_step(&b.monitor, pose, pose, valve, force_n);
+    }
+    assert_true(found);
 }
 
 /* The law jumps through a dead band that it knows. Where the valve has none, it rattles. */
@@ -452,7 +471,8 @@ int main(void) {
         cmocka_unit_test(no_gain_shakes_a_machine_for_half_a_second),
         cmocka_unit_test(no_effect_of_typical_size_is_stopped_but_what_shakes),
         cmocka_unit_test(a_command_delay_of_8_ms_is_stopped),
-        cmocka_unit_test(commands_that_no_force_follows_are_none),
+        cmocka_unit_test(a_jump_through_the_dead_band_needs_forces),
+        cmocka_unit_test(a_command_that_is_no_number_is_found),
         cmocka_unit_test(a_dead_band_that_is_known_is_none_and_one_that_is_not_there_shakes),
         cmocka_unit_test(the_fault_says_the_configured_limit_and_what_was_asked),
         cmocka_unit_test(the_words_say_the_factor_on_what_is_asked),

@@ -124,7 +124,7 @@ static double speed_mps(const struct walk *w, int leg, int in, double force_n, d
 /* Checks a leg's force and its valve's flow; positive forces push the leg out. */
 static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
     static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s, leakage_m3_per_s_pa and supply_pa",
-                      held[] = "hydraulics.supply_pa, less leakage_m3_per_s_pa";
+                      held[] = "hydraulics.supply_pa, leakage_m3_per_s_pa and valve_flow_m3_per_s";
     double push_n = w->push_n[0][leg], pull_n = w->push_n[1][leg], most_n = w->params->limits.force_n;
     struct excess force = {.what = "force",
                            .unit = "N",

@@ -11,7 +11,8 @@
  *              show nothing. White noise is subtracted by means of the fourth difference.
  *   opened     the same of the valves' openings, which are commands less the configured dead band.
  *   forced     the legs' forces above 3 Hz, through the inertia of the configured bodies; white
- *              noise is subtracted likewise. Dry friction is in it.
+ *              noise is subtracted likewise. Dry friction is in it. A payload that is configured
+ *              too heavy, and slow pressure sensors, make it smaller.
  *   requested  the same second difference of the reference, over 16 ms and over one cycle.
  *
  * All are norms of the origin's acceleration and arm_m times the angular one, m/s^2, rms over
@@ -20,13 +21,13 @@
  * quarter of a second,
  *
  *   - measured exceeds the limit, or
- *   - opened exceeds it, and forced half of it, or
- *   - commanded exceeds it, and forced twice of it.
+ *   - opened exceeds it, or
+ *   - commanded exceeds it, and forced does so by limits.oscillation_mps2.
  *
- * A jolt fills two blocks at most. Commands alone prove no motion: a law that knows a dead band
- * jumps through it. But a dead band that is configured too wide makes such a law rattle. So the
- * forces decide, with a factor of two on either side for masses that are not those configured.
- * Without good pressures the commands decide alone.
+ * A jolt fills two blocks at most. Without a configured dead band, opened and commanded are the
+ * same, and the forces do not matter. With one, a law that knows it jumps through it, which is no
+ * motion; but where the valve has none, the law rattles, and then the forces show it. Forces of
+ * which a pressure is no valid reading count as infinite: the commands then decide alone.
  *
  * The commands' estimates do not know the masses: near a resonance the platform moves up to three
  * times as much as the command corresponds to, and far above it much less. docs/safety.md has the

@@ -99,7 +99,7 @@ void valve_flow_load(const struct valve_flow *f, struct oil_state *oil, double f
 
 double valve_flow_opened(const struct valve_flow *f, double command) {
     double spool = command - f->null;
-    return copysign(fmax(fabs(spool) - f->dead, 0.0), spool);
+    return fabs(spool) <= f->dead ? 0.0 : spool - copysign(f->dead, spool);
 }
 
 double valve_flow_command(const struct valve_flow *f, double opening) {

@@ -52,8 +52,8 @@ void valve_flow_advance(const struct valve_flow *flow, struct oil_state *oil, do
  * changes both pressures. */
 void valve_flow_load(const struct valve_flow *flow, struct oil_state *oil, double force_n);
 
-/* Returns the opening that a command gives, without the valve's lag: nothing within the dead
- * band. */
+/* Returns the opening that a command gives, without the valve's lag: 0 within the dead
+ * band; NaN for NaN. */
 double valve_flow_opened(const struct valve_flow *flow, double command);
 
 /* Returns the command for an opening: adds the null and jumps over the dead band. Within +-0.002
