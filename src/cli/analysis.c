@@ -163,8 +163,8 @@ void analysis_identify(struct analysis *a) {
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
     r->refuted = rest.status && a->recording.refuted && !a->parts.all;
-    /* the last segment of a long motion may be too short for equations; it is not evaluated as a
-     * test */
+    /* the last part of a long motion may be too short for equations; its samples are then dropped,
+     * so that it is not taken for a test */
     if (rest.status && a->parts.all) recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
@@ -203,8 +203,8 @@ static bool evaluated(const struct identification *id, enum dof dof) {
 static const char *last_fault(struct analysis *a) {
     if (!a->last.first_fault) return NULL;
     const char *name = fault_name(a->last.first_fault);
-    /* a log's cycles lack the measured value, but its fault event has it, if the event is about the
-     * same fault */
+    /* the text of a log's fault event has the measured value, which the log's cycles lack; it is
+     * used if it is about the same fault */
     if (strncmp(a->fault, name, strlen(name)) != 0) fault_line(a->last.first_fault, a->last.faults, &a->last.measure, a->fault);
     return a->fault;
 }
@@ -216,9 +216,9 @@ static struct verdict judge_method_c(const struct analysis *a) {
         .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
 }
 
-/* Adds a note on what this recording cannot decide, because it changes no length and no force: the
- * direction of x and y in the drawing, and a numbering of the legs that is a symmetry of the
- * machine. */
+/* Notes two errors of the configuration that change no length and no force, so that a recording
+ * without reference cannot show them: other directions of x and y, and a numbering of the legs that
+ * is a symmetry of the machine. */
 static void note_symmetries(const struct analysis *a, struct verdict *v) {
     char orders[LEG_ORDER_TEXT];
     if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated || !params_mechanism(a->params)->pose) return;
@@ -240,7 +240,7 @@ static bool gains_differ(const struct analysis *a) {
     return false;
 }
 
-/* Withdraws the matrices of a machine that is not the one that moved. */
+/* Withdraws the matrices of methods A and B if the recording contradicts the configured machine. */
 static void withhold(struct identification *id) { id->method_a.evaluated = id->modified_a.evaluated = id->method_b.evaluated = false; }
 
 struct verdicts analysis_verdicts(struct analysis *a) {

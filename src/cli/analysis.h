@@ -25,14 +25,15 @@ struct analysis {
                                      * and a known weight show; method C is solved with it */
     struct histogram wake, exec;
     struct cycle last;
-    char fault[FAULT_LINE_SIZE];    /* text of the last cycle's fault from a log's event; "": none
-                                     * seen */
+    char fault[FAULT_LINE_SIZE];    /* text of the latest fault, from a log's event or written by
+                                     * analysis_verdicts(); "": none */
     int64_t cycles, overruns, lost; /* numbers of cycles; `lost` is counted from gaps in seq */
     int64_t unlogged;               /* number of cycles received but not in the log */
     bool seen[DOFS];                /* there are cycles of a test of this axis */
     struct gains driven[DOFS];      /* gains of the latest test of each axis seen; a log's cycles
                                      * have none */
-    int64_t refused[REFUSALS];      /* number of evaluated cycles excluded for each reason */
+    int64_t refused[REFUSALS];      /* number of cycles in evaluated parts by their flags, or without
+                                     * flags by the reason why methods A and B exclude them */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
                                      * and the longest delay among them */
     struct recording recording;     /* recording for method C: the beginning of each test; for an
@@ -42,8 +43,8 @@ struct analysis {
     struct equations equations;     /* method C's equations of the recording */
     struct estimate estimate; /* solution of the equations */
     struct error unrecorded;        /* why recording stopped; status 0: it did not */
-    int64_t stalls, behind_ns;      /* wake-ups late by at least a period, and the sum of these
-                                     * whole periods, by which a paced clock is stretched */
+    int64_t stalls, behind_ns;      /* number of wake-ups late by at least a period, and the sum of
+                                     * the whole periods, by which a paced clock is stretched */
 };
 
 /* most samples kept: six tests of 100 s at 2 ms; up to 160 MB */

@@ -37,33 +37,35 @@ struct options {
     double weight_kg, weight_std_kg;
     double std_pct; /* wanted standard deviation of the survey's proposals, %; 0: not given */
     bool rt_given, pose_given;
-    double pose[DOFS]; /* value of --pose: x y z phi theta psi */
+    double pose[DOFS]; /* value of --pose: x y z phi theta psi, m and rad */
     enum realtime_mode rt;
     const char *operand[OPERANDS_MAX];
     int operands;
 };
 
-/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of the table in
- * options.c) and this number of operands. */
+/* Reads argv[1..] of a subcommand that takes the options in `allowed` (letters of long_options in
+ * options.c) and at most this number of operands. Returns 0 or -2. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
-/* Appends the operands to the logs of --measured. Returns -2 if there are more than LOGS_MAX. */
+/* Moves the operands to the end of the logs of --measured. Returns -2 if these are more than
+ * LOGS_MAX. */
 int options_measured(struct options *o, struct error *error);
 
-/* options_params() reads the configuration from -c and --set. Without -c: config/tian2015.yaml of
- * the current directory (a checkout), else the installed one, found relative to this program
- * (PREFIX/etc/hexid, for /usr/bin /etc/hexid), else the built-in one. Returns -2 or -3. */
-const char *options_default_config(char installed[PATH_MAX]); /* Returns the path of the
-                                                               * configuration that is used without
-                                                               * -c; NULL: the built-in one is
-                                                               * used. */
+/* Returns the path of the configuration that is used without -c: config/tian2015.yaml of the
+ * current directory (a checkout), else the installed one, found relative to this program
+ * (PREFIX/etc/hexid, for /usr/bin /etc/hexid). NULL: the built-in one is used. The path may lie in
+ * `installed`. */
+const char *options_default_config(char installed[PATH_MAX]);
+
+/* Reads the configuration of -c, or without -c that of options_default_config(), and applies --set.
+ * Returns 0 or -2. */
 int options_params(const struct options *o, struct params *params, struct error *error);
 
-/* Finds the configuration of the machine that a URL of --hal names: that of FILE for a simulated
- * machine sim:FILE, whose cycle must be the controller's; otherwise `own`. Returns -2 or -3. */
+/* Finds the configuration of the machine that a URL of --hal names: that in FILE for sim:FILE,
+ * otherwise `own`. Returns -2 if FILE is wrong, or its loop.period_s is not that of `own`. */
 int options_machine(const char *url, const struct params *own, struct params *machine, struct error *error);
 
-/* The file of sim:FILE, behind any faults; NULL: there is none. */
+/* Returns FILE of a URL sim:FILE, with or without prefixed faults; NULL if it names no file. */
 const char *options_machine_file(const char *url);
 
 /* Returns true if --set gives this key. */
@@ -73,7 +75,8 @@ bool options_sets(const struct options *o, const char *key);
  * frequency_hz 5" or "1_x.csv: frequency_hz 5; 2_y.csv: amplitude 0.004"; "": reports nothing. */
 void cli_say_overruled(const char *path, const char *stated);
 
-/* Opens the configured bus, after calling options_params(). */
+/* Calls options_params() and opens the bus of lcm.url. Returns -2, also for an empty lcm.url, or
+ * -3. */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 

@@ -22,11 +22,11 @@
 
 enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 
-/* A log that is checked: a log of the command line, or one made from a directory. */
+/* A log that is checked: a log of the command line, or one imported from a directory or file. */
 struct input {
     const char *name;            /* the file's name on the command line */
-    char copy[PATH_SIZE];        /* for a directory: path of an unnamed log, which ends with the
-                                  * process; else "" */
+    char copy[PATH_SIZE];        /* path of the unnamed log that was imported, which disappears with
+                                  * the process; "": `name` is a log */
     struct csv_report csv;
 };
 
@@ -40,7 +40,7 @@ struct check {
     struct params first;         /* configuration of the first input */
     struct survey survey[TESTS_MAX];
     bool more;                   /* there are more tests than the TESTS_MAX that are kept */
-    struct error refused;        /* why a directory is refused as a whole */
+    struct error refused;        /* why a directory is refused as a whole; status 0: it is not */
     struct check_report report;
     struct error *error;
 };
@@ -95,8 +95,8 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
     return STATUS_OK;
 }
 
-/* Reads a directory that is refused as a whole file by file, so that no error, in a file or between
- * two of them, hides another. */
+/* Imports each file of a directory by itself after the directory was refused as a whole, so that no
+ * error, in a file or between two of them, hides another. */
 static int import_files(struct check *c, struct csv_source source, int files) {
     int unused, before = c->inputs;
     c->refused = *c->error;

@@ -134,7 +134,7 @@ static int unknown(const struct options *o, struct error *error) {
                      nearest ? nearest : "", nearest ? "?" : "");
 }
 
-/* Blocks the signals except while the client waits, so that they interrupt nothing else. */
+/* Blocks the signals except while hold_lease() waits, so that they interrupt nothing else. */
 static void catch_signals(struct asked *q) {
     static const int caught[] = {SIGINT, SIGTERM, SIGHUP};
     const struct sigaction action = {.sa_handler = on_signal};
@@ -149,7 +149,7 @@ static void catch_signals(struct asked *q) {
 }
 
 /* Chooses the machine: --machine, else machine.name. SAFETY: an unreadable configuration does
- * not prevent a stop: it then goes to all machines. */
+ * not prevent a stop: without --machine it then goes to all machines. */
 static int address(const struct options *o, struct params *params, struct asked *q, struct error *error) {
     int status = options_params(o, params, error);
     if (status && command_stops(q->command)) {

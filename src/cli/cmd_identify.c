@@ -12,7 +12,7 @@
 _Static_assert((int)OPERANDS_MAX <= (int)AGREEMENT_LOGS, "each operand is a log");
 
 /* Identifies from one log; does not keep its samples. survey: gets the results if the log
- * is of a survey; NULL: nobody asks. */
+ * is of a survey; NULL: not needed. */
 static int identify(const struct options *o, const char *path, struct log_analysis *i, struct loop_survey *survey, struct error *error) {
     struct multisine motion;
     int status = log_analysis_read(i, o, path, error);
@@ -52,8 +52,9 @@ static int weigh(const struct options *o, struct log_analysis *i, struct error *
     return STATUS_OK;
 }
 
-/* Returns the configuration with what was found about the sensors. Its tests are those that were
- * configured, because the log's own say nothing about the machine. NULL: out of memory. */
+/* Returns the configuration, corrected by the sensor errors that were found, as YAML, which the
+ * caller frees. Its tests are log_analysis.configured, not those that the log's evaluation used.
+ * NULL: out of memory. */
 static char *calibrated_text(const struct log_analysis *i) {
     struct params *calibrated = malloc(sizeof *calibrated);
     if (!calibrated) return NULL;
@@ -90,7 +91,7 @@ static int one_log(const struct options *o, struct log_analysis *i, struct outpu
 }
 
 /* Evaluates each log; all must be of one machine and give a matrix. survey: gets the results of the
- * last one of a survey. */
+ * last log that is of a survey. */
 static int each_log(const struct options *o, struct log_analysis *i, struct loop_survey *survey, struct error *error) {
     int status = STATUS_OK;
     for (int l = 0; l < o->operands && !status; l++) status = log_set_new(l, o->operand, error);
@@ -105,7 +106,7 @@ static int each_log(const struct options *o, struct log_analysis *i, struct loop
     return status;
 }
 
-/* all: gets the solution. */
+/* Solves method C with the equations of all logs, and compares the logs. all: gets the solution. */
 static int combine(struct combination *c, const struct log_analysis *i, struct estimate *all, struct error *error) {
     struct equations *sum = calloc(1, sizeof *sum);
     struct agreement_log log[AGREEMENT_LOGS];

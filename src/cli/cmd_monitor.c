@@ -27,7 +27,8 @@ static int broken(struct error *error) { return error_set(error, STATUS_IO, "mon
 
 /* ---- as JSON ---- */
 
-/* Prints a message as a line, {"channel": "HEXID_EVENT", its fields}; ignores other messages. */
+/* Prints a message as a line, {"channel": "HEXID_EVENT", its fields}; ignores a message that is
+ * unknown or malformed. */
 static void print_json(const struct bus_message *b) {
     struct json_text j = {0};
     struct cycle c;

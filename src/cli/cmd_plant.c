@@ -13,7 +13,7 @@ static void on_signal(int signal) {
     atomic_store(&stop, true);
 }
 
-/* Requests real time as the daemon does, because a device answers in microseconds. */
+/* Requests real time, because a device answers in microseconds. A refusal only causes a warning. */
 static void become_realtime(const struct options *o, const struct params *params) {
     struct error refused;
     if (realtime_enter(&params->loop, o->rt_given ? o->rt : REALTIME_TRY, &refused)) cli_say(stderr, "hexid: warning: %s", refused.text);

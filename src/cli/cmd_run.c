@@ -36,13 +36,13 @@
 
 /* number of cycles in the ring, which keeps them while a disk stalls: 16 s at 2 ms */
 enum { RING_CAPACITY = 8192 };
-/* distance of the stop path's SCHED_FIFO priority below the loop's: below loop and field bus, above
- * all else */
+/* distance of the main thread's SCHED_FIFO priority below the loop's: stops, which this thread
+ * passes on, come after loop and field bus, and before all else */
 enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* standard deviation wanted of a survey's proposals without
                                     * --std, % */
-/* number of cycles that wait for the recorder at which it counts as hanging, 2 s; the remaining
- * places of the ring suffice for parking */
+/* number of cycles waiting in the ring at which the recorder counts as hanging: 2 s at 2 ms, which
+ * leaves 14 s for parking */
 enum { RECORDER_BEHIND = RING_CAPACITY / 8 };
 
 struct session {
@@ -50,7 +50,7 @@ struct session {
     struct params params;
     struct trajectory trajectory; /* trajectory of the tests; knot NULL: there is none */
     struct multisine multisine;   /* motion of a survey */
-    struct params machine;        /* the simulated machine, often as `params` */
+    struct params machine;        /* configuration of the machine (options_machine()) */
     struct params asked;          /* configured parameters, before a survey changes them */
     struct survey_report *survey; /* the survey's results; NULL: this run is no survey */
     struct hal *hal;
@@ -115,7 +115,7 @@ static enum realtime_mode realtime_of(const struct session *s) {
 }
 
 /* SAFETY: chooses the clock. Hardware gets real time, because a machine does not wait for a late
- * loop. */
+ * loop; so does a simulation with --rt require. */
 static enum clock_kind clock_of(const struct session *s) {
     if (s->options.fast) return CLOCK_VIRTUAL;
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
@@ -226,8 +226,8 @@ static int open_all(struct session *s, struct error *error) {
 }
 
 /* SAFETY: blocks signals and returns a descriptor to read them. Signals that would end or stop the
- * process reach the main thread as requests to park. Signals of a terminal, a pipe or a file limit
- * are ignored, and SIGHUP under nohup(1). Threads inherit the mask. */
+ * process reach the main thread as requests to park. SIGTTIN, SIGTTOU, SIGPIPE and SIGXFSZ
+ * (process.h) are ignored, and SIGHUP under nohup(1). Threads inherit the mask. */
 static int block_signals(struct error *error) {
     static const int ignored[] = {SIGTTIN, SIGTTOU};
     static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
@@ -244,9 +244,9 @@ static int block_signals(struct error *error) {
     return file >= 0 ? file : error_set(error, STATUS_IO, "no descriptor for signals: %s", strerror(errno));
 }
 
-/* SAFETY: handles a signal. The first signal parks the platform and ends the run; a second one by a
- * person centres the valves at once. A lost terminal and timeout(1) send two signals within
- * milliseconds, which count as one. The function acts first and reports afterwards. */
+/* SAFETY: handles a signal. The first signal parks the platform and ends the run; a later SIGINT,
+ * SIGTERM or SIGQUIT centres the valves at once. A lost terminal and timeout(1) send two signals
+ * within milliseconds, which count as one. The function acts first and reports afterwards. */
 static void signalled(struct session *s, int number) {
     static const int64_t twice_ns = 3 * NS_PER_S / 10;
     int64_t now_ns = monotonic_ns();
@@ -366,7 +366,8 @@ static int report(struct session *s, struct error *error) {
     return status ? status : verdicts.run.status == VERDICT_PASS || ended_by_order(s) ? EXIT_PASSED : EXIT_CHECK_FAILED;
 }
 
-/* Waits for the recorder and closes log and result; a recorder that hangs is left behind. */
+/* Waits for the recorder, closes the log and reports the result. If the recorder hangs, its thread
+ * keeps running, and this is an error without a result. */
 static int finish(struct session *s, struct error *error) {
     struct error closing = {0};
     s->stuck = !recorder_join(&s->recorder);
@@ -391,9 +392,9 @@ static void warn_of_missing_inputs(struct session *s) {
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
-/* SAFETY: warns of weaknesses with the texts of `hexid doctor`. Before the machine is opened:
- * singular poses, in which the legs do not hold the platform; they may also be why a loop is
- * refused. Once it is open: a weakly damped loop, or limits that would suit another machine. */
+/* SAFETY: warns of weaknesses with the texts of `hexid doctor`. Before the machine is opened it
+ * warns of singular poses, in which the legs do not hold the platform, because they may be why
+ * check_poles() refuses the loop. The other checks follow once the machine is open. */
 static void warn_of_machine(const struct session *s, bool opened) {
     static const struct {
         const char *name;
@@ -410,9 +411,9 @@ static void warn_of_machine(const struct session *s, bool opened) {
     }
 }
 
-/* SAFETY: refuses an unstable loop, which endangers people on the platform; no key overrides this
- * check. Without valid kinematics there is no loop to check, and check_motion() reports the
- * reason. */
+/* SAFETY: refuses an unstable loop, which endangers people on the platform, and for a simulated
+ * machine a noisy one; no key overrides this check. Without valid kinematics there is no loop to
+ * check, and check_motion() reports the reason. */
 static int check_poles(struct session *s, struct error *error) {
     struct kinematics k;
     struct error unheard;
@@ -488,7 +489,8 @@ static int run(struct session *s, struct error *error) {
     return refused.status ? (int)refused.status : status;
 }
 
-/* SAFETY: closes the back-end and ends the process, even if something hangs. */
+/* SAFETY: closes the back-end even if a thread hangs, and then ends the process. Returns the exit
+ * status if no thread hangs. */
 static int close_all(struct session *s, int status, const struct error *error) {
     struct error ignored;
     bool quiet = !s->progress.out || progress_close(&s->progress);

@@ -10,7 +10,8 @@
 #include "params.h"
 #include "process.h"
 
-/* Waits for the daemon's answer. Returns 0, or -3 without one. */
+/* Waits for the daemon's answer. unsent: result of sending the request. Returns 0, or -3 without an
+ * answer. */
 static int wait_for_answer(struct command_client *c, int unsent, struct error *error) {
     enum command_news news = unsent ? NEWS_LOST : command_client_wait(c, ANSWER_MS, NULL);
     if (news == NEWS_ANSWER) return STATUS_OK;
@@ -23,7 +24,7 @@ static int refused(const struct command_client *c) {
     return STATUS_UNSAFE;
 }
 
-/* Asks for the gains, and puts them into params. */
+/* Asks for the gains, and puts them into params. *bus: the machine is on a field bus. */
 static int ask_gains(struct command_client *c, struct params *params, bool *bus, struct error *error) {
     char text[COMMAND_TEXT_SIZE], *rest;
     const char *setting[LOOP_GAINS];
@@ -45,16 +46,17 @@ static bool is_gain(const char *setting) {
     return false;
 }
 
-/* True if the feed-forward would end the fastest motion, or the way to the parked pose, in a
- * following error. */
+/* Returns true if kff is too large for the valves, or the following error that an unsuitable kff
+ * causes in the fastest motion is above LOOP_FOLLOWING_SHARE of limits.following_m. */
 static bool runs_off(const struct loop_check *loop, const struct params *p) {
     return p->control.kff > LOOP_FEED_FORWARD_MOST * loop->kff_suits ||
            loop_check_off_m(loop, p) > LOOP_FOLLOWING_SHARE * p->limits.following_m;
 }
 
-/* Returns why gains with this result are refused: the loop would be unstable anywhere on its way,
- * turn the sensors' noise into motion, or leave its reference where it moves. NULL: they are not. A
- * weak loop is not refused, and on a field bus, whose sensors are not known, neither is noise. */
+/* Returns why gains with this result are refused: the loop cannot be computed, is unstable in some
+ * pose, turns the sensors' noise into motion, or has too large a following error. Returns NULL if
+ * they are accepted. A weak loop is accepted and, on a field bus, whose sensors are not known, a
+ * noisy one; text then describes the weakness. */
 static const char *why_refused(const struct loop_check *c, const struct params *p, bool bus, char text[LOOP_TEXT_SIZE]) {
     char remedy[LOOP_TEXT_SIZE];
     if (c->state == LOOP_UNKNOWN) return "the loop cannot be computed";
@@ -69,15 +71,17 @@ static const char *why_refused(const struct loop_check *c, const struct params *
     return c->state == LOOP_DAMPED || bearable ? NULL : text;
 }
 
-/* True if nothing for which gains are refused becomes worse. An unknown number is worse. */
+/* Returns true if the gains of `then`, with the result `next`, are no worse than those of `p`, with
+ * the result `now`, in anything for which gains are refused. NaN counts as worse. */
 static bool is_no_worse(const struct loop_check *next, const struct params *then, const struct loop_check *now, const struct params *p) {
     return loop_pole_damping(&next->neutral.pole) >= loop_pole_damping(&now->neutral.pole) &&
            loop_pole_damping(&next->away.pole) >= loop_pole_damping(&now->away.pole) && next->noise_mps2 <= now->noise_mps2 &&
            loop_check_off_m(next, then) <= loop_check_off_m(now, p);
 }
 
-/* SAFETY: refuses gains with which the machine would not do. Gains on the way out of gains that are
- * refused themselves are only warned of, because a step is too short to mend a loop at once. */
+/* SAFETY: refuses gains for the reasons of why_refused(). If the present gains would be refused,
+ * too, new ones that are no worse only cause a warning, because a single change may be too small to
+ * correct the loop. */
 static int check_loop_of(const struct params *now, const struct params *next, bool bus, const char *setting) {
     struct loop_check after = loop_check(next, bus);
     char text[LOOP_TEXT_SIZE] = "", unsaid[LOOP_TEXT_SIZE];
@@ -110,7 +114,8 @@ static int change(struct command_client *c, const struct params *now, struct par
     return STATUS_OK;
 }
 
-/* A check of the loop needs more stack than a stop, whose process has no limits set for it. */
+/* The check of the loop needs more stack than a stop. The process's limits are checked here,
+ * because main() does not check them for `hexid command`. */
 int command_set(struct command_client *c, const struct params *params, const char *setting, struct error *error) {
     int status = process_limits(error);
     if (status) return status;

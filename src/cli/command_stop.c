@@ -10,7 +10,8 @@
 
 enum { LCM_TRIES = 3, ALSO_SIZE = 200 };
 
-/* Sends the stop over LCM too, which brings no answer. Returns a sentence about the outcome. */
+/* Sends stop or park over LCM too, which brings no answer. Returns a sentence about the outcome; ""
+ * without an LCM bus. */
 static const char *by_lcm(const struct asked *q) {
     struct error error;
     struct bus *bus;
@@ -66,15 +67,15 @@ static int stop_found(const struct asked *q, int count, const struct error *doub
     return all_meant && doubt->status ? report_missed(q, doubt, also, error) : worst;
 }
 
-/* SAFETY: reports that no machine has the name. Nothing is stopped then: neither machines with
- * other names nor, over LCM, those on the same bus, because a script that ends one of several
- * machines may come late, while the other machines carry people. The message lists the machines and
- * the command that stops all. */
+/* SAFETY: reports that no machine was found. If other machines than the named one run on this host,
+ * nothing is stopped: neither they nor, over LCM, machines on the same bus, because a script that
+ * ends one of several machines may come late, while the other machines carry people. The message
+ * lists the machines and the command that stops all. Otherwise the command still goes over LCM. */
 static int stop_nobody(const struct asked *q, const struct error *doubt, struct error *error) {
     struct error other_doubt;
     char names[NAMES_SIZE], also[ALSO_SIZE];
-    /* SAFETY: if a directory could not be searched, a machine may be in it, so the doubt is
-     * reported. */
+    /* SAFETY: if a directory could not be searched, the named machine may be in it, so the command
+     * goes over LCM and the doubt is reported. */
     int others = *q->name && !doubt->status ? machine_find("", q->found, &other_doubt) : 0;
     if (others == 0) {
         snprintf(also, sizeof also, "%s" ALARM, by_lcm(q));

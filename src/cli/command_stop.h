@@ -6,8 +6,9 @@
 #include "command_report.h"
 
 /* Sends the command and prints each machine's answer. STATUS_OK: all have obeyed, or have ended
- * with the supply off. STATUS_IO (the worse) or STATUS_UNSAFE: one has not; that was printed, or
- * stands in error. SAFETY: STATUS_IO also if the command may not have reached every machine. */
+ * with the supply off. STATUS_UNSAFE: one has refused. STATUS_IO, whatever others answered: one
+ * could not be told or did not answer. The reason was printed if error->status is 0. SAFETY:
+ * STATUS_IO also if a machine may not have been found. */
 int command_stop(const struct asked *q, struct error *error);
 
 #endif

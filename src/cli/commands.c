@@ -95,7 +95,8 @@ void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS
 
 int commands_patience_ms(const struct commands *c) { return operator_waits(&c->operator) ? SOON_MS : IDLE_MS; }
 
-/* Handles waiting messages of any sender, and returns their number. */
+/* Handles the LCM messages that wait, at most MESSAGES_AT_ONCE. Returns their number, which
+ * includes those that are dropped. */
 static int take_messages(struct commands *c) {
     struct bus_message m;
     enum command command;
@@ -107,8 +108,8 @@ static int take_messages(struct commands *c) {
 }
 
 /* SAFETY: reports a socket's file that was deleted or replaced. Without the file nobody can
- * connect, which would otherwise only be noticed when a stop fails. It is not made again, because
- * the confined daemon is not permitted to bind a socket. */
+ * connect, which would otherwise only be noticed when a stop fails. The file is not made again,
+ * because the confined daemon is not permitted to bind a socket. */
 static void watch_files(struct commands *c) {
     enum command_socket missing = command_server_missing(&c->server);
     struct sockaddr_un address;
@@ -129,8 +130,9 @@ static void watch_files(struct commands *c) {
     say(c, text);
 }
 
-/* SAFETY: reports that connections cannot be accepted for lack of descriptors. Only the daemon can
- * report why a stop fails. Somebody may have lowered its limit of open files while it ran. */
+/* SAFETY: reports that connections cannot be accepted for lack of descriptors, because only the
+ * daemon can report why a stop fails. Somebody may have lowered its limit of open files while it
+ * ran. */
 static void watch_room(struct commands *c) {
     char text[COMMAND_TEXT_SIZE];
     bool starved = command_server_starved(&c->server);

@@ -31,10 +31,12 @@ void commands_init(struct commands *c);
 
 /* Opens the sockets of the machine params->machine.name and listens on the bus, if there is one.
  * *doubt: a problem that does not keep hexid from running (status STATUS_OK: none). STATUS_UNSAFE:
- * the name is in use; STATUS_USAGE: lcm.remote_stop is wrong. */
+ * the name is in use, or the sockets' directory cannot be trusted; STATUS_USAGE: lcm.remote_stop is
+ * wrong. */
 int commands_open(struct commands *c, const struct params *params, struct bus *bus, struct error *doubt, struct error *error);
 
-/* Connects operator.h to the loop, which is about to run. */
+/* Connects operator.h to the loop; to be called before the first commands_serve(). say, context:
+ * those of struct commands. */
 void commands_begin(struct commands *c, const struct params *params, struct loop *loop, void (*say)(void *, const char *), void *context);
 
 void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS]);

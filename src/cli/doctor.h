@@ -25,8 +25,8 @@ struct finding {
     enum level level;
     char found[2000];  /* what was found, in lines; the first is printed beside the check's name */
     char remedy[400];  /* what to do about it; "" with LEVEL_OK */
-    json_t *data;    /* the same as numbers with units in their names; NULL: none. The caller frees
-                      * it. */
+    json_t *data;    /* the values in `found`, with units in their names; NULL: none. The caller
+                      * frees it. */
 };
 
 struct doctor {
@@ -50,7 +50,7 @@ typedef struct finding doctor_check(const struct doctor *d);
 __attribute__((format(printf, 3, 4))) struct finding finding(enum level level, const char *remedy, const char *format, ...);
 struct finding finding_none(void);
 
-/* Returns a finding with LEVEL_UNKNOWN that names the missing file. */
+/* Returns a finding with LEVEL_UNKNOWN: the file `path`, which would tell `what`, is missing. */
 struct finding finding_unseen(const char *path, const char *what);
 
 /* Level of a serious weakness: LEVEL_FAIL for a real machine, which hexid refuses to drive or
@@ -70,12 +70,12 @@ struct gains_check doctor_gains(const struct doctor *d);
  * scheme. */
 const char *doctor_address(const struct doctor *d, const char *scheme);
 
-/* Reads a file below root as text, without its last newline. Returns false if it is missing or
- * empty. */
+/* Reads a file below root as text, without trailing newlines and blanks. Returns false if it cannot
+ * be opened or is empty. */
 __attribute__((format(printf, 4, 5))) bool doctor_read(const struct doctor *d, char *text, size_t size, const char *path, ...);
 
-/* Reads a file below root that contains one whole number. Returns false if it is missing or
- * contains none. */
+/* Reads a file below root that contains one whole number and nothing else. Returns false if it is
+ * missing or contains anything else. */
 __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d, int64_t *value, const char *path, ...);
 
 /* Returns true if the processor is in a list in the kernel's format, such as "0-3,6". */
@@ -129,14 +129,15 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
 struct disk {
     char directory[256];
     double room_bytes;      /* space that this user may still fill */
-    double speed_bytes_per_s, longest_s; /* speed of writing to the disk; longest duration of one
-                                          * write or of the final flush */
+    double speed_bytes_per_s, longest_s; /* speed of writing to the disk; longest duration of
+                                          * writing and flushing one block */
 };
 doctor_check check_log_room, check_log_speed;
 struct finding judge_log_room(const struct doctor *d, const struct disk *k);
 struct finding judge_log_speed(const struct doctor *d, const struct disk *k);
 
-/* Returns the bytes per second by which a log grows, headers included. */
+/* Returns the bytes per second by which a log grows, headers included; counts only the messages of
+ * the cycles, which are nearly all of it. */
 double log_bytes_per_s(const struct params *params);
 
 #endif

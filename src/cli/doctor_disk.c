@@ -15,8 +15,8 @@
 #include "messages.h"
 
 static const double HOUR_S = 3600.0;
-static const double HANGS_S = 2.0;   /* time after which a stalled log parks the platform
-                                      * (cmd_run.c) */
+static const double HANGS_S = 2.0;   /* time after which a stalled log parks the platform at a
+                                      * period of 2 ms (RECORDER_BEHIND cycles, cmd_run.c) */
 static const double STALLS_S = 0.5;  /* duration of a write from which on doctor warns, a quarter of
                                       * HANGS_S */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };
@@ -27,7 +27,8 @@ double log_bytes_per_s(const struct params *params) {
     return (double)(log_event_size(CHANNEL_STATE, state_encode(&cycle, buffer))) / params->loop.period_s;
 }
 
-/* Returns the duration of a run from engaging to parked, without a trajectory's extra time. */
+/* Returns the duration of a run from engaging to parked. If a trajectory is longer than
+ * tests.duration_s, the difference is not included. */
 static double run_s(const struct params *p) {
     const struct test_params *t = &p->tests;
     return reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + p->motion.rest_s +
@@ -75,8 +76,8 @@ static void log_directory(const struct doctor *d, char directory[256]) {
     else snprintf(directory, 256, ".");
 }
 
-/* Opens an unnamed file, which disappears with this program; a file system without such files
- * gets a name for a moment. */
+/* Opens an unnamed file, which disappears with this program; on a file system without such files, a
+ * named one, which is unlinked at once. Returns -1 with errno on failure. */
 static int open_trial(const char *directory) {
     char path[300];
     int file = open(directory, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
@@ -87,9 +88,9 @@ static int open_trial(const char *directory) {
     return file;
 }
 
-/* Writes and flushes one block after another, for at most a second and at most BLOCKS blocks; the
- * first one is written however slow the disk is. It uses at most a tenth of the room, because
- * another log may be written there. Returns 0 or errno. */
+/* Writes and flushes one block after another, for about a second and at most BLOCKS blocks; the
+ * first one is always written. More blocks use at most a tenth of the free space, because another
+ * log may be written there. Returns 0 or errno. */
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;

@@ -113,8 +113,9 @@ struct finding check_can_errors(const struct doctor *d) {
 
 /* ---- Modbus ---- */
 
-/* Checks the speed of the line to the device. The baud rate of a serial line is in the address, not
- * in the configuration, so usual rates are listed. */
+/* Checks whether a cycle's exchange fits into the period on a serial line. The baud rate is in the
+ * machine's URL, not in the configuration; if the URL is of no serial line, the times at two usual
+ * rates are listed. */
 struct finding check_modbus_line(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
@@ -193,8 +194,8 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
     return judge_round_trips(d, &r);
 }
 
-/* SAFETY: checks the device on Modbus without disturbing a running master: a serial line has only
- * one, and some devices give a new client the place of the previous one. */
+/* SAFETY: asks the device only if no hexid of this host is its master (machine_lock.h): a serial
+ * line has only one master, and some devices give a new client the place of the previous one. */
 struct finding check_modbus(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;

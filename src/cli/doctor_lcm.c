@@ -4,7 +4,7 @@
 #include "doctor.h"
 #include "params.h"
 
-static const char channel[] = "HEXID_DOCTOR"; /* no other program listens to it */
+static const char channel[] = "HEXID_DOCTOR"; /* channel that other programs ignore */
 enum { TRIES = 3, PATIENCE_MS = 500 };
 
 struct finding check_lcm_socket(const struct doctor *d) {

@@ -21,8 +21,8 @@ static const double PRESSURE_MOST = 2.5;   /* largest limits.pressure_max_pa, as
 static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge pressure of a vacuum, the lowest
                                                      * possible */
 static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa: below zero by this
-                                            * share of the supply's pressure, because only a faulty
-                                            * sensor reads less */
+                                            * share of the supply's pressure, or by two atmospheres
+                                            * if that is more; only a faulty sensor reads less */
 static const double STEPS_LEAST = 5.0;     /* least limit of a length in steps of its transducer; a
                                             * smaller limit trips on rounding */
 

@@ -20,8 +20,8 @@
 #include "units.h"
 #include "workspace.h"
 
-static const double SINGULAR_NEAR = 0.25; /* a nearer singular pose causes a warning; share of the
-                                           * path from neutral to an end of the strokes */
+static const double SINGULAR_NEAR = 0.25; /* a singular pose within this share of a path from
+                                           * neutral to the ends of the strokes causes a warning */
 static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* smallest and largest plausible
                                                                  * radius of gyration, as multiples
                                                                  * of the upper joints' distance
@@ -218,7 +218,7 @@ static bool looks_too_far(const struct doctor *d, struct error *error) {
            model_law_init(&law, d->params, &k, error);
 }
 
-/* Adds to a finding, and to its remedy, what is wrong besides. */
+/* Appends a second weakness and its remedy to a finding, which becomes a warning. */
 static void add_warning(struct finding *f, const char *remedy, const char *found) {
     size_t said = strlen(f->found), advised = strlen(f->remedy);
     snprintf(f->found + said, sizeof f->found - said, "%s%s", said ? "; " : "", found);
@@ -226,7 +226,7 @@ static void add_warning(struct finding *f, const char *remedy, const char *found
     f->level = LEVEL_WARN;
 }
 
-/* Compares control.kff with what suits the valves. */
+/* Compares control.kff with the value that suits the valves. */
 static struct finding judge_kff(const struct doctor *d) {
     const struct params *p = d->params;
     struct loop_check c = doctor_loop(d);

@@ -14,13 +14,14 @@
 enum { GAINS_TEXT_SIZE = 240 };
 
 struct gains_check {
-    bool known;                      /* false: the supply does not hold the platform at neutral, or
-                                      * there was no memory */
+    bool known;                      /* false: the supply does not hold the platform at neutral, a
+                                      * delay is too long (loop_tune.h), or there was no memory */
     bool missed;                     /* the loop is unstable in some pose, or a margin is less than
                                       * GAINS_SHARE of the wanted one */
     struct loop_standing standing;   /* margins of the configured gains */
     char remedy[GAINS_TEXT_SIZE];    /* changes that `hexid tune` proposes, if missed: "set
-                                      * control.kp to 18 (now 40), ..."; "": it finds no gains */
+                                      * control.kp to 18 (now 40), ..."; "": not missed, or it
+                                      * finds no gains */
 };
 
 /* Computes the margins of the configured gains. bus: the machine is on a field bus, where commands

@@ -72,7 +72,7 @@ int gap_files_check(const struct options *o, struct output *json, struct error *
     return o->json && (there || !is_inside(o->json, o->output)) ? output_prepare(json, o->json, OUTPUT_RESULT, error) : STATUS_OK;
 }
 
-/* Notes the widest interval of a key of an effect that was found, and its earlier value. */
+/* Notes for a key of an effect that was found the widest 95 % interval of all legs. */
 static void note_key(const struct gap_effect *e, int key, struct config_note *note) {
     const struct effect *effect = effect_table[e->effect];
     double widest = 0.0;

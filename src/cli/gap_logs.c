@@ -85,8 +85,8 @@ static int add(const struct options *o, const char *path, int run, struct record
     return status;
 }
 
-/* Checks the cylinders' areas first, because with wrong areas every force would be another
- * machine's. */
+/* Refuses pressures if the cylinder's diameters are not stated, because with wrong areas every
+ * force would be another machine's. */
 static int check_areas(const char *path, const struct recording *r, struct error *error) {
     char areas[AREAS_TEXT_SIZE];
     if (!r->measured.pressures || areas_stated(r->params)) return STATUS_OK;
