@@ -7,10 +7,10 @@
  * sample's time is the moment at which the bus carried its SYNC. After a missing TPDO a cycle may
  * send nothing (can_master.h).
  *
- * SAFETY: frames in the kernel's transmit queue cannot be recalled. So the queue never holds more
- * than three cycles' frames: while three SYNCs have not come back from the bus, nothing more is
- * sent, and write() fails. If the bus carries the queued frames later, they reach nodes whose
- * watchdog has centred the valve and which ignore commands in pre-operational.
+ * SAFETY: frames in the kernel's transmit queue cannot be recalled. So while three SYNCs have not
+ * come back from the bus, nothing more is sent, and write() fails; only every 0.1 s one cycle's
+ * frames are sent as a trial (jam_s). If the bus carries the queued frames later, they reach nodes
+ * whose watchdog has centred the valve and which ignore commands in pre-operational.
  *
  * A socket is lost with its interface (an adapter was unplugged). A thread of the back-end checks
  * the interface four times a second and opens a socket on the new one with the same name; the loop,
@@ -44,8 +44,9 @@
 enum { BRING_UP_MS = 3000, LISTEN_MAX_MS = 500, DRAIN_MAX = 4 /* counted in batches of frames */, UNECHOED_MAX = 3 };
 _Static_assert((int)CAN_QUEUE <= (int)CAN_BATCH, "a queue is sent at once");
 #define JAMMED (1ull << 63)
-static const double jam_s = 0.1; /* time since the last SYNC after which its frames count as lost
-                                  * (interface reset), and one cycle's frames are sent as a trial */
+static const double jam_s = 0.1; /* time since the last SYNC was sent, after which its frames count
+                                  * as lost (interface reset), and one cycle's frames are sent as a
+                                  * trial */
 
 struct can {
     struct hal hal;
@@ -81,9 +82,9 @@ static int open_socket(struct can_socket *s, const char *interface, struct error
 /* Sends all frames, or fails at the first that the kernel refuses. */
 static int flush(struct can *c, struct can_queue *q) { return can_socket_send(&c->socket, q->frame, q->count) == q->count ? 0 : -1; }
 
-/* Handles all received frames. The kernel stamps them on CLOCK_REALTIME, which may jump; times are
- * converted to CLOCK_MONOTONIC and never lie in the future. Handles at most DRAIN_MAX batches, so
- * that a busy bus cannot delay the loop. */
+/* Handles the received frames, at most DRAIN_MAX batches, so that a busy bus cannot delay the loop.
+ * Returns -1 if the interface is down or gone. The kernel stamps frames on CLOCK_REALTIME, which
+ * may jump; times are converted to CLOCK_MONOTONIC and never lie in the future. */
 static int drain(struct can *c) {
     int64_t to_monotonic_ns = monotonic_ns() - can_realtime_ns();
     struct can_arrival come[CAN_BATCH];

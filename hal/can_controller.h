@@ -1,6 +1,6 @@
-/* State of a CAN interface as the kernel reports it: bit rate, controller state, error counters,
- * as in `ip -details -statistics link show`. The only file with rtnetlink. Ordinary threads;
- * changes nothing, sends nothing on the bus. */
+/* State of a CAN interface as the kernel reports it: bit rate, controller state, error counters, as
+ * in `ip -details -statistics link show`. Ordinary threads; changes nothing, sends nothing on the
+ * bus. */
 #ifndef HEXID_CAN_CONTROLLER_H
 #define HEXID_CAN_CONTROLLER_H
 
@@ -20,7 +20,8 @@ struct can_controller {
     bool known;                 /* there is a controller, so that the members below are valid */
     uint32_t bitrate_bps;       /* bit rate; 0: not reported by the driver, or not set */
     double sample_point;        /* position of the sample point as a share of a bit; 0: unknown */
-    int state;                  /* state of the controller, CAN_CONTROLLER_... */
+    int state;                  /* state of the controller, CAN_CONTROLLER_..., or 4 (stopped) or 5
+                                 * (sleeping) */
     bool counts;          /* the controller reports its error counters (ISO 11898-1: TEC and REC) */
     unsigned tx_errors, rx_errors;
     /* numbers of events since the interface was created */
@@ -32,7 +33,8 @@ struct can_controller {
 /* Returns the name of a state, such as "error-active". */
 const char *can_controller_state(int state);
 
-/* Reads the state of an interface. Returns -3 with the interface and the reason if it fails. */
+/* Reads the state of an interface. Returns STATUS_IO, with the interface and the reason, if it
+ * fails. */
 int can_controller_read(const char *interface, struct can_controller *s, struct error *error);
 
 /* Parses an RTM_NEWLINK message with its netlink header; false if it is another message or

@@ -26,7 +26,7 @@ struct can_device {
     enum can_link link;
 };
 
-/* Accepts all frames, because the configuration may give SYNC and RPDOs any identifier. */
+/* Accepts all 11-bit data frames, because a master may give SYNC and RPDOs any identifier. */
 static const struct can_accept everything[] = {{0, 0}};
 enum { LOOK_NS = NS_PER_S / 4 };
 

@@ -139,14 +139,15 @@ struct can_frame can_frame_sdo(int node, const struct can_sdo *sdo);
 struct can_frame can_frame_sdo_reply(int node, const struct can_sdo *sdo);
 
 /* Returns the node, 1..127, of a frame with this function (COB_TPDO, ...); 0 if the frame has
- * another function, or is a remote, extended or error frame. */
+ * another function or no node number, or is a remote, extended or error frame. */
 int can_frame_node(const struct can_frame *frame, unsigned function);
 
 /* Returns the name of a frame that only a master sends ("SYNC", "SDO request"); NULL for any other
  * frame. */
 const char *can_frame_of_master(const struct can_frame *frame);
 
-/* Parse a frame whose COB-ID is known. Return false if its length or command specifier is wrong. */
+/* Parse a frame whose COB-ID is known. Return false if its length, command specifier or state is
+ * wrong. */
 bool can_parse_tpdo(const struct can_frame *frame, struct can_tpdo *tpdo);
 bool can_parse_emcy(const struct can_frame *frame, uint16_t *code, uint8_t *error_register);
 bool can_parse_heartbeat(const struct can_frame *frame, enum can_state *state);

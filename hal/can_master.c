@@ -11,14 +11,14 @@
 #include "units.h"
 
 enum { REPLY_MS = 50, START_MS = 200, ASK_MS = 500, TRIES = 3, MISSED_HEARTBEATS = 3 };
-/* most set-up requests in a cycle; with a heartbeat, three RPDOs and SYNC they make ten frames, the
- * length of a controller's queue */
+/* most frames for set-up in a cycle; with a heartbeat, three RPDOs and SYNC they make ten frames,
+ * the default length of a CAN interface's transmit queue */
 enum { REQUESTS = 5 };
 /* Leaky buckets that show a second device with a node's number. TWICE counts windows: a window with
  * a repeated TPDO adds two, a window without one subtracts one; a bus that repeats every fourth
- * frame does not fill the bucket, and a second device fills it in 50 windows. ODD counts
- * heartbeats: the bucket drains by one per heartbeat period, a heartbeat adds 0.75, any other frame
- * that a single device would not send adds 1. */
+ * frame does not fill the bucket, and a second device fills it in 50 windows. ODD counts excess
+ * frames: a heartbeat adds 0.75, any other frame that a single device would not send adds 1, and
+ * the bucket drains by one per heartbeat period. */
 enum { TWICE_STEP = 2, TWICE_MAX = 100, ODD_MAX = 6 };
 static const double odd_heartbeat = 0.75, odd_frame = 1.0;
 #define PDO_OFF 0x80000000u
@@ -152,7 +152,8 @@ void can_master_init(struct can_master *m, const struct params *params, uint32_t
 
 static int64_t beats_ns(const struct can_master *m, double beats) { return ns_from_seconds(beats * m->params->can.heartbeat_s); }
 
-/* Adds to the node's leaky bucket a frame that a single device would not have sent so soon. */
+/* Adds a frame that a single device would not have sent so soon to the node's leaky bucket. beats:
+ * what the frame adds, in heartbeat periods. */
 static void odd(const struct can_master *m, struct can_peer *p, double beats, int64_t time_ns) {
     int64_t most_ns = time_ns + beats_ns(m, 2 * ODD_MAX);
     if (p->odd_ns < time_ns) p->odd_ns = time_ns;
@@ -179,7 +180,7 @@ static void set_up(struct can_peer *p) {
     p->refusal = (struct can_refusal){0};
 }
 
-/* SAFETY: clears readings of an earlier time from the node's state. */
+/* SAFETY: invalidates the node's readings, because they precede its loss, refusal or boot-up. */
 static void forget(struct can_peer *p) { p->fresh = p->known = false; }
 
 static void lose(struct can_peer *p) {
@@ -210,7 +211,7 @@ static bool emergency(struct can_peer *p, const struct can_frame *f) {
     if (code == EMCY_HEARTBEAT || code == EMCY_RPDO_TIMEOUT) set_up(p);
     /* SAFETY: an EMCY for a missing reading must not hide another active error */
     if (code == EMCY_SENSOR && p->emcy) return true;
-    /* code 0 with a set error register: another error is active, and the code stays */
+    /* code 0 with a non-zero error register: another error is active, and the code stays */
     if (code || !error_register) p->emcy = code;
     return true;
 }
@@ -298,8 +299,8 @@ static bool same(const struct can_tpdo *a, const struct can_tpdo *b) {
     return a->position == b->position && a->p1 == b->p1 && a->p2 == b->p2 && a->inputs == b->inputs;
 }
 
-/* SAFETY: handles a TPDO. One that differs in content or length from an earlier one of this
- * window comes from a second device or another cycle. */
+/* SAFETY: handles a TPDO; returns false if its length is wrong. A TPDO of a wrong length, or one
+ * that differs from an earlier one of this window, comes from a second device or another cycle. */
 static bool tpdo(struct can_master *m, struct can_peer *p, const struct can_frame *f) {
     struct can_tpdo value;
     bool known = can_parse_tpdo(f, &value);
@@ -317,7 +318,7 @@ static bool tpdo(struct can_master *m, struct can_peer *p, const struct can_fram
     return true;
 }
 
-/* Handles a frame of this node. Returns false if nodes send no such frame. */
+/* Handles a frame of this node. Returns false if it is malformed. */
 static bool take(struct can_master *m, int node, unsigned function, const struct can_frame *f, int64_t time_ns) {
     struct can_peer *p = &m->peer[node - 1];
     enum can_state state;
@@ -442,8 +443,8 @@ static void give(struct can_master *m, const double valve[LEGS], struct can_queu
     int16_t raw[LEGS];
     bool centres = true;
     for (int i = 0; i < LEGS; i++) centres &= valve[i] == 0.0;
-    /* SAFETY: a command that centres the valves is never delayed; the pause follows in the next
-     * cycle. */
+    /* SAFETY: the first command that centres the valves is never delayed; a pause that is still due
+     * follows in the next cycle. */
     if (m->pause == CAN_PAUSE_DUE && !(centres && !m->centred)) {
         m->pause = CAN_PAUSED;
         m->punctual = whole(m);
@@ -473,7 +474,7 @@ void can_master_safe(struct can_master *m, struct can_queue *out) {
     give(m, centre, out);
 }
 
-/* Takes over the window's sample if it is complete. */
+/* Takes over the window's sample if it is complete and no pause is due. */
 static void latch(struct can_master *m) {
     if (m->syncs == m->latched_sync) return;
     if (!whole(m)) miss(m);
@@ -535,8 +536,8 @@ void can_master_sample(struct can_master *m, struct hal_sample *s) {
     *s = (struct hal_sample){.time_ns = m->latched_ns, .device_seq = m->latched_sync};
     if (m->delivered) s->flags |= SAMPLE_STALE;
     else if (before && m->latched_sync != before + 1) s->flags |= SAMPLE_DROPPED;
-    /* SAFETY: a SYNC that is half a period off the grid was lost or late, and the previous
-     * command was held too long or too short. */
+    /* SAFETY: if the time between two SYNCs differs from the period by more than half a period, a
+     * SYNC was lost or late, and the previous command was held too long or too short. */
     int64_t period_ns = ns_from_seconds(m->params->loop.period_s);
     if (2 * llabs(m->latched_gap_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (!m->latched_sync || m->bus == CAN_BUS_OFF) s->flags |= SAMPLE_INVALID;

@@ -2,16 +2,20 @@
  * module (can_nodes()): set-up, supervision, samples. Pure: frames and time in, frames and samples
  * out. RT, no heap.
  *
- * A node:  lost      --boot-up, heartbeat or SDO reply-->  set-up
- *          set-up    --last SDO reply-->                   starting
- *          starting  --heartbeat "operational"-->          running
- *          set-up    --an abort, or an unexpected value-->  refused
- *          refused   --half a second-->                    set-up
- *          any       --nothing heard for three heartbeats, boot-up, heartbeat in another state,
- *                      no SDO reply after three tries-->   lost or set-up
+ * A node:  lost      --heartbeat or SDO reply-->                set-up
+ *          set-up    --last SDO reply-->                        starting
+ *          set-up    --an abort, or an unexpected value-->      refused
+ *          set-up    --no SDO reply after three tries-->        lost
+ *          refused   --half a second-->                         set-up
+ *          starting  --heartbeat "operational"-->               running
+ *          starting  --no such heartbeat for 0.2 s-->           set-up
+ *          running   --heartbeat in another state-->            set-up
+ *          running   --no frame for three heartbeat periods-->  lost
+ *          any       --boot-up, or EMCY 0x8130 or 0x8250-->     set-up
  *
- * Set-up, in pre-operational: identity, a claim for this master (0x2000:1), watchdogs, PDOs; then
- * everything written is read back. SAFETY: a node with other answers is not started.
+ * Set-up, in pre-operational: identity, a claim for this master (0x2000:1), watchdogs, SYNC and
+ * PDOs; then these settings are read back, and the claim is repeated. SAFETY: a node with other
+ * answers is not started.
  *
  * SAFETY: one master. CAN frames carry no sender, but echoes of own frames are marked: any other
  * frame that only a master sends makes the next sample SAMPLE_FOREIGN.
@@ -23,8 +27,8 @@
  * A cycle: the window of a sample opens with the echo of a SYNC, whose time is the moment at which
  * the bus carried it, and closes with the next echo. If all TPDOs, including the one of the inputs,
  * come in the window, they are a sample, latched at the SYNC. If one is missing, the last complete
- * sample is returned again, stale and older. A SYNC half a period or more off the grid makes its
- * sample late.
+ * sample is returned again, stale and older. If the time between two SYNCs differs from the period
+ * by more than half a period, the second one's sample is late.
  *
  * A TPDO does not show to which SYNC it belongs, and a late TPDO must not be taken for an answer to
  * the next SYNC. So if a TPDO is missing, the next command and SYNC pause for a cycle, in which it
@@ -33,14 +37,15 @@
  * legs of a sample belong to one instant, even with losses or delays of up to two cycles; a leg
  * that is always late halves the rate, and every sample is late.
  *
- * The supply output changes with every command sent if the level that the loop requests has changed
- * since the previous one, so that the life sign continues if every second cycle pauses.
+ * A command that is sent inverts the supply output if the loop has changed the requested level
+ * since the previous command was sent, once or more often. So the life sign continues if every
+ * second cycle pauses.
  *
  * SAFETY: one node, one answer. A bus may repeat a frame once; a node that keeps answering twice is
  * two devices with one number, and nobody knows which one is right. Two different TPDOs of a node
- * in one window, or one of another length, make the sample SAMPLE_TWIN, and an input counts as
+ * in one window, or one of a wrong length, make the sample SAMPLE_TWIN, and an input counts as
  * closed only if all TPDOs say so. Weaker signs (equal TPDOs twice in a window, more heartbeats
- * than configured, answers to no request, frames of a wrong length) fill a leaky bucket of the
+ * than configured, answers to no request, frames of a wrong length) fill two leaky buckets of the
  * node; while one is full, every sample is SAMPLE_TWIN.
  *
  * SAFETY: a missing reading is NaN, which the platform handles; an EMCY 0x5000 of the same node is
@@ -78,11 +83,13 @@ static inline bool can_refused_by_owner(const struct can_refusal *r) {
 struct can_peer {
     enum can_phase phase;
     int step, tries;           /* current step of the set-up, and how often its request was sent */
-    int64_t deadline_ns;       /* time until which the node has to answer, or to be asked again */
+    int64_t deadline_ns;       /* time at which the node is asked or set up again, unless it has
+                                * answered by then */
     bool halted;       /* the node has been told to enter pre-operational, where it can be set up */
-    bool claimed;        /* the node belongs to this master, or is of a kind that cannot be owned */
+    bool claimed;        /* the node belongs to this master, or has no object 0x2000, so nobody can
+                          * own it */
     struct can_refusal refusal;/* the node's refusal; valid in phase CAN_REFUSED */
-    int64_t heard_ns;          /* arrival time of the node's last frame */
+    int64_t heard_ns;          /* arrival time of the node's last well-formed frame */
     uint16_t emcy;             /* code of the node's active error; 0: none */
     struct can_tpdo tpdo;
     bool fresh;                /* a TPDO has come in this window */
@@ -132,32 +139,35 @@ struct can_master {
 /* Initialises the master. token: unique to this session, not 0. */
 void can_master_init(struct can_master *m, const struct params *params, uint32_t token);
 
-/* Handles a frame from the bus, including echoes of own frames and error frames, with its time
- * of receipt on any steady clock. */
+/* Handles a frame from the bus, including error frames. own: it is the echo of a frame of this
+ * master. time_ns: its time of receipt on the clock of can_master_poll(). */
 void can_master_receive(struct can_master *m, const struct can_frame *frame, bool own, int64_t time_ns);
 
-/* Checks time-outs; sends the heartbeat if `alive`, and the set-up's SDO requests and NMT
- * commands. To be called every cycle after the received frames. */
+/* Checks time-outs; sends the heartbeat if it is due and `alive`, and the set-up's SDO requests and
+ * NMT commands. To be called every cycle after the received frames. now_ns: any steady clock. */
 void can_master_poll(struct can_master *m, int64_t now_ns, bool alive, struct can_queue *out);
 
-/* True if all nodes are running and the bus carries frames, so that a command can be written. */
+/* True if all nodes are running and the controller is not in bus-off, so that a command can be
+ * written. */
 bool can_master_ready(const struct can_master *m);
 
-/* True if all nodes are claimed; from then on the heartbeat keeps the claims. SAFETY: before that
- * no heartbeat is sent, because it would keep another master's claims alive. */
+/* True if all nodes are claimed; from then on the heartbeat keeps the claims. SAFETY: bring-up
+ * sends no heartbeat before that, because it would keep another master's claims alive. */
 bool can_master_claimed(const struct can_master *m);
 
-/* True if a node differs from the configuration or refuses its set-up, so waiting does not help. */
+/* True if a node differs from the configuration or refuses its set-up, so waiting does not help. A
+ * refusal because of another owner does not count. */
 bool can_master_misfit(const struct can_master *m);
 
-/* Returns the first node, 1 to 7, for which two devices answer; 0 if there is none. */
+/* Returns the first node, 1 to 7, with a full leaky bucket, which means that two devices answer for
+ * it; 0 if there is none. */
 int can_master_twin(const struct can_master *m);
 
 /* Called when the socket was replaced: the master no longer waits for echoes of frames that the old
  * one sent, and clears the controller's error state. */
 void can_master_new_bus(struct can_master *m);
 
-/* Sends commands for six legs, the supply output, then SYNC, whose echo opens the sample's
+/* Sends commands for six legs, the supply output, then SYNC, whose echo opens the next sample's
  * window. In a pause it sends nothing, except the first command that centres the valves. */
 void can_master_command(struct can_master *m, const struct hal_command *command, struct can_queue *out);
 
@@ -168,14 +178,15 @@ void can_master_safe(struct can_master *m, struct can_queue *out);
  * releases the nodes that this master has claimed. */
 void can_master_leave(const struct can_master *m, struct can_queue *out);
 
-/* Writes the last complete sample to *sample, stale if it was returned before. time_ns is on the
- * frames' clock; the caller sets age_ns. */
+/* Writes the last complete sample to *sample, stale if it was returned before. To be called once a
+ * cycle, after can_master_poll(). time_ns is on the frames' clock; the caller sets age_ns. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
 /* Current problems of the bus, packed in two words that fit atomic variables; both are 0 if there
  * is none. can_condition.c. */
 struct can_condition {
-    uint64_t state;   /* bus, phases, EMCY, another master's frame; bit 63 is free for the caller */
+    uint64_t state;   /* bus, phases, EMCY, another master's frame, twin; bit 63 is free for the
+                       * caller */
     uint64_t refusal; /* refusal of the first node that has refused its set-up */
 };
 struct can_condition can_master_condition(const struct can_master *m);

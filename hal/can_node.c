@@ -202,8 +202,9 @@ bool can_node_synced_by(const struct can_node *n, const struct can_frame *f) {
     return f->can_id == (can_node_get(n, 0x1005, 0) & CAN_SFF_MASK);
 }
 
-/* True if a TPDO is due at this SYNC. Transmission type 0: if a reading has changed; n from 1 to
- * 240: if n SYNCs have passed. */
+/* Counts a SYNC. Returns true if it makes a TPDO due, which then counts as sent: with transmission
+ * type 0 if a reading has changed, with type n from 1 to 240 at every n-th SYNC; never while the
+ * TPDO is off. */
 static bool tpdo_due(struct can_node *n, const struct can_frame *t) {
     uint32_t type = can_node_get(n, 0x1800, 2);
     bool changed = !n->has_sent || memcmp(t->data, n->sent.data, t->len) != 0;

@@ -8,10 +8,11 @@
  * 0 (valve centred, outputs off) unless the node is operational, an RPDO's command has come into
  * force, and at least one heartbeat is watched (0x1016) and none of the watched ones is missing. A
  * command comes into force with the following SYNC, or at once with transmission types 254 and 255.
- * If no command comes into force for 0x1400:5 ms, or a heartbeat is late by its time in 0x1016, the
- * output goes to 0 and EMCY 0x8250 or 0x8130 is sent. The node goes to pre-operational (0x1029:1),
- * where no late command can move it. Both watchdogs are on by default, and switching the heartbeat
- * off leaves the output at 0. In operational, SDOs can only write 0x1003:0.
+ * If the RPDO of the command in force came more than 0x1400:5 ms ago, or the last heartbeat longer
+ * ago than 0x1016 permits, the output goes to 0 and EMCY 0x8250 or 0x8130 is sent. The node goes to
+ * pre-operational, or stopped if 0x1029:1 says so, where no late command can move it. Both
+ * watchdogs are on by default, and switching the heartbeat off leaves the output at 0. In
+ * operational, SDOs can only write 0x1003:0.
  *
  * Owner: a master claims a node in pre-operational by writing its own token, not 0, to 0x2000:1;
  * while its heartbeat (0x1016:1) comes, other tokens are refused (0x08000022). Ownership ends
@@ -36,25 +37,26 @@ void can_queue_push(struct can_queue *q, struct can_frame frame);
 enum can_error {
     CAN_ERROR_SENSOR,       /* EMCY 0x5000: a reading is missing */
     CAN_ERROR_HEARTBEAT,    /* EMCY 0x8130: a heartbeat that the node watches is late */
-    CAN_ERROR_RPDO_TIMEOUT, /* EMCY 0x8250: no RPDO has come in time */
+    CAN_ERROR_RPDO_TIMEOUT, /* EMCY 0x8250: no command has come into force in time */
     CAN_ERROR_RPDO_SHORT,   /* EMCY 0x8210: an RPDO had fewer bytes than mapped and was ignored */
     CAN_ERROR_RPDO_LONG,    /* EMCY 0x8220: an RPDO had more bytes than mapped; the first ones were
                              * used */
-    CAN_ERROR_SYNC_LENGTH,  /* EMCY 0x8240: a SYNC had another length than 0x1019 and was ignored */
+    CAN_ERROR_SYNC_LENGTH,  /* EMCY 0x8240: a SYNC had no counter although 0x1019 demands one, or
+                             * had one although it does not; the SYNC was ignored */
     CAN_ERRORS,
 };
 
 struct can_owner {
     uint32_t token;         /* token of the owner; 0: there is none */
     uint32_t limit_ms;      /* ownership ends after this time without the owner's heartbeat */
-    int64_t heard_ns;
+    int64_t heard_ns;       /* time of the owner's last heartbeat, or of its claim */
 };
 
 struct can_node {
     int id;
     const struct can_dictionary *dictionary;
     enum can_state state;
-    uint32_t value[CAN_OBJECTS_MAX];
+    uint32_t value[CAN_OBJECTS_MAX]; /* values of the objects, in the dictionary's order */
     int16_t output;         /* output value in force */
     uint32_t received;      /* value that the last RPDO carried */
     bool commanded;         /* an RPDO has come since the node became operational */
@@ -88,8 +90,8 @@ void can_node_tick(struct can_node *n, int64_t now_ns, struct can_queue *out);
 /* Returns the output in force; 0 unless all conditions at the top of this file are met. */
 int16_t can_node_output(const struct can_node *n);
 
-/* Functions for the SDO server (can_server.h): they read and write existing objects, read the
- * consumers of 0x1016, and clear errors. */
+/* Functions for the SDO server (can_server.h): they read and write objects, which must exist,
+ * decode an entry of 0x1016, and clear errors (1u << enum can_error). */
 uint32_t can_node_get(const struct can_node *n, uint16_t index, uint8_t sub);
 void can_node_set(struct can_node *n, uint16_t index, uint8_t sub, uint32_t value);
 struct can_consumer {

@@ -122,8 +122,8 @@ static bool can_cob_restricted(uint32_t cob) {
            (cob >= 0x6e0 && cob <= 0x6ff) || cob >= 0x701;
 }
 
-/* Refuses a wrong COB-ID of SYNC or of a PDO. It has 11 bits; bit 31 switches a PDO off and means
- * nothing to a SYNC consumer. */
+/* Returns the abort code for a COB-ID of SYNC or of a PDO; 0 if it is valid. Bits 11 to 30 must be
+ * 0; bit 31 switches a PDO off and means nothing to a SYNC consumer. */
 static uint32_t refuse_cob(uint32_t value) {
     bool reserved = (value & 0x7ffff800) != 0, off = value >> 31;
     return reserved || (!off && can_cob_restricted(value & CAN_SFF_MASK)) ? SDO_VALUE : 0;

@@ -41,7 +41,8 @@ static uint32_t refuse_consumer(const struct can_node *n, uint8_t sub, uint32_t 
     return 0;
 }
 
-/* SAFETY: one master. Another token is refused while the owner is alive. */
+/* SAFETY: one master. Refuses a claim (sub 1) with another token while the node has an owner, and a
+ * release (sub 2) with any token but the owner's. */
 static uint32_t refuse_owner(const struct can_node *n, uint8_t sub, uint32_t token) {
     if (token == 0) return SDO_VALUE;
     bool owners = token == n->owner.token;
@@ -101,7 +102,7 @@ static void store(struct can_node *n, const struct can_object *o, uint32_t value
     }
 }
 
-/* Returns the requested value; only the low bytes if the client does not indicate the size. */
+/* Returns the value to write, cut to the object's size if the client does not indicate a size. */
 static uint32_t fitted(const struct can_object *o, const struct can_sdo *request) {
     return request->size || o->size == 4 ? request->value : request->value & ((1u << 8 * o->size) - 1);
 }

@@ -24,9 +24,10 @@ struct can_accept {
     unsigned id, mask;
 };
 
-/* Opens a socket. With `own`, sent frames come back when the bus has carried them, if the filter
- * accepts them; with `errors`, error frames come too. STATUS_IO with the interface and the
- * remedy: missing, down, not a CAN interface, or not allowed. */
+/* Opens a socket. count: at most 32; 0: no data frames are received. With `own`, sent frames come
+ * back when the bus has carried them, if the filter accepts them; with `errors`, error frames come
+ * too. STATUS_IO with the interface and the remedy: missing, down, not a CAN interface, or not
+ * allowed. */
 int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                     struct error *error);
 void can_socket_close(struct can_socket *s);
@@ -35,8 +36,8 @@ enum { CAN_INTERFACE_SIZE = 16 }; /* size of an interface's name, the kernel's I
 
 enum can_link { CAN_LINK_UP, CAN_LINK_DOWN, CAN_LINK_GONE };
 
-/* Returns the state of the interface with this name. GONE: no interface has this name, or it has
- * another index than this one. */
+/* Returns the state of the interface with this name. GONE: no interface has this name, or its index
+ * is not `index`. A state that cannot be read counts as UP. */
 enum can_link can_socket_link(const char *interface, int index);
 
 /* Writes the link's state and the remedy into text; "" for UP. */
@@ -52,8 +53,8 @@ struct can_arrival {
                              * no echoes, it is always true */
 };
 
-/* RT. Returns the number of frames sent: all, or those before the first that is refused (queue
- * full, bus-off, interface gone). */
+/* RT. Returns the number of frames sent: all, but at most CAN_BATCH, or those before the first that
+ * is refused (queue full, bus-off, interface gone). */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count);
 
 /* RT. Returns the number of frames received, in their order; fewer than CAN_BATCH if no more
@@ -63,9 +64,8 @@ int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CA
 
 int64_t can_realtime_ns(void);
 
-/* Returns the arrival time of a frame that the kernel stamped age_ns ago, because this process may
- * have been held up since. before_ns: arrival time of the previous frame. All times are
- * CLOCK_MONOTONIC. */
+/* Returns the arrival time of a frame that the kernel stamped age_ns ago: never after now_ns, and
+ * never before before_ns, the arrival time of the previous frame. All times are CLOCK_MONOTONIC. */
 int64_t can_came_ns(int64_t now_ns, int64_t age_ns, int64_t before_ns);
 
 #endif

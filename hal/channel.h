@@ -6,7 +6,8 @@
 
 struct channel_params;
 
-/* Raw value for a missing reading: the most negative value of the width. It decodes to NAN. */
+/* Raw value for a missing reading or command: the most negative value of the width. It decodes to
+ * NAN. */
 #define CHANNEL_NONE_16 INT16_MIN
 #define CHANNEL_NONE_32 INT32_MIN
 

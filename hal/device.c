@@ -8,7 +8,7 @@
 #include "plant.h"
 #include "units.h"
 
-enum { CATCH_UP_NS = NS_PER_S / 10 };
+enum { CATCH_UP_NS = NS_PER_S / 10 }; /* longest missed time that is simulated afterwards */
 
 struct device {
     const struct params *params;

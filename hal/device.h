@@ -4,8 +4,8 @@
  * Time: the simulated machine follows the clock in whole periods of the loop, on a grid that
  * follows the commands. A command that is less than half a period early or late counts as on time,
  * so that the results do not contain the host's jitter. A missing command does not stop the
- * machine, and a repeated one takes no time. All times are CLOCK_MONOTONIC and must not decrease.
- * */
+ * machine, and a repeated one takes no time. All times are CLOCK_MONOTONIC and must not
+ * decrease. */
 #ifndef HEXID_DEVICE_H
 #define HEXID_DEVICE_H
 
@@ -23,28 +23,30 @@ struct device *device_create(const struct params *params, uint64_t seed, struct 
 void device_destroy(struct device *d);
 
 /* Latches lengths, pressures and inputs of the period nearest to now; fills arrays and inputs of
- * the sample. Returns false if this period was read and commanded before, by the same request or by
- * a late one just before; the readings are then the same again. */
+ * the sample. Returns false, with the previous readings, if device_live() has already simulated
+ * this period: the request is a repetition, or the one before it came late. */
 bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
-/* Applies a command (supply output and valves) from the period nearest to now on, and simulates
- * that period, so that the next latch finds its readings ready. After a device_latch() that
- * returned false, it acts from the next period on. */
+/* Applies a command (supply output and valves; `enable` is ignored) from the period nearest to now
+ * on, and simulates that period, so that the next latch finds its readings ready. After a
+ * device_latch() that returned false, it acts from the next period on. */
 void device_live(struct device *d, const struct hal_command *command, int64_t now_ns);
 
-/* Overrides the valves without a command, for nodes that have centred their own. */
+/* Sets the valves, -1..1, without restarting the watchdog. Buses call it for valves that they or
+ * their nodes have centred. */
 void device_valves(struct device *d, const double valve[LEGS]);
 
 /* SAFETY: call at least every millisecond. Without a device_live() the machine goes on with the
- * last valves, and after params->device.watchdog_s with centred ones; returns true while they
- * are centred for that reason. */
+ * last valves, and after the watchdog's time with centred ones; returns true while they are centred
+ * for that reason. */
 bool device_tick(struct device *d, int64_t now_ns);
 
-/* Sets another watchdog than params->device.watchdog_s; counts from the next command on. */
+/* Sets the watchdog's time, which at first is params->device.watchdog_s; the new time applies from
+ * the next command on. */
 void device_set_watchdog(struct device *d, double watchdog_s);
 
-/* A bus on which a device can be served. serve() runs until *stop, and prints the line "ready" when
- * commands are answered. Its address is the URL after "scheme:". */
+/* A bus on which a device can be served. serve() runs until *stop, and prints a line "plant: ready
+ * on ..." when commands are answered. Its address is the URL after "scheme:". */
 struct device_bus {
     const char *scheme, *usage;
     int (*serve)(const char *address, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error);
@@ -53,7 +55,7 @@ struct device_bus {
 /* All buses on which a device can be served; ended by NULL. */
 extern const struct device_bus *const device_buses[];
 
-/* Serves the device on the URL's bus. */
+/* Serves the device on the URL's bus; STATUS_USAGE if no bus has its scheme. */
 int device_serve(const char *url, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error);
 
 #endif

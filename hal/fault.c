@@ -1,18 +1,19 @@
 /* fault: injects faults into another back-end. Address: FAULT[,FAULT...];URL with
- * FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], times in seconds of the loop, LEG 1..6 for faults of a
- * leg (default: all; swap, pressure_swap: the first; swap, mix: exchange with the next leg):
+ * FAULT = KIND@FROM+LENGTH[/LEG][=VALUE], FROM in seconds since the loop's start, LENGTH in
+ * seconds, LEG 1..6 for faults of legs (default: all; for swap, pressure_swap and mix the first):
  *
  *     --hal 'fault:freeze@12+0.5/3,drop@20+0.02;sim:'
  *
- * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay with fresh time stamps);
- *           loss=%; repeat and reorder (every other sample, with fresh time stamps); hang (always
- *           the same sample, with fresh time stamps); drop (cannot be read);
+ * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay with fresh time stamps; both
+ *           at most 63 cycles); loss=%; repeat and reorder (every other sample, with fresh time
+ *           stamps); hang (always the same sample, with fresh time stamps); drop (cannot be read);
  *           twin (two devices answer as one: a second TPDO of a node in one SYNC, a second Modbus
  *           answer; with a leg: for that leg)
  * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the
- *           samples (a bit of the 1 um count); swap
+ *           samples (inverts one of the 22 lower bits of the length in um); swap (with the next
+ *           leg's)
  * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze;
- *           pressure_swap (P1 with P2); mix (two legs'); pressure_nan
+ *           pressure_swap (P1 with P2); mix (exchanges both with the next leg's); pressure_nan
  * both      nan
  * inputs    emergency_stop, enable, door (opens); supply (its life sign is lost, so the machine
  *           loses its pressure); inputs_on=, inputs_off= (stuck bits of the device's byte of
@@ -42,7 +43,7 @@ struct wrapper {
     int64_t period_ns, now_ns;
     struct hal_sample history[HISTORY]; /* healthy samples; the newest at (reads - 1) % HISTORY */
     int64_t reads;
-    struct hal_command written;
+    struct hal_command written; /* last command of the loop, without the faults of valves */
     int count;
     struct fault {
         const struct kind *kind;

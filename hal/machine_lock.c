@@ -36,8 +36,8 @@ static int lock_serial(struct machine_lock *l, const char *url, const struct mod
     return add(l, url, &key, error);
 }
 
-/* Locks a CAN interface by its name in the kernel: an altname leads to the same name, and an
- * interface that is created again gets it again. */
+/* Locks a CAN interface by its name in the kernel, which is the same for all altnames, and after
+ * the interface was created again. */
 static int lock_can(struct machine_lock *l, const char *url, const char *interface, struct error *error) {
     struct host_lock_key key = {0};
     char name[IF_NAMESIZE];

@@ -9,13 +9,14 @@ enum { MACHINE_LOCKS = 8 }; /* each address of a host name gets a lock, up to th
 
 struct machine_lock {
     int count, file[MACHINE_LOCKS]; /* descriptors, open while the lock is held */
-    struct error doubt;             /* describes a stranger's lock that was ignored; STATUS_OK:
-                                     * there was none */
+    struct error doubt;             /* describes a stranger's lock (host_lock.h) that was ignored;
+                                     * its status is STATUS_OK if there was none */
 };
 
 /* Takes the locks. Main thread, before the machine is opened. url: as in --hal; prefixes
  * ("fault:...;") are ignored, and a simulated machine has no lock. Host names are looked up.
- * STATUS_UNSAFE: another process has the lock; STATUS_IO: no such line. */
+ * STATUS_UNSAFE: another process has the lock; STATUS_USAGE: the Modbus address is malformed;
+ * STATUS_IO: there is no such line or host, or the host has no locks. */
 int machine_lock(struct machine_lock *l, const char *url, struct error *error);
 
 /* Calls host_lock_answer() for each lock. */

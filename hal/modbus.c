@@ -13,8 +13,8 @@
  * is the supervisor's and the operator's decision.
  *
  * SAFETY: one master (modbus_server.h). A connection first claims the device, and is refused if
- * another master has it. The device counts writes by others; a change of that count, or another
- * master, is SAMPLE_FOREIGN. */
+ * another master has it. The device counts writes by others; a change of that count, or a refusal
+ * because of another master, sets SAMPLE_FOREIGN. */
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
@@ -79,7 +79,7 @@ struct modbus_hal {
     uint16_t number, foreign_writes; /* number of the last command sent, and last value of
                                       * MODBUS_FOREIGN */
     unsigned unasked;                /* last value of modbus_link_unasked() */
-    bool begun;                      /* the loop has sent a command */
+    bool begun;                      /* the loop has posted a command */
     bool put_out;                    /* level of the supply output that was sent last */
     unsigned changes_seen;           /* value of command_record.changes up to which put_out includes
                                       * the changes */
@@ -259,8 +259,8 @@ static void talk(struct modbus_hal *m, int *silent) {
     }
     int reason = errno;
     failed(m, reason);
-    /* SAFETY: after losing the machine to another master, the thread waits and claims it again,
-     * but does not write. Half a second of silence counts as a lost connection. */
+    /* SAFETY: after another master has taken the machine, nothing is written until this one has
+     * claimed it again. Half a second without answers counts as a lost connection. */
     bool lost = modbus_link_gone(reason) || modbus_link_busy(reason) || ++*silent * answer_timeout_s(m) > 0.5;
     if (!lost) return;
     atomic_store_explicit(&m->connected, false, memory_order_release);
@@ -331,8 +331,8 @@ static int start_thread(struct modbus_hal *m, struct error *error) {
     return status;
 }
 
-/* Refuses a serial line that is too slow, with the numbers, and limits too narrow for the periods
- * and time-outs of Modbus. */
+/* Refuses a serial line that is too slow for the loop's period, and values of limits.sensor_age_s
+ * and device.watchdog_s that do not suit Modbus. */
 static int refuse_slow(const struct modbus_hal *m, struct error *error) {
     const struct params *p = m->params;
     double period_s = p->loop.period_s;
@@ -435,8 +435,8 @@ static int modbus_read(struct hal *hal, int64_t now_ns, struct hal_sample *s) {
     s->age_ns = now_ns - s->time_ns;
     if (!any || (!first && step == 0)) s->flags |= SAMPLE_STALE;
     if (!first && step > 1) s->flags |= SAMPLE_DROPPED;
-    /* SAFETY: if the device latched half a period off the grid, the previous command was held too
-     * long or too short. */
+    /* SAFETY: if the time between two latches differs from the period by more than half a period,
+     * the previous command was held too long or too short. */
     if (any && !first && 2 * llabs(m->newest.time_ns - before_ns - period_ns) > period_ns) s->flags |= SAMPLE_LATE;
     if (2 * s->age_ns > 5 * period_ns) s->flags |= SAMPLE_LATE;
     unsigned foreign = atomic_load(&m->foreign);

@@ -30,7 +30,7 @@ enum modbus_function {
 enum adu_result {
     ADU_MORE,    /* incomplete: call again with more bytes (RTU: or when the line is silent) */
     ADU_REQUEST, /* a complete request, of `used` bytes */
-    ADU_DISCARD, /* `used` bytes that are not for this device; no answer */
+    ADU_DISCARD, /* `used` bytes are no valid request; no answer */
     ADU_BROKEN,  /* TCP: the start of the next request is unknown; the connection must be closed */
 };
 
@@ -39,7 +39,7 @@ struct adu {
     uint8_t unit;
     const uint8_t *pdu;   /* function and data; points into the bytes of the frame */
     size_t pdu_size;      /* number of the PDU's bytes, 1..ADU_PDU_MAX */
-    size_t used;
+    size_t used;          /* number of bytes to remove from the beginning */
 };
 
 /* Reads and writes a number of 16 bits as Modbus sends it, high byte first. */
@@ -53,9 +53,9 @@ static inline void adu_put_16(uint8_t *to, unsigned value) { to[0] = (uint8_t)(v
 enum adu_result adu_take_tcp(const uint8_t *bytes, size_t size, struct adu *adu);
 
 /* Does what adu_take_tcp() does for a serial line. silent: nothing has come for longer than the
- * longest gap inside a request; not needed for functions that determine the length. Bytes without a
- * correct checksum are discarded up to the next request that has one, so that a junk byte, half a
- * request or another device's answer does not spoil a good request. */
+ * longest gap inside a request; this ends junk and requests of unknown functions, whose length is
+ * not known. Bytes without a correct checksum are discarded up to the next request that has one, so
+ * that a junk byte, half a request or another device's answer does not spoil a good request. */
 enum adu_result adu_take_rtu(const uint8_t *bytes, size_t size, bool silent, struct adu *adu);
 
 /* Frames the answer in the same way as the request; returns the size. */

@@ -1,12 +1,13 @@
 /* The device side of Modbus, for `hexid plant`: modbus_server.h on TCP or on a serial line.
  *
- * SAFETY: no client delays the master or the watchdog. The only wait is for the next turn;
- * incomplete requests stay in the buffer of their connection. The owner is served at once; all
- * others, and new connections, once a millisecond in rotation, for OTHERS_A_TURN requests and
- * WELCOMES_A_TURN connections. If there is no room, the connection that was idle for longest is
- * closed, never the owner's: the guide's pool of non-priority connections (Messaging on TCP/IP
- * V1.0b, 4.2.1). So a new master has some milliseconds to claim the machine, however many others
- * connect. A client that does not read its answers is disconnected. */
+ * SAFETY: no client delays the master or the watchdog. The only wait is at the beginning of each
+ * turn(), for at most a millisecond; incomplete requests stay in the buffer of their connection.
+ * The owner is served at once; all others, and new connections, once a millisecond in rotation, for
+ * at most OTHERS_A_TURN requests and WELCOMES_A_TURN connections. If there is no room, the
+ * connection that was idle for longest is closed, never the owner's: the guide's pool of
+ * non-priority connections (Messaging on TCP/IP V1.0b, 4.2.1). So a new master has some
+ * milliseconds to claim the machine, however many others connect. A client that does not read its
+ * answers is disconnected. */
 #include <errno.h>
 #include <fcntl.h>
 #include <modbus/modbus.h>
@@ -30,12 +31,12 @@ enum {
     CLIENTS = 64,
     BACKLOG = 64,
     REQUESTS_A_TURN = 4,       /* most requests of one client that are served in a turn */
-    OTHERS_A_TURN = 32,        /* requests of all clients but the owner that are served in a turn;
-                                * they take a third of a millisecond */
+    OTHERS_A_TURN = 32,        /* most requests of all clients but the owner that are served in a
+                                * turn; they take a third of a millisecond */
     WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
-    TTY_LATENCY_NS = 4 * TURN_NS, /* added to the silence of 3.5 characters: delays within a
-                                   * frame by adapters (their latency timer, 1 ms if set so) and
+    TTY_LATENCY_NS = 4 * TURN_NS, /* added to modbus_silence_s() for delays within a frame by
+                                   * adapters (their latency timer, 1 ms if set so) and
                                    * schedulers */
     EMPTY_READS_MAX = 8,       /* number of consecutive reads without bytes after which a line that
                                 * still polls readable counts as lost */
@@ -48,8 +49,8 @@ enum {
 struct client {
     int fd;                  /* socket or serial line; -1: this place is free */
     struct modbus_peer peer;
-    int64_t active_ns;       /* time of the last answer, or of the connection; serial: time of the
-                              * last byte */
+    int64_t active_ns;       /* time of the last answer, exceptions excluded, or of the connection;
+                              * serial: also of the last byte */
     size_t filled;
     uint8_t bytes[2 * ADU_MAX];
 };
@@ -82,8 +83,8 @@ static void drop(struct client *c) {
     c->fd = -1;
 }
 
-/* True if these bytes are the device's last answer. An adapter that receives its own bytes returns
- * it, and it may look like a request. */
+/* True if the buffer begins with the device's last answer. An adapter that receives its own bytes
+ * returns that answer, and it may look like a request. */
 static bool is_echo(const struct modbus_device *d, const struct client *c) {
     return is_serial(d) && d->sent_size && c->filled >= d->sent_size && !memcmp(c->bytes, d->sent, d->sent_size);
 }
@@ -98,9 +99,9 @@ static enum adu_result take(const struct modbus_device *d, const struct client *
                         : adu_take_tcp(c->bytes, c->filled, adu);
 }
 
-/* True if the request is for this device. On TCP the host's address selects the device, with unit
- * 255 or 0; other units would be devices behind a gateway, and this device is no gateway. On a
- * serial line requests for others are not answered. */
+/* True if the request is for this device: its unit is modbus.unit, on TCP also 255 or 0, on a
+ * serial line also the broadcast. Other units on TCP would be devices behind a gateway, and this
+ * device is no gateway. */
 static bool is_meant(const struct modbus_device *d, uint8_t unit) {
     bool other = is_serial(d) ? unit != UNIT_BROADCAST : unit != ADU_UNIT_TCP && unit != 0;
     return unit == d->params->modbus.unit || !other;
@@ -117,8 +118,8 @@ static size_t answer(struct modbus_device *d, struct client *c, const struct adu
     return broadcast ? 0 : size;
 }
 
-/* Returns false if the answer could not be sent. SAFETY: it is not waited for, because a client
- * that does not read would delay the watchdog. */
+/* Answers a request without waiting. Returns false if a TCP connection does not take the whole
+ * answer. SAFETY: waiting for a client that does not read would delay the watchdog. */
 static bool reply(struct modbus_device *d, struct client *c, const struct adu *adu, int64_t now_ns) {
     uint8_t pdu[ADU_PDU_MAX], bytes[ADU_MAX];
     size_t pdu_size = answer(d, c, adu, now_ns, pdu);
@@ -214,7 +215,8 @@ struct wait {
                                 * previous turn */
 };
 
-/* Waits for events of the owner at any time, of others only in their turn. */
+/* Waits at most a millisecond for events: always of the owner and of a serial line, of all others
+ * and the listener only if `others`. */
 static void wait_for(const struct modbus_device *d, struct wait *w, bool others, int64_t now_ns) {
     struct adu adu;
     int timeout_ms = 1;
@@ -263,7 +265,8 @@ static int listen_tcp(struct modbus_device *d, const struct modbus_address_parts
     if (!d->modbus) return error_set(error, STATUS_IO, "plant: out of memory");
     d->listener = modbus_tcp_pi_listen(d->modbus, BACKLOG);
     bool bad = d->listener < 0 || getsockname(d->listener, (struct sockaddr *)&bound, &size);
-    /* SAFETY: otherwise accept() would wait if a client had disconnected before it was accepted. */
+    /* SAFETY: a blocking accept() would wait if a client had disconnected before it was
+     * accepted. */
     if (bad || fcntl(d->listener, F_SETFL, O_NONBLOCK)) return modbus_line_refused(a, errno, error);
     int port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port : ((struct sockaddr_in *)&bound)->sin_port);
     printf("plant: ready on modbus:tcp://%s:%d\n", a->name, port);

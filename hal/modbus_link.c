@@ -168,8 +168,8 @@ static size_t drain(int fd) {
     return count;
 }
 
-/* Waits until a serial line is silent, and gives up after three tries. Returns the number of
- * bytes that came meanwhile. */
+/* Waits until a serial line is silent, and gives up after three tries; on TCP it does not wait.
+ * Discards received bytes and returns their number. */
 static size_t await_silence(struct modbus_link *link) {
     enum { TRIES = 3 };
     size_t count = 0;
@@ -207,10 +207,10 @@ int modbus_link_read(struct modbus_link *link, int address, int count, uint16_t 
     return ended(link, modbus_read_registers(cleared(link), address, count, to) == count);
 }
 
-/* Returns true, and keeps the shorter silence, unless the device misses requests that come after
- * it. In a try, the first request comes after the usual silence; the second follows its answer
- * after the shorter one. The device misses such requests if in both tries the first was answered
- * and the second timed out. */
+/* Tries whether the device answers a request that follows an answer after the shorter silence. Each
+ * of two tries sends one request after the usual silence, and one after the shorter silence.
+ * Returns false, with the usual silence restored, if in both tries the first was answered and the
+ * second timed out; otherwise true, with the shorter silence. */
 static bool shorten_silence(struct modbus_link *link, double silence_s) {
     const int64_t before_ns = link->silence_ns, shorter_ns = ns_from_seconds(silence_s);
     uint16_t who[2];

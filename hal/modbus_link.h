@@ -41,7 +41,7 @@ void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 
 /* A serial line is kept silent between the last byte and the next request, first for
  * modbus_silence_s(). This call shortens the silence to modbus_kept_silence_s(). It returns
- * STATUS_USAGE, with a period that is long enough, if in two of two tries the device misses a
+ * STATUS_USAGE, and names a sufficient loop.period_s, if in both of two tries the device misses a
  * request so soon after an answer. Any other failure is left to operation. */
 int modbus_link_keep_silence(struct modbus_link *link, const struct modbus_address_parts *parts, double period_s, struct error *error);
 
@@ -63,9 +63,10 @@ unsigned modbus_link_unasked(const struct modbus_link *link);
  * come and does not indicate a second device. */
 void modbus_link_not_answered(struct modbus_link *link);
 
-/* Asks for the identity, registers 0 and 1. STATUS_OK with their values in who; otherwise the
- * reason, the likely cause and the remedy. On a serial line it asks again if nothing came,
- * because the device may have been busy with earlier bytes. name: of the device, for the error. */
+/* Asks for the identity, registers 0 and 1. STATUS_OK with their values in who; otherwise STATUS_IO
+ * with the reason, the likely cause and the remedy. On a serial line it asks once more after a
+ * failure, unless the line is lost or the adapter echoes, because the device may have been busy
+ * with earlier bytes. name: name of the device in the error. */
 int modbus_link_greet(struct modbus_link *link, const char *name, uint16_t who[2], struct error *error);
 
 /* After a failure: true if the connection is lost and must be opened again. */
@@ -75,13 +76,13 @@ bool modbus_link_gone(int error);
  * be answered next time. */
 bool modbus_link_lost(int error);
 
-/* After a failure: true if the device has another master (exception 6), and true if it refuses a
- * value (exception 3). */
+/* After a failure: busy is true if the device has another master (exception 6), value if it refuses
+ * a value (exception 3). */
 bool modbus_link_busy(int error);
 bool modbus_link_value(int error);
 
-/* Describes errno with cause and remedy if the device itself refused. Callers set EBADMSG for an
- * answer to another request, EBUSY for another master and ENOTUNIQ for an unrequested answer. */
+/* Describes an errno; an exception's also with cause and remedy. Callers set EBADMSG for an answer
+ * to another request, EBUSY for another master and ENOTUNIQ for an unrequested answer. */
 const char *modbus_link_reason(int error);
 
 #endif

@@ -1,12 +1,11 @@
 /* Modbus registers <-> values: one table for daemon and device, printed by `hexid doctor
  * --modbus-map`. Pure, RT.
  *
- * A cycle is one transaction, function 23 (read/write multiple registers). The device writes
- * first, so that the previous cycle's command comes into force, then latches lengths and
- * pressures of all legs together, and answers with them. The command's number is the last
- * register written and the first one read, so that an answer shows its request. Registers have
- * 16 bit; 32-bit values take two, the upper half first. A missing reading is the most negative
- * value of its width. */
+ * A cycle is one transaction, function 23 (read/write multiple registers). Its command comes into
+ * force, lengths and pressures of all legs and the inputs are latched together at that instant, and
+ * the answer contains them. The command's number is the last register written and the first one
+ * read, so that an answer shows its request. Registers have 16 bit; 32-bit values take two, the
+ * upper half first. A missing reading is the most negative value of its width. */
 #ifndef HEXID_MODBUS_MAP_H
 #define HEXID_MODBUS_MAP_H
 
@@ -65,7 +64,7 @@ void modbus_map_print(FILE *out);
 void modbus_put_claim(uint16_t watchdog_ms, uint32_t token, uint16_t claimed[MODBUS_CLAIMED]);
 
 /* Encodes the registers that a cycle writes: the claim's token, the command's number, supply and
- * valves -1..1 (NAN: no command). */
+ * valves -1..1 (NAN: no command); `enable` is ignored. */
 void modbus_put_command(const struct params *p, uint32_t token, uint16_t number, const struct hal_command *command,
                         uint16_t written[MODBUS_WRITTEN]);
 /* Decodes valves and supply; a valve with an invalid command is centred. */

@@ -6,7 +6,7 @@
 #include "params.h"
 #include "units.h"
 
-/* largest numbers of registers in a request, from sections 6.3, 6.12 and 6.17 */
+/* largest numbers of registers in a request (Application Protocol V1.1b3, 6.3, 6.12 and 6.17) */
 enum { READ_MAX = 125, WRITE_MAX = 123, EXCHANGE_WRITE_MAX = 121 };
 
 struct span {
@@ -77,8 +77,8 @@ static void hand_over(struct modbus_server *s, uint32_t token) {
 
 static bool is_claim(struct span span) { return within(span, MODBUS_WATCHDOG_MS, MODBUS_VALVE) && has(span, MODBUS_TOKEN, MODBUS_VALVE); }
 
-/* SAFETY: a watchdog is never longer than the device's own, and is only lengthened while it
- * keeps the valves centred. */
+/* SAFETY: a watchdog is never longer than the device's own. It is lengthened only for a new owner,
+ * or while it keeps the valves centred. */
 static bool is_good_watchdog(const struct modbus_server *s, bool handed_over, unsigned watchdog_ms) {
     unsigned now_ms = s->registers[handed_over || s->silent ? MODBUS_WATCHDOG_MAX_MS : MODBUS_WATCHDOG_MS];
     return watchdog_ms >= MODBUS_WATCHDOG_MIN_MS && watchdog_ms <= now_ms;

@@ -3,11 +3,11 @@
  * for the simulated machine; time is an argument.
  *
  * SAFETY: one master. A client claims the machine with a token that is not 0; the claim succeeds if
- * there is no owner, or if the owner has sent no command for the watchdog's time. The owner
- * commands over the connection of its claim; on a serial line, which has no connections, with the
- * token in every write. A write by anybody else changes nothing, is answered with exception 6
- * (server device busy), and counts in MODBUS_FOREIGN, which the master reads in every cycle. A
- * refused claim does not count, since this is how a second master asks. */
+ * there is no owner, if the token is the owner's, or if the owner has written nothing for the
+ * watchdog's time. The owner commands over the connection of its claim; on a serial line, which has
+ * no connections, with the token in every write. A write by anybody else changes nothing, is
+ * answered with exception 6 (server device busy), and counts in MODBUS_FOREIGN, which the master
+ * reads in every cycle. A refused claim does not count, since this is how a second master asks. */
 #ifndef HEXID_MODBUS_SERVER_H
 #define HEXID_MODBUS_SERVER_H
 
@@ -40,7 +40,7 @@ struct modbus_server {
     bool silent;         /* the watchdog keeps the valves centred */
     uint32_t token;      /* token of the owner; 0: no owner */
     uint64_t connection; /* connection over which the owner made its claim */
-    int64_t heard_ns;    /* time of the owner's last claim or command */
+    int64_t heard_ns;    /* time of the owner's last claim or write */
 };
 
 /* Prepares a server; params and device must outlive it. */

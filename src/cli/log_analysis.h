@@ -19,8 +19,9 @@ struct log_analysis {
 };
 
 /* Reads and analyses a log. To be released by log_analysis_free(), also after a failure. Returns -3
- * if there is no log; -2 if no machine can have its configuration, or if there is nothing to
- * identify. A truncated log causes a warning and is evaluated up to the damage. */
+ * if the log cannot be read, or has no configuration and -c is missing; -2 for an impossible
+ * configuration, an unknown run, or if there is nothing to identify. A truncated log causes a
+ * warning and is evaluated up to the damage. */
 int log_analysis_read(struct log_analysis *l, const struct options *o, const char *path, struct error *error);
 void log_analysis_free(struct log_analysis *l);
 

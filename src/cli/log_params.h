@@ -15,17 +15,18 @@
 
 struct log_event;
 
-/* Reads the log's own configuration from its first event. Returns -2, or -3 if that event is no
- * configuration; the message then ends with `otherwise`: the remedy, or what remains unknown. */
+/* Reads the log's own configuration from its first event. Returns -2 for an impossible
+ * configuration; -3 if that event is no configuration, with a message that ends with `otherwise`:
+ * the remedy, or what remains unknown. */
 int log_params_own(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
 /* Replaces the tests of -c, which are in params, by those of the log. A log without a readable
  * configuration leaves them. Returns -2 if the tests contradict the rest of the configuration. */
 int log_params_tests(const struct options *o, const char *path, const struct log_event *event, struct params *params, struct error *error);
 
-/* Finds the configuration for a log. configured: gets the tests of the configuration that was
- * stated, -c or the log's own, with --set: those to write into a new configuration; NULL: not
- * needed. Returns -2 or -3. */
+/* Finds the configuration for a log by the rule above. configured: gets the tests to write into a
+ * new configuration, which are those of -c, or without -c of the log's configuration, with --set;
+ * NULL: not needed. Returns -2 or -3. */
 int log_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,
                struct test_params *configured, struct error *error);
 

@@ -23,7 +23,8 @@ enum { STEPS_PER_DECADE = 20, DECADES = 4 };
 
 static double damping_of(const struct loop_worst *w) { return w->known ? loop_pole_damping(&w->pole) : -1.0; }
 
-/* Returns the least damping in all poses except neutral. */
+/* Returns the least damped pole in all poses except neutral. pose: gets its pose, or stays if there
+ * is none but neutral; NULL: not needed. */
 static struct loop_worst worst_away(const struct loop_places *all, const struct params *p, const double **pose) {
     struct loop_worst worst = {0};
     for (int i = 1; i < all->count; i++) {
@@ -35,7 +36,7 @@ static struct loop_worst worst_away(const struct loop_places *all, const struct 
     return worst;
 }
 
-/* Rounds to two digits, as a person would set it. */
+/* Rounds to two significant digits, as a person would set it. */
 static double rounded(double x) {
     char text[16];
     snprintf(text, sizeof text, "%.1e", x);
@@ -60,8 +61,8 @@ static bool suits(const struct loop_places *all, const struct params *p, const s
 }
 
 /* Finds the smallest suitable change of one gain. Returns its size in logarithmic steps; increases
- * count double, so a gain is raised only if lowering would need a much larger change. Returns 0 if
- * no change suits. */
+ * count double, so a gain is raised only if lowering would need more than twice the change. Returns
+ * 0 if no change suits. */
 static int find_change(const struct loop_places *all, const struct params *p, int gain, const struct wanted *w, double *value,
                        double *damping) {
     struct params tried = *p;
@@ -76,8 +77,8 @@ static int find_change(const struct loop_places *all, const struct params *p, in
     return 0;
 }
 
-/* Finds the largest smaller exponent of the modes' gains that suits. It takes from the fast modes
- * only what it gave them, so it is tried before the gains that all modes share. */
+/* Finds the largest exponent control.modal below the configured one that suits. A smaller exponent
+ * lowers only the gains of the fast modes, so it is tried before the gains that all modes share. */
 static bool lower_modal(const struct loop_places *all, const struct params *p, const struct wanted *w, struct loop_check *c) {
     struct loop_places lowered = *all;
     struct params tried = *p;
@@ -143,7 +144,8 @@ double loop_check_off_m(const struct loop_check *c, const struct params *p) {
     return p->control.kp > 0.0 ? fabs(c->kff_suits - p->control.kff) * loop_fastest_mps(p) / p->control.kp : 0.0;
 }
 
-/* Describes a mode: "z at 12.3 Hz, damping -0.02". A growing real pole has no frequency. */
+/* Describes a mode: "z at 12.3 Hz, damping -0.02". A real pole has no frequency: "z settles 3.1
+ * times in a second". */
 static int describe_mode(const struct loop_worst *w, char *text, size_t size) {
     if (!w->known) return snprintf(text, size, "its numbers are beyond computing");
     if (w->pole.radps > 0.0)

@@ -6,15 +6,16 @@
 #include "cli.h"
 #include "config.h"
 
-/* A survey took the duration of its own motion into the log's configuration; that of the tests is
- * not known any more. */
+/* Sets tests.duration_s to its default. A survey's log states the duration of the survey instead,
+ * and the one configured for the tests is unknown. */
 static void forget_survey(struct machine_found *found) {
     struct params built_in;
     config_default(&built_in);
     found->params.tests.duration_s = built_in.tests.duration_s;
 }
 
-/* The configuration that is written must be one that can be read: a machine that can be. */
+/* Checks that the configuration can be read again, because the values found may be impossible. text
+ * NULL: out of memory. */
 static int check(const char *text, const char *name, struct error *error) {
     struct params again;
     return text ? config_parse(&again, text, strlen(text), name, error) : error_set(error, STATUS_IO, "out of memory");

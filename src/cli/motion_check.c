@@ -14,12 +14,14 @@
 static const double stop_every = 0.1;   /* interval between tried stops, as a share of the ramp-out;
                                          * with a tenth, the effect of the ramp-out's steepest part
                                          * is found to within a hundredth */
-/* number of cycles in a period from which on each period has cycles near all phases */
+/* least number of cycles in a period with which one period has a cycle near every phase, so that
+ * the stops of one period stand for all */
 enum { PERIOD_TICKS = 64 };
 /* number of times that an interval from 0 to 1 is halved, to find the scale to a hundredth */
 enum { SCALES = 7 };
 enum { HALVINGS = 40 };
-static const double LEAST_OPENING = 1e-6; /* of a valve that is all dead band */
+static const double LEAST_OPENING = 1e-6; /* opening assumed for a valve whose dead band and null
+                                           * leave none */
 
 struct instant {
     enum dof dof;                       /* axis of the test */
@@ -45,7 +47,7 @@ struct walk {
     const struct trajectory *trajectory;
     struct kinematics kinematics;
     struct valve_flow flow[LEGS];
-    double push_n[2][LEGS];             /* largest forces at rest: out, in */
+    double push_n[2][LEGS];             /* largest forces at rest, both positive: out, in */
     struct inverse_dynamics dynamics;
     double scale;                       /* factor by which all poses are multiplied */
     double length_m[3][LEGS];           /* leg lengths in the last three cycles */
@@ -92,15 +94,15 @@ static bool check_rate(struct walk *w, int leg, double rate_mps) {
                                   .above = "limits.leg_rate_mps"});
 }
 
-/* Returns the opening that the command leaves beyond the valve's dead band and null, with port `in`
- * open to the supply. */
+/* Returns the valve's opening, a share of full opening, at control.output_limit less dead band and
+ * null. in: chamber that is connected to the supply, 0 rodless side, 1 rod side. */
 static double opening_of(const struct walk *w, int leg, int in) {
     const struct valve_flow *f = &w->flow[leg];
     return fmax(w->params->control.output_limit - f->dead - (in ? -f->null : f->null), LEAST_OPENING);
 }
 
-/* Returns the force that a piston has left at this speed in the direction in which port `in` takes
- * oil: the left side of the equation of motion_check.h, with the leakage that solves it. */
+/* Returns the force that a piston has left at this speed in the direction in which chamber `in`
+ * takes oil: the left side of the equation of motion_check.h, with the leakage that solves it. */
 static double force_left_n(const struct walk *w, int leg, int in, double mps) {
     const struct valve_flow *f = &w->flow[leg];
     double opening = opening_of(w, leg, in), leaks = f->leakage_m3_per_s_pa, ai = f->area_m2[in], ao = f->area_m2[1 - in];
@@ -111,7 +113,8 @@ static double force_left_n(const struct walk *w, int leg, int in, double mps) {
     return ai * (f->supply_pa - in_m3 * in_m3 / ki) - ao * (f->tank_pa + out_m3 * out_m3 / ko);
 }
 
-/* Returns the speed at which a piston has this force left, which it has not at most_mps. */
+/* Returns the highest speed at which a piston has this force left. The caller has found that less
+ * force is left at most_mps. */
 static double speed_mps(const struct walk *w, int leg, int in, double force_n, double most_mps) {
     double low = 0.0, high = most_mps;
     for (int i = 0; i < HALVINGS; i++) {
@@ -200,8 +203,9 @@ static double period_s(const struct walk *w, enum dof dof) {
     return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
 }
 
-/* Returns true if a stop is tried at this instant: a motion that repeats is stopped in its ramp-in
- * and one period; a trajectory also near its end, where the ramp-out runs beyond the last pass. */
+/* Returns true if a stop is tried at this instant, every tenth of the ramp-out. A motion that
+ * repeats after PERIOD_TICKS or more is stopped only in its ramp-in and first period; a trajectory
+ * also near its end, where the ramp-out runs beyond the last pass. */
 static bool stops_here(const struct walk *w, const struct reference *r) {
     const struct test_params *t = &w->params->tests;
     double dt_s = w->params->loop.period_s, period = period_s(w, r->dof) / dt_s, ramp = t->ramp_s / dt_s, ramp_out = t->ramp_out_s / dt_s;

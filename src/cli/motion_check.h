@@ -12,10 +12,11 @@
  *
  *              Ai, Ao areas of the chambers that oil enters and leaves; ki, ko the gains of their
  *              edges; ps, pt supply and tank; F against the motion; L = c (Pi - Po) the leakage
- *              across the piston; incompressible oil. Gains and leakage have the configured
+ *              across the piston; incompressible oil. Gains and leakage include the configured
  *              effects
- *     force    F from the rigid bodies with weight, inertia and friction: limits.force_n, and the
- *              force that the supply can hold, the same with v = 0. This limits the acceleration
+ *     force    F of inverse_dynamics.h, from weight, inertia and friction: limits.force_n, and the
+ *              force that the supply can hold, the left side of the equation with v = 0. This
+ *              limits the acceleration
  *
  * The result is as good as the configuration. Ordinary threads. */
 #ifndef HEXID_MOTION_CHECK_H
@@ -30,8 +31,9 @@ struct params;
  * limit, and the necessary reduction of the motion. */
 int motion_check(const struct params *params, const struct trajectory *trajectory, struct error *error);
 
-/* Checks the configured tests. Loads their trajectory, if any (to be freed; knot NULL: none), and
- * sets tests.duration_s to its length. Returns -2 as motion_check() does; -3: the trajectory cannot
+/* Checks the configured tests. If they have a trajectory, loads it, to be freed, and sets
+ * tests.duration_s to its length. `trajectory` must be zeroed before; without a trajectory its knot
+ * stays NULL. Returns -2 as motion_check() does, or for impossible tests; -3: the trajectory cannot
  * be read. */
 int motion_check_tests(struct params *params, struct trajectory *trajectory, struct error *error);
 

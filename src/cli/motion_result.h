@@ -9,9 +9,9 @@
 struct motion_result {
     int64_t cycles;              /* number of cycles of the test, in all its phases */
     int64_t samples, excluded;   /* samples used, and samples excluded, of the evaluated part */
-    double off_m, off_rad;       /* largest deviations from the reference, of any position and of
-                                  * any angle */
-    bool complete;
+    double off_m, off_rad;       /* largest deviations from the reference in these samples, of any
+                                  * position and of any angle */
+    bool complete;               /* the evaluated part has come to its end */
     double test_time_s;          /* time in the test at its last cycle */
 };
 

@@ -21,8 +21,8 @@ void operator_init(struct operator *o, const struct params *params, struct loop 
     o->bus = loop && loop->hal && !loop->hal->ops->simulated;
 }
 
-/* Writes the present gains as settings, behind the word for the machine that a client needs to
- * compute the loop: "bus control.kp=40 control.ki=20 ...", or "sim control.kp=...". */
+/* Writes the kind of machine, "bus" or "sim", and the present gains, from which a client computes
+ * the loop: "bus control.kp=40 control.ki=20 ...". */
 static void write_gains(const struct operator *o, char text[COMMAND_TEXT_SIZE]) {
     char value[NUMBER_SIZE];
     struct gains gains = loop_gains(o->loop);
@@ -83,8 +83,8 @@ static void post_stop(struct operator *o, enum command command) {
 
 enum { WHY_SIZE = 200 };
 
-/* SAFETY: returns why these gains are not set: the client computed another loop than this one, or
- * they differ by too much. NULL: they may be. */
+/* SAFETY: returns why these gains are not set: the state does not allow it, the client computed
+ * another loop than this one, or they differ by too much. NULL: they may be set. */
 static const char *why_not_set(const struct operator *o, const struct gain_change *c, char text[WHY_SIZE]) {
     struct gains now = loop_gains(o->loop);
     enum state state = loop_acted(o->loop).state;

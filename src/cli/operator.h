@@ -1,18 +1,17 @@
-/* Requests of operators and their answers. Main thread; nothing here blocks, and the way by which
- * requests come is not known here: a peer is a connection (command_server.h), or 0 for a message
- * of LCM, which is not answered.
+/* Requests of operators and their answers. A peer is a connection (command_server.h), or 0 for a
+ * message of LCM, which is not answered. Main thread; nothing here blocks.
  *
- * stop and park are acted on at once, whoever sends them; until the loop has seen one, no command
- * that moves the machine is accepted. Commands that move the machine or change its gains (engage,
+ * stop and park are acted on at once, whoever sends them; until the loop has seen them, none of the
+ * following commands is accepted. Commands that move the machine or change its gains (engage,
  * start, reset, set) are accepted
  *   - only if lcm.commands is true,
  *   - only from a peer that may move the machine, as the kernel's access check decides,
  *   - one at a time,
  *   - as long as the peer is connected: if its connection ends before the loop has acted, the
  *     request is withdrawn,
- *   - new gains only from a client that knows machine and gains as they are, within what may change
- *     at once (gains.h),
- *   - under a lease: a peer that engaged or started holds one until that has ended, and the
+ *   - new gains only if the client has computed with this configuration and the present gains, and
+ *     only by the step that gains.h allows,
+ *   - under a lease, unless lcm.lease_s is 0: a peer that engaged or started holds one, and the
  *     platform is parked if the peer does not renew it for lcm.lease_s or its connection ends. A
  *     lease of engage ends when the supply is off, one of start when no test is in progress.
  * Every request of a peer is answered with the loop's reaction, once that is known. */
@@ -41,7 +40,7 @@ struct operator_waiting {
 struct operator_lease {
     uint64_t peer;        /* client that holds the lease; 0: none */
     enum command command; /* command that began the lease, COMMAND_ENGAGE or COMMAND_START */
-    int64_t heard_ns;
+    int64_t heard_ns;     /* time when the lease was granted or last renewed */
     bool expired;       /* the lease was not renewed in time, or its peer is gone, so the platform
                          * is being parked */
     bool over;  /* the command of the lease has ended: the lease is no longer watched, but its peer
@@ -58,10 +57,12 @@ struct operator {
     bool bus;                                     /* the machine is on a field bus */
     bool moves;                                   /* the request in `move` is pending */
     struct operator_waiting move; /* engage, start, reset or set that was requested last */
-    struct gains wanted;          /* gains of that set */
+    struct gains wanted;          /* gains that the last set requested */
     struct operator_waiting stop[OPERATOR_STOPS]; /* stops whose answers are pending */
-    uint32_t stop_id;                             /* id in the mailbox of the last stop or park */
-    enum command stop_command;              /* the last stop or park that was posted; 0: none yet */
+    uint32_t stop_id;                             /* mailbox id of the last stop or park, or of the
+                                                   * COMMAND_NONE that replaced a set */
+    enum command stop_command;              /* the command with that id; COMMAND_NONE also before
+                                             * the first one */
     struct operator_lease lease[OPERATOR_LEASES];
     bool refused;                                 /* a refusal has been reported */
     int64_t refused_ns;                           /* time of the last report of a refusal */
@@ -71,10 +72,12 @@ struct operator {
 
 void operator_init(struct operator *o, const struct params *params, struct loop *loop, const struct operator_ports *ports);
 
-/* Handles a request. now_ns is CLOCK_MONOTONIC in all calls. */
+/* Handles a request. may_move: the kernel lets the peer move the machine. now_ns is CLOCK_MONOTONIC
+ * in all calls. */
 void operator_take(struct operator *o, uint64_t peer, const struct command_request *request, bool may_move, int64_t now_ns);
 
-/* Ends the peer's lease or request. To be called when its connection has ended. */
+/* Withdraws the peer's pending command, and parks the platform if the peer holds a lease. To be
+ * called when its connection has ended. */
 void operator_gone(struct operator *o, uint64_t peer, int64_t now_ns);
 
 /* Returns true if this peer waits for an answer or holds a lease. */

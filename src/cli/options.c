@@ -15,8 +15,7 @@
 #include "params.h"
 #include "printable.h"
 
-/* limits of --std, %; method C calls an entry undetermined if its deviation is above a fifth of its
- * value */
+/* limits of --std, in % of sqrt(Mii Mjj); method C calls an entry undetermined from 20 % on */
 static const double STD_LEAST_PCT = 0.01, STD_MOST_PCT = 10.0;
 
 static const struct option long_options[] = {
@@ -104,7 +103,7 @@ static int set_size(const char *option, const char *text, double *bytes, struct 
     return STATUS_OK;
 }
 
-/* Sets the size of a part. Each part repeats the configuration, which limits the least size. */
+/* Sets the size of a part. Each part repeats the configuration, so a part has a least size. */
 static int set_log_part(struct options *o, const char *text, struct error *error) {
     static const double least_bytes = 1e5;
     int status = set_size("--log-part", text, &o->log_part_bytes, error);

@@ -14,11 +14,11 @@ enum { READ_MAX = OPERANDS_MAX + LOGS_MAX + 5, WRITTEN_MAX = 6 };
 struct file {
     const char *what;        /* where the name comes from: "--json", or a description of an input */
     const char *name;
-    char text[PATH_MAX];     /* the name, if this program made it */
+    char text[PATH_MAX];     /* last component of the path, with links followed; "": none */
     struct stat state;
-    bool there, in_place;
+    bool there, in_place;    /* the file exists; it is written in place (output_place()) */
     char folder[PATH_MAX];   /* directory of the path */
-    const char *last; /* name in that directory */
+    const char *last; /* `text` */
 };
 
 struct use {
@@ -59,7 +59,8 @@ static bool same(const struct file *a, const struct file *b) {
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 
-/* Returns true if the file is one of an input directory's files that are read. */
+/* Returns true if the file is read from this input directory, as one of its CSV files or its
+ * config.yaml; `name` gets the path. */
 static bool is_in(const struct file *written, const struct file *directory, char *name, size_t size) {
     struct dirent **files;
     struct stat s;

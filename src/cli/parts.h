@@ -1,6 +1,6 @@
 /* Evaluates a long motion part by part: while a part is recorded, the estimator's thread makes the
- * equations of the previous one, and samples are not kept. So an hour takes no more memory than a
- * part. A machine that changes over time is noticed, because the parts are compared like repeated
+ * equations of the previous one and frees its samples. So an hour takes no more memory than two
+ * parts. A machine that changes over time is noticed, because the parts are compared like repeated
  * logs (agreement.h). Beyond PARTS, neighbouring parts are merged. One thread makes all calls. */
 #ifndef HEXID_PARTS_H
 #define HEXID_PARTS_H
@@ -35,7 +35,7 @@ void parts_clear(struct parts *p);
 /* Takes finished equations from the estimator; `wait`: waits for those in progress. */
 void parts_take(struct parts *p, bool wait);
 
-/* Adds a part whose equations the caller made, or which is excluded for this error. */
+/* Adds a part: its equations or, if error->status is not 0, the reason why it is excluded. */
 void parts_add(struct parts *p, const struct equations *e, const struct error *error);
 
 /* Sums all parts and compares them (agreement->logs is 1 or 0 if there is nothing to compare;

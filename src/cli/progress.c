@@ -55,7 +55,7 @@ void progress_end(struct progress *p) { clear_line(p); }
 
 void progress_state(struct progress *p, const struct cycle *c) {
     p->state_cycles = 0;
-    /* these states are reported elsewhere */
+    /* progress_result(), progress_motion() and progress_fault() report these states */
     if (c->state == STATE_TESTING || c->state == STATE_FAULT) return;
     clear_line(p);
     fprintf(p->out, "  %s\n", state_names[c->state]);

@@ -26,8 +26,8 @@ static const double NEAR = 1.1;     /* a longer test does not help once the stan
                                      * less than this times the floor that it approaches */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
                                            /* method C keeps 100 s of a test of an axis
-                                            * (analysis.h), and 48 short segments of other
-                                            * motions */
+                                            * (analysis.h), and 48 segments of another motion
+                                            * (motion.c) */
 static const double SEARCH_S = 8.0;
 static const double REACHED = 0.05; /* a predicted deviation that differs from the wanted one by
                                      * less than this share equals it; predictions from DRAWS draws
@@ -44,9 +44,9 @@ struct design {
     double jacobian[LEGS][DOFS];
     double share[DOFS];                    /* multisine: shares of the axes in the legs' rate */
     struct params trial;
-    struct params exact;                /* trial with exact joint positions: no excitation reduces
-                                         * the error by their tolerance, and computing that error is
-                                         * slow */
+    struct params exact;                /* params with exact joint positions, for the search: no
+                                         * excitation reduces the error by their tolerance, and
+                                         * computing that error is slow */
 };
 
 static double round_to(double step, double x) { return step * round(x / step); }
@@ -77,8 +77,8 @@ static double sine_hz(const struct loop_survey *s, const struct params *params, 
     return floor_to(HZ_STEP, best_hz);
 }
 
-/* Sets amplitudes at which the legs reach this rate: for an axis alone, or all at once by their
- * shares. */
+/* Sets amplitudes at which the fastest leg reaches this rate: for each axis alone, or for a
+ * multisine with the peaks of all axes at once, in proportion to their shares. */
 static void set_amplitudes(struct design *d, double rate_mps) {
     struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -95,8 +95,8 @@ static void set_amplitudes(struct design *d, double rate_mps) {
  * checks.unwanted_pct with a margin. */
 static void keep_apart(struct design *d) {
     double *amplitude = d->trial.tests.amplitude, most = UNWANTED * d->params->checks.unwanted_pct / 100.0;
-    /* the smaller an axis's own amplitude, the less motion it tolerates from other axes' tests, so
-     * this is repeated */
+    /* a smaller amplitude of an axis lowers the limits of the axes that move it, so this is
+     * repeated */
     for (int pass = 0; pass < DOFS; pass++)
         for (int driven = 0; driven < DOFS; driven++)
             for (int i = 0; i < DOFS; i++) {
@@ -105,7 +105,8 @@ static void keep_apart(struct design *d) {
             }
 }
 
-/* Returns the largest lag of a leg in the loop, with all peaks at once if the axes move at once. */
+/* Returns the largest following error of a leg, m, with all peaks at once if the axes move at
+ * once. */
 static double following_m(const struct design *d) {
     const struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -124,7 +125,8 @@ static void scale_amplitudes(struct design *d, double by) {
     for (int i = 0; i < DOFS; i++) d->trial.tests.amplitude[i] = floor_to(AMPLITUDE_STEP, by * d->trial.tests.amplitude[i]);
 }
 
-/* SAFETY: scales the test to within all limits, with a margin, before it is proposed. */
+/* SAFETY: scales the test down until the following error is within MARGIN of its limit and
+ * motion_check() accepts the motion. */
 static int limit(struct design *d, struct error *error) {
     struct error refused = {0};
     double behind_m = following_m(d), most_m = MARGIN * d->params->limits.following_m;
@@ -135,8 +137,8 @@ static int limit(struct design *d, struct error *error) {
     return status;
 }
 
-/* Predicts the deviations with amplitudes at which the legs reach this rate, for the search's
- * duration. */
+/* Predicts the deviations with amplitudes at which the fastest leg reaches this rate, for tests of
+ * SEARCH_S. */
 static int try_rates(struct design *d, double rate_mps, struct excitation *e, struct error *error) {
     d->trial.tests.duration_s = SEARCH_S;
     set_amplitudes(d, rate_mps);
@@ -154,8 +156,9 @@ static void exchange_frequencies(struct test_params *t, enum dof dof) {
     t->hz[above] = t->hz[dof], t->hz[dof] = hz;
 }
 
-/* Makes one of four moves: shares that make the axes' deviations more alike, with two strengths;
- * or the next higher frequency for an axis of the worst entry. */
+/* Makes one of four changes. 0, 1: shares that make the axes' deviations more alike, by a large or
+ * a small step; 2, 3: the row's or the column's axis of the worst entry exchanges frequencies with
+ * the axis of the next higher one. */
 static void move_on(struct design *d, const struct excitation *now, int move) {
     static const double strength[2] = {0.5, 0.2};
     if (move >= 2) exchange_frequencies(&d->trial.tests, move % 2 ? now->column : now->row);

@@ -7,7 +7,8 @@
  * Sines, one axis after another: each axis at the highest frequency at which its amplitude is off
  * by at most half of checks.amplitude_pct, else at the frequency at which it is least off. The
  * fastest leg moves at three quarters of the survey's highest leg speed, because the loop is known
- * to follow up to that speed.
+ * to follow up to that speed; slower if other axes would move by more than 0.7 of
+ * checks.unwanted_pct.
  *
  * Multisine: six evenly spaced frequencies, from 0.65 of the highest on. The legs' rates with all
  * axes' peaks together reach half of the limit of limits.leg_rate_mps and the valve. Shares of the

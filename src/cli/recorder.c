@@ -79,9 +79,9 @@ static void device(struct recorder *r) {
     progress_say(r->progress, "hexid: device: %s\n", *text ? text : "nothing is wrong on the way to the machine");
 }
 
-/* Adds the gains to the causes of faults that a bad loop sets off, if they were changed or if the
- * check of the loop found fault with them. An obstacle remains the first cause, since that check
- * cannot know of it. */
+/* Adds the gains to the causes of faults that an unsuitable loop can trigger, if they were changed
+ * or if gains_check() proposes better ones. The earlier causes stay first, because gains_check()
+ * cannot see an obstacle. */
 static void blame_gains(const struct recorder *r, char cause[FAILURE_TEXT_SIZE], char remedy[FAILURE_TEXT_SIZE]) {
     static const uint32_t of_loop = FAULT_FORCE | FAULT_OSCILLATION | FAULT_LEG_RATE | FAULT_FOLLOWING;
     bool changed = *r->gains_say;
@@ -226,8 +226,8 @@ static void tell_manager(struct recorder *r, const struct cycle *before) {
     notify_send(n, line);
 }
 
-/* Writes the effective configuration as the first event of each file, so that a log is
- * self-contained. A log that cannot hold it has failed. */
+/* Writes the effective configuration into the log, as the first event of each file and after a
+ * change of the gains, so that a log is self-contained. A log that cannot hold it has failed. */
 static void keep_configuration(struct recorder *r) {
     if (!r->log) return;
     struct error error;
@@ -256,9 +256,9 @@ static void list_gains(const struct gains *before, const struct gains *now, char
     }
 }
 
-/* Says which gains were changed, and begins another configuration in the log: its readers see two
- * runs, each with the gains that it had. Without memory the log would lie from here on, which is a
- * failure of the log. */
+/* Reports which gains were changed, and writes the new configuration into the log. Its readers then
+ * see two runs, each with its own gains. Without memory the log would state wrong gains from here
+ * on, so this counts as a failure of the log. */
 static void gains_changed(struct recorder *r, const struct gains *before, const struct gains *now) {
     struct params *params = malloc(sizeof *params);
     struct error error;
@@ -319,8 +319,8 @@ static int take_part(struct recorder *r, struct log_part *next, struct error *er
 
 /* Continues the log in the next part, beginning with this cycle, if the current one is large
  * enough, no test is split, and the file is ready. Only virtual time waits for the file, so that a
- * log is the same every time. A test without an end, such as a trajectory of hours, is split at
- * twice the size. If no part can be made, the log continues in the current one. */
+ * log is the same every time. A longer test, such as a trajectory of hours, is split at twice the
+ * size. If no part can be made, the log continues in the current one. */
 static void rotate(struct recorder *r, const struct cycle *c) {
     struct error error;
     struct log_part next;
@@ -346,7 +346,8 @@ static void rotate(struct recorder *r, const struct cycle *c) {
     }
 }
 
-/* The log does not rotate in the cycle of a change: the new part would repeat the configuration. */
+/* Processes one cycle. The log does not rotate in a cycle that changes the gains, because the new
+ * part would repeat the configuration that gains_changed() writes. */
 static void take(struct recorder *r, const struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle before = r->analysis.last;

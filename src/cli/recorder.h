@@ -27,11 +27,12 @@ struct recorder {
     char part_path[PATH_MAX];        /* path of this part; "" for the first */
     bool over_quota;                 /* a warning has reported that the logs exceed the quota */
     const char *config;              /* the effective configuration, as text */
-    char *changed;                   /* the same with gains that were changed; NULL: none were */
+    char *changed;                   /* configuration with changed gains, to which `config` then
+                                      * points; NULL: the gains are unchanged */
     struct bus *bus;                 /* LCM bus; NULL: there is none */
     struct progress *progress;
-    const char *loop_says;           /* faults that the check of the loop finds in the gains, and
-                                      * better gains; "": no faults */
+    const char *loop_says;           /* changes of the gains that gains_check() proposes because a
+                                      * margin is missed; "": none */
     char gains_say[400];             /* present gains that differ from the configuration's, with
                                       * the configuration's values; "": none */
     struct notify notify;            /* for a service manager: ready when settled, life signs
@@ -39,7 +40,7 @@ struct recorder {
     struct analysis analysis;
     struct estimator estimator;      /* runs method C on the tests so far, for the bus */
     bool estimate_due;               /* a test has ended since the last estimate began */
-    int64_t estimate_ns;             /* time of the end of the last test in the current estimate */
+    int64_t estimate_ns;             /* time of the last cycle when the current estimate began */
     int estimate_tests; /* number of tests in the current estimate; 0: none */
     _Atomic bool computes;     /* the recorder is computing, which may take longer than
                                 * RECORDER_PATIENCE_S */
@@ -56,10 +57,10 @@ struct recorder {
     pthread_t thread;
 };
 
-/* Starts the recorder. `config` is the effective configuration, the first event of the log and of
- * each of its parts; it must outlive the recorder. If the log cannot be written, the recorder sets
- * `loop->quit` and requests parking; otherwise it does not affect the loop. Returns -2 or -3 on an
- * error. */
+/* Starts the recorder. `config` is the effective configuration, which becomes the first event of
+ * the log and of each of its parts; it must outlive the recorder. If the log cannot be written, the
+ * recorder calls loop_quit(), which parks; otherwise it does not affect the loop. Returns -2 or -3
+ * on an error. */
 int recorder_start(struct recorder *r, const char *config, struct error *error);
 
 /* Waits for the last record, as long as records are taken or something is computed; after

@@ -22,7 +22,8 @@ static double largest(const double *x) {
     return most;
 }
 
-/* Returns the largest leg force for an acceleration of an axis by 1 m/s^2 or rad/s^2: J'^-1 Mt. */
+/* Returns the largest leg force, N, for an acceleration of an axis by 1 m/s^2 or rad/s^2, J'^-1 Mt;
+ * NaN if the survey is not determined. */
 static double leg_force_per_acceleration(const struct loop_survey *s, double j[LEGS][DOFS], enum dof dof) {
     double wrench[DOFS], force[LEGS], most = 0.0;
     for (int i = 0; i < DOFS; i++) wrench[i] = s->inertia.matrix.mt[i][dof];
@@ -71,7 +72,7 @@ static const struct {
     [STEPS] = {NULL, 1.0},
 };
 
-/* Maps a share of a step to a share of all steps. */
+/* Context of tell(), which converts a share of one step to a share of all steps. */
 struct step_watch {
     const struct survey_watch *watch;
     int step;

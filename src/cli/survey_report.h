@@ -54,8 +54,8 @@ int survey_report_make(struct survey_report *r, const struct multisine *multisin
 
 void survey_report_print(const struct survey_report *r, FILE *out);
 
-/* Takes identification_json's text and returns it with the member "survey", schema hexid.survey/1
- * (docs/survey.md). Returns NULL without memory. */
+/* Adds the member "survey", schema hexid.survey/1 (docs/survey.md), to identification_json's text,
+ * which it frees. Returns the new text, to be freed; NULL without memory. */
 char *survey_report_json(const struct survey_report *r, char *identification);
 
 #endif

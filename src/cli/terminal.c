@@ -51,8 +51,8 @@ static const char *bar(double share, char text[BAR + 1]) {
     return text;
 }
 
-/* Enlarges the bars' full scale: 1, 2 or 5 times a power of ten that never shrinks, so that bars
- * stay comparable. */
+/* Enlarges the bars' full scale to 1, 2 or 5 times a power of ten, at least 100 N. It never
+ * shrinks, so that bars stay comparable. */
 static void enlarge(struct terminal *t, const struct cycle *c) {
     static const double least_n = 100.0;
     double most_n = least_n;

@@ -22,7 +22,8 @@ void terminal_take(struct terminal *t, const struct bus_message *message, int64_
 /* Draws the view of a cycle; returns its number of lines. */
 int terminal_view(struct terminal *t, const struct cycle *cycle);
 
-/* Prints a line of the monitor's own above the view. */
+/* Prints a message of the monitor itself on standard error, in place of the view, which the next
+ * cycle draws again below. */
 void terminal_say(struct terminal *t, const char *line);
 
 #endif

@@ -17,8 +17,8 @@ void tune_report_section(FILE *out, const struct loop_tune *tune);
  * out. Cut at `size`. */
 void tune_report_remedy(const struct loop_tune *t, size_t size, char text[]);
 
-/* Writes which margin is missed, by how much, and by which part of the machine; "" if none is
- * missed. */
+/* Writes which requirement of loop_tune.h is missed, by how much, and which part of the machine
+ * limits it; "" if all are met. */
 enum { TUNE_MISS_SIZE = 400 };
 void tune_report_missed(const struct loop_tune *tune, const struct params *params, char text[TUNE_MISS_SIZE]);
 

@@ -23,7 +23,7 @@ struct http_library {
     __typeof__(&MHD_resume_connection) resume;
 };
 
-/* Loads the library, which stays loaded. Returns -3 if it is not installed. */
+/* Loads the library, which stays loaded. Returns -3 if it is not installed or lacks a function. */
 int http_library_load(struct http_library *library, struct error *error);
 
 #endif

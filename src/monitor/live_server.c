@@ -10,8 +10,8 @@
 
 enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000, TURN_MS = 50 };
 
-/* The stream to one browser. `cycle` and `event` are the numbers of the last ones sent to it, and
- * `version` those of the places. */
+/* The stream to one browser. `cycle` and `event` are the numbers of the last cycle and event sent
+ * to it, and `version` has the version of each place that was sent last. */
 struct client {
     struct live_server *server;
     struct MHD_Connection *connection; /* connection to the browser; NULL: this place is free */
@@ -19,7 +19,7 @@ struct client {
     size_t sent;
     bool greeted, waits;               /* greeted: the machine's description was sent; waits:
                                         * suspended until there is news */
-    int64_t health_ms;
+    int64_t health_ms; /* time of the last chunk composed, each of which has the health */
     uint64_t cycle, event, version[LIVE_PLACES];
 };
 
@@ -63,7 +63,7 @@ static void say_ring(struct json_text *to, const char *name, const struct json_t
     *told = most;
 }
 
-/* Lets a browser that is too far behind go on with the oldest entry still in the ring. */
+/* Makes a browser that is too far behind skip the entries that are no longer in the ring. */
 static void catch_up(uint64_t *told, uint64_t count, uint64_t size) {
     if (count - *told >= size) *told = count - size + 1;
 }

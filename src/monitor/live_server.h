@@ -25,7 +25,8 @@ void live_server_stop(struct live_server *server);
  * more. */
 int live_server_fd(const struct live_server *server);
 
-/* Returns the longest time that the next turn may be delayed; 0 if more can be sent at once. */
+/* Returns the longest time, at most 50 ms, that the next turn may be delayed; 0 if more can be sent
+ * at once. */
 int live_server_patience_ms(const struct live_server *server);
 
 /* Does one turn of work: handles requests, and sends what is new in the state. Call it when the

@@ -12,8 +12,8 @@
 
 enum { DIGITS = 6, REORDERED_MS = 100, REORDERED_CYCLES = 100, EVENT_TEXT = 600 };
 
-/* least time between kept cycles, a little below 20 ms: 50 a second, whatever the rate on the
- * wire */
+/* least time between kept cycles, a little below 20 ms: about 50 a second at most, whatever the
+ * rate on the wire */
 static const uint64_t APART_NS = 19 * NS_PER_S / 1000;
 
 const char *const live_place_names[LIVE_PLACES] = {
@@ -204,8 +204,8 @@ static void keep_cycle(struct live_state *s, const struct cycle *c) {
     json_text_add(j, "}", 1);
 }
 
-/* Begins a new run: drops the contents of the previous run, except LIVE_GAP, which belongs to no
- * run. */
+/* Begins a new run: resets its counters and empties all places except LIVE_GAP, which belongs to no
+ * run. Cycles and events of the previous run stay. */
 static void begin_run(struct live_state *s) {
     s->run++;
     s->messages = s->lost = s->step = 0;
@@ -237,8 +237,7 @@ static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_
     if (s->messages == 1 || c->in.time_ns < s->kept_ns || apart_ns >= APART_NS) keep_cycle(s, c);
 }
 
-/* Takes an event. A replayed log begins with one that holds its configuration; the page does not
- * use it. */
+/* Takes an event, except the configuration in a replayed log, which the page does not use. */
 static void take_event(struct live_state *s, const struct event *e) {
     struct json_text *j = &s->event[(s->events + 1) % LIVE_EVENTS];
     char kind[40], text[EVENT_TEXT];
@@ -289,8 +288,8 @@ void live_state_take(struct live_state *s, const struct bus_message *b, int64_t 
     }
 }
 
-/* Returns the largest difference between the lengths implied by the pose and the measured ones. A
- * cycle with flags or faults is skipped: its pose may not match its lengths. */
+/* Returns the largest difference between the lengths implied by the pose and the measured ones, m.
+ * Returns 0 for a cycle with flags or faults, whose pose may not match its lengths. */
 static double misfit(const struct live_state *s) {
     double length_m[LEGS], most = 0.0;
     if (!s->heard || !params_mechanism(s->params)->pose || s->newest.in.flags || s->newest.faults) return 0.0;

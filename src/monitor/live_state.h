@@ -33,9 +33,10 @@ struct live_state {
     bool heard;                          /* `newest` is valid */
     int64_t heard_ms, kept_ns; /* arrival of `newest`; time stamp of the newest entry of `cycle` */
     int64_t run;                         /* number of hexid starts noticed; 1 is the first */
-    int64_t step;                    /* number of cycles from one HEXID_STATE message to the next */
+    int64_t step;                    /* number of cycles from one HEXID_STATE message to the next,
+                                      * the least seen in this run; 0: not known yet */
     int64_t messages, lost, dropped;     /* HEXID_STATE messages received and missing in this
-                                          * run; datagrams that were no valid message */
+                                          * run; datagrams in all runs that were no valid message */
 
     struct json_text cycle[LIVE_CYCLES]; /* ring: number n, from 1, is cycle[n % LIVE_CYCLES] */
     struct json_text event[LIVE_EVENTS]; /* ring: number n, from 1, is event[n % LIVE_EVENTS] */
@@ -54,9 +55,10 @@ void live_state_free(struct live_state *s);
 void live_state_take(struct live_state *s, const struct bus_message *message, int64_t now_ms);
 
 /* Writes {"run", "messages", "lost", "dropped", "silence_s", "misfit_m"}. silence_s is the time
- * since the newest cycle came. misfit_m is the largest difference between the measured lengths
- * and those that the pose implies under this configuration; a large value means that the
- * configuration is another machine's. */
+ * since the newest cycle came; null before the first. misfit_m is the largest difference between
+ * the measured lengths and those that the pose implies under this configuration; a large value
+ * means that the configuration is another machine's. It is 0 for a single cylinder, before the
+ * first cycle, and for a cycle with flags or faults. */
 void live_state_health(const struct live_state *s, int64_t now_ms, struct json_text *json);
 
 #endif

@@ -1,8 +1,8 @@
 // The machine in motion: a platform as a wire drawing, a single cylinder from its side. Frames as in hexid: x forward, y right, z down.
 import { fixed } from "./words.js";
 
-const TILT = 20 * Math.PI / 180; // angle of view from above; the eye is behind and to the left
-const TURNS = Array.from({ length: 11 }, (_, i) => (20 + 5 * i) * Math.PI / 180); // angles of view from the left; the clearest is used
+const TILT = 20 * Math.PI / 180; // angle of view from above; the eye is behind and to the right
+const TURNS = Array.from({ length: 11 }, (_, i) => (20 + 5 * i) * Math.PI / 180); // angles of view from the right; the clearest is used
 const NUMBER = 0.28, BODY = 0.55; // places of a leg's number and of its cylinder's end, as shares of the leg from its foot
 const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200]; // factors by which small motion is enlarged
 const ROOM = 0.12; // largest enlarged motion, as a share of the drawing's size

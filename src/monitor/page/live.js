@@ -255,7 +255,7 @@ function listen() {
   source.onerror = () => {
     at("link").classList.add("broken");
     at("live").classList.add("silent");
-    const refused = source.readyState === EventSource.CLOSED; // by a monitor that serves no more, or by another program
+    const refused = source.readyState === EventSource.CLOSED; // by a monitor that serves as many pages as it can, or by another program
     at("link").textContent = refused ? "not let in: as many watch as are served, or another program is there; trying again" : "hexid monitor is gone; trying again";
     if (refused) setTimeout(listen, 2000);
   };

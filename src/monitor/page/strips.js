@@ -1,7 +1,7 @@
 // Signals of the last 10 s, one canvas for each strip. Measured signals are solid, references dashed. Rings of fixed size bound the memory.
 import { fixed } from "./words.js";
 
-const POINTS = 1024, WINDOW_S = 10, GAP_S = 0.3, STEPS_APART = 2.5; // a gap is longer than both GAP_S and STEPS_APART usual steps
+const POINTS = 1024, WINDOW_S = 10, GAP_S = 0.3, STEPS_APART = 2.5; // a gap is longer than both GAP_S and STEPS_APART times step_s
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"]; // as in hexid's reports
 const LEFT = 52, RIGHT = 8, TOP = 8, BOTTOM = 20; // margins of a strip's field, in pixels
 
@@ -26,7 +26,7 @@ const AXIS = [
   { title: "Valve command, % of full opening", least: 1, series: [one("cylinder", (c) => c.valve[0], 100, 0)] },
 ];
 
-// Returns a round step, of which 3 to 6 fit into the range.
+// Returns a round step, of which 3 to 7 fit into the range.
 function stepOf(range) {
   const ten = 10 ** Math.floor(Math.log10(range / 3));
   return ten * [1, 2, 5, 10].findLast((s) => s * ten <= range / 3);
