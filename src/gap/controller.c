@@ -57,7 +57,7 @@ struct driver {
                                  * time */
 };
 
-/* Returns false if the configuration's laws cannot drive. */
+/* Returns false if modal_init() or model_law_init() refuses the configuration. */
 static bool driver_init(struct driver *d, const struct params *p, const struct kinematics *k, const struct recording *r,
                         const struct recording_test *t) {
     struct error error;

@@ -15,8 +15,8 @@ struct diagnosis {
     struct residual_data even, odd;
     struct fit_data fit, held_out;
     struct params model;                 /* the base and the added effects, as fitted last */
-    bool found[EFFECTS_MAX];  /* effects that were added; the configuration may have them with other
-                               * values */
+    bool found[EFFECTS_MAX];  /* effects that were added, and clock skew if it was measured; the
+                               * configuration may have them with other values */
     int added;
     struct hypothesis addition[GAP_EFFECTS];
     int variables;                       /* variables of the model: the base's first, then those of
@@ -35,15 +35,16 @@ struct diagnosis {
 };
 
 /* Fits the base to the even cycles. threads: number of threads; a trial uses one of them, its final
- * polishing all. Returns 0, -2 (the recording cannot be evaluated) or -3 (no memory). */
+ * polishing all. Returns 0, -2 (the recording cannot be evaluated, or its lengths are no motion of
+ * the machine) or -3 (no memory). Call diagnosis_free in any case. */
 int diagnosis_init(struct diagnosis *d, const struct params *given, const struct recording *recording, int threads, struct error *error);
 void diagnosis_free(struct diagnosis *d);
 
 /* Estimates the values to report. During the search the base, but for the sensors' errors, moves
  * freely within its limits. Here each base variable gets a prior about its stated value, with the
  * standard deviation of a uniform distribution over its limits, so that the effects get whatever
- * they and the base explain equally well. If the residuals show less noise than assumed, the priors
- * are tightened in proportion. */
+ * they and the base explain equally well. If the residuals show less noise than assumed, these
+ * priors are widened in proportion, because the white residuals then have too little weight. */
 void diagnosis_estimate(struct diagnosis *d);
 
 /* Sum of white squares on the held-out cycles; INFINITY if the model cannot make the measured

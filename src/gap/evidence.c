@@ -90,8 +90,8 @@ static void state(const struct linearised *l, const struct covariance *c, const 
     free(weight);
 }
 
-/* Solves h x + g = 0 with values kept within their ranges: a value that would leave its range is
- * fixed at its end, one value after the other. */
+/* Solves h x + g = 0 with values kept within their ranges: all values that would leave their ranges
+ * are fixed at the ends, and the others are solved again, until none leaves. */
 static void solve(const struct linearised *l, int n, const double *h, const double *g, double *x) {
     double *a = memory_get((size_t)(n * n), sizeof *a), *b = memory_get((size_t)n, sizeof *b);
     bool *fixed = memory_get((size_t)n, sizeof *fixed);

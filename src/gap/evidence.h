@@ -27,8 +27,8 @@ void linearised_init(struct linearised *l, const struct diagnosis *d, const stru
 void linearised_free(struct linearised *l);
 
 /* Log evidence of a model under a covariance, without a constant that all models share. change,
- * std: [variables], the most probable change of the values, and their standard deviations; may
- * be NULL. */
+ * std: [variables], the most probable change of the values, and their standard deviations, which
+ * are not set if there are fewer rows than values; may be NULL. */
 double evidence_of(const struct linearised *l, const struct covariance *c, const struct covariance_size *size, double *change, double *std);
 
 #endif

@@ -182,9 +182,9 @@ bool fit_columns(const struct fit_data *d, const struct params *model, const dou
     return !s.impossible;
 }
 
-/* Factors the m rows and columns of h that `place` lists. If they are linearly dependent, adds the
- * smallest ridge to the diagonal with which the factorisation succeeds. Returns false if none up to
- * 1e-4 does. */
+/* Factors the m rows and columns of h that `place` lists, with a ridge of 1e-10 of the diagonal,
+ * or, if they are linearly dependent, with the smallest larger one that suffices. Returns false if
+ * none up to 1e-4 does. */
 static bool factor_some(int n, const double *h, int m, const int *place, double *a) {
     for (double ridge = 1e-10; ridge < 1e-4; ridge *= 100.0) {
         for (int i = 0; i < m; i++)
@@ -314,8 +314,9 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
     return solve_box(n, h, g, prior, min, max, x, std);
 }
 
-/* Finds the least sum of squares of the white residuals that the linear part can reach, and sets
- * linear->x. Without a linear part it is the sum of squares itself. */
+/* Finds the least sum of squares of the white residuals that the linear part can reach, with the
+ * penalty of its priors, and sets linear->x. Without a linear part it is the sum of squares itself.
+ * INFINITY if the equations are singular. */
 static double linear_square(int values, const double *white, const struct linear_part *linear) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX], slope[COLUMNS_MAX], sum = fit_square(values, white);
     int n = linear ? linear->n : 0;
@@ -393,7 +394,7 @@ static double objective(const struct descent *s, const struct params *model) {
 }
 
 /* Moves the model by x. Returns false if the sum of squares does not fall: the model is then
- * unchanged, but s->raw and s->white are those of the step that was tried. */
+ * unchanged, but s->raw, s->white and s->linear->x are those of the step that was tried. */
 static bool move(struct descent *s, const double *x) {
     struct params moved = *s->model;
     for (int i = 0; i < s->variables; i++) variable_set(&s->v[i], &moved, variable_get(&s->v[i], s->model) + x[i]);

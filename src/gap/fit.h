@@ -1,7 +1,7 @@
-/* Fits model parameters to white residuals inside a box, by Gauss-Newton with steps damped
- * until they improve the fit. An active set keeps variables at the bounds of the box. During the
- * search only the errors of sensors have a prior in the base, so that no other prior decides for or
- * against an effect. Ordinary threads; heap. */
+/* Fits model parameters to white residuals inside a box, by Gauss-Newton with steps damped until
+ * they improve the fit. An active set keeps variables at the bounds of the box. During the search
+ * only the errors of sensors, and variables that are PARALLEL_DRAWN (hypothesis.h), have a prior in
+ * the base, so that no other prior decides for or against an effect. Ordinary threads; heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 
@@ -12,7 +12,8 @@ enum { FIT_VARIABLES = 224, LINEAR_BESIDE = 48 };
 
 /* One number of the model that is fitted. */
 struct variable {
-    const char *name;        /* configuration key, such as "hydraulics.bulk_modulus_pa" */
+    const char *name;        /* configuration key, such as "hydraulics.bulk_modulus_pa"; for an
+                              * effect, name of its key; for a sensor's error, name of its kind */
     size_t offset;           /* offset in struct params of the number, or of the first in a list */
     /* leg: the only leg that the variable is for, or -1: all legs have the same value. legs: how
      * many numbers the list has; 1: there is a single number. */
@@ -24,7 +25,7 @@ struct variable {
     int effect, key;
     bool base;               /* part of the base model, so never a finding */
     bool penalised;          /* base variable whose prior counts in the sum of squares, as an
-                              * effect's does: it is the error of a sensor, and not just limited */
+                              * effect's does: the error of a sensor */
     double min, max;         /* bounds of the value */
     double neutral;          /* value of an effect's parameter without the effect; mean of the
                               * prior */
@@ -61,8 +62,9 @@ double fit_square(int n, const double *white); /* sum of squares of white residu
 bool fit_contribution(const struct fit_data *d, const struct params *model, int effect, double *white);
 
 /* Computes the Jacobian of the white residuals at the model, [variable][values]. raw: the model's
- * raw residuals. known: columns that exist already and are left out; may be NULL. Returns false if
- * a moved model cannot make the measured motion; the columns are then undefined. */
+ * raw residuals. known: [variables], not NULL for columns that exist already, which are left out;
+ * may be NULL. Returns false if a moved model cannot make the measured motion; the columns are then
+ * undefined. */
 bool fit_columns(const struct fit_data *d, const struct params *model, const double *raw, int variables, const struct variable *v,
                  const double *const *known, double *column);
 
@@ -79,9 +81,11 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
              const double *max, double *x, double *std);
 
 struct fit_result {
-    bool ok;
+    bool ok;                            /* false: the model at the start cannot make the measured
+                                         * motion */
     double square;                      /* sum of white squares at the end, with the penalty of the
-                                         * priors of effects and penalised base variables */
+                                         * priors of effects, of penalised base variables and of the
+                                         * linear part */
     double std[FIT_VARIABLES];
 };
 
@@ -97,7 +101,8 @@ struct linear_part {
                                 * the sum of squares */
     const double *min, *max;
     const struct fit_prior *prior;
-    double *x;                          /* [n]: result, change of the variables from the model */
+    double *x;                          /* [n]: start of the solution and result, change of the
+                                         * variables from the model */
     double worth;             /* least predicted gain, in white squares, for which another step is
                                * taken */
 };

@@ -17,8 +17,10 @@
 #include "tone.h"
 #include "waves.h"
 
-static const double CONTROLLER_DIFFERS = 0.02;
-static const double Z_NAMED = 6.0; /* least strength of evidence for effect_named */
+static const double CONTROLLER_DIFFERS = 0.02; /* a larger controller_difference() means that
+                                                * another controller drove */
+static const double Z_NAMED = 6.0; /* least z of each effect for which sets of effects may change
+                                    * the verdict to effect_named */
 
 /* Fills r->model with the given configuration and the found effects, and r->fitted with the base as
  * fitted. */
@@ -34,8 +36,8 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
     }
 }
 
-/* Removes the effects from the result, because no effect of the catalogue explains the gap; the
- * model stays as it was. */
+/* Removes the effects from the result, because no effect of the catalogue explains the gap. Its
+ * models and sizes become those without effects. */
 static void give_up(const struct params *given, struct gap_result *r) {
     r->effects = r->ambiguous = 0;
     r->model = *given;
@@ -51,7 +53,7 @@ void gap_progress(const struct gap_options *o, const char *step, double share) {
     if (o->progress) o->progress(o->context, step, share);
 }
 
-/* Copies the sums of squares that a diagnosis leaves on the held-out cycles. */
+/* Reads what a diagnosis leaves on the held-out cycles into the result and the remainder. */
 static void read_remainder(const struct diagnosis *d, struct gap_result *r, struct remainder *m) {
     r->white_after = d->held_square / d->held_out.evaluated;
     m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);
@@ -71,9 +73,9 @@ static bool leaves_more(const struct gap_result *r) {
     return r->white_after > LEFT_WHITE && r->unexplained_fraction > law * law;
 }
 
-/* True if the search, which adds one effect at a time, may have gone astray: it explains nothing,
- * or needs several effects, or one at the end of its range, or stops early. With one leg there are
- * too few equations to find this out otherwise. */
+/* True if the search may have gone astray, because it adds one effect at a time: its verdict is
+ * unknown_effect, or, with one leg, it found several effects, or one with a remainder or with a
+ * value at its bound. One leg has too few equations to find this out otherwise. */
 static bool doubtful(const struct gap_result *r) {
     bool doubt = r->effects > 1 || (r->effects == 1 && leaves_more(r));
     for (int i = 0; i < r->effects; i++)
@@ -87,10 +89,10 @@ static double least_z(const struct gap_result *r) {
     return least;
 }
 
-/* True if the sets say something else than the search, and are to be believed. If both leave no
- * more than noise, they are, because evidence decides. Otherwise the sets may only add effects to
- * those that the search named, must leave less than the search does, and each of their effects must
- * have a z of at least Z_NAMED. */
+/* True if the result of the sets replaces that of the search. Sets that only add effects must leave
+ * less, with a z of at least Z_NAMED for each effect. Sets that add none must be ambiguous. In this
+ * case, and if both name different effects, both results must leave no more than noise, so that
+ * evidence decides. */
 static bool differs(const struct gap_result *search, const struct gap_result *sets) {
     bool noise = search->white_after < LEFT_WHITE && sets->white_after < LEFT_WHITE;
     if (includes(search, sets)) return sets->ambiguous && noise;

@@ -12,8 +12,9 @@ struct gap_options {
     enum gap_replay replay;
     bool simulate;                        /* check the result by simulation in closed loop */
     int threads;
-    void (*progress)(void *context, const char *step, double share); /* may be called from any
-                                                                      * thread; may be NULL */
+    void (*progress)(void *context, const char *step, double share); /* called on the thread of
+                                                                      * gap_solve(), share 0..1; may
+                                                                      * be NULL */
     void *context;
 };
 
@@ -21,9 +22,9 @@ struct gap_options {
  * that is done. */
 void gap_progress(const struct gap_options *options, const char *step, double share);
 
-/* Runs the whole diagnosis. measured must have passed recording_check; validate, another log, may
- * be NULL. waves: filled if the result is simulated, and freed by the caller; may be NULL. Returns
- * 0 or a negative status. */
+/* Runs the whole diagnosis. measured must have passed recording_check, as must validate, another
+ * log, which may be NULL. waves: filled if the result is simulated, otherwise left as it was; freed
+ * by the caller; may be NULL. Returns 0 or a negative status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *result, struct waves *waves, struct error *error);
 

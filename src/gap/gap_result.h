@@ -18,30 +18,36 @@ extern const char *const gap_channel_names[GAP_CHANNELS]; /* length, force, p1, 
 extern const char *const gap_channel_units[GAP_CHANNELS];
 
 /* How models are compared with the log: by simulation in closed loop, or under the measured motion.
- * GAP_AS_KNOWN: in closed loop if the log has reference, commands and pressures, otherwise under
- * the motion. */
+ * GAP_AS_KNOWN: in closed loop if compare_check() (compare.h) allows it, otherwise under the
+ * motion. */
 enum gap_replay { GAP_AS_KNOWN, GAP_CLOSED_LOOP, GAP_MOTION };
 
 struct gap_effect {
     int effect;                           /* index in effect_table */
     int pattern;              /* legs that have the effect: -1 all with one value, -2 each with its
                                * own value, 0..5 that leg alone */
-    int keys;                             /* number of keys in use; on a single axis an effect that
-                                           * acts on the pose has x alone */
+    int keys;                             /* number of keys in use, the first ones; an effect with a
+                                           * key for each axis of the pose uses as many as the
+                                           * mechanism has axes */
     struct effect_values values;
     struct effect_values given;           /* values in the configuration; `on`: the configuration
                                            * has the effect too, with these values */
     double std[EFFECT_KEYS][LEGS];        /* standard deviations, larger if a gap remains; 0: the
-                                           * value is at its bound */
+                                           * value is at its bound, or was not fitted */
     bool bound[EFFECT_KEYS][LEGS];        /* the value is at an end of its range, so it is no
                                            * estimate */
-    double share_explained;               /* share of the squared gap above the noise floor that the
-                                           * effect explains, on held-out cycles; with several
-                                           * effects, at least the share that disappeared when this
-                                           * one was added */
-    double z;                             /* square root of the gain of likelihood on all cycles,
-                                           * less the penalty of the effect's priors; with several
-                                           * effects, the gain when this one was added */
+    double share_explained;               /* share of the squared gap that the effect explains, on
+                                           * held-out cycles. By the search: 1 for a single effect;
+                                           * with several, at least the share of the explained gap
+                                           * that disappeared when this one was added. By sets of
+                                           * effects: share of the gap above noise that the effect
+                                           * explains alone */
+    double z;                             /* strength of evidence: square root of the gain in white
+                                           * squares on all cycles, less the penalty of the effect's
+                                           * priors; with several effects, of the gain when this one
+                                           * was added. By sets of effects: root of twice the log
+                                           * evidence that is lost without the effect. Clock skew:
+                                           * its deviation in standard deviations */
     char evidence[GAP_TEXT];
 };
 
@@ -52,9 +58,11 @@ struct gap_candidate {
                       * parameters */
     double z;        /* z as in gap_effect; a trial that gained little in its first steps was not
                       * fitted further */
-    double share_explained;
-    bool unseen;     /* the effect is never named, because the data do not show it: its values are
-                      * at a bound, or it is a friction that acts only where a leg may stick */
+    double share_explained; /* share of the squared gap that the effect explains alone, on held-out
+                             * cycles; below 0 if it enlarges the gap */
+    bool unseen;     /* the search does not name the effect, because the data do not show it: a
+                      * value is at a bound, or it is a friction that acts only where a leg may
+                      * stick */
 };
 
 /* An effect or a family of effects, with the probability that the machine has it. The probability
@@ -74,8 +82,9 @@ struct gap_statement {
 struct gap_place {
     int test, leg, harmonic;
     enum dof dof;
-    double frequency_hz;             /* frequency of the motion, which `harmonic` multiplies; for a
-                                      * segment, frequency of the place */
+    double frequency_hz;             /* frequency of the motion, which `harmonic` (0: the constant)
+                                      * multiplies; for a segment, frequency of the place, and
+                                      * `harmonic` is 1 */
     double at_s, segment_s;               /* start and length of a segment of any motion;
                                            * segment_s 0: a steady sinusoid */
     enum gap_channel channel;
@@ -86,8 +95,9 @@ struct gap_place {
 
 /* Size of a difference between model and measurement. overall: root mean square over the channels
  * of `normalised`. varying: like overall, but without the constants, which differ from run to run
- * if a valve stays shut. channel: rms in SI units. normalised: channel divided by the rms of the
- * measured variation. */
+ * if a valve stays shut; under the measured motion it equals overall. channel: rms in SI units.
+ * normalised: channel divided by the rms of the measured variation. NaN: the channel is not
+ * compared. */
 struct gap_size {
     double overall, varying, channel[GAP_CHANNELS], normalised[GAP_CHANNELS];
 };
@@ -95,7 +105,7 @@ struct gap_size {
 /* A tone off the harmonics of the motion, as from a pump, a neighbouring machine or a loop that
  * oscillates. No effect of the catalogue explains a tone. */
 struct gap_tone {
-    /* hz 0: there is no tone */
+    /* hz 0: there is no tone. rms: in the unit of the channel */
     double hz, rms;
     enum gap_channel channel;
     enum dof dof;                         /* axis of the test in which the tone is strongest */
@@ -116,8 +126,9 @@ struct gap_result {
     int effects;
     struct gap_effect effect[GAP_EFFECTS];/* the most certain effect first */
     int statements;                       /* number of statements: first the sure ones, which the
-                                           * verdict makes, then the likeliest other effects; 0:
-                                           * sets of effects were not compared */
+                                           * verdict makes if it names effects, then the likeliest
+                                           * other effects; 0: sets of effects were not compared, or
+                                           * did not change the verdict */
     struct gap_statement statement[GAP_STATEMENTS];
     double certainty;                     /* least probability of the statements that the verdict
                                            * makes; read it by gap_certainty() */
@@ -126,20 +137,24 @@ struct gap_result {
                                            * effect_table */
     int in_doubt;
     int ambiguous_with[GAP_RIVALS];
-    bool offset_rival;                    /* effect[in_doubt] may also be a constant force, which is
-                                           * no effect of the catalogue (single axis) */
+    bool offset_rival;                    /* a dry friction among the effects may also be a
+                                           * symmetric one beside a constant force, which is no
+                                           * effect of the catalogue (single axis) */
     int candidates;                       /* number of effects that were tried; the best is first */
     struct gap_candidate candidate[EFFECTS_MAX];
     int places;
     struct gap_place where[GAP_PLACES];
+    /* Sizes of the gap without and with the effects, on the fitted cycles and on held-out data.
+     * noise_floor: size that noise alone gives on held-out data. */
     struct gap_size before, after, noise_floor, held_out_before, held_out_after;
     bool simulated;                       /* the sizes come from simulations in closed loop; false:
                                            * from the equations under the measured motion */
     bool validated;                       /* the held-out sizes come from another log */
     char replay_fault[GAP_TEXT];          /* fault in which the simulation with the effects ended;
                                            * empty if it ended in none */
-    double unexplained_fraction;          /* share of the gap that is left on held-out data; NaN if
-                                           * nothing can be compared */
+    double unexplained_fraction;          /* share of the squared gap above the noise floor that is
+                                           * left on held-out data, 0..1; NaN if nothing can be
+                                           * compared */
     char next_experiment[GAP_TEXT];
     int base_values;
     struct gap_base_value base[GAP_BASE];
@@ -153,10 +168,11 @@ struct gap_result {
                                            * controller's cycle; otherwise 0 */
     double controller_difference;         /* rms part of the commands that the configured controller
                                            * does not reproduce, as a share of the rms of their
-                                           * variation */
+                                           * variation; NaN: not known */
     double white_before, white_after;     /* mean white square on held-out cycles, without and with
                                            * the effects found; noise gives 1 */
-    bool matrices;
+    bool matrices;                        /* the next three are valid: inertia matrices by method A,
+                                           * as measured and as simulated */
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
     bool repaired;                        /* repaired_mt is valid, because friction was found */
     double repaired_mt[DOFS][DOFS];       /* measured inertia matrix, less the change that the found
@@ -165,7 +181,7 @@ struct gap_result {
     struct params model; /* the given configuration with the found effects; the base values are the
                           * given ones */
     struct params fitted;                 /* the base as fitted with the found effects; `after` was
-                                           * simulated with it */
+                                           * computed with it */
     enum gap_replay replay;
     double seconds;
 };
@@ -174,7 +190,7 @@ struct gap_result {
 bool gap_given_alike(const struct gap_effect *effect, int key);
 
 /* Standard deviation of an effect's value: its deviation by noise and the relative error of the
- * effect's law, added in quadrature. 0: the value is at its bound. */
+ * effect's law, added in quadrature. 0: the value is at its bound, or was not fitted. */
 double gap_deviation(const struct gap_effect *effect, int key, int leg);
 
 /* Name of the effect or family that a statement is about, and level of the statement, "effect" or

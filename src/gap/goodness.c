@@ -18,7 +18,8 @@ static const double LAW_SIGMAS = 4.0;    /* largest deviation from its law that 
 static const double FEW_CYCLES = 10.0;   /* allowance in place of the mean square of Student's t
                                           * from two or three cycles, which is infinite */
 
-/* Mean square of those values of a leg that are evaluated, that is, whose noise is above 0. */
+/* Mean square of the evaluated values, whose noise is above 0, in one row: one residual of one
+ * leg. */
 static double mean_square(const double *part, const double *noise) {
     double sum = 0.0, rows = 0.0;
     for (int a = 0; a < RESIDUAL_SIZE; a++)
@@ -27,8 +28,8 @@ static double mean_square(const double *part, const double *noise) {
 }
 
 /* Square of the possible error of the effects' laws in each held-out value. noise: variances of the
- * values; if not NULL, friction adds the mean of its leg to each value of that leg, because a
- * seal's friction varies along the stroke. */
+ * values; if not NULL, a leg's friction also adds the mean of each row to all values of that row,
+ * because a seal's friction varies along the stroke. */
 static double *law_errors(const struct diagnosis *d, const double *noise) {
     size_t values = (size_t)d->held_out.values;
     double *sum = memory_get(values, sizeof *sum), *part = memory_get(values, sizeof *part);

@@ -16,8 +16,8 @@ double goodness_law_error(const struct diagnosis *d);
 
 /* White squares on held-out cycles, divided by the most that noise and laws (at four times their
  * error) explain. Above 1 a part remains that neither explains. The error of a leg's friction law
- * is also allowed along the leg's whole stroke. INFINITY: the model cannot make the measured
- * motion. */
+ * is allowed in every value of the leg, because a seal's friction varies along the stroke.
+ * INFINITY: the model cannot make the measured motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
 /* Computes what goodness_beyond_laws() returns, but for any `rows` white values: their squares

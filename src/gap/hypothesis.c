@@ -55,9 +55,10 @@ static double difference_step(const struct effect_key *k) {
 }
 
 /* 1 / standard deviation of a value's prior; 0: no prior. The standard deviation is three times the
- * value's typical size, or the largest deviation in the configuration. If the data show an effect
- * of such a size, the prior decides nothing; it rejects absurd values, such as a joint 80 mm from
- * its place. A limit has no prior, because its neutral value is infinite. */
+ * value's typical size, or the largest deviation in the configuration if that is larger. If the
+ * data show an effect of such a size, the prior decides nothing; it rejects absurd values, such as
+ * a joint 80 mm from its place. A reciprocal key (effect.h) has no prior, because its neutral value
+ * stands for infinity. */
 static double prior_inverse_std(const struct effect_key *k, const struct effect_values *given, int key) {
     double deviation = 3.0 * fabs(k->typical - k->neutral);
     for (int leg = 0; leg < LEGS && given->on; leg++) deviation = fmax(deviation, fabs(given->value[key][leg] - k->neutral));
@@ -78,7 +79,7 @@ static bool possible(const struct params *given, const struct variable *v, doubl
 }
 
 /* End of a variable's range: `end`, or, if that makes the given machine impossible, nine tenths of
- * the way to the farthest possible value. */
+ * the way from the neutral value to the farthest possible one. */
 static double possible_end(const struct params *given, const struct variable *v, double end) {
     double most = 0.0, step = 0.5;
     if (possible(given, v, end)) return end;
@@ -136,8 +137,8 @@ int hypotheses_list(const struct params *given, const struct params *model, cons
         reach.equations &= evaluated;
         if (reach.equations & EQUATIONS_FORCE_SENSOR) reach.equations = EQUATIONS_FORCE;
         if (!reach.equations)
-            continue; /* the effect changes the timing alone, which recording_clock() finds without
-                       * a fit */
+            continue; /* the evaluated residuals do not show the effect; clock skew is found by
+                       * recording_clock() */
         build(given, &h[n++], effect, PATTERN_ALL, reach);
         if (params_legs(model) == 1) continue;
         bool per_leg = false;

@@ -37,11 +37,12 @@ enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 
 /* Gives a friction one value for both directions, for a machine whose force has an unknown
- * constant. False: the effect has no pair of directions. */
+ * constant. Returns false if the effect has no pair of directions, or if the legs are not all
+ * alike. */
 bool hypothesis_make_symmetric(struct hypothesis *h);
 
-/* True if the strength of a friction is a force. Stronger in one direction, a dry friction is a
- * symmetric one beside a constant force, but where the leg is at rest. */
+/* True if the strength of a friction is a force. A dry friction that is stronger in one direction
+ * looks like a symmetric one beside a constant force, except where the leg is at rest. */
 bool hypothesis_is_dry(const struct hypothesis *h);
 
 /* Gives a base variable the prior that it has beside a parallel effect: mean in the middle of the
@@ -49,7 +50,8 @@ bool hypothesis_is_dry(const struct hypothesis *h);
  * sensor keeps the prior that it has. */
 void variable_add_prior(struct variable *base);
 
-/* True if the second effect is a special case of the first, and therefore preferred. */
+/* True if the second effect is a special case of the first, and therefore preferred if it explains
+ * as much. */
 bool hypothesis_contains(int effect, int other);
 
 /* True if a machine with these parameters can exist (machine_check). */

@@ -15,10 +15,10 @@ static const double OFFSET_SIGMAS = 6.0, /* a constant force, or a difference of
                                           * counts, as a share of the sum of both */
 static const double SHARE_MAX = 0.3;      /* largest share of the squared gap that a simulation with
                                            * the effects may leave without being refuted */
-static const double FLOORS_MAX = 2.0;      /* a remaining gap refutes, in simulation or under the
-                                            * measured motion, if it exceeds this multiple of the
-                                            * noise floor, LEFT_MAX and LEFT_SHARE. With a
-                                            * simulation VISIBLE and SHARE_MAX suffice, too */
+static const double FLOORS_MAX = 2.0;      /* the result is refuted if the remaining gap, in
+                                            * simulation or under the measured motion, exceeds this
+                                            * multiple of the noise floor, LEFT_MAX and LEFT_SHARE.
+                                            * In simulation VISIBLE and SHARE_MAX suffice, too */
 static const double LEFT_MAX = 0.02;   /* a remaining gap refutes only if it exceeds this share of
                                         * the measured variation; it decides where there is hardly
                                         * any noise */
@@ -27,13 +27,15 @@ static const double LEFT_SHARE = 0.1;      /* a remaining gap refutes only above
 static const double PARTLY_LEFT = 0.5;     /* largest share of the squared gap that partly_named may
                                             * leave on held-out data */
 static const double VISIBLE = 0.2;         /* a squared gap is seen if it exceeds the squared noise
-                                            * floor by more than this share of it; a simulation with
-                                            * another start and other steps leaves 0.06 */
+                                            * floor by more than this share of the floor; a
+                                            * simulation with another start and other steps leaves
+                                            * 0.06 */
 static const double TONE_SHARE = 0.5;      /* a tone does not matter if its rms is less than this
                                             * share of the rms gap in its channel: through nonlinear
                                             * laws it changes the harmonics by less than itself */
-static const double TRACE_SHARE = 5e-3;    /* a remainder below this share of the excess is a trace:
-                                            * effects that explain all but a trace are real */
+static const double TRACE_SHARE = 5e-3;    /* a remainder below this share of the excess over noise
+                                            * is a trace: a single effect that explains all but a
+                                            * trace is real */
 static const double THIRD_SHARE = 0.05;    /* three effects imitate something else if the third
                                             * explains more than this share of the excess */
 
@@ -75,7 +77,7 @@ static double left_share(const struct gap_result *r) {
     return left > 0.0 ? left < gap ? left / gap : 1.0 : 0.0;
 }
 
-/* True if the equations fit, but the simulated model with the effects moves differently from the
+/* True if, in simulation or under the measured motion, the model with the effects differs from the
  * machine, or from the validation log, by clearly more than noise. A remainder near the noise
  * contradicts nothing, however large its share of a small gap is. */
 static bool refuted(const struct gap_result *r) {
@@ -146,9 +148,9 @@ static double weight_tolerance_n(const struct params *p) {
     return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
 }
 
-/* Finds a dry friction, at once or over a distance, that clearly differs between the directions, on
- * a machine whose leg may have an unknown constant force. It then looks like a symmetric friction
- * beside that force. Returns NULL if there is no such friction. */
+/* Finds a dry friction (Coulomb or Dahl) that clearly differs between the directions, on a machine
+ * whose leg may have an unknown constant force. It then looks like a symmetric friction beside that
+ * force. Returns NULL if there is no such friction. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);

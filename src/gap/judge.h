@@ -20,7 +20,7 @@ struct remainder {
 void judge(struct gap_result *r, const struct remainder *m);
 
 /* Makes the verdict partly_named, for a result whose effects and statements come from
- * sets_compare(). Returns false if a tone speaks against it, or if most of the gap remains. */
+ * sets_compare(). Returns false and changes nothing if a tone or most of the gap remains. */
 bool judge_partly(struct gap_result *r);
 
 #endif

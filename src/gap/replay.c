@@ -214,7 +214,7 @@ static double varying_left(const struct spectrum *s, int size, int channel, int 
 
 /* Adds mean squares of one channel of a leg, measured (m) and simulated (s). The difference is the
  * difference of the mean cycles, plus the samples' noise. The noise is the samples' noise, plus the
- * part of it that both mean cycles retain. */
+ * part of it that both mean cycles retain, plus the uncertainty of both constants. */
 static void compare_rows(const struct spectrum *m, const struct spectrum *s, int ch, int leg, int gap_channel, struct sums *sums) {
     int size = 1 + 2 * (m->harmonics < s->harmonics ? m->harmonics : s->harmonics);
     const double *measured = m->mean[ch][leg];

@@ -1,7 +1,7 @@
 /* Replay: the model is driven as the machine was. In closed loop the same reference and controller
  * act on the simulated plant with its sensors (closed-form engine). The control law `model` then
- * computes with the machine as configured in the log, not with the model that is tried. The replay
- * under the measured motion and commands has no controller (residual.h). */
+ * computes with the machine as configured (recording.params), not with the model that is tried. The
+ * replay under the measured motion and commands has no controller (residual.h). */
 #ifndef HEXID_REPLAY_H
 #define HEXID_REPLAY_H
 
@@ -9,8 +9,8 @@
 #include "residual.h"
 
 /* Simulates the tests of `like`, run by run. out: receives what a log of these runs would contain;
- * the caller frees it, even after an error. Returns 0, -2 if a run ends in a fault, or -3 without
- * memory. */
+ * the caller frees it, even after an error. Returns 0, -2 if a run ends in a fault or does not come
+ * to its end, or -3 without memory. */
 int replay_closed_loop(const struct params *model, const struct recording *like, struct recording *out, struct error *error);
 
 /* One of two simulations of the same tests: with the model before the effects, or with the model

@@ -20,9 +20,9 @@ static const double GAIN_MIN = 28.0;       /* least evidence for an effect, in w
                                             * parameters' penalty: odds of 5000 to one after the
                                             * choice among some 250 hypotheses; z = 6 for one
                                             * parameter */
-static const double UNCLEAR_GAIN = 144.0;  /* least evidence for a further effect that has
-                                            * rivals, any of which an error of the laws could
-                                            * cause; z = 12 */
+static const double UNCLEAR_GAIN = 144.0;  /* least evidence for a further effect that has rivals,
+                                            * because an error of the laws may imitate any of them;
+                                            * z = 12 */
 static const double REMAINDER_SHARE = 0.2; /* share of the held-out excess over noise that an effect
                                             * must explain */
 static const double RIVAL_GAIN = 16.0;     /* a candidate that is behind the best one by more
@@ -35,7 +35,8 @@ enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
-/* Square root of a trial's gain of likelihood on all cycles, less the penalty of the priors. */
+/* z of a trial: square root of its gain in white squares on all cycles, less the penalty of the
+ * priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
 /* Possible error of a trial's evidence by its effect's law, in white squares over all cycles. */
@@ -199,8 +200,8 @@ static int simple_pattern(const struct diagnosis *d, const struct trial *trial, 
 static double penalty(const struct trial *t) { return trial_rise(t) - t->gain; }
 
 /* True if the effect with this simpler choice of legs, together with the next effect, explains more
- * than the best trial does, whose values for each leg may also absorb other effects. The model is
- * unchanged, but refitted. */
+ * than the best trial does, whose values for each leg may also absorb other effects. Leaves the
+ * model with the effects that it had, refitted. */
 static bool is_two(struct diagnosis *d, const struct trial *trial, int simple) {
     struct trial *next = memory_get(HYPOTHESES_MAX, sizeof *next);
     /* computed before the refit, which lists anew the hypotheses that the trials point to */
@@ -298,8 +299,9 @@ static void revise(struct diagnosis *d, struct revision *v, struct gap_result *r
     }
 }
 
-/* True if a trial explains more than the removed effect did. The trial may be that effect again,
- * and still explain less, because a search from a more distant start may end worse. */
+/* True if no effect is removed, or if a trial explains more than the removed one did. The trial may
+ * be that effect again, and still explain less, because a search from a more distant start may end
+ * worse. */
 static bool takes_place(const struct revision *v, const struct trial *t) {
     return !v->open || t->square + t->held_square + penalty(t) < v->square;
 }
@@ -450,8 +452,9 @@ void search_read_base(const struct diagnosis *d, struct gap_result *r) {
         const struct variable *v = &base[i];
         double given = variable_get(v, d->given), value = variable_get(v, &d->model);
         int place = place_of(d, v);
-        /* joint positions and valve nulls are too many to list, and none of them is a finding; of
-         * the sensors' errors those beyond the usual are listed, unless an effect has them */
+        /* keys of effects (joint positions, valve nulls, springs) are too many to list, and none of
+         * them is a finding; a sensor's error is listed if it exceeds one standard deviation of its
+         * prior, unless an effect replaces it */
         bool taken = place < 0 && v->effect >= 0, error = v->penalised && !taken;
         bool usual = error ? fabs(value - v->neutral) * v->prior_inverse_std < 1.0 : v->effect >= 0;
         if (usual || (place < 0 && value == given)) continue;

@@ -28,18 +28,18 @@ static const double NEGLIGIBLE = 0.01;  /* an effect that is less probable than 
                                          * beside sure ones */
 static const double WIDER = 10.0;       /* factor on the prior standard deviations of the search,
                                          * because machines of other people may be of any size */
-static const double OWN_SIZE = 3.0;     /* prior standard deviation of an axis's value over the one
-                                         * that would make the gap alone */
-static const double FIRST_SPREAD = 0.1; /* size of the spread before a set is found, as a share of
-                                         * the whole gap */
+static const double OWN_SIZE = 3.0;     /* prior standard deviation of an axis's value, as a
+                                         * multiple of the value that would make the gap alone */
+static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before a set is the
+                                         * reference */
 static const double UNLIKELY = 12.0;    /* a set of two or more effects is extended only if its log
                                          * evidence is less than this behind the best */
 static const double MORE = 3.0;         /* log of the odds, 20 to 1, by which a set must be ahead of
                                          * its limiting case to be preferred */
-static const double EMPIRICAL = 0.05;   /* least law_error of a law that may leave a remainder on
-                                         * six legs, because it only describes. An exact law may
-                                         * not: a base on springs looks like springs on the
-                                         * platform, and leaves one */
+static const double EMPIRICAL = 0.05;   /* least law_error of an effect that may leave a remainder
+                                         * on six legs. A smaller law_error means an exact law,
+                                         * which a remainder refutes: a base on springs looks like
+                                         * springs on the platform, but leaves a remainder */
 static const double EXPLAINED = 0.5;    /* least share of the held-out gap that the effects of a
                                          * verdict explain together */
 
@@ -48,6 +48,8 @@ struct set {
     struct hypothesis hypothesis[GAP_EFFECTS];
     struct params model;
     struct linearised linear;
+    /* evidence: log evidence, as a mean over the sizes, plus log_prior; log_evidence: for each
+     * size, without log_prior; probability: among all sets that are kept */
     double log_prior, evidence, probability;
     double log_evidence[SIZES_MAX];
 };
@@ -97,7 +99,8 @@ static void restore_noise(struct comparison *s) {
     memcpy(s->d->held_out.whitener, s->held_out.whitener, (size_t)s->held_out.residual->tests * sizeof *s->held_out.whitener);
 }
 
-/* Makes the diagnosis, whose whiteners contain noise alone, the reference of the covariance. */
+/* Makes the diagnosis, whose whiteners contain noise alone, the reference of the covariance, and
+ * adds the remainder to these whiteners. */
 static void take_reference(struct comparison *s, double spread) {
     struct diagnosis *d = s->d;
     covariance_free(&s->covariance);
@@ -137,10 +140,10 @@ static void widen(struct diagnosis *d) {
     }
 }
 
-/* Makes the priors of masses, frictions and springs of one axis as wide as values that would make
- * the gap by themselves. The typical sizes are those of a platform: a joint of 0.1 N m would have
- * to pay for a prior of a kilonewton with each effect, and a sensor's scale, which is the same on
- * all machines, would be cheaper than the mass. */
+/* Makes the priors of masses, frictions and springs of one axis OWN_SIZE times as wide as values
+ * that would make the gap by themselves. The typical sizes are those of a platform: a joint of 0.1
+ * N m would have to pay for a prior of a kilonewton with each effect, and a sensor's scale, which
+ * is the same on all machines, would be cheaper than the mass. */
 static void scale_priors(const struct comparison *s, struct linearised *l) {
     if (!params_mechanism(s->d->given)->force_sensor) return;
     for (int i = 0; i < l->variables; i++) {
@@ -177,8 +180,8 @@ static bool same(const struct set *a, const struct set *b) {
 
 static double log_choose(int n, int k) { return lgamma(n + 1.0) - lgamma(k + 1.0) - lgamma(n - k + 1.0); }
 
-/* Prior probability of a set: one half for no effect, a quarter for one effect, and so on. All sets
- * of a size are equally likely, and so are all choices of legs for an effect. */
+/* Log of the prior probability of a set: one half for no effect, a quarter for one effect, and so
+ * on. All sets of a size are equally likely, and so are all choices of legs for an effect. */
 static double log_prior(const struct diagnosis *d, const struct set *s) {
     int effects = 0;
     for (int i = 0; i < d->hypotheses; i++)
@@ -565,9 +568,10 @@ static int sensors_last(struct gap_result *r, int sure) {
     return kept;
 }
 
-/* Fits the sure statements. A sensor's law is exact: where it leaves a remainder, as no machine's
- * law is exact, it has not explained what it was added for, such as a damper's elastic mount. So it
- * is not among them then. */
+/* Fits the sure statements. With one leg, errors of sensors and clocks are left out if a remainder
+ * is left, unless they are all, or an effect is in doubt. Their laws are exact, so beside a
+ * remainder they stand for something else, such as a damper's elastic mount. Returns the number of
+ * statements that were fitted; 0 if the fit failed. */
 static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct set *one) {
     if (!fit_sure(s, r, sure, one)) return 0;
     bool remainder = params_legs(s->d->given) == 1 && leaves(s, &s->d->model);
@@ -577,7 +581,8 @@ static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct 
     return fit_sure(s, r, others, one) ? others : 0;
 }
 
-/* Makes the sure statements the findings. Returns false if they do not explain the gap together. */
+/* Makes the sure statements the findings. Returns false if there are none, or if they do not
+ * explain the gap together. */
 static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     struct set *one = memory_get(1, sizeof *one);
     r->ambiguous = 0, r->in_doubt = 0;

@@ -12,8 +12,9 @@ enum {
     TONE_SAMPLES = 4096, /* most samples of a test that are searched: eight seconds suffice, and the
                           * computing time grows with the square of the number */
 };
-static const double TONE_STEP_S = 2e-3;     /* least time between the searched samples: tones are
-                                             * found up to 250 Hz */
+static const double TONE_STEP_S = 2e-3;     /* longest time over which samples are averaged before
+                                             * the search, so that tones are found up to 250 Hz, if
+                                             * the log has no slower samples */
 static const double TONE_POWER = 12.0;      /* least power of a tone, averaged over six legs, as a
                                              * multiple of the power of white noise in a bin; noise
                                              * gives 1 +- 0.4 */
@@ -21,8 +22,8 @@ static const double TONE_POWER_ONE = 30.0;  /* least power of a tone with a sing
                                              * multiple of the power of white noise in a bin; the
                                              * strongest of 20,000 bins of noise has 10 */
 
-/* Fills `rest` with the samples of a channel less their mean cycle, constant and trend; 0 for bad
- * samples. */
+/* Fills `rest` with the samples of a channel less their mean cycle, constant and trend; bad samples
+ * count as 0 before the trend is removed. */
 static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
     int n = t->end - t->first;
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];

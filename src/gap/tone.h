@@ -8,10 +8,10 @@
 
 /* The strongest tone of a channel off the harmonics. */
 struct tone {
-    /* rms: of the tone, over all legs */
+    /* rms: of the tone, over all legs, in the unit of the channel */
     double hz, rms;
-    double power;        /* power of the tone as a multiple of the noise's, averaged over the legs;
-                          * about 1 without a tone */
+    double power;        /* power of the tone, averaged over the legs, as a multiple of the mean
+                          * power of all bins; white noise gives about 1 in a bin */
 };
 struct tone tone_in(const struct spectrum *s, const struct recording_test *test, enum channel channel);
 

@@ -38,7 +38,8 @@ struct start {
     struct params *model;
     double square;      /* sum of white squares with the linear part at its optimum; HUGE_VAL: there
                          * is no start yet */
-    /* raw: raw residuals of the best start; other: work space for the residuals of the next one */
+    /* raw: raw residuals of the best start, NULL if they are not computed; other: work space for
+     * the residuals of the next one */
     double *raw;
     double *other;
     bool bent;          /* the law is not proportional to the effect's strength */
@@ -77,9 +78,9 @@ static void rate(const struct diagnosis *d, struct trial *t, double square, cons
 
 /* Finds the best start of a hypothesis. The effect's configured values, if any, are one of the
  * starts. If the law is proportional, its best strength is computed; otherwise all strengths are
- * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, from
- * which a trial with a value for each leg starts; or NULL. room: for three residuals. Returns false
- * if there is no start. */
+ * tried, and the law counts as nonlinear. from: a trial of the effect with all legs alike, or NULL;
+ * a trial with a value for each leg starts from it unless the configuration has the effect. room:
+ * work space for three sets of residuals. Returns false if there is no start. */
 static bool best_start(const struct diagnosis *d, const struct hypothesis *h, const struct params *base, const struct trial *from,
                        const struct linear_part *linear, double *room, struct start *s) {
     int values = d->fit.values;

@@ -19,11 +19,12 @@ struct trial {
     double parameters;                   /* number of parameters that the data determine; the others
                                           * stay at their priors and explain nothing (effective
                                           * number of parameters, MacKay 1992) */
-    /* gain: on the fitted cycles, less a penalty for each parameter. held_gain: on the held-out
-     * cycles, without a penalty. */
+    /* gain: on the fitted cycles, less a penalty for each parameter and for the choice of a single
+     * leg. held_gain: on the held-out cycles, without a penalty. */
     double gain, held_gain;
     double std[HYPOTHESIS_VARIABLES];
-    bool bound;
+    bool bound;          /* a value is at an end of its range, and this end is not its neutral
+                          * value */
     bool as_found;       /* base variables parallel to the effect keep their fitted values instead
                           * of the given ones */
     bool polished;     /* base and effect are fitted together; before that, the base is moved
@@ -51,9 +52,10 @@ void trial_fit(const struct diagnosis *d, struct trial *t);
 /* Fits base and effect together; a contradicted trial is also started from the current model. */
 void trial_polish(const struct diagnosis *d, struct trial *t);
 
-/* True if the held-out cycles contradict the gain of a trial whose base was moved linearly. In such
- * a trial the base's columns change with the effect: for example, a spring's force at rest is its
- * stiffness times the shift that the joints cause. */
+/* True if the held-out cycles contradict the gain of a trial that is not polished, although the
+ * gain on the fitted cycles is beyond doubt. The base of such a trial was moved linearly, but its
+ * columns change with the effect: for example, a spring's force at rest is its stiffness times the
+ * shift that the joints cause. */
 bool trial_contradicted(const struct trial *t);
 
 /* Gain of a trial; 0 if it is contradicted, because its gain is not confirmed, and -HUGE_VAL if it

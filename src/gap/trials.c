@@ -152,8 +152,8 @@ static const struct trial *best_pattern(const struct trial *finalist, int finali
 }
 
 /* Gain on the fitted cycles that most trials share, whatever their effect: the median. It is above
- * zero where the base moves by a linear forecast that does not hold: beside backlash, whose steps
- * depend on all forces, residuals bend within a step. */
+ * zero where the linear steps of the base are wrong: beside backlash, which depends on all forces,
+ * the residuals are not linear within a step. */
 static double shared_gain(const struct trial *trial, int count) {
     double *gain = memory_get((size_t)count, sizeof *gain);
     int n = 0;

@@ -9,10 +9,8 @@
 
 typedef double channel_rows[GAP_CHANNELS][SPECTRUM_SIZE];
 
-enum {
-    WAVE_POINTS = 128
-}; /* instants per cycle or segment: four for each period of the highest
-                        * harmonic */
+/* Instants per cycle or segment: at least eight for each period of the highest harmonic. */
+enum { WAVE_POINTS = 128 };
 
 double waves_distance(const struct wave_test *t, const double a[SPECTRUM_SIZE], const double b[SPECTRUM_SIZE]) {
     double difference[SPECTRUM_SIZE], square = 0.0;

@@ -4,8 +4,8 @@
 
 #include "recording.h"
 
-/* Range of a channel: it saturates at `top` and is read in steps of `step`. smooth: a length, which
- * does not jump and saturates at both ends. */
+/* Range of a channel: it saturates at `top`, HUGE_VAL if unknown, and is read in steps of `step`, 0
+ * if unknown. smooth: a length, which does not jump and saturates at both ends. */
 struct recording_scale {
     double top, step;
     bool smooth;

@@ -100,8 +100,8 @@ static enum refusal surplus(struct recording_test *t) {
     return t->offered++ / BLOCK % (INT64_C(1) << t->thinned) ? REFUSED_SURPLUS : REFUSED_NOT;
 }
 
-/* Refuses a cycle that is neither in a ramp-in nor in an evaluated part. An imported recording of
- * any motion has no phases. */
+/* Refuses a cycle that is neither in a ramp-in nor in an evaluated part. Without a tested axis
+ * every cycle of a test is used, because an imported recording of any motion has no phases. */
 static enum refusal outside(const struct cycle *c) {
     bool kept = c->dof == DOF_NONE ? c->test >= 0 : c->phase == PHASE_RAMP_IN || c->phase == PHASE_EVALUATE;
     return kept ? REFUSED_NOT : REFUSED_OUTSIDE;

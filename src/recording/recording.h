@@ -32,11 +32,11 @@ struct recording_test {
     int test;            /* number in the list of tests, continued through all runs */
     enum dof dof;
     double frequency_hz; /* frequency of the motion: as stated, or the measured one that
-                          * recording_check() puts here */
+                          * recording_check() puts here; NaN for a segment */
     double stated_hz, amplitude;
     double segment_s, start_s; /* length and start of a segment of any motion; segment_s 0: a steady
                                 * sinusoid */
-    int segment;         /* number of the segment in its record, from 0 */
+    int segment;         /* number of the segment among those of all records, from 0 */
     int count, capacity;
     int64_t offered;     /* number of samples offered so far, including those that were dropped to
                           * thin a long test */
@@ -44,12 +44,14 @@ struct recording_test {
                   * samples */
     struct recording_sample *sample;
     bool borrowed;       /* the samples belong to another segment, which frees them */
-    enum refusal refused;/* why a segment is not evaluated: REFUSED_NOISE */
-    int first, end;      /* the evaluated part: samples first <= i < end */
+    enum refusal refused;/* REFUSED_NOISE if a segment is not evaluated */
+    int first, end;      /* the evaluated part: samples first <= i < end; first is -1 if there is
+                          * none */
 };
 
-/* Signals that the log has, beside the lengths, which it always has. A missing signal is zero in
- * every sample, as are legs that the mechanism does not have. */
+/* Signals that the log has, beside the lengths, which it always has. After recording_settle()
+ * missing pressures and commands are zero in every sample, as are legs that the mechanism does not
+ * have; a missing reference may be NaN. */
 struct recording_measured {
     bool force, pressures, valve, reference;
 };
@@ -60,7 +62,7 @@ struct recording {
     const struct params *params; /* parameters of the configured model */
     struct recording_measured measured; /* signals of the last run; recording_check() requires that
                                          * all runs have the same */
-    struct recording_measured measured_before;
+    struct recording_measured measured_before; /* signals of the run before */
     int runs;
     struct test_params run[RECORDING_RUNS];
     int tests;
@@ -73,7 +75,7 @@ struct recording {
                                   * records */
 };
 
-/* Starts a recording of one run with the tests of the configured model. */
+/* Starts a recording of one run with the tests of the configured model; params must outlive it. */
 void recording_init(struct recording *r, const struct params *params);
 void recording_free(struct recording *r);
 
@@ -81,9 +83,10 @@ void recording_free(struct recording *r);
  * are RECORDING_RUNS runs already. */
 int recording_begin(struct recording *r, const struct test_params *tests, struct error *error);
 
-/* Adds one cycle. Cycles of the ramp-in and of the evaluated part of a test are kept, others
- * ignored; they must come in order. A long motion is thinned evenly to at most 125 MB. Returns -2
- * if there are too many tests or the order is wrong, -3 without memory. */
+/* Adds one cycle; cycles must come in order. Those of the ramp-in and of the evaluated part of a
+ * test are kept, and all of a test without a tested axis; others are ignored. A long motion is
+ * thinned evenly to at most 125 MB. Returns -2 if there are too many tests or the order is wrong,
+ * -3 without memory. */
 int recording_add(struct recording *r, const struct cycle *cycle, struct error *error);
 
 void recording_remove(struct recording *r, int test);
@@ -95,8 +98,8 @@ struct recording_sample recording_sample_of(const struct params *params, const s
 /* Appends a sample to a test; times must increase. Returns -3 without memory. */
 int recording_append(struct recording_test *test, const struct recording_sample *sample, struct error *error);
 
-/* Finishes the recording after the last cycle. Where a signal that the log has is no number, the
- * sample is refused; a signal that the log lacks becomes zero. */
+/* Finishes the recording after the last cycle. Where a pressure or a command that the log has is no
+ * number, the sample is refused; pressures or commands that the log lacks become zero. */
 void recording_settle(struct recording *r);
 
 /* Index of the first sample at or after this time; t->count if all are earlier. */
@@ -109,7 +112,7 @@ double recording_step_s(const struct recording_test *t);
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
 
 /* Rate of the recorder's clock relative to the controller's, fitted to all evaluated parts. std:
- * its standard deviation. NaN unless there are two clocks. */
+ * its standard deviation. NaN if the recorder's time stamps stand still. */
 double recording_clock(const struct recording *r, double *std);
 
 #endif

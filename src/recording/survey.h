@@ -17,13 +17,14 @@ enum { SURVEY_NAME = 256 };
 struct survey_channel {
     int of;                  /* number of channels that the mechanism has; a platform has no force
                               * channels */
-    unsigned there;          /* channels with a number in any sample: bit 0 is leg 1 */
+    unsigned there;          /* channels with a number in any sample: bit 0 is leg 1, or the first
+                              * axis */
     /* bits, as in `there`. dead: channels that never change (not references). clipped: channels
      * that saturate (recording_clipped). */
     unsigned dead, clipped;
     double low, high;        /* extremes of all samples; NaN if there are none */
-    /* noise: largest rms noise of a channel. step: smallest resolution of a channel, 0 if none is
-     * seen. */
+    /* noise: largest rms noise of a channel, NaN if none is known. step: smallest resolution of a
+     * channel, 0 if none is seen. */
     double noise, step;
 };
 
@@ -35,8 +36,8 @@ struct survey {
     double stated_hz, stated_amplitude; /* as the configuration states them; NaN if no axis is
                                          * tested */
     double measured_hz;         /* frequency of the longest steady segment; NaN if there is none */
-    /* Half the swing in the longest steady segment, or in all samples without one: m or rad on the
-     * tested axis; without a tested axis, m of the leg that moves most. */
+    /* Half the swing in the longest steady segment, or, if there is none, in all samples: m or rad
+     * on the tested axis; without a tested axis, m of the leg that moves most. */
     double amplitude;
     int evaluated;              /* first sample of the evaluated part; -1 if there is none */
     /* If the evaluated part begins before the motion is steady: the time at which the motion

@@ -10,10 +10,10 @@ static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a node's window, as
     SAMPLES = 3.0,                          /* least half-width of a node's window, in samples */
     NODES_APART = 0.25,                     /* distance of neighbouring nodes, as a share of that
                                              * half-width */
-    SPREAD_LEAST = 0.06; /* no node is fitted unless the variance of the samples' times, in
-                          * squares of the half-width, exceeds this. It is 0.13 with samples on
-                          * both sides, and 0.04 at a record's end. A node there would be off by
-                          * microns, and 5 um are 26 kPa in a shut chamber. */
+    SPREAD_LEAST = 0.06; /* no node is fitted unless the variance of the samples' times, in squares
+                          * of the half-width, exceeds this. The variance is 0.13 with samples on
+                          * both sides, and 0.04 at a record's end, where a node would be off by
+                          * microns; 5 um are 26 kPa in a shut chamber. */
 
 /* Finds the lengths of a sample less the lengths by the Fourier series at its time. */
 static void rest_of(const struct recording_sample *sample, const struct spectrum *series, double rest[LEGS]) {
@@ -45,7 +45,8 @@ static bool fit_line(const struct recording_sample *sample, int samples, const d
     return true;
 }
 
-/* Cubic through the values and slopes of two nodes, at a share x of the time between them. */
+/* Cubic through the values and slopes of two nodes, at a share x of the time between them. value:
+ * length and rate. */
 static inline void between(const struct rods_motion *from, const struct rods_motion *until, double step_s, double x, int leg,
                            double value[2]) {
     double a = from->length_m[leg], b = step_s * from->rate_mps[leg], end = until->length_m[leg] - a;

@@ -15,7 +15,8 @@ struct fast_motion {
     int nodes;                   /* number of nodes; 0: no fast motion */
     /* test time of the first node, and time from node to node */
     double first_s, step_s;
-    struct rods_motion *node;    /* [nodes]: value and slope of the line fitted at each */
+    struct rods_motion *node;    /* [nodes]: value and slope at each: of a line fitted there, or of
+                                  * a cubic across a gap */
 };
 
 /* Fits the fast motion from from_s to until_s. Cubics bridge gaps between good samples. False: no
@@ -25,7 +26,8 @@ bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, c
 void fast_motion_free(struct fast_motion *f);
 
 /* Adds a leg's fast motion at a test time, divided by `scale`, to its length and rate. Before the
- * first node and after the last the motion keeps its end value. */
+ * first node and after the last, length and rate of the motion keep their end values. f->nodes must
+ * not be 0. */
 void fast_motion_add(const struct fast_motion *f, int leg, double t_s, double scale, double *length_m, double *rate_mps);
 
 #endif

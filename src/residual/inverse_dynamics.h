@@ -26,10 +26,12 @@ struct inverse_dynamics {
     double force_std_n[LEGS];   /* standard deviation of each leg's friction as it follows from the
                                  * balance of forces; 0 after init */
     double resolution_s;        /* time that the motion's harmonics do not resolve: a quarter period
-                                 * of the highest one */
-    bool joints;
+                                 * of the highest one; 0: instants near a reversal count as any
+                                 * other */
+    bool joints; /* the model has joint friction */
 };
 
+/* Prepares d with standard deviations of 0; params must outlive it. */
 void inverse_dynamics_init(struct inverse_dynamics *d, const struct params *params, double window_s, double resolution_s);
 
 /* Mean sign, -1..1, of a value with this rate of change, over a window about an instant: the share
@@ -39,11 +41,11 @@ double inverse_dynamics_direction(double value, double rate, double window_s);
 /* Finds pose, twist and acceleration of the platform. leg: length, rate and acceleration of each
  * leg. Leaves pose and twist in d->state. acceleration: acceleration of the origin of {M}, then
  * angular acceleration, both in {B}. Row k of j times a twist is leg k's rate. False: no pose has
- * these lengths. */
+ * these lengths, or J is singular there. */
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                            double acceleration[DOFS]);
 
-/* Does what inverse_dynamics_move() does, and finds the wrench on the platform that its bodies
+/* Does what inverse_dynamics_move() does, and finds the wrench on the platform that all 13 bodies
  * need: inertia and weight, less the wrench of effects and springs, without joint friction. */
 bool inverse_dynamics_bodies(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],
                              double acceleration[DOFS], double wrench[DOFS]);
@@ -59,32 +61,33 @@ bool inverse_dynamics_unit_wrenches(double j[LEGS][DOFS], double force_n[DOFS][L
 struct inverse_dynamics_input {
     double leg[LEGS][3];                   /* length, rate and acceleration of each leg, joint to
                                             * joint */
-    double ahead[LEGS][3];                 /* how far, how fast and with what acceleration backlash
-                                            * puts each rod ahead of its joint */
+    double ahead[LEGS][3];                 /* distance, speed and acceleration of each rod's end
+                                            * ahead of its joint, by backlash; 0 without backlash */
     double p1_pa[LEGS], p2_pa[LEGS];
     double deflection[LEGS];               /* deflection of each leg's seals, -1..1 */
     double push_n[LEGS];                   /* measured force of each leg, from which the friction of
                                             * a leg that sticks follows */
 };
 
-/* Computes the friction of a leg's rod in its cylinder. balance_n: friction according to the
- * balance of forces, which is used for a leg that is held. */
+/* Computes the friction of a leg's rod in its cylinder, N, positive against extension. balance_n:
+ * friction according to the balance of forces, which is used for a leg that is held. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);
 
-/* Finds the hydraulic force of each leg for bodies and friction. False: no pose has these
+/* Finds the hydraulic force that bodies and friction need from each leg. False: no pose has these
  * lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);
 
-/* Finds the deflection that the motion gives each leg's seals (cylinder.h), and stores it in in[].
- * The instants, at most PHASES, are window_s apart; each gets the mean over window_s about it.
- * cycle: the last instant is followed by the first, so the seals end a cycle as they began it.
- * Otherwise the deflection before the first instant is unknown, and is fitted to the balance of
- * forces; it matters until the leg has slid far enough to forget it. False: no pose has these
- * lengths. */
+/* Finds the deflection that the motion gives each leg's seals (cylinder.h), and stores it in
+ * in[].deflection. The instants, at most PHASES, are window_s apart; each gets the mean over
+ * window_s about it. cycle: the last instant is followed by the first, so the seals end a cycle as
+ * they began it. Otherwise the deflection before the first instant is unknown, and is fitted to the
+ * balance of forces; it matters until the leg has slid far enough to forget it. False: no pose has
+ * these lengths. */
 bool inverse_dynamics_seals(struct inverse_dynamics *d, int instants, bool cycle, struct inverse_dynamics_input in[]);
 
 /* Computes the inertia of all bodies along the legs in the platform's last pose. inertia[k][l]:
- * force of leg k for an acceleration of leg l while the other legs keep their lengths. */
+ * force of leg k, N, for an acceleration of leg l of 1 m/s^2 while the other legs keep their
+ * lengths. */
 void inverse_dynamics_inertia(const struct inverse_dynamics *d, double inertia[LEGS][LEGS]);
 
 #endif

@@ -20,12 +20,12 @@ enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
 /* Error of any model, as a share of the force's rms variation. */
 static const double FLOOR = 0.02;
 /* PRIOR: standard deviation of each of the payload's ten numbers, as a share of the configured
- * mass, moment or inertia. PRIOR_COST: share of the force that it costs if each number is off by
+ * mass, moment or inertia. PRIOR_COST: rise of the unexplained share for each number that is off by
  * one such deviation. */
 static const double PRIOR = 0.5, PRIOR_COST = 0.02;
 /* An order refutes the stated one if its unexplained share is less than DECISIVE times the stated
- * order's (of another machine that is above 1), and the stated order's share exceeds UNEXPLAINED,
- * more than any sensor's error or friction causes. */
+ * order's, which counts as at most 1 (of another machine it is more), and if the stated order's
+ * share exceeds UNEXPLAINED, more than any sensor's error or friction causes. */
 static const double DECISIVE = 0.25, UNEXPLAINED = 0.05;
 /* An order cannot be distinguished from the best one if the share that it leaves unexplained is at
  * most ALIKE times the best one's, plus SAME. */
@@ -36,13 +36,15 @@ struct leg_space {
     double weight[LEGS][LEGS];          /* W */
     double body[BODY][LEGS][LEGS];      /* inertia for one unit of each of the payload's ten
                                          * numbers */
-    double configured[BODY], width[BODY];
+    double configured[BODY], width[BODY]; /* the payload's ten numbers as configured, and the
+                                           * standard deviations of their priors */
     double inverse[DOFS][LEGS];         /* J^-1 at neutral */
 };
 
 struct work {
     struct leg_space space;
-    /* sums of the products of all channels, each row divided by its standard deviation */
+    /* sums over all coefficients of the products of two rows, divided by the coefficient's error
+     * variance */
     double product[ALL][ALL];
     double rows[ALL][RESIDUAL_SIZE];
 };
@@ -359,9 +361,9 @@ static enum target target_of(const struct candidate *c) {
     return leg_places_stated(&c->of[1]) ? OF_LENGTHS : leg_places_stated(&c->of[0]) ? OF_FORCES : OF_BOTH;
 }
 
-/* Writes the best order of each target. Any other order of a target that explains as much is not
- * listed: it differs from the one written by a symmetry of the machine, and the text says that
- * there are such orders. others: the machine has a symmetry. */
+/* Writes the first order of each target that explains as much as the best one. A further such order
+ * of a target is not listed: it is taken to differ by a symmetry of the machine, and the text says
+ * that there are such orders. others: the machine has a symmetry. */
 static void describe_all(const struct candidate *c, int candidates, const char *force, double best, bool others,
                          char text[LEG_ORDER_TEXT]) {
     int named[TARGETS] = {0};
@@ -381,7 +383,8 @@ static void describe_all(const struct candidate *c, int candidates, const char *
     if (others) snprintf(text + used, LEG_ORDER_TEXT - used, ", or what a symmetry of the machine makes of it");
 }
 
-/* Rates the common orders of each target. Returns their number. */
+/* Rates the common orders of each target; for both channels it leaves out the symmetries of the
+ * machine. Returns the number of candidates. */
 static int rate_common(const struct work *w, const struct kinematics *k, struct candidate *candidate) {
     struct leg_places order[LEG_PLACES_COMMON];
     int n = 0;
@@ -408,7 +411,8 @@ static void prefer(struct candidate *best, const struct candidate *c) {
     if (explains_more(c, best) || (!explains_more(best, c) && exchanges(c) < exchanges(best))) *best = *c;
 }
 
-/* Rates all 720 orders of each target, from `order`, whose first `leg` places are settled. */
+/* Rates all 720 orders of each target, from `order`, whose first `leg` places are settled, and
+ * keeps the best of each. */
 static void rate_all(const struct work *w, const struct leg_places *order, int leg, struct candidate best[TARGETS]) {
     const struct leg_places *stated = &best[OF_LENGTHS].of[1];
     if (leg == LEGS && leg_places_stated(order)) return;

@@ -26,8 +26,8 @@ struct leg_order {
     bool refuted;           /* another order than the stated one explains the forces */
     double stated, best;    /* share of the varying force's square that the stated order, and the
                              * best one, leave unexplained, 0..1 */
-    char text[LEG_ORDER_TEXT]; /* if refuted: the best order in words, and all others that explain
-                                * as much */
+    char text[LEG_ORDER_TEXT]; /* if refuted: for the lengths, for the forces and for both, one
+                                * order in words, if it explains as much as the best one */
 };
 
 /* Compares the orders for the tests of a recording from `first` on. Returns -3 without memory. */
@@ -35,12 +35,13 @@ int leg_order_find(const struct residual_data *data, const struct recording *rec
                    struct error *error);
 
 /* True if these lengths fit the drawing at neutral only when the platform's joints are numbered in
- * another order than those of the base; `text` receives this order. */
+ * another common order (leg_places.h) than those of the base; `text` receives this order.
+ * tolerance_m: largest difference of a leg. */
 bool leg_order_of_drawing(const struct params *params, const double length_m[LEGS], double tolerance_m, char text[LEG_ORDER_TEXT]);
 
-/* Lists the orders of both channels, or of the drawing, that change no length and no force of this
- * machine: "leg 1 in place 3, counted on; ..."; "" if there are none. Only a recorded reference
- * distinguishes such orders. */
+/* Lists the common orders (leg_places.h) that, applied to lengths and forces together or to the
+ * drawing, change no length and no force of this machine: "leg 1 in place 3, counted on; ..."; ""
+ * if there are none. Only a recorded reference distinguishes such orders. */
 void leg_order_symmetries(const struct params *params, char text[LEG_ORDER_TEXT]);
 
 #endif

@@ -19,7 +19,7 @@ static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a
                                            * cycles' mean amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
                                            * errors of clock or typing, not another test */
-/* Least highest frequency of a segment, which gives segments of 3 s. Only segments that must
+/* Lower limit of a segment's highest frequency; it makes segments of 3 s. Only segments that must
  * cover a long record are longer. */
 static const double BAND_LEAST_HZ = 2.75;
 static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a segment, as a share of the
@@ -27,17 +27,19 @@ static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a segment,
                                                * twice as many samples as coefficients
                                                * (spectrum_cut) */
 static const double BAND_OF_MOTION = 8.0; /* highest frequency of a segment, as a multiple of the
-                                           * motion's mean frequency: harmonics of a sinusoid are
-                                           * below it */
+                                           * motion's mean frequency: the harmonics of a distorted
+                                           * sinusoid are below it */
 static const double STANDS_OUT = 10.0;    /* a bin is motion if its power exceeds this times the
-                                           * noise floor; of noise alone, the strongest of 500 bins
-                                           * in twelve windows reaches 3 */
+                                           * noise floor; the strongest of 500 bins of noise, over
+                                           * twelve windows, reaches 3 */
 static const double REST = 1e-3;          /* a segment is at rest if its mean square speed is less
                                            * than this share of the mean over all segments */
-static const double STEPS_LEAST = 3.0;    /* least motion of a segment, in resolution steps per
-                                           * period of its highest frequency: rounding errors of
-                                           * slower motion are not random */
-static const double THIN_HZ = 200.0;
+static const double STEPS_LEAST = 3.0;    /* least motion of a segment: path at its rms speed in a
+                                           * period of its highest frequency, in steps of the
+                                           * sensor's resolution. Rounding errors of slower motion
+                                           * are not random */
+static const double THIN_HZ = 200.0;      /* sampling rate of the periodogram; faster samples are
+                                           * averaged */
 static const double MISSING = 0.1;        /* share of a segment's samples that may be missing */
 static const double GAP_STEPS = 2.5;      /* two good samples enclose a gap if they are more than
                                            * this many steps apart; jitter is less */
@@ -170,9 +172,9 @@ static bool add_windows(const struct recording_test *t, const double *x, int all
     return added;
 }
 
-/* Mean periodogram of a leg's length at a reduced sampling rate. If the record comes in bursts,
- * windows are halved until they fit between its gaps. Returns the number of bins, or -3 without
- * memory. */
+/* Sum of the periodograms of a leg's length over windows of the record, at a reduced sampling rate.
+ * If the record comes in bursts, windows are halved until they fit between its gaps. Returns the
+ * number of bins, or -3 without memory. */
 static int periodogram(const struct recording_test *t, int leg, double step_s, double power[SEGMENT / 2], double *bin_hz) {
     int many = (int)fmax(1.0 / THIN_HZ / step_s, 1.0), all = (t->end - t->first) / many, n = all < SEGMENT ? all : SEGMENT;
     double *x = malloc((size_t)all * sizeof *x), held = first_good(t, leg);
@@ -191,9 +193,9 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
     return n / 2;
 }
 
-/* Finds the highest frequency to evaluate, from harmonics of the speed's mean frequency. A long
- * record gets a lower one, so that the segments cover all of it, but not below the harmonics of the
- * length's mean frequency. -2: the record is too short, or does not move; -3: no memory. */
+/* Finds the highest frequency to evaluate: BAND_OF_MOTION times the speed's mean frequency. A long
+ * record gets a lower one, so that the segments cover all of it, but not below BAND_OF_MOTION times
+ * the length's mean frequency. -2: the record is too short, or does not move; -3: no memory. */
 static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
@@ -226,7 +228,7 @@ struct cut_segment {
 struct cut {
     const struct recording_test *test;
     int legs;
-    /* before_s, behind_s: samples that a segment needs before and behind it */
+    /* before_s, behind_s: lengths of record that a segment needs before and behind it */
     double step_s, segment_s, before_s, behind_s;
     /* turns: number of segments with a gap in which the speed of a leg may change sharply */
     int all, kept, turns;
@@ -321,8 +323,8 @@ static void keep_segments(struct cut *c, int most, double resolution_m) {
 /* Replaces a test of the recording by its kept segments. */
 static void put_segments(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
-    int before = 0; /* the pieces of all records are numbered consecutively, so that even and odd
-                     * ones alternate also in a pool of short records */
+    int before = 0; /* the segments of all records are numbered consecutively, so that even and odd
+                     * ones alternate also if each record has only one */
     for (int i = 0; i < test; i++) before += r->test[i].segment_s > 0.0;
     memmove(r->test + test + c->kept, r->test + test + 1, (size_t)(r->tests - test - 1) * sizeof *r->test);
     r->tests += c->kept - 1;

@@ -8,9 +8,9 @@
 #include "recording.h"
 
 /* True if the evaluated part is a steady sinusoid of this frequency, and not another steady motion
- * (segments.h): the sinusoid makes 99.5 % of the legs' mean square motion. At the stated frequency
- * 50 % suffices if every cycle repeats, because a distorted test is then likelier than another
- * motion. */
+ * (segments.h): the sinusoid makes 99.5 % of the legs' mean square motion. Near the stated
+ * frequency 50 % suffices if every cycle has at least half the mean amplitude, because a distorted
+ * test is then likelier than another motion. NaN: false. */
 bool motion_sinusoid(const struct recording_test *test, int legs, double frequency_hz);
 
 /* Cuts a test into segments; each becomes a test of the recording and shares the samples. Segments
@@ -20,7 +20,7 @@ bool motion_sinusoid(const struct recording_test *test, int legs, double frequen
 int motion_cut(struct recording *r, int test, struct error *error);
 
 /* Refuses a recording (-2) that has no steady sinusoid and, in all its records together, too few
- * pieces to fit and judge a model. */
+ * segments to fit and judge a model. */
 int motion_enough(const struct recording *r, struct error *error);
 
 #endif

@@ -51,7 +51,7 @@ static void tell_flanks(const struct play_motion *m, int leg, double std_n, stru
     }
 }
 
-/* Marks a leg's flank as unsure at instants within the resolution of a change of flank. */
+/* Marks a leg's flank as unsure (0) at instants within the resolution of a change of flank. */
 static void leave_unsure(const struct play_motion *m, int leg, struct instant at[PHASES]) {
     int flank[PHASES], reach = (int)lround(m->resolution_s / m->step_s);
     for (int i = 0; i < m->phases; i++) {
@@ -101,10 +101,10 @@ static double way_noise_m2(const struct play_motion *m, const struct instant at[
 /* Share s, 0..1, with which the integrated path is used. far_m: distance that the rod goes. The
  * path follows the noise of the residuals: under white forces this lowers their sum of squares by
  * the share 2 s - 5/3 s^2, so that a joint without backlash would seem to have some. A rod that
- * crosses to the other flank pays for this: its straight path alone raises the sum by the share
- * 0.27 r^2, where r^2 is the mean square of a place in the backlash, half^2 / 3, divided by the
- * noise's mean square. With s rising from 0 at r = 1.2 to 1 at r = 2.4, crossing costs more than
- * the noise gains. A rod that returns to its flank pays nothing, so its path must itself go that
+ * crosses to the other flank raises the sum again: its straight path alone adds the share 0.27 r^2,
+ * where r^2 is the mean square of a place in the backlash, half^2 / 3, divided by the noise's mean
+ * square. With s rising from 0 at r = 1.2 to 1 at r = 2.4, a crossing adds more than following the
+ * noise takes off. A rod that returns to its flank adds nothing, so its path must itself go that
  * far from the flank. */
 static double seen(double noise_m2, double far_m) {
     double least_m = SEEN * sqrt(3.0 * noise_m2);

@@ -2,25 +2,25 @@
  * platform is somewhere between the flanks of the joints.
  *
  * A rod's own balance of forces gives the contact force; its sign shows the flank on which the rod
- * lies. The joint may be loose if this force is too small to have a sure sign, or changes sign so
- * near that the series cannot resolve it. If u are the legs whose joints may be loose, M the
- * inertia of the platform without rods, and the imbalance the hydraulic force less friction, less
- * the force that the bodies need for the motion of the rods, then the platform moves in these
- * joints by
+ * lies. The joint may be loose if this force is too small to have a sure sign, or changes sign
+ * within the time that the series cannot resolve. If u are the legs whose joints may be loose, M
+ * the inertia of the platform without rods, and the imbalance the hydraulic force less friction,
+ * less the force that the bodies need for the motion of the rods, then each rod moves ahead of its
+ * joint with
  *
  *   ahead'' = -M_uu^-1 imbalance_u
  *
  * This is integrated twice from flank to flank where the backlash exceeds the path that noise of
- * the forces makes. So the measured forces show when a joint knocks, which a prediction could not:
- * it would depend on a few newtons. Pure. */
+ * the forces makes. So the measured forces show when a joint knocks. A simulation could not predict
+ * it, because it depends on a few newtons. Pure. */
 #ifndef HEXID_PLAY_H
 #define HEXID_PLAY_H
 
 #include "inverse_dynamics.h"
 #include "types.h"
 
-/* Noise of a path of n steps between two fixed ends, as its mean square, for each n. push_n2s4:
- * from the noise of each leg's force, integrated twice. length_m2: from the noise of its length. */
+/* Mean square of the noise of a path of n steps between two fixed ends, [n][leg]. push_n2s4: by the
+ * noise of each leg's force, integrated twice. length_m2: by the noise of its length. */
 struct play_noise {
     double push_n2s4[PHASES + 1][LEGS], length_m2[PHASES + 1][LEGS];
 };
@@ -37,7 +37,7 @@ struct play_motion {
     const struct play_noise *noise;
 };
 
-/* Finds the positions of the rods in their joints with backlash. d: of a platform, with force_std_n
+/* Finds the positions of the rods in their joints with backlash. d: a platform's, with force_std_n
  * set. ahead_m: distance by which each rod is ahead of its position in a joint without backlash.
  * False: no pose has these lengths. */
 bool play_find(struct inverse_dynamics *d, const struct play_motion *motion, double ahead_m[PHASES][LEGS]);

@@ -274,7 +274,8 @@ static int check_lists(const struct params *p, const struct recording_test *t, c
                   test_name(t), order);
 }
 
-/* Refuses lengths beyond the end stops; between the stops any motion is allowed. */
+/* Refuses lengths more than NEUTRAL_TOLERANCE_M beyond the end stops; between the stops any motion
+ * is allowed. */
 static int check_reach(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
     for (int leg = 0; leg < LEGS; leg++) {
         double stroke_m = p->actuator.stroke_m[leg], middle_m = kinematics_stroke(k, &p->actuator, leg).middle_m;
@@ -294,7 +295,7 @@ static bool within_sensors(double force_n, double weight_n, double chambers_n, d
     return fabs(force_n - weight_n) < SENSOR_SCALE * chambers_n && chambers_n < most_n;
 }
 
-/* Refuses chambers whose pressure exceeds the supply's for more than moments. */
+/* Refuses chambers whose pressure exceeds the supply's in more than 2 % of the samples. */
 static int check_supply(const struct recording *r, struct error *error) {
     double supply_pa = r->params->hydraulics.supply_pa;
     for (int k = 0; k < params_legs(r->params); k++) {
@@ -319,8 +320,8 @@ static int check_pressures(const struct recording *r, struct error *error) {
     const struct params *p = r->params;
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     const struct recording_test *t = &r->test[first_of_run(r)], *last = &r->test[r->tests - 1];
-    bool segments = t->segment_s > 0.0; /* segments are averaged over the whole record, otherwise
-                                         * only the first test */
+    bool segments = t->segment_s > 0.0; /* segments of one record are averaged over all of it;
+                                         * otherwise only the first test or segment counts */
     int from = t->first, until = segments && last->sample == t->sample ? last->end : t->end;
     double most_n = 0.0, weight = p->payload.mass_kg * p->payload.gravity_mps2, chambers = 0.0;
     double direct[LEGS] = {0}, exchanged = 0.0, sum = 0.0;
@@ -367,12 +368,13 @@ struct drive {
     /* power: sum of F v over the instants; effort: largest possible power with this rms force and
      * speed */
     double power, effort;
-    double mass_kg;
+    double mass_kg;        /* mass that fits the force to the acceleration by least squares */
     double most_kg;       /* mass that the rms force could move with the rms acceleration */
 };
 
-/* Adds the sums of a test over its phases, by the fundamental of a cycle, or by all harmonics of a
- * segment. exchanged: compute them as if p1 and p2 were exchanged. */
+/* Adds a test's sums over its phases of F v, F a, a^2, F^2 and v^2, F about its mean, from the
+ * fundamental of a cycle or all harmonics of a segment. exchanged: compute them as if p1 and p2
+ * were exchanged. */
 static void add_drive(const struct recording *r, const struct residual_test *t, bool exchanged, double sum[5]) {
     struct cylinder_areas areas = cylinder_areas(&r->params->actuator);
     const struct spectrum *s = &t->spectrum;
@@ -425,8 +427,8 @@ static int check_axis(const struct recording *r, const struct residual_data *dat
     return STATUS_OK;
 }
 
-/* Products of measured and expected values of each two legs, over all tests, for signs and order of
- * the legs. */
+/* Sums over all tests of the products of one leg's measured and another leg's expected values, and
+ * of the squares of both, which show signs and order of the legs. */
 struct leg_likeness {
     double product[LEGS][LEGS], does[LEGS], should[LEGS];
 };
@@ -535,10 +537,10 @@ static void mean_levels(const struct recording *r, const struct residual_data *d
         }
 }
 
-/* Share of noise in the mean square variation of a test: of the force's, or the median of force and
- * both pressures, because a chamber may hardly change its pressure. mean: levels; the difference of
- * a segment's level from them counts as variation. NULL: only variation within the segment
- * counts. */
+/* Share of noise in a test's mean square variation: that of the force, or with evaluated chambers
+ * the median of force and both pressures, because a chamber may hardly change its pressure. mean:
+ * levels; the difference of a segment's level from them counts as variation. NULL: only variation
+ * within the segment counts. */
 static double noise_share(const struct residual_test *t, const struct params *params, double (*mean)[LEGS], struct whitener *w) {
     int kinds = t->chambers ? RESIDUALS : 1;
     double share[RESIDUALS];

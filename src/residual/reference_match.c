@@ -12,14 +12,16 @@
 
 const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref_phi_rad", "ref_theta_rad", "ref_psi_rad"};
 
-/* Motion of the legs along an axis below this share of the largest is not judged. */
+/* An axis is not judged if the reference moves the legs along it, in mean square, by less than this
+ * share of the most that it moves them along any axis. */
 static const double MOVED = 1e-3;
-/* The reference explains nothing if its rows explain less than FOLLOWS of the lengths' squares, or
- * if less than that is in phase: a lag of 45 degrees, or noise. */
+/* The lengths do not follow the reference if reference and rate explain less than FOLLOWS of the
+ * lengths' squares, or if the reference alone explains less than FOLLOWS of that: it lags by more
+ * than 45 degrees, or what it explains is noise. */
 static const double FOLLOWS = 0.5;
 /* Another drawing refutes the stated one if its unexplained share is less than DECISIVE times the
- * stated one's, and the stated one's exceeds UNEXPLAINED: motion of other axes of 10 %, which a
- * loop may have, is 0.01. If not both planes move, it has to exceed MOST. */
+ * stated one's, and if the stated one's exceeds UNEXPLAINED, or MOST if not both planes move
+ * (struct work). Motion of other axes of 10 %, which a loop may have, leaves 0.01. */
 static const double UNEXPLAINED = 0.01, MOST = 0.5, DECISIVE = 0.25;
 /* Drawings cannot be distinguished from the best one if the share that they leave unexplained is at
  * most ALIKE times the best one's, plus SAME. */
@@ -28,25 +30,28 @@ static const double ALIKE = 1.3, SAME = 2e-3;
  * move as one have a solution. */
 static const double RIDGE = 1e-9;
 
-/* A regressor is the reference along an axis, or its rate along axis RATES + i. */
+/* Regressor i is the reference along axis i, and regressor RATES + i its rate. */
 enum { RATES = DOFS, REGRESSORS = 2 * DOFS };
 
 struct work {
     struct kinematics drawn;    /* the drawing as it is */
-    double center_m[2];         /* mass centre in the drawing, whose z axis the turns are about */
+    double center_m[2];         /* x and y of the mass centre in the drawing; turns are about the
+                                 * drawing's z axis */
     double along[LEGS][REGRESSORS];        /* sum of a measured length times a regressor */
     double square[REGRESSORS][REGRESSORS]; /* sum of products of two regressors */
-    double explainable;         /* part of the lengths' squares that any rows explain */
+    double explainable;         /* part of the lengths' squares that the regressors explain with
+                                 * free gains for each leg */
     int used, regressor[REGRESSORS]; /* regressors of axes along which the reference moves */
-    bool lags[DOFS];            /* the motion along this axis lags by more than 45 degrees */
-    bool planes;                /* x and y move apart, and phi and theta do */
+    bool lags[DOFS];            /* the legs' motion along this axis lags by more than 45 degrees */
+    bool planes;                /* x and y move independently, and so do phi and theta */
 };
 
 /* How the drawing differs from the machine. */
 struct drawing {
     struct leg_places order;
     bool mirrored;
-    double angle; /* of the turn; if mirrored, twice that of the mirror's plane from x, rad */
+    double angle; /* angle of the turn, rad; if mirrored, twice the angle from x to the mirror's
+                   * plane */
     double share;
 };
 
@@ -60,7 +65,7 @@ static void undo(const struct drawing *d, const double center_m[2], double joint
     }
 }
 
-/* Computes the Jacobian of the machine of which the drawing is a turned or mirrored one. */
+/* Computes the Jacobian at neutral of the machine that the drawing shows turned or mirrored. */
 static void jacobian_of(const struct work *w, const struct drawing *d, double j[LEGS][DOFS]) {
     static const double neutral[DOFS] = {0};
     struct kinematics k = w->drawn;
@@ -86,8 +91,9 @@ static double gains(const struct work *w, double (*normal)[REGRESSORS], const do
     return explained;
 }
 
-/* Finds the share that a drawing leaves unexplained. against: axes along which the lengths move
- * against the reference; NULL: no gain may be negative, but that of an axis that lags. */
+/* Finds the share that a drawing leaves unexplained. against: set for the axes along which the
+ * lengths move against the reference; NULL: no gain may be negative, except on an axis that
+ * lags. */
 static double unexplained(const struct work *w, const struct drawing *d, bool against[DOFS]) {
     double j[LEGS][DOFS], form[LEGS][REGRESSORS], normal[REGRESSORS][REGRESSORS] = {{0}}, with[REGRESSORS] = {0}, gain[REGRESSORS],
                                                   explained;
@@ -145,8 +151,8 @@ static struct drawing best_angle(const struct work *w, bool mirrored) {
 
 static bool explains_more(const struct drawing *d, const struct drawing *than) { return ALIKE * d->share + SAME < than->share; }
 
-/* Tries all orders of the legs. Among those that explain as much, a common one is preferred, then
- * the one with the fewest exchanges. */
+/* Tries all orders of the legs, of which the first `leg` places are settled. Among those that
+ * explain as much, the one with the fewest exchanges is kept. */
 static void try_orders(const struct work *w, const struct leg_places *order, int leg, struct drawing *best) {
     for (int other = leg; other < LEGS; other++) {
         struct leg_places next = leg_places_exchanged(order, leg, other);
@@ -159,6 +165,7 @@ static void try_orders(const struct work *w, const struct leg_places *order, int
     if (explains_more(&d, best) || (!explains_more(best, &d) && fewer)) *best = d;
 }
 
+/* Finds the best order of the legs; a common one is preferred to others that explain as much. */
 static struct drawing best_order(const struct work *w) {
     struct leg_places common[LEG_PLACES_COMMON];
     struct drawing best = {.share = HUGE_VAL}, any;
@@ -173,7 +180,7 @@ static struct drawing best_order(const struct work *w) {
     return explains_more(&any, &best) ? any : best;
 }
 
-/* Turns the legs' moments into moments along the axes. */
+/* Converts the legs' moments to moments along the axes. */
 static void take_moments(struct work *w, const struct leg_moments *m, double inverse[DOFS][LEGS]) {
     for (int i = 0; i < DOFS; i++) {
         for (int a = 0; a < LEGS; a++)
@@ -192,8 +199,8 @@ static void take_moments(struct work *w, const struct leg_moments *m, double inv
     }
 }
 
-/* Finds what any rows explain of the lengths, and which axes lag. Returns the part that the
- * reference explains without its rate. */
+/* Finds w->explainable and w->lags. Returns the part of the lengths' squares that the reference
+ * explains without its rate, with free gains for each leg. */
 static double find_explainable(struct work *w) {
     double normal[REGRESSORS][REGRESSORS], with[REGRESSORS], gain[REGRESSORS], in_phase[DOFS] = {0}, late[DOFS] = {0}, sum = 0.0;
     bool all[REGRESSORS], values[REGRESSORS];
@@ -277,7 +284,7 @@ static void describe_mirror(const struct drawing *d, char *text, size_t size) {
             0.5 * twice);
 }
 
-/* Replaces a mirror by that of the sign of x or y, where this explains as much. */
+/* Replaces a mirror by a change of the sign of y or x, if this explains as much. */
 static void prefer_axis(const struct work *w, struct drawing *mirror) {
     for (int i = 0; i < 2; i++) {
         struct drawing d = *mirror;
@@ -287,7 +294,7 @@ static void prefer_axis(const struct work *w, struct drawing *mirror) {
     }
 }
 
-/* Writes which signs of the reference would explain as much. */
+/* Writes which columns of the reference have the wrong sign. */
 static void describe_signs(const bool against[DOFS], char *text, size_t size) {
     int used = 0, count = 0, named = 0;
     for (int i = 0; i < DOFS; i++) count += against[i];
@@ -297,7 +304,7 @@ static void describe_signs(const bool against[DOFS], char *text, size_t size) {
     snprintf(text + used, size - (size_t)used, " %s wrong", count > 1 ? "are" : "is");
 }
 
-/* Appends a text behind "; or ". */
+/* Appends "; or " unless the text is empty. Returns its end; left: room from there on. */
 static char *or_else(char text[REFERENCE_MATCH_TEXT], size_t *left) {
     size_t used = strlen(text);
     if (used) strncat(text, "; or ", REFERENCE_MATCH_TEXT - 1 - used);

@@ -49,7 +49,7 @@ struct run {
     struct cylinder_model cylinder;
     struct valve_line line;
     struct hydraulics_state state;
-    struct rods_motion node[3];
+    struct rods_motion node[3]; /* motion at start, middle and end of a substep */
     /* series of the motion: the legs side by side in each coefficient, so that sums vectorise */
     struct rods_motion series[SPECTRUM_SIZE];
 };
@@ -180,7 +180,8 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
         sum_n[k] += weight * cylinder_hydraulic_force(&r->cylinder, k, &r->state.cylinder[k]);
 }
 
-/* Weight of the end of substep j in a mean over an even number of substeps, by Simpson's rule. */
+/* Weight of the instant after j substeps in a mean over an even number of substeps, by Simpson's
+ * rule. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
 /* Takes a step of the measured drift off the pressures. The flows make this drift as well as the
@@ -256,9 +257,9 @@ static void add_pressures(struct run *r, const struct residual_test *t, const st
 }
 
 /* Simulates the pressures' coefficient rows. The commands' noise smooths a dead band or limit in
- * the command path, but the mean command has no noise. With such a path the simulation runs twice,
- * with the noise added and with it subtracted; in the mean of both responses the part that is
- * linear in the noise cancels. */
+ * the command path, but the mean command has no noise. With such a path, or if a spool reaches its
+ * rate limit, the simulation runs twice, with the noise added and with it subtracted; in the mean
+ * of both responses the part that is linear in the noise cancels. */
 static void simulate_pressures(const struct residual_test *t, const struct params *model, const struct machine *machine, int leg,
                                const struct series *rows, struct pressure_rows *p) {
     struct run r;
@@ -445,8 +446,8 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
     cylinder_model_init(&cylinder, model);
     if (machine_check(&cylinder.machine, &impossible)) return false;
     systematic_series(&cylinder, t, &rows);
-    /* With hoses to the gauges the force needs the pressure drops from gauge to chamber of all
-     * legs. */
+    /* With hoses between gauges and chambers the force needs the pressure drops from gauge to
+     * chamber of all legs. */
     if (has_hoses(&cylinder)) equations = EQUATIONS_ALL, leg = ALL_LEGS;
     if (!t->chambers) equations &= EQUATIONS_FORCE;
     bool hoses = has_hoses(&cylinder) && equations & EQUATIONS_PRESSURE;

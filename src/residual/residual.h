@@ -68,12 +68,13 @@ struct residual_test {
     double speed_std_mps[LEGS];  /* standard deviation of each leg's speed */
     double force_std_n[LEGS];    /* standard deviation of each leg's force residual at an instant */
     struct play_noise play_noise;
-    double (*coupling)[SPECTRUM_SIZE]; /* [size]: Fourier coefficients to a coefficient row */
+    double (*coupling)[SPECTRUM_SIZE]; /* [size]: matrix from Fourier coefficients to a coefficient
+                                        * row */
     /* first_s: test time of the first simulated sample. step_s: time between commands, which is the
      * sampling period, or the controller's period where the recording is slower. */
     double first_s, step_s;
     bool in_step;                /* every sample falls on a command's instant */
-    int measured;                /* measured samples per cycle */
+    int measured;                /* measured samples per cycle; 0 for a segment */
     /* samples: number of simulated samples. fitted: number of the last ones, which alone are
      * compared */
     int samples, fitted;
@@ -100,7 +101,8 @@ struct residual_test {
     double *valve;               /* [lead + samples][leg]: commands */
     double *dither;              /* [samples][leg]: noise of the sent commands, which their mean
                                   * cycle lacks; NULL: valve includes it */
-    double *projection;          /* [size][fitted]: simulated samples to a coefficient row */
+    double *projection;          /* [size][fitted]: matrix from simulated samples to a coefficient
+                                  * row */
 };
 
 /* Number of Fourier coefficients of the motion. */
@@ -128,17 +130,17 @@ void residual_node(const struct residual_test *t, int node, double *basis);
 
 enum { ALL_LEGS = -1 };
 
-/* Computes the coefficient rows of a test under a model; those outside `equations` stay as they
- * are. leg: ALL_LEGS, or the only leg whose pressures are computed, which is allowed if
- * residual_legs_apart() includes EQUATIONS_PRESSURE. False: the model's machine cannot move like
- * this, or cannot exist. */
+/* Computes the coefficient rows of a test under a model. Rows outside `equations` stay as they are,
+ * but with hoses between gauges and chambers all rows are computed. leg: ALL_LEGS, or the only leg
+ * whose pressures are computed, which is allowed if residual_legs_apart() includes
+ * EQUATIONS_PRESSURE. False: the model's machine cannot move like this, or cannot exist. */
 bool residual_evaluate(const struct residual_test *t, const struct params *model, enum residual_equations equations, int leg,
                        residual_row row);
 
 /* Returns the equations in which the legs are independent, so that a leg's own constants change no
  * other leg's residuals. There are none if the legs share hoses to the power unit, or if there are
- * backlash and hoses to the gauges. Backlash alone excludes the force, because it moves the pose.
- * Otherwise all are returned. */
+ * both backlash and hoses between gauges and chambers. Backlash alone excludes the force, because
+ * it moves the pose. Otherwise all are returned. */
 enum residual_equations residual_legs_apart(const struct params *model);
 
 /* Coefficient row of the rate of a leg's length, m/s. */
@@ -151,7 +153,7 @@ double residual_variation(const struct residual_test *t, enum channel channel, i
  * coefficient rows. Commands held from sample to sample make the force ripple, and samples in step
  * with the commands always read the same phase of the ripple. Zero if commands are at most 0.5 ms
  * apart (the ripple is then a sixteenth of the one at 2 ms) or samples are not in step. False if
- * the chambers are not evaluated. */
+ * the chambers are not evaluated, or without memory. */
 bool residual_staircase(const struct residual_test *t, const struct params *model, double force_n[LEGS][RESIDUAL_SIZE]);
 
 /* Computes the coefficient rows of the hydraulic force that each leg needs for the measured motion,

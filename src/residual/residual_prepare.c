@@ -71,7 +71,7 @@ static int allocate(struct residual_test *t, struct error *error) {
 }
 
 /* Stores the commands' noise over the simulated time: the commands less their mean cycle. Each
- * instant takes the nearest sample. */
+ * instant takes the nearest sample; without a good one within half a period, the noise is 0. */
 static void take_dither(struct residual_test *t, const struct recording_test *test) {
     double sampling_s = recording_step_s(test);
     for (int i = 0, j = test->first; i < t->samples; i++) {
@@ -193,7 +193,8 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
-/* Length of the record before a segment's first sample, at most LEAD_S and without a gap. */
+/* Length of the record, s, before a segment's first simulated sample: at most LEAD_S, and up to the
+ * first gap backwards. */
 static double lead_s(const struct recording_test *test, double first_s) {
     double gap_s = residual_gap_s(test->segment_s, recording_step_s(test)), from_s = first_s;
     int i = test->first;
@@ -347,8 +348,8 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     return STATUS_OK;
 }
 
-/* True if a test belongs to `which`. For segments it selects even or odd numbers, as for cycles,
- * and refused ones are excluded. */
+/* True if a test is to be prepared: a steady sinusoid always, a segment if it is not refused and
+ * its number, even or odd, is in `which`. */
 static bool wanted(const struct recording_test *test, enum cycles which) {
     return !(test->segment_s > 0.0) || (!test->refused && which & (test->segment % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }

@@ -10,10 +10,11 @@
 enum { BISECTIONS = 30, SIZES = 7 };
 static const double WEAK = 1e-6; /* share of 1 / 12, the mean square of all errors, below which a
                                   * tone does not count */
-static const double SURE = 3.0;  /* a harmonic of this many standard deviations is no error */
+static const double SURE = 3.0;  /* a harmonic that exceeds this many of its standard deviations is
+                                  * motion, not rounding error */
 
-/* Mean square of tone k of the errors to steps of 1, if x varies by a Gaussian of this standard
- * deviation. */
+/* Mean square of tone k of the errors of rounding to steps of 1, if x varies by a Gaussian of this
+ * standard deviation. */
 static double tone_square(int k, double shaken) { return 0.5 * square(exp(-2.0 * square(PI * k * shaken)) / (PI * k)); }
 
 /* Standard deviation of the signal from one cycle to the next, in steps. scatter: standard

@@ -9,12 +9,12 @@
  * machine drifts by steps only while it settles, and the longer the test, the more cycles come
  * after that.
  *
- * The position of x within a step counts as unknown, so that the phase of each tone is random, and
- * so does the position of the peaks: the mean cycle contains the errors that are sought. Otherwise
- * the mean cycle decides how much of a tone falls on each harmonic: a sinusoid of amplitude A
- * spreads the tone over the harmonics up to z = 2 pi k A / step (Bessel functions), most of it just
- * below z, where the motion reverses. N samples a cycle fold the harmonics above N / 2 back onto
- * lower ones. Pure. */
+ * The position of x within a step counts as unknown, so that the phase of each tone is random. The
+ * place of the motion's peaks within a step counts as unknown, too, because the mean cycle contains
+ * the errors that are sought. Apart from that the mean cycle decides how much of a tone falls on
+ * each harmonic: a sinusoid of amplitude A spreads the tone over the harmonics up to
+ * z = 2 pi k A / step (Bessel functions), most of it just below z, where the motion reverses.
+ * N samples a cycle fold the harmonics above N / 2 back onto lower ones. Pure. */
 #ifndef HEXID_ROUNDING_H
 #define HEXID_ROUNDING_H
 

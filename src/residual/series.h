@@ -1,8 +1,9 @@
 /* Fourier series of the values that a test's sensors read, with the sensors' errors undone. Pure.
  *
- * A machine is never quite periodic: its controller creeps towards the mean pose, and chambers
+ * A steady test is never quite periodic: the controller creeps towards the mean pose, and chambers
  * whose valves hardly open take seconds to settle. The series leave this drift out, but it moves
- * oil: legs of 125 mm that creep by 0.07 mm/s had mean pressures 6 kPa off. */
+ * oil, so its slopes are kept, too: without the slopes the mean pressures of legs of 125 mm that
+ * creep by 0.07 mm/s were 6 kPa off. */
 #ifndef HEXID_SERIES_H
 #define HEXID_SERIES_H
 
@@ -10,6 +11,7 @@
 #include "residual.h"
 
 struct series {
+    /* lengths, m, pressures, Pa, and force by a force sensor, N */
     double length[LEGS][SPECTRUM_SIZE], p1[LEGS][SPECTRUM_SIZE], p2[LEGS][SPECTRUM_SIZE], force[LEGS][SPECTRUM_SIZE];
     double ahead[LEGS][SPECTRUM_SIZE]; /* distance by which backlash puts the rods ahead of their
                                         * joints */
@@ -17,12 +19,12 @@ struct series {
                                                           * cycles; 0 for a segment */
 };
 
-/* Undoes offset, scale, lag and delay of this machine's sensors in the series of a test's readings.
- * The rods are taken to be at their joints, without backlash. */
+/* Fills `rows` with the series of a test's readings, with offset, scale, lag and delay of this
+ * machine's sensors undone. The rods are taken to be at their joints, without backlash. */
 void series_undo(const struct machine *m, const struct residual_test *t, struct series *rows);
 
-/* Finds the series of the force on a leg's rod, from the chambers' pressures or from the force
- * sensor. */
+/* Finds the series of the hydraulic force on a leg's rod, from the chambers' pressures or from the
+ * force sensor, less the constant error axis.force_offset_n if the mechanism has one. */
 void series_push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
                  double force_n[SPECTRUM_SIZE]);
 

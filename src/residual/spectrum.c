@@ -125,10 +125,10 @@ struct cycles_of_test {
                                  * averaged cycles */
 };
 
-/* Finds the slope of the constants over all whole cycles, also those that are not averaged, so that
- * both halves of a test have one drift; 0 if so few cycles say nothing about it. lost: degrees of
- * freedom that the slope takes from the averaged cycles, their part of the sum of squares about the
- * mean place. */
+/* Finds the slope, per cycle, of the constants of all whole cycles, also of those that are not
+ * averaged, so that even and odd cycles have one drift; 0 if there are too few cycles. lost:
+ * degrees of freedom that the slope takes from the averaged cycles: their part of the sum of
+ * squares about the mean place. */
 static double slope_of(const struct cycles_of_test *c, spectrum_cycle *row, int ch, int leg, double *lost) {
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, own = 0.0, own_square = 0.0;
     *lost = 0.0;
@@ -176,9 +176,10 @@ static double lasting(const struct spectrum *s, spectrum_cycle *row, int channel
     return all > 0.0 ? slow / all : 1.0;
 }
 
-/* Multiplies standard deviations by the root of the ratio of lasting(). Ratios are averaged with
- * the neighbouring harmonics', because one harmonic has too few slow bins. An average over all
- * harmonics would let the drift of one, such as the motion's own, count as noise of the others. */
+/* Multiplies standard deviations by the root of the ratio of lasting(), if it is above 1. Ratios
+ * are averaged with the neighbouring harmonics', because one harmonic has too few slow bins. An
+ * average over all harmonics would let the drift of one, such as the motion's own, count as noise
+ * of the others. */
 static void lengthen(struct spectrum *s, spectrum_cycle *row, int channel, int leg) {
     double ratio[1 + SPECTRUM_HARMONICS];
     if (s->cycles <= 2 * SLOWEST) return;
@@ -213,8 +214,8 @@ static int add_noise(const struct spectrum *s, const struct recording_test *t, c
     return good;
 }
 
-/* Finds cycles whose samples are at the same phases. alike: for each averaged cycle, the first with
- * its phases. Returns the number of different cycles. */
+/* Finds cycles whose samples are at the same phases. alike: for each averaged cycle, the index of
+ * the first one with its phases. Returns the number of different cycles. */
 static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycles_of_test *c, int alike[CYCLES_MAX]) {
     double period_s = 2.0 * PI / s->omega, step_s = recording_step_s(t), start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
     int different = 0;

@@ -1,7 +1,7 @@
 /* A test as harmonics of its frequency: means over some of its cycles, and the spread of single
- * cycles about the means. The spread measures the noise, and the correlation of the noise between
- * successive cycles, which occurs in the rounding errors of a motion that wanders slowly. Errors in
- * step with the motion (rounding) do not show in the spread (rounding.h). Pure.
+ * cycles about the means. From the spread follow the noise and its correlation between successive
+ * cycles; rounding errors of a motion that drifts slowly are correlated. Errors that repeat in
+ * every cycle (rounding.h) do not show in the spread. Pure.
  *
  * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
 #ifndef HEXID_SPECTRUM_H
@@ -25,12 +25,12 @@ struct spectrum {
                                   * of the noise of a sample's length, 1/s */
     double mean[CHANNELS][LEGS][SPECTRUM_SIZE];
     double std[CHANNELS][LEGS][SPECTRUM_SIZE];  /* standard deviation of each coefficient of mean */
-    double drift[CHANNELS][LEGS];               /* slope of the constants of all whole cycles, 1/s;
-                                                 * 0 for a segment */
+    double drift[CHANNELS][LEGS];               /* slope of the constants of all whole cycles, in
+                                                 * the channel's unit per second; 0 for a segment */
     double noise[CHANNELS][LEGS];               /* rms of the samples less the mean cycle and the
-                                                 * drift */
-    int offsets;                 /* number of different places that the samples have in the cycles:
-                                  * 1 if a cycle is a whole number of samples */
+                                                 * drift, or less a segment's series */
+    int offsets;                 /* number of different sampling phases of the averaged cycles: 1 if
+                                  * a cycle is a whole number of samples */
     double scatter[CHANNELS][LEGS]; /* standard deviation of samples at one phase, from one cycle to
                                      * the next; 0 for a segment, or if no two cycles share their
                                      * phases */
@@ -42,9 +42,9 @@ struct spectrum {
 typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
 
 /* Measures the mean cycle of a steady sinusoid over the cycles `which`, of the first CYCLES_MAX
- * whole cycles; the drift is that of all of these. room: working memory for the single cycles.
- * False: fewer than two cycles are complete; a complete cycle has nine tenths of its samples good
- * and no long gap. */
+ * whole cycles; the drift is that of all of these. room: receives the coefficients of the averaged
+ * cycles, from index 0. False: fewer than two cycles of `which` are complete; a complete cycle has
+ * nine tenths of its samples good and no long gap. */
 bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, enum cycles which);
 
 /* Fits a Fourier series to any motion by least squares, over the samples with from_s <= t <=
@@ -68,8 +68,8 @@ void spectrum_basis(double phase, int harmonics, double *basis);
 void spectrum_at(const double *row, int harmonics, double omega, const double *basis, double value[3]);
 void spectrum_value(const double *row, int harmonics, double omega, double t_s, double value[3]);
 
-/* Standard deviation of a leg's speed, m/s, in a mean cycle of `harmonics` harmonics. For a segment
- * all its harmonics count. */
+/* Standard deviation of a leg's speed by noise, m/s, in a mean cycle of `harmonics` harmonics. For
+ * a segment all its harmonics count. */
 double spectrum_speed_std(const struct spectrum *s, int leg, int harmonics);
 
 #endif

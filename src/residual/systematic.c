@@ -176,7 +176,8 @@ void systematic_read_back(const struct cylinder_model *m, const struct residual_
     }
 }
 
-/* Undoes the pipes of all legs. common_m: length that is stated, and is no error. */
+/* Undoes the pipes of all legs. common_m: stated length of the pipes, to which the errors are
+ * added. */
 static void undo_all_pipes(const struct cylinder_model *m, double common_m, const struct sensor_errors *e, const struct residual_test *t,
                            struct series *rows) {
     for (int k = 0; k < t->legs && t->pressures; k++) {

@@ -3,7 +3,7 @@
  * deviation of the prior is stated in model.tolerance; 0 means that there is no such error, and
  * sensors that are exact (sensors.enabled false) have none.
  *
- *   gain   reading = gain times pressure, for each sensor; a force sensor takes the place of P1's
+ *   gain   reading = (1 + gain) pressure, for each sensor; a force sensor has the gain of P1
  *   length reading = length + zero + gain (length - neutral length), for each leg
  *   skew   age of the lengths less age of the pressures, one value for all legs
  *   lag    first-order lag of the pressure readings: one value common to all legs, and a
@@ -13,7 +13,7 @@
  *   joint  coordinates of the joints; model.tolerance.joints_m is their greatest error, uniform
  *
  * The zero of a pressure is no unknown of method C, because a constant force of a leg is part of
- * its dry friction in both directions; hexid gap has it in its base. Pure. */
+ * its dry friction in both directions; hexid gap has it in its base model. Pure. */
 #ifndef HEXID_SYSTEMATIC_H
 #define HEXID_SYSTEMATIC_H
 
@@ -79,31 +79,33 @@ bool systematic_common(int error);
 /* Returns the name of a sensor error's kind, "gain of P1". first: set to the kind's first error. */
 const char *systematic_kind(int error, int *first);
 
-/* Name of an error: "gain of P1, leg 3", "skew". */
+/* Name of an error: "gain of P1, leg 3", "skew of the lengths". */
 enum { SYSTEMATIC_NAME = 64 };
 void systematic_name(int error, char name[SYSTEMATIC_NAME]);
 
 /* Moves the joints of a machine by the errors of its drawing. */
 void systematic_joints(const double error[SYSTEMATICS], struct params *machine);
 
-/* Finds a test's series with these errors of the sensors undone; pressures become the pressures in
- * the chambers. m: the machine that the series belong to, without such errors. */
+/* Finds a test's series with these errors of the sensors and the stated pipes undone; pressures
+ * become the pressures in the chambers. m: the machine that the series belong to, without such
+ * errors. */
 void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows);
 
-/* Finds a test's series with the errors undone that the machine's params->errors state. */
+/* Finds a test's series with the errors undone that the machine's params->errors state; the stated
+ * pipes are not undone, because the simulation has them as hoses. */
 void systematic_series(const struct cylinder_model *m, const struct residual_test *t, struct series *rows);
 
-/* Converts a difference of P1 weighted by one and of P2 weighted by other from the chambers to the
- * gauges: the factor by which systematic_series() raises the noise of a coefficient is taken off.
- * row: a coefficient row of leg `leg`. */
+/* Converts a coefficient row of a leg's difference `one` P1 - `other` P2 from the chambers to the
+ * gauges: takes off the factor by which systematic_series() raises the noise of each
+ * coefficient. */
 void systematic_read_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double one, double other, double *row);
 
 /* Mass along a leg that is equivalent to the oil in one metre of its pipes, kg/m. */
 double systematic_pipe_mass(const struct cylinder_model *m, int leg);
 
 /* Relative change of a chamber's pressure for one metre of pipe, divided by the square of the
- * frequency, s^2/m: the faster the pressure varies, the larger it is behind the pipe. length_m:
- * length of the leg. */
+ * frequency in rad/s, s^2/m: the faster the pressure varies, the larger it is in the chamber than
+ * at the gauge. length_m: length of the leg. */
 double systematic_pipe_gain(const struct cylinder_model *m, int leg, int port, double length_m);
 
 #endif

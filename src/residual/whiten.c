@@ -58,7 +58,7 @@ static struct cylinder_state at_instant(const struct residual_test *t, int leg, 
     return (struct cylinder_state){.p1_pa = pressure[PORT_A][0], .p2_pa = pressure[PORT_B][0], .spool = spool[0] + bias};
 }
 
-/* Linearises a leg's chambers: oil, leakage, and the valve's orifices, which let pressure go. */
+/* Linearises a leg's chambers: oil, leakage, and flow through the valve's orifices. */
 static struct chambers linearise(const struct residual_test *t, const struct cylinder_model *m, int leg) {
     struct mains mains = cylinder_mains(m);
     struct chambers mean = {0};
@@ -81,8 +81,8 @@ static struct chambers linearise(const struct residual_test *t, const struct cyl
     return mean;
 }
 
-/* Changes of the pressures' residuals for one unit of error of a leg's length at this frequency:
- * what the simulated chambers change by, subtracted. */
+/* Changes of the pressures' residuals, Pa/m, for an error of a leg's length at this frequency:
+ * minus the changes of the simulated pressures. 0 at frequency 0. */
 static void stiffness(const struct chambers *c, double rate_radps, double complex pa_per_m[PORTS]) {
     const double (*p)[PORTS] = c->by_pressure;
     double complex rate = CMPLX(0.0, rate_radps), one = rate - p[PORT_A][PORT_A], other = rate - p[PORT_B][PORT_B];
@@ -91,8 +91,8 @@ static void stiffness(const struct chambers *c, double rate_radps, double comple
     pa_per_m[PORT_B] = rate_radps > 0.0 ? -rate * (c->by_rate[PORT_B] * one + p[PORT_B][PORT_A] * c->by_rate[PORT_A]) / both : 0.0;
 }
 
-/* The other coefficient of a harmonic: of the cosine for the sine's, and the reverse. Coefficients
- * of segments have none. */
+/* Index of the other coefficient of a harmonic: the cosine's for the sine's, and the reverse. A
+ * constant, and each coefficient of a segment, has none: returns a. */
 static int quadrature(const struct residual_test *t, int a) { return !t->spectrum.cycles || !a ? a : a % 2 ? a + 1 : a - 1; }
 
 /* Variance of a cycle's mean pressure about its drift, less the most that still counts as noise

@@ -21,7 +21,8 @@ struct whitener {
 #define NOISE_ALONE 1e-6 /* model_error that leaves only the sensors' noise */
 
 /* Makes the whitener of a test. model_error: share of each channel's rms variation that counts as
- * noise, because every model has an error of this size. */
+ * noise, because every model has an error of this size. The force of a sensor or drive has the
+ * sensor's error instead. */
 void whitener_init(struct whitener *w, const struct residual_test *t, const struct params *model, double model_error);
 
 /* Standard deviation of each leg's force residual by noise, N: rms over the instants of the
