@@ -14,8 +14,8 @@ enum { AGREEMENT_LOGS = 16 };
 /* Number of compared values: entries of the matrix, viscous and dry friction, and springs
  * (equations.h). */
 enum { AGREEMENT_VALUES = UNKNOWN_SYSTEMATIC };
-/* A difference that noise alone makes with a smaller probability is disagreement. One set of logs
- * in a thousand gives a false alarm. */
+/* A difference that noise alone makes with a smaller probability is disagreement. The overall test
+ * and the test of single values each give a false alarm for one set of logs in a thousand. */
 #define AGREEMENT_PROBABILITY 1e-3
 
 struct agreement {

@@ -6,9 +6,9 @@
 #include "numeric.h"
 #include "params.h"
 
-static const double UNSEEN = 1e-12; /* a reading teaches nothing if the errors that it could show
-                                     * give it less than this share of the variance of its noise:
-                                     * there are no such errors */
+static const double UNSEEN = 1e-12; /* a reading is ignored if the errors that it measures change it
+                                     * by a variance of less than this share of its noise
+                                     * variance */
 
 void calibration_find(const struct params *params, const struct kinematics *k, struct calibration row[CALIBRATIONS]) {
     const struct found_params *f = &params->found;

@@ -1,4 +1,5 @@
-/* Measurements of systematic errors that no motion shows, from the configuration's section `found`:
+/* Measurements of systematic errors that do not use the equations of motion, from the
+ * configuration's section `found`:
  *
  *   weight  the reading of a known weight (weighing.h) is wrong by the sum of the errors of the
  *           pressures' gains, each times its share; this shows the gain error that all pressures
@@ -19,13 +20,13 @@
 
 struct calibration {
     double of[SYSTEMATICS]; /* h: change of the reading by one unit of each error */
-    double value, std;      /* the reading, and its standard deviation; std 0: there was no
-                             * reading */
+    double value, std;      /* error of the reading (weight: relative; stop: m), and its standard
+                             * deviation; std 0: there was no reading */
 };
 
 /* The gain error that all pressure sensors (or force sensors) have in common. No motion shows it:
- * it scales all forces, so masses, inertias and frictions are as exact as it. The priors of the
- * single gains are independent, so their mean has the standard deviation `std`. */
+ * it scales all forces, so masses, inertias and frictions are at best as exact as this gain. The
+ * priors of the single gains are independent, so their mean has the standard deviation `std`. */
 struct common_gain {
     int sensors;           /* number of sensors with a prior; 0: none, or a known weight was read */
     bool pressures;        /* they measure pressures, not forces */
@@ -33,7 +34,8 @@ struct common_gain {
     double std;            /* standard deviation of the mean */
 };
 
-/* Finds what the common gain rests on. systematic: the priors, as in struct equations. */
+/* Finds the common gain's sensors and its standard deviation. systematic: the priors, as in struct
+ * equations. */
 struct common_gain calibration_common_gain(const struct params *params, const double systematic[SYSTEMATICS]);
 
 /* Gathers the measurements that the configuration contains. */

@@ -34,12 +34,12 @@ enum {
     UNKNOWN_BASIS = UNKNOWN_SYSTEMATIC + SYSTEMATICS,
     UNKNOWNS = UNKNOWN_BASIS + BASIS_SIZE * LEGS
 };
-/* Measurements of systematic errors that need no motion (calibration.h): a known weight, and each
- * leg on its stop. */
+/* Measurements of systematic errors that do not use the equations of motion (calibration.h): a
+ * known weight, and each leg on its stop. */
 enum { CALIBRATION_WEIGHT, CALIBRATION_STOP, CALIBRATIONS = CALIBRATION_STOP + LEGS };
 /* Errors that all logs of a machine share: the systematic errors, the departure of the matrix from
- * its prior (payload_prior()), the scales of pressures and of lengths, attenuation, and the errors
- * of calibrations. */
+ * its prior (payload_prior()), the scales of pressures and of lengths (always 0, because their
+ * effect is counted with the gains), attenuation, and the errors of calibrations. */
 enum { GAIN_SCALES = 2 };
 enum {
     COMMON_MATRIX = SYSTEMATICS,
@@ -54,15 +54,17 @@ struct equations {
      * scatter by more than their noise. */
     double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y, y the right-hand side */
-    /* Mean product of the noise in each column and the noise in the right-hand side, which is the
-     * change of `with` by attenuation. */
+    /* Gains of pressures and lengths: mean product of the noise in the column and the noise in the
+     * right-hand side, which is the change of `with` by attenuation. All other unknowns: this
+     * change is already subtracted from `with`, and its standard deviation is kept here. */
     double attenuation[UNKNOWNS];
     double systematic[SYSTEMATICS];     /* prior standard deviation of each systematic error; 0:
                                          * there is no such error */
     /* Sum of squared residuals, weighted by W before its division by scatter^2. */
     double rest;
-    /* Degrees of freedom of `rest`: number of rows less number of unknowns. Coefficients of basis
-     * functions are random by their prior, and do not count. */
+    /* Degrees of freedom of `rest`: number of rows less number of unknowns. Systematic errors and
+     * coefficients of basis functions are random by their prior, and do not count; the matrix
+     * counts as ten unknowns if its prior makes the payload rigid. */
     int free;
     /* Variance of `rest` by rounding errors that repeat in every cycle (rounding.h). */
     double repeating;
@@ -117,7 +119,7 @@ double equations_basis_variance(const struct equations *e, int i, const double s
 void equations_add(struct equations *sum, const struct equations *e);
 
 /* Solves for the values alone. matrix: inverse covariance of the matrix entries' prior. Returns
- * false if some unknown occurs in no row, or a value is not finite. */
+ * false if some unknown occurs in no row, a value is not finite, or memory is short. */
 bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS]);
 
 /* Solves for the values and their covariance. matrix, result: as equations_values(). */

@@ -60,7 +60,7 @@ static double read_length(struct imagined *m, int leg, double length_m) {
 }
 
 /* Makes the sample of the middle one of three cycles; the other two give its rate and acceleration.
- * False: no pose has these lengths. */
+ * Returns false if no pose has these lengths. */
 static bool sample_of(struct imagined *m, double test_time_s, const double ref[DOFS], struct recording_sample *s) {
     struct inverse_dynamics_input in = {0};
     double dt_s = m->params.loop.period_s, force_n[LEGS];

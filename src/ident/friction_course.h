@@ -35,8 +35,9 @@ struct friction_course {
     double direction[PHASES][LEGS];                     /* mean direction of each leg, -1..1 */
     /* Variance of the direction, 1 - direction^2, computed without cancellation. */
     double doubt[PHASES][LEGS];
-    /* Course of atanh(direction) along the motion: errors at two phases correlate by
-     * exp(-|difference of `lasting`|). */
+    /* Sum of the magnitudes of all changes of atanh(direction) since the first phase, plus the time
+     * times the rate at which the legs reverse. Errors at two phases correlate by exp(-|difference
+     * of `lasting`|). */
     double lasting[PHASES][LEGS];
     /* Change of `lasting` over a whole cycle; as a cycle repeats, its errors also correlate across
      * its end. Infinite for a segment. */

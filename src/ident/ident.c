@@ -151,7 +151,8 @@ static void close_test(struct ident *id) {
     struct test_result *t = append(&id->result, id->dof);
     struct harmonics_fit fit;
     bool solved = harmonics_solve(&id->fit, &fit);
-    /* n samples stand for n periods of time, though first and last are n - 1 periods apart. */
+    /* n samples cover n loop periods, though the first and the last are n - 1 loop periods
+     * apart. */
     double span_s = (id->last_s - id->first_s) * (double)id->seen / (double)(id->seen - 1);
     enum refusal why = !(span_s >= complete_share * p->duration_s) ? REFUSED_INCOMPLETE : solved ? REFUSED_NOT : REFUSED_UNDETERMINED;
     *t = (struct test_result){.test = id->running,

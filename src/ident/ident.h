@@ -29,7 +29,8 @@ struct identification {
     double nominal_mt[DOFS][DOFS];/* configured inertia matrix at neutral */
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
-    struct common_gain common_gain; /* of method C's sensors */
+    struct common_gain common_gain; /* gain error that all of method C's sensors share
+                                     * (calibration.h) */
     struct error no_method_c;     /* why method C was not evaluated */
     bool refuted;                 /* the recording contradicts the configured machine, for the
                                    * reason in no_method_c: no method has a result */
@@ -66,21 +67,21 @@ struct ident {
     struct identification result;
 };
 
-/* Starts an identification. Returns -2, with a message that names the key, if the configured
- * machine is impossible. */
+/* Starts an identification; params must outlive it. Returns -2, with a message, if the mechanism
+ * refuses identification or the configured machine is impossible. */
 int ident_init(struct ident *id, const struct params *params, struct error *error);
 
 /* Takes one cycle. Returns true if it ended a test, whose result is then the last of
  * id->result.test[0 .. tests-1]. */
 bool ident_feed(struct ident *id, const struct cycle *cycle);
 
-/* Ends the stream and closes a test under way, which is `complete` only if its evaluated part was
- * over. Returns true if a test was under way; its result is then the last of id->result.test[0 ..
- * tests-1]. */
+/* Ends the stream and closes a test under way, which is refused (REFUSED_INCOMPLETE) unless its
+ * evaluated part was over. Returns true if a test was under way; its result is then the last of
+ * id->result.test[0 .. tests-1]. */
 bool ident_end(struct ident *id);
 
-/* Computes methods A, modified A and B if all six axes have complete tests. Otherwise returns
- * false, with the methods' `evaluated` false. */
+/* Computes methods A, modified A and B if all six axes have tests that are not refused; otherwise
+ * `evaluated` of these methods is false. Returns true if methods A and B were evaluated. */
 bool ident_solve(struct ident *id);
 
 /* Entries of the matrix that are shown to users: those of Tian 2015 Tables 3 to 5. */

@@ -43,7 +43,7 @@ static int begin(struct work *w, const struct recording *recording, const struct
 }
 
 /* Finds the leg forces that the motion at a phase needs without friction, and the legs' rates.
- * False: no pose has these lengths. */
+ * Returns false if no pose has these lengths. */
 static bool needed(struct work *w, const struct residual_test *t, int phase, double force_n[LEGS], double rate_mps[LEGS]) {
     const struct spectrum *s = &t->spectrum;
     const double *basis = t->cycle + phase * SPECTRUM_SIZE;
@@ -57,7 +57,7 @@ static bool needed(struct work *w, const struct residual_test *t, int phase, dou
 }
 
 /* Finds the friction at the phases of a test, from the residual of method C's equation without
- * friction (residual.h). False: no pose has these lengths. */
+ * friction (residual.h). Returns false if no pose has these lengths. */
 static bool find_test(struct work *w, const struct residual_test *t, struct leg_friction_test *f) {
     double row[LEGS][RESIDUAL_SIZE], rate_mps[PHASES][LEGS];
     if (!t->chambers || !residual_staircase(t, &w->machine, row)) memset(row, 0, sizeof row);

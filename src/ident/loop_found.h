@@ -25,12 +25,12 @@ struct loop_found {
 #define LOOP_FOUND_MOST 10.0
 struct loop_found loop_found(const struct loop_place *neutral, const struct params *params, const struct loop_survey *survey);
 
-/* Returns the factor from a configured value to a found one; NaN if it is not determined, or more
- * than LOOP_FOUND_MOST. */
+/* Returns the factor from a configured value to a found one; NaN if it is not determined, or not
+ * between 1 / LOOP_FOUND_MOST and LOOP_FOUND_MOST. */
 double loop_found_factor(double found, double configured);
 
-/* Corrects the legs of a place, and finds its modes anew, with these weights. Returns false if they
- * cannot be found. */
+/* Corrects the legs of a place, and finds its modes anew. modal: the modes' weights. Returns false
+ * if there are no modes. */
 bool loop_found_correct(const struct loop_found *found, struct loop_place *place, const struct params *params, const struct modal *modal);
 
 #endif

@@ -68,7 +68,8 @@ static void take_gain(struct loop_margin *m, const struct stretch *s) {
 
 /* Updates the phase and delay margins where the magnitude of the gain passes 1, if it does. */
 static void take_phase(struct loop_margin *m, const struct stretch *s) {
-    /* most neighbours are on one side, which the squares say in a tenth of the logarithms' time */
+    /* Mostly both gains are on one side of 1. The squares show this in a tenth of the time that
+     * logarithms take. */
     double one = squared(s->gain[0]), other = squared(s->gain[1]);
     if (fmin(one, other) > 1.0 + ROUNDING || fmax(one, other) < 1.0 - ROUNDING) return;
 
@@ -114,8 +115,8 @@ struct walk {
     double radps;
 };
 
-/* Moves on to the next frequency that differs from this one. Returns false at the end of a
- * plant. */
+/* Moves on to the next frequency that differs from this one. Returns false if a plant has no
+ * further one. */
 static bool walk_on(struct walk *w, const struct loop_plant plant[DOFS]) {
     double next = HUGE_VAL;
     for (int mode = 0; mode < DOFS; mode++) {
@@ -128,7 +129,7 @@ static bool walk_on(struct walk *w, const struct loop_plant plant[DOFS]) {
     return true;
 }
 
-/* A plant's answer at the walk's frequency, between those of its own. */
+/* A plant's answer at the walk's frequency, interpolated between the plant's own frequencies. */
 static struct loop_answer answer_at(const struct loop_plant *p, const struct walk *w, int mode) {
     const struct loop_answer *to = &p->answer[w->next[mode]], *from = w->next[mode] ? to - 1 : to;
     double share = to == from ? 0.0 : (w->radps - from->radps) / (to->radps - from->radps);
@@ -148,7 +149,8 @@ static void connected_gain(const struct loop_plant plant[DOFS], const double mix
     }
 }
 
-/* Takes for each of the known values the nearest one that is left. */
+/* Sorts the values: value[i] becomes the one nearest to known[i] among those that no earlier i has
+ * taken. */
 static void follow(const double complex known[DOFS], double complex value[DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         int nearest = i;

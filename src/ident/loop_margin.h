@@ -32,9 +32,10 @@ struct loop_margin loop_margin(const struct loop_plant *plant, const struct cont
 /* Finds the margins of six modes that the weights `mix` (loop_model.h) connect. They are those of
  * the six eigenvalues of the loop's gain, each counted for the mode that it belongs to at the
  * lowest frequency, which is a thousandth of the fastest mode's; the bandwidths are those of the
- * modes alone. Without weights the result is that of loop_margin(). Returns the number of unstable
- * poles that the connected modes have beyond those of the modes alone (Nyquist: the turns of
- * det(1 + gain) less those of the modes alone). */
+ * modes alone. If the weights connect no modes, the margins are those of loop_margin(). Returns the
+ * number of unstable poles that the connected modes have beyond those of the modes alone (Nyquist:
+ * the turns of det(1 + gain) less those of the modes alone); DOFS, with margins of 0, if the
+ * eigenvalues cannot be computed. */
 int loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct control_params *control, double dt_s,
                  struct loop_margin margin[DOFS]);
 

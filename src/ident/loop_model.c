@@ -24,7 +24,7 @@ struct rest {
 };
 
 /* Finds a leg's pressures at rest. One chamber takes in as much oil as the other gives off, through
- * two edges of the same opening, so the ratio of the pressure drops equals the ratio of the squared
+ * two edges of the same opening, so the pressure drops are inversely proportional to the squared
  * gains of the edges. */
 static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
     double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);

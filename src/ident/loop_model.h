@@ -32,8 +32,8 @@ struct loop_place {
 struct modal;
 
 /* Linearises the machine in this pose. more_delay_s: delay of the commands beyond the configured
- * one (a field bus adds one cycle). Returns false if the supply cannot hold the platform there, or
- * there is no such pose. */
+ * one (a field bus adds one cycle). Returns false if the supply cannot hold the platform there,
+ * there is no such pose, or there are no modes. */
 bool loop_place_find(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s);
 
 /* Linearises the machine for a platform that moves about this pose: the valves open by up to
@@ -42,10 +42,10 @@ bool loop_place_find(struct loop_place *place, const struct params *params, cons
 bool loop_place_find_moving(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s,
                             double swing);
 
-/* Returns a mode of this place. */
+/* Returns a mode of this place; its `motion` points into the place. */
 struct loop_mode_input loop_place_mode(const struct loop_place *place, int mode);
 
-/* Finds the modes anew after the legs of a place were changed. Returns false without modes. */
+/* Finds the modes anew after the legs of a place were changed. Returns false if there are none. */
 bool loop_place_modes(struct loop_place *place, const struct params *params, const struct modal *modal);
 
 /* Gives the modes these weights. */

@@ -12,7 +12,7 @@
 enum { LOOP_WAY = 8, LOOP_PLACES = 1 + LOOP_WAY + 2 * DOFS };
 
 /* Models of the loop in all poses where the machine may be held: at neutral, on the way down to
- * parking, and at the ends of the strokes. */
+ * parking, and near the ends of the strokes in either sense of each axis. */
 struct loop_places {
     int count;
     int way;             /* number of places at the beginning of the list that are neutral or on the

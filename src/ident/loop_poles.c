@@ -19,11 +19,12 @@ static const double UNIT_PA = 1e7;
 static const double UNIFORM_SQUARE = 1.0 / 12.0; /* variance of an error that is uniform over an
                                                   * interval of 1 */
 static const double LEAST_LAG_S = 1e-4;
-static const double OSCILLATES = 0.95; /* a step overshoots only if the damping ratio is less than
-                                        * this */
+static const double OSCILLATES = 0.95; /* a pair of poles counts as oscillating if its damping ratio
+                                        * is less than this; with more a step hardly overshoots */
 
-/* Frequencies of a response, as shares of the oil's: an even sweep from LOW on, and more towards
- * the peak, from a thousandth of its frequency to half of it on either side. */
+/* Frequencies of a response: a logarithmic sweep from LOW times the oil's frequency to
+ * NYQUIST_SHARE of half the sampling rate, and more frequencies on either side of the oil's, at
+ * distances from PEAK_FROM to PEAK_TO of it. */
 enum { SWEEP = 120, PEAK = (LOOP_ANSWERS - SWEEP) / 2 };
 static const double LOW = 1e-3, PEAK_FROM = 1e-3, PEAK_TO = 0.5, NYQUIST_SHARE = 0.98;
 

@@ -38,7 +38,7 @@ struct loop_pole {
 };
 
 /* Computes the poles in the upper half plane. Delays are limited to LOOP_DELAY_MOST cycles. Returns
- * their number, or 0 if the loop is not finite. */
+ * the number of poles, or 0 if the loop has values that are not finite. */
 enum { LOOP_DELAY_MOST = 14, LOOP_POLES = 10 + 2 * (LOOP_DELAY_MOST + 1) };
 int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params,
                    struct loop_pole pole[LOOP_POLES]);
@@ -61,7 +61,8 @@ void loop_plant_find(const struct loop_leg leg[LEGS], const struct loop_mode_inp
                      struct loop_plant *plant);
 
 /* Rms acceleration of a mode that the sensors' errors, taken as white, cause in a stable loop; in
- * an unstable loop a huge number or NaN. The unit is m/s^2 per unit of the legs' motion. */
+ * an unstable loop a huge number or NaN. Times shape->motion it is the acceleration of the legs,
+ * m/s^2. */
 double loop_noise(const struct loop_leg leg[LEGS], const struct loop_mode_input *shape, const struct params *params);
 
 double loop_pole_hz(const struct loop_pole *pole);      /* magnitude |s| / 2 pi, Hz */

@@ -32,8 +32,8 @@ double loop_survey_oil_hz(const struct loop_survey *s);
 double loop_survey_loop_hz(const struct loop_survey *s);
 
 /* Amplitude of axis `dof`, relative to the reference of axis `driven`, at a frequency. It is
- * interpolated between the neighbouring tones of the driven axis; beyond its last tone the value of
- * this tone is returned. */
+ * interpolated between the neighbouring tones of the driven axis; outside the range of these tones
+ * it is that of the nearest one. */
 double complex loop_survey_response(const struct loop_survey *s, enum dof driven, enum dof dof, double hz);
 
 /* Amplitude of an axis, relative to its own reference, at a frequency. */

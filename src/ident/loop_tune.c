@@ -15,7 +15,7 @@ static const double dampings[] = {TUNE_DAMPING, 0.2, 0.15, 0.1, 0.05, 0.0};
 enum { DAMPINGS = sizeof dampings / sizeof *dampings };
 
 /* kpf is tried from a 30th to ten times the value of kpf_of(), then in finer steps about the best
- * one; kp by halving from its bound down. */
+ * one. For each kpf, kp is found by bisection between its bound and a KP_RANGE-th of it. */
 enum { STEPS_PER_DECADE = 6, STEPS_BELOW = 9, STEPS_ABOVE = 6, FINE = 4, HALVINGS = 9 };
 static const double KP_RANGE = 500.0;
 static const double NOISE_SHARE = 0.4;     /* share of the accepted shaking that the gains may
@@ -49,8 +49,8 @@ struct field {
     double own_damping[DOFS];          /* dampings of the modes at neutral without a controller */
     bool surveyed;                     /* the legs are as a survey found them */
     struct loop_found found;
-    int failed;                        /* mode of all places, DOFS place + mode, whose margins were
-                                        * missed last */
+    int failed;                        /* index, DOFS place + mode, of the mode that last missed its
+                                        * margins */
 };
 
 /* Upper bound of a leg's speed in the tests, m/s; 0 for a trajectory, whose speeds are not known
@@ -299,9 +299,10 @@ static bool keeps_dampings(const struct field *f) {
     return true;
 }
 
-/* What is required of gains, beside the margins, the dampings and the noise. */
+/* Requirements on gains, in addition to the margins, the dampings of keeps_dampings() and the
+ * noise. */
 struct required {
-    double damping, delay_s;           /* of the slowest mode; least delay until the loop shakes */
+    double damping, delay_s;           /* least damping of the slowest mode; least delay margin */
 };
 
 /* True if the gains meet all requirements. The cheapest checks come first. */
@@ -326,8 +327,8 @@ static struct control_params gains_of(const struct field *f, double kff, double 
     return g;
 }
 
-/* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: no kp
- * does. */
+/* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: not even
+ * the least kp does. */
 static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping) {
     const struct required required = {.damping = damping};
     double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;
@@ -394,8 +395,8 @@ static struct control_params find(struct field *f, const struct control_params *
 }
 
 /* Gives the faster modes as much more of kp and ki as the requirements bear. A loop that is faster
- * in all modes bears less delay, and most of what a machine has and its model has not is delay, so
- * a share of it is kept. */
+ * in all modes bears less delay, and most of what the model of a machine lacks acts as delay. So
+ * the gains keep the share TUNE_MODAL_DELAY of the delay margin. */
 static void raise_modal(struct field *f, struct control_params *g, double damping) {
     struct control_params tried = *g;
     if (!(g->kp > 0.0)) return;

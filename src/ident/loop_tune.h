@@ -5,10 +5,11 @@
  *
  * kff follows from the speed of a leg at full opening, and from the amplitudes that the configured
  * tests then reach. kp is the largest one for which, with ki of TUNE_INTEGRAL of the bandwidth and
- * some kpf, the loop meets three requirements. In every pose every mode has a gain margin of
+ * some kpf, the loop meets four requirements. In every pose every mode has a gain margin of
  * TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command and stable poles. The slowest
- * mode of the oil has a damping of TUNE_DAMPING wherever the platform is driven. The sensors' noise
- * does not shake the platform. Ordinary threads; heap. */
+ * mode of the oil has a damping of TUNE_DAMPING wherever the platform is driven. Each mode has a
+ * least damping at neutral (MODE_DAMPING in loop_tune.c). The sensors' noise does not shake the
+ * platform. Ordinary threads; heap. */
 #ifndef HEXID_LOOP_TUNE_H
 #define HEXID_LOOP_TUNE_H
 
@@ -55,8 +56,8 @@ struct loop_standing {
     struct loop_mode_standing {  /* modes by ascending frequency, at neutral */
         enum dof dof;
         double oil_hz, oil_damping;       /* without a controller */
-        double hz, damping;               /* least damped pair of poles with the controller; NaN:
-                                           * there is none */
+        double hz, damping;               /* least damped pair of poles with the controller; hz NaN
+                                           * and damping 1: there is none */
         double bandwidth_hz;
         struct loop_least gain_db, phase_deg; /* least margins over all poses */
     } mode[DOFS];
@@ -82,7 +83,8 @@ struct loop_tune {
 
 /* Finds gains. bus: the machine is on a field bus. parts: also look for the limiting part; each
  * part takes as long as finding the gains. Returns -2 if the supply cannot hold the platform up at
- * neutral, or a delay exceeds LOOP_DELAY_MOST cycles; -3 without memory. */
+ * neutral, the configured controller has no weights (modal_init), or a delay exceeds
+ * LOOP_DELAY_MOST cycles; -3 without memory. */
 int loop_tune(const struct params *params, bool bus, bool parts, struct loop_tune *result, struct error *error);
 
 /* Finds gains for the machine as a survey found it at neutral, in place of the configured one:
@@ -95,7 +97,8 @@ int loop_tune_surveyed(const struct params *params, const struct loop_survey *su
  * loop_tune(). */
 int loop_tune_stand(const struct params *params, bool bus, struct loop_standing *standing, struct error *error);
 
-/* Upper bound of a leg's speed in the moves and in the configured tests, m/s. */
+/* Upper bound of a leg's speed in the moves and in the configured tests, m/s. A trajectory counts
+ * as 0, because its speeds are not known here. */
 double loop_fastest_mps(const struct params *params);
 
 /* Axis and value of the pose as text: "z 0.45 m"; "neutral". */

@@ -78,7 +78,7 @@ static void note_values(struct machine_found *f, const char *key, int count, con
     else note(f, key, "+- %.2g at most (95 %%)", NUMERIC_95 * widest);
 }
 
-/* A value without the digits that are far below its standard deviation: one more than its first. */
+/* Rounds a value to the second significant digit of its standard deviation. */
 static double rounded(struct found_value x) {
     if (!(x.std > 0.0 && isfinite(x.std))) return x.value;
     double power = 1.0 - floor(log10(x.std)), unit = pow(10.0, fabs(power));
@@ -115,8 +115,8 @@ static void note_payload(struct machine_found *f, const struct params *configure
     for (int i = 0; i < PAYLOAD_VALUES; i++) note_values(f, payload_keys[i], 1, &x[i], &was[i]);
 }
 
-/* True if an effect of the configuration changes the payload. The effects then go off if `off`,
- * because method C's payload is the sum of both. */
+/* True if an effect of the configuration changes the payload. If `off`, switches these effects off,
+ * because method C's payload already contains them. */
 static bool payload_effects(struct params *p, bool off) {
     static const char *const names[] = {"payload_mass", "payload_center_of_mass", "payload_rotational_inertia"};
     bool any = false;
@@ -141,7 +141,8 @@ static void take_payload(struct machine_found *f, const struct params *configure
         return;
     }
     configured_payload(configured, nominal, std);
-    /* The configured values are then not those of the sum, and count for nothing. */
+    /* With such effects the configured values are not those of the sum that method C found, and get
+     * no weight. */
     for (int i = 0; i < PAYLOAD_VALUES && twice; i++) std[i] = (double)INFINITY;
     for (int i = 0; i < PAYLOAD_VALUES; i++)
         x[i] = (struct found_value){payload->whole ? payload->nearest[i] : payload->value[i], payload->std[i]};
@@ -161,8 +162,8 @@ static void take_payload(struct machine_found *f, const struct params *configure
 
 /* ---- friction ---- */
 
-/* True if the configuration has friction along the legs of a law that method C's two do not
- * replace. */
+/* True if the configuration has an effect of friction along the legs besides viscous and dry
+ * friction, which method C's values replace. name: set to this effect. */
 static bool other_friction(const struct params *p, int viscous, int dry, const char **name) {
     for (int i = 0; effect_table[i]; i++) {
         if (!p->effects[i].on || !effect_table[i]->leg_friction || i == viscous || i == dry) continue;
@@ -272,8 +273,8 @@ static struct found_value flow_factor(const struct oil_leg *found, const struct 
     return by;
 }
 
-/* Factors of the oil's stiffness and of the valves' flow. A chamber's pressure changes by c, E A /
- * V, for a metre of the piston. */
+/* Takes the oil's stiffness and the valves' flow. A chamber's pressure changes by c = E A / V for a
+ * metre of the piston. */
 static void take_legs(struct machine_found *f, const struct loop_place *neutral, const struct kinematics *k,
                       const struct loop_survey *survey) {
     const struct tolerance_params *tolerance = &f->params.model.tolerance;
@@ -292,8 +293,8 @@ static void take_legs(struct machine_found *f, const struct loop_place *neutral,
     take_factors(f, "hydraulics.valve_flow_m3_per_s", f->params.hydraulics.valve_flow_m3_per_s, tolerance->valve_gain, flow);
 }
 
-/* The delay beside the valves' own and half a cycle of holding, mean of the legs, whose scatter is
- * its interval. */
+/* Takes the legs' mean delay beyond that of the valves and half a cycle of holding. The scatter of
+ * the legs gives its interval. */
 static void take_delay(struct machine_found *f, const struct kinematics *k, const struct loop_survey *survey) {
     double sum = 0.0, squares = 0.0, was = f->params.control.delay_s;
     int legs = 0;

@@ -1,22 +1,23 @@
-/* The configuration of the machine as an identification found it: payload and friction by method
- * C, and by a survey the stiffness of the oil, the valves' gains and the delay.
+/* The configuration of the machine as an identification found it: payload and friction by method C,
+ * and by a survey the stiffness of the oil, the valves' gains and the delay.
  *
- * A feed-forward is linear in these parameters, so the values with the least expected square of
- * its error are their means given all that is known. A parameter was measured as x with the
- * variance s^2, and the configuration says n, uniform within a tolerance (model.tolerance), with
- * the variance t^2: the mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w
- * s^2. Method C's payload, friction and a survey's oil owe nothing to the configured values, so
- * n counts once.
+ * A feed-forward is linear in these parameters, so the values with the least expected square of its
+ * error are their means given all that is known. A parameter was measured as x with the variance
+ * s^2, and the configuration says n, uniform within a tolerance (model.tolerance), with the
+ * variance t^2: the mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w s^2.
+ * Method C's payload, friction and a survey's oil owe nothing to the configured values, so n counts
+ * once.
  *
- * A tolerance is only as good as who stated it: where the sum of (x - n)^2 / (s^2 + t^2) over a
- * group (the payload's values; the same of all legs) is a chi-square that a true configuration
- * has once in 1 / FOUND_CONTRADICTED machines, the configuration is of another payload, oil or
- * seal, and w = 1 for the group. What is not determined stays as configured.
+ * A stated tolerance may be wrong. The sum of (x - n)^2 / (s^2 + t^2) over a group (the values of
+ * the payload, or one parameter of all legs) is a chi-square. If a true configuration has such a
+ * large one with less than the probability FOUND_CONTRADICTED, the configuration is that of another
+ * payload, oil or seal, and w = 1 for the group. A value that is not determined stays as
+ * configured.
  *
- * Dry friction has no tolerance. Its mean over both directions is taken, as a constant force of
- * a leg (a pressure's zero, the weight) has opposite signs in them. The six legs' seals are of
- * one make, of an unknown size a: w = a^2 / (a^2 + s^2), a^2 the mean of x^2 - s^2 (empirical
- * Bayes). So friction that is noise is not driven against. Pure. */
+ * Dry friction has no tolerance. Its mean over both directions is taken, as a constant force of a
+ * leg (a pressure's zero, the weight) has opposite signs in them. The six legs' seals are of one
+ * make, of an unknown size a: w = a^2 / (a^2 + s^2), a^2 the mean of x^2 - s^2 (empirical Bayes).
+ * So friction that is only noise is not compensated. Pure. */
 #ifndef HEXID_MACHINE_FOUND_H
 #define HEXID_MACHINE_FOUND_H
 
@@ -35,7 +36,7 @@ struct found_value {
  * states. tolerance_std 0: the configuration is exact; infinite: it says nothing. */
 struct found_value found_mean(struct found_value measured, double nominal, double tolerance_std);
 
-/* Payload's values and 12 parameters of the legs at most. */
+/* Capacities: notes, reasons in kept_why, and bytes of a reason. */
 enum { FOUND_NOTES = 24, FOUND_KEPT = 12, FOUND_KEPT_SIZE = 200 };
 
 struct machine_found {
@@ -53,8 +54,8 @@ void machine_found(const struct params *configured, const struct method_c *c, co
 /* True if a log with this configuration is that of a survey (hexid run --survey). */
 bool machine_found_is_survey(const struct params *params);
 
-/* Takes a survey's oil, valves and delay; after machine_found(). If the configuration is
- * that of the survey, its motion goes out of it, back to the tests. */
+/* Takes a survey's oil, valves and delay; after machine_found(). If the configuration is that of
+ * the survey's run, the survey's motion is removed from it, so that it has the tests again. */
 void machine_found_survey(const struct loop_survey *survey, struct machine_found *found);
 
 #endif

@@ -42,8 +42,8 @@ struct rows {
     double covariance[ROWS * ROWS];
 };
 
-/* A machine with certain systematic errors, and a test's series as the sensors of that machine
- * would read them. */
+/* A machine whose sensors and joints have these systematic errors, and a test's series with these
+ * errors undone. */
 struct suspect {
     double error[SYSTEMATICS];
     struct params machine;
@@ -83,7 +83,7 @@ static const char no_inertia[] = "method C: the configured machine has no inerti
 static const char no_such_machine[] = "method C: model.tolerance: no pose of a machine whose joints or sensors are off by so much has "
                                       "these lengths: make joints_m, length_gain or length_zero_m smaller";
 
-/* Finds a test's series for a machine with these systematic errors. */
+/* Fills a suspect: the machine with these systematic errors, and a test's series without them. */
 static void suspect_init(const struct work *w, const double error[SYSTEMATICS], int test, struct suspect *s) {
     memcpy(s->error, error, sizeof s->error);
     s->machine = *w->params;
@@ -117,7 +117,7 @@ static void springs_wrench(const struct inverse_dynamics *d, const double stiffn
     external_stiffness.wrench(&springs, pose, wrench);
 }
 
-/* Finds the leg forces for one unit of each spring. False: the Jacobian is singular. */
+/* Finds the leg forces for one unit of each spring. Returns false if the Jacobian is singular. */
 static bool springs_at(const struct work *w, const struct inverse_dynamics *d, double j[LEGS][DOFS], double value[COLUMNS][LEGS]) {
     for (int i = 0; i < DOFS; i++) {
         double wrench[DOFS] = {0}, unit[DOFS] = {0};
@@ -130,8 +130,9 @@ static bool springs_at(const struct work *w, const struct inverse_dynamics *d, d
     return true;
 }
 
-/* Finds the coefficients of all unknowns in the force of each leg at a phase, and the force that
- * depends on no unknown. False: no pose has these lengths. */
+/* Finds the coefficients of all unknowns except the systematic errors in the force of each leg at a
+ * phase, and in value[UNKNOWNS] the force that depends on no unknown. Returns false if no pose has
+ * these lengths or the Jacobian is singular. */
 static bool values_at(const struct work *w, const struct suspect *s, struct inverse_dynamics *d, int test, int phase,
                       double value[COLUMNS][LEGS]) {
     const struct friction_course *course = &w->course[test];
@@ -219,8 +220,8 @@ static void measured_off(struct work *w, int test, int error, double by, double 
 }
 
 /* Linearises the rows in the systematic errors, about their values found so far. The column of an
- * error is the change of the needed less that of the measured force; the right-hand side becomes
- * its value without errors. Returns false if a machine with such an error cannot move as
+ * error is the change of the needed less that of the measured force; the right-hand side is
+ * extrapolated to errors of zero. Returns false if a machine with such an error cannot move as
  * measured. */
 static bool fill_systematic(struct work *w, int test) {
     struct rows *r = &w->rows;
@@ -229,8 +230,9 @@ static bool fill_systematic(struct work *w, int test) {
     for (int s = 0; s < SYSTEMATICS; s++) {
         double step = STEP * w->sum->systematic[s], *column = r->column[SYSTEMATIC + s];
         if (!(step > 0.0)) continue;
-        /* The difference quotient is central. A one-sided one would have a second-order part, which
-         * makes the noise that a skew moves look correlated with itself. */
+        /* The quotient of the measured force is central. The second-order part of a one-sided
+         * quotient would correlate the noise in the column of a skew with the noise in the
+         * right-hand side. */
         measured_off(w, test, s, -step, below_n);
         measured_off(w, test, s, step, above_n);
         for (int row = 0; row < r->count; row++) column[row] = (below_n[row] - above_n[row]) / (2.0 * step);
@@ -387,10 +389,10 @@ static void add_repeating(struct work *w, const struct residual_test *t) {
     w->sum->repeating += 2.0 * square(share);
 }
 
-/* Subtracts the attenuation of entries and pipes from the right-hand sides. share: variance of the
- * noise, as a share of the stated one. The attenuation is known only as well as this variance; its
- * uncertainty is an error that all logs share. The gains are left out, because their scales are
- * held. */
+/* Subtracts the attenuation of all unknowns except the gains from the right-hand sides. share:
+ * variance of the noise, as a share of the stated one. The attenuation is known only as well as
+ * this variance; its uncertainty, which replaces it in e->attenuation, is an error that all logs
+ * share. The gains are left out, because their scales are held. */
 static void take_attenuation_off(struct equations *e, double share) {
     for (int c = 0; c < UNKNOWNS; c++) {
         if (c >= SYSTEMATIC && c < SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO) continue;
@@ -438,8 +440,8 @@ static bool find_more_mass(struct work *w, const double neutral_length_m[LEGS]) 
     return true;
 }
 
-/* Prepares for each test the ripple of the force by held commands, which is small, so that the
- * configured machine gives it, and the course of friction. */
+/* Prepares for each test the course of friction, and the ripple of the force by held commands. The
+ * ripple is so small that the configured machine describes it well enough. */
 static int prepare_tests(struct work *w, struct error *error) {
     w->staircase = calloc((size_t)w->data.tests + 1, sizeof *w->staircase);
     w->course = calloc((size_t)w->data.tests + 1, sizeof *w->course);

@@ -12,8 +12,8 @@
  * inertia of -K / w^2. `rest` is small near neutral and computed from the configured bodies:
  * velocity terms, the change of Mt with the pose, the legs' weight. If the payload differs from the
  * configured one, the difference of its weight is part of the entries' columns, so its stiffness is
- * not mistaken for inertia, as in method A. Effects in the configuration are left out. The ripple
- * that held commands leave in synchronous samples is subtracted (residual_staircase).
+ * not mistaken for inertia, which it is in method A. Effects in the configuration are left out. The
+ * ripple that held commands leave in synchronous samples is subtracted (residual_staircase).
  *
  * Three kinds of dry friction are fitted beside the constants (friction_course.h): friction that
  * depends on speed (Stribeck, six basis functions), on the pressures, or on a seal that deforms
@@ -86,13 +86,14 @@ struct method_c {
     double scatter;
 };
 
-/* Computes the equations of a checked recording of a platform (recording_check). Returns -2 if no
- * pose has these lengths or a leg does not move, -3 without memory. */
+/* Computes the equations of a checked recording of a platform (recording_check). Returns -2, with
+ * the reason, if the recording and the configured machine do not fit together (no pose has these
+ * lengths, a force is constant) or a leg does not move in both directions; -3 without memory. */
 int method_c_equations(const struct recording *recording, struct equations *equations, struct error *error);
 
 /* Solves the equations of one recording, or the summed equations of several recordings of one
  * machine. result: the determined values; estimate: all values. Returns -2 if some leg does not
- * move in both directions, or no entry is determined. */
+ * move in both directions, no entry is determined, or the configured geometry is impossible. */
 int method_c_solve(const struct equations *equations, const struct params *configured, struct estimate *estimate, struct method_c *result,
                    struct error *error);
 
@@ -103,8 +104,8 @@ int method_c(const struct recording *recording, struct method_c *result, struct 
 /* Fills m->at_pose for this pose. Returns -2 if a leg's stroke does not reach it. */
 int method_c_at_pose(struct method_c *m, const struct params *params, const double pose[DOFS], struct error *error);
 
-/* Value and standard deviation of an unknown below UNKNOWN_BASIS, given by its index in the
- * equations; NaN: not determined. */
+/* Value and standard deviation of an unknown, given by its index in the equations, which must be
+ * below UNKNOWN_SYSTEMATIC; NaN: not determined. */
 double method_c_value(const struct method_c *m, int unknown, double *std);
 
 #endif

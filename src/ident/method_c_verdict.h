@@ -10,8 +10,8 @@
  *   body       squared distance of the payload from the nearest body of positive density, which is
  *              no farther than the true body: at most a chi-square of ten degrees of freedom
  *   one body   the matrix without its legs is that of one rigid body: chi-square, 21 - 10
- *   definite   v' Mt v > 0 for every v: the square of a negative one over its variance is at most a
- *              chi-square of 21 (Scheffe), however v was chosen
+ *   definite   v' Mt v > 0 for every v: the square of a negative v' Mt v over its variance is at
+ *              most a chi-square of 21 (Scheffe), however v was chosen
  *   friction   no leg's viscous or mean dry friction is negative: one-sided normal tests
  *
  * All checks together fail at most METHOD_C_FALSE_ALARMS of true results. Each check has an equal

@@ -3,9 +3,9 @@
  *
  * x = a sin wt + b cos wt is kept as [a, b]; its derivative is w [-b, a] = w [a b] Q, Q = [0 1; -1
  * 0]. Poses are Euler angles, whose rates equal the body rates only near neutral, and tests are
- * therefore about neutral. At 0.006 rad the two differ by 0.006 of the other angles' rates. These
- * are unwanted motion, below a tenth of the tested angle's rate, and the difference has a
- * fundamental only if both are in the motion.
+ * therefore about neutral. At 0.006 rad the two differ by 0.006 of the other angles' rates, which
+ * are unwanted motion, below a tenth of the tested angle's rate. This difference is a product of an
+ * angle and a rate, which has a fundamental only if one of them has a mean or a higher harmonic.
  *
  * Condition numbers are those of the motion matrix with each row divided by the ideal value of its
  * own test (w^2 amplitude, w amplitude): free of units, 1 if every test moves its axis by the
@@ -38,13 +38,14 @@ struct test_result {
     double pose_rms[DOFS], wrench_rms[DOFS]; /* rms residuals of the fit */
     double pose_std[DOFS], wrench_std[DOFS]; /* standard deviations of the fundamental's
                                               * coefficients, if the residual is white */
-    /* Largest distance of a leg's mean length from the mean length by its reference, m, and this
-     * leg; 0 without a reference. */
+    /* Leg (0..5) whose mean length is farthest from the mean length by its reference, and this
+     * difference, m, positive if the leg is too long; 0 without a reference. */
     double off_m;
     int off_leg;
     struct testimony witness;    /* result of the consistency check of the readings */
-    enum refusal refused;        /* why no method uses the test: REFUSED_INCOMPLETE or
-                                  * REFUSED_UNDETERMINED */
+    enum refusal refused;        /* why methods A, modified A and B do not use the test:
+                                  * REFUSED_INCOMPLETE or REFUSED_UNDETERMINED; REFUSED_NOT: they
+                                  * use it */
 };
 
 struct method_result {
@@ -61,8 +62,8 @@ struct method_result {
 /* Method A: solves [Mt, Bt] U = H, 72 equations, with U_d = [-w^2 A_d; w A_d Q]. */
 struct method_result method_a(const struct test_result *const test[DOFS]);
 
-/* Modified method A: as method A, but all coupling entries have the magnitude m_qz = (|Mt(1,5)| +
- * |Mt(4,2)|) / 2 and nominal signs. */
+/* Modified method A: as method A, but the coupling entries (1,5), (5,1), (2,4) and (4,2) have the
+ * magnitude m_qz = (|Mt(1,5)| + |Mt(4,2)|) / 2 and their nominal signs. */
 struct method_result method_modified_a(const struct method_result *a, double nominal_mt[DOFS][DOFS]);
 
 /* Method B (Koekebakker 2001): uses only the parts of wrench and acceleration that are in phase

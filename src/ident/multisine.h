@@ -3,9 +3,8 @@
  *
  * Tones are harmonics of 0.25 Hz, evenly spaced in log frequency from 1 Hz to 32 Hz (at most a
  * sixteenth of the loop's rate), given to the axes in turn. All move the legs at the same speed.
- * Together they give the fastest leg an rms rate of a twenty-fifth of the rate that
- * limits.leg_rate_mps and the valve's full opening allow. Phases after Schroeder 1970 avoid peaks.
- * The first pass is for settling. */
+ * Together they give the fastest leg an rms rate of a twenty-fifth of multisine_rate_limit_mps().
+ * Phases after Schroeder 1970 avoid peaks. The first pass is for settling. */
 #ifndef HEXID_MULTISINE_H
 #define HEXID_MULTISINE_H
 

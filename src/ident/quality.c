@@ -94,8 +94,8 @@ static int take_reference(const struct quality_record *r, struct quality_plan *p
     return STATUS_OK;
 }
 
-/* Looks at the samples that are evaluated, piece by piece: few in ten minutes may be all of a
- * piece. */
+/* Checks the evaluated samples piece by piece, because a share of missing samples that is small in
+ * the whole motion may be all of a piece. */
 static int check_missing(const struct quality_record *r, const struct quality_plan *plan, double most_pct, struct error *error) {
     static const char *const kinds[QUALITY_KINDS] = {"rest", "tone", "slope", "step", "long", "fast"};
     for (const struct quality_piece *p = plan->piece; p < plan->piece + plan->pieces; p++) {
@@ -159,9 +159,9 @@ static int bin_of(const struct window *w, double hz) {
 
 static double radps_of(const struct window *w, int bin) { return 2.0 * PI * bin / (w->samples * w->step_s); }
 
-/* Second differences of an axis over LAG_S, by which its acceleration is found before the Fourier
- * sums: a slow drift through the window would spread over all their bins, its curvature does
- * not. */
+/* Fills second differences of the piece's axis over LAG_S. The Fourier sums take them in place of
+ * the pose, whose slow drift through the window would spread over all bins; the drift's curvature
+ * does not. */
 static void differentiate(const struct quality_piece *p, const struct quality_record *r, int lag, double (*differences)[DOFS]) {
     for (int n = 0; n < p->samples; n++) {
         int at = p->begin + n, before = at < lag ? 0 : at - lag, after = at + lag < r->cycles ? at + lag : r->cycles - 1;
@@ -195,7 +195,8 @@ static struct bins_beside take_bins(const struct window *w, const double (*pose)
         double power = square(cabs(a)), far = cabs(a) / square(radps_of(w, bin));
         double moved = square(bin <= 2 * p->periods ? cabs(amplitude(w, pose, p->dof, bin)) : far);
         int order = bin % p->periods ? 0 : bin / p->periods;
-        /* below, what is left of the ramp-in is large as a displacement */
+        /* at least half of the tone's frequency; below, the remainder of the ramp-in is large as a
+         * displacement */
         bool above = 2 * bin >= p->periods;
         if (!order && above && bin - p->periods <= wide) r.near += moved, nearby++;
         if (order == 1 || bin > bin_of(w, QUALITY_BAND_HZ)) continue;
@@ -285,8 +286,9 @@ static double middle_error(const struct quality_piece *p, const struct quality_r
     return sum / count;
 }
 
-/* True if the platform followed both the first quarter, which had got to `followed`, and the way
- * from one peak to the other. A play that is wider rests on one side, as if there were none. */
+/* True if the platform followed the first quarter, from the reference `followed` on, and most of
+ * the distance between the two peaks. In a play wider than the triangle it would rest on one side,
+ * as if there were no play. */
 static bool follows(const struct quality_piece *p, const struct quality_record *r, double followed) {
     int quarter = p->samples / QUALITY_QUARTERS, up = p->begin + quarter, down = up + 2 * quarter;
     double way = r->pose[up][p->dof] - r->pose[down][p->dof];
@@ -305,12 +307,13 @@ static void take_slope(struct quality *q, const struct quality_piece *p, const s
     }
     a->hysteresis = middle_error(p, r, true) - middle_error(p, r, false);
     if (!follows(p, r, a->threshold)) a->threshold = a->hysteresis = (double)NAN;
-    /* wider, the platform does not move yet where the middle begins */
+    /* with a wider loop the platform does not move yet where the middle begins */
     if (a->hysteresis > SLOPE_MIDDLE * p->amplitude) a->hysteresis = (double)NAN;
     a->slope_rate = p->amplitude / (quarter * q->plan.step_s);
 }
 
-/* Time of a step in which a course first has passed a share of the height, between samples, s. */
+/* Time, s, from sample 0 until x first has passed this share of the height, interpolated between
+ * samples; NaN: it never does. */
 static double passes(const struct quality_plan *plan, const double (*x)[DOFS], int dof, int count, double from, double height,
                      double share) {
     double before = 0.0;

@@ -3,8 +3,8 @@
  * AGARD-AR-144 and of 14 CFR 60 appendix A (3.a to 3.d), defined in docs/qualify.md. A pure
  * function of plan and samples; what was not measured is NaN. Ordinary threads; heap.
  *
- * Lengths and angles are m and rad; in `limits` and where a name says so, angles are metres at
- * arm_m. */
+ * Lengths and angles are m and rad; in quality_check.h's limits, and where a name says so, angles
+ * are metres at arm_m. */
 #ifndef HEXID_QUALITY_H
 #define HEXID_QUALITY_H
 
@@ -38,14 +38,16 @@ int quality_record_settle(struct quality_record *r, struct quality_plan *plan, d
 /* One tone of one axis. */
 struct quality_tone {
     double hz, amplitude; /* frequency, and amplitude of the reference */
-    double complex gain[DOFS]; /* each axis over the reference of the tone's own; m, rad mixed */
-    double std; /* standard deviation of gain[own]: of its amplitude, and in radians of
-                                * its phase */
-    double coherence; /* share of the answer's mean square that is at the tone, from half of
-                                * its frequency to QUALITY_BAND_HZ */
-    /* acceleration of the answer beside the tone, to QUALITY_BAND_HZ, over the tone's own:
-     * harmonics 2 and 3, higher ones, and what is no harmonic (rms over rms); and the peak of all
-     * three over the tone's amplitude. NaN: such harmonics are beyond QUALITY_BAND_HZ */
+    double complex gain[DOFS]; /* amplitude of each axis over that of the reference of the tone's
+                                * own axis, each in m or rad */
+    double std; /* standard deviation of the own axis's gain, of its real and of its imaginary part;
+                 * for a gain near 1 also that of its phase, rad */
+    double coherence; /* share of the answer's mean square that is at the tone, from half of its
+                       * frequency to QUALITY_BAND_HZ */
+    /* acceleration of the answer beside the tone, up to QUALITY_BAND_HZ, over that at the tone.
+     * low: harmonics 2 and 3; high: higher ones; noise: the part that is no harmonic; all rms over
+     * rms. peak: peak of all three over the tone's amplitude. NaN: such harmonics are beyond
+     * QUALITY_BAND_HZ */
     double low, high, noise, peak;
 };
 
@@ -55,16 +57,15 @@ extern const double quality_band_hz[QUALITY_BANDS + 1];
 
 struct quality_axis {
     double rest[QUALITY_BANDS]; /* rms acceleration at rest in each band, m/s^2, rad/s^2 */
-    /* displacement from rest until half of it is followed, and width of the loop of a slow
-     * triangle; NaN: wider than the triangle can show */
+    /* in a slow triangle: displacement of the reference from rest until the platform follows half
+     * of it, and width of the hysteresis loop. NaN: more than the triangle can show */
     double threshold, hysteresis;
-    double slope_rate; /* rate of that triangle: a lag T alone is a threshold and
-                                                * a hysteresis of 2 T times it */
+    double slope_rate; /* rate of that triangle: a lag T alone is a threshold and a hysteresis of 2
+                        * T times it */
     double lag_s; /* phase over frequency of the 0.5 Hz tone */
     double dead_s, half_s; /* delay at a tenth and at half of a step's height */
     double excursion, rate, accel; /* largest amplitudes reached in sines */
-    double turn_around; /* peak acceleration beside the tone at the reversals
-                                                * of the 0.5 Hz tone */
+    double turn_around; /* peak acceleration beside the tone at the reversals of the 0.5 Hz tone */
 };
 
 struct quality {
@@ -82,8 +83,8 @@ int quality_measure(struct quality *q, const struct quality_plan *plan, const st
 /* Factor from an axis's unit to metres: 1, or arm_m for an angle. */
 double quality_metres(const struct quality_plan *plan, int dof);
 
-/* Motion of an axis as a share of the reference of axis `driven`, both in metres; of its own axis
- * the gain's amplitude. */
+/* Amplitude of an axis as a share of the reference of axis `driven`, both in metres; for dof =
+ * driven it is that of the gain. */
 double quality_cross(const struct quality *q, int driven, int tone, int dof);
 
 /* The largest of quality_cross() of all other axes. */

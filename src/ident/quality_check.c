@@ -9,7 +9,8 @@
 /* Two tones are the same if their frequencies differ by at most this share; tones are placed on
  * whole loop periods, so frequencies differ a little. */
 static const double SAME_FREQUENCY = 0.02;
-/* At other amplitudes a nonlinear machine has other describing functions. */
+/* Two tones are comparable if their amplitudes differ by at most this share, because the describing
+ * function of a nonlinear machine depends on the amplitude. */
 static const double SAME_AMPLITUDE = 0.02;
 
 struct quality_change quality_change(const struct quality *now, const struct quality *before, int dof, int tone) {
@@ -72,8 +73,8 @@ static double of_balance(const struct subject *s) {
     return most;
 }
 
-/* Which values a check takes the worst of. OF_HARMONICS: low tones whose second harmonic is in the
- * measured band. */
+/* Values of which a check takes the worst. OF_LOW_TONES: those of tones up to qualify.up_to_hz;
+ * OF_HARMONICS: those of low tones whose second harmonic is in the measured band. */
 enum reach { OF_MACHINE, OF_AXES, OF_TONES, OF_LOW_TONES, OF_HARMONICS };
 
 static bool counts(enum reach reach, double hz, const struct qualify_params *limits) {

@@ -12,10 +12,10 @@ enum { QUALITY_CHECKS = 15 };
 struct quality_check {
     const char *key, *unit, *what;  /* key in the section `qualify`; what is measured, for people */
     bool least;                     /* the limit is a lower one */
-    double value, limit;            /* the worst value; NaN: not measured */
+    double value, limit;            /* the worst value, NaN: not measured; limit 0: none */
     bool lacks;                     /* an axis or a tone has no value */
-    enum verdict_status status;     /* NOT_EVALUATED without a limit; nor does it pass if it lacks
-                                     * a value */
+    enum verdict_status status;     /* VERDICT_NOT_EVALUATED without a limit or any value, and in
+                                     * place of a pass if `lacks` */
     int dof;                        /* axis of the worst value; -1: none */
     double hz;                      /* frequency of the worst value; NaN: none */
 };

@@ -11,8 +11,8 @@
 #include "units.h"
 
 static const double tone_hz[QUALITY_TONES] = {0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 14.0, 20.0};
-/* Frequency of the highest tone, as a share of the loop's rate: above it a cycle's staircase is
- * more than a fifth of a radian. */
+/* Frequency of the highest tone, as a share of the loop's rate: above it the half cycle by which
+ * held commands lag is more than a fifth of a radian. */
 static const double OF_RATE = 1.0 / 16.0;
 /* Shortest cycle: the motion has a knot of 104 bytes for each of its cycles, 120 MB here. */
 static const double LEAST_STEP_S = 5e-4;
@@ -23,8 +23,9 @@ static const int LEAST_PERIODS = 2;
 static const double LEAST_TONE_S = 2.0;
 /* The controller's integral settles in about kp / ki, 2 s as shipped: slow tones wait for it. */
 static const double LEAD_BELOW_HZ = 1.5, LEAD_S = 1.5;
-/* Shares of the legs' free stroke and highest rate: of tones, steps, slopes; and of the motions
- * that show what is reached. AGARD-AR-144 takes a tenth for describing functions. */
+/* Shares of the legs' free stroke and highest rate (steps and slopes: of the rate only) that the
+ * pieces use; REACH_SHARE is for the long and the fast ones. AGARD-AR-144 takes a tenth for
+ * describing functions. */
 static const double TONE_SHARE = 0.1, STEP_SHARE = 0.2, SLOPE_SHARE = 0.005, REACH_SHARE = 0.5;
 /* Share of the rate that a stop's ramp-out adds to the motion that goes on under it. */
 static const double STOP_SHARE = 0.3;
@@ -45,8 +46,8 @@ static const double RISE_RATE = 15.0 / 8.0, RISE_ACCEL = 5.7735;
 struct response {
     struct loop_plant plant[DOFS];
     const struct params *params;
-    double resonance; /* largest one in the range of all tones, at least 1; steps, and harmonics of
-                       * a fast motion, may find it */
+    double resonance; /* largest resonance() from 1 Hz to the highest tone, at least 1; steps, and
+                       * harmonics of a fast motion, may excite it */
 };
 
 /* Largest amplitude with which a mode answers its reference. */
@@ -73,10 +74,11 @@ static bool find_response(struct response *r, const struct params *params, bool 
     return true;
 }
 
-/* SAFETY: the monitor of oscillations stops a motion whose rms acceleration exceeds the reference's
- * 1.8 times by limits.oscillation_mps2, and a resonance rings on when the reference has faded out.
- * Returns the amplitude of the reference's acceleration with which an answer so much larger exceeds
- * it by OF_ALLOWED of that limit. */
+/* SAFETY: the monitor of oscillations stops a motion whose rms acceleration exceeds 1.8 times the
+ * reference's by limits.oscillation_mps2, and a resonance rings on when the reference has faded
+ * out. Returns the amplitude of the reference's acceleration at which the rms of an answer that is
+ * larger by the factor `answers` exceeds the reference's by OF_ALLOWED of that limit; infinite if
+ * the answer is not larger. */
 static double accel_allowed_mps2(double answers, const struct params *params) {
     return answers > 1.0 ? sqrt(2.0) * OF_ALLOWED * params->limits.oscillation_mps2 / (answers - 1.0) : HUGE_VAL;
 }
@@ -109,7 +111,8 @@ static bool reaches(const struct kinematics *k, enum dof dof, double displacemen
     return true;
 }
 
-/* Largest displacement to both sides, in hundredths of what the Jacobian at neutral says. */
+/* Largest displacement that is reached to both sides, in steps of a hundredth of that by the
+ * Jacobian at neutral; an angle is at most ANGLE_MOST_RAD. */
 static double find_reach(const struct kinematics *k, enum dof dof, const struct room *r) {
     double most_m = REACH_SHARE * r->stroke_m, step = most_m / r->leg_per_unit / 100.0, reach = 0.0;
     for (int i = 1; i <= 100 && reaches(k, dof, i * step, most_m) && reaches(k, dof, -i * step, most_m); i++) reach = i * step;
@@ -134,14 +137,14 @@ static struct room find_room(const struct kinematics *k, const struct response *
     return r;
 }
 
-/* Displacement of a sine: within the shares of stroke and rate, the acceleration of the legs, and
- * what the monitor allows a machine that answers so much larger. */
+/* Amplitude of a sine within the share of stroke and rate, the acceleration of the legs, and the
+ * limit of accel_allowed_mps2(). */
 static double sine_amplitude(const struct room *r, double hz, double share, double accel_mps2, double answers) {
     double w = 2.0 * PI * hz, leg_m = fmin(share * r->stroke_m, fmin(share * r->rate_mps / w, accel_mps2 / (w * w)));
     return fmin(leg_m / r->leg_per_unit, accel_allowed_mps2(answers, r->response->params) / (w * w) / r->metres);
 }
 
-/* Appends a piece after a ramp-in. */
+/* Appends a piece, whose evaluated cycles begin after its ramp-in and lead. */
 static void add(struct quality_plan *plan, struct quality_piece piece) {
     piece.begin = plan->cycles + piece.ramp_in + piece.lead;
     plan->cycles = piece.begin + piece.samples + piece.ramp_out;
@@ -243,8 +246,8 @@ int quality_plan(struct quality_plan *plan, const struct params *params, bool bu
         add_slope(plan, (enum dof)dof, &r);
         add_steps(plan, (enum dof)dof, &r);
         add_reach(plan, (enum dof)dof, &r);
-        /* SAFETY: the way that is planned, not the way that there is: a sine's way is its rate over
-         * its frequency, so that slow legs have a bounded ramp-out as well */
+        /* SAFETY: the planned displacement counts, not the free stroke. That of a sine is bounded
+         * by its rate over its frequency, so slow legs have a bounded ramp-out, too. */
         plan->ramp_out_s = fmax(plan->ramp_out_s, RAMP_OUT_RATE * way_m(plan, (enum dof)dof, &r) / (STOP_SHARE * r.rate_mps));
     }
     free(response);

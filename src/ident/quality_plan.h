@@ -9,8 +9,10 @@
  *          the lengths averages out
  *   slope  a slow triangle from rest: threshold and hysteresis
  *   step   four smooth steps of 0.1 s, to and fro: dead time
- *   long   one period as far and as fast as the shares below allow: excursion and rate reached
- *   fast   2 Hz at that rate: acceleration reached */
+ *   long   one period as far and as fast as REACH_SHARE (quality_plan.c) allows: excursion and rate
+ *          reached
+ *   fast   2 Hz at that rate, if the stroke and the monitor of oscillations allow it: acceleration
+ *          reached */
 #ifndef HEXID_QUALITY_PLAN_H
 #define HEXID_QUALITY_PLAN_H
 
@@ -28,7 +30,7 @@ enum {
     QUALITY_PIECES = 1 + DOFS * (QUALITY_TONES + 4),
 };
 
-/* Name of its motion in tests.trajectory, where no file stands. */
+/* Value of tests.trajectory for this motion, in place of the name of a file. */
 #define QUALITY_MOTION "qualify"
 
 struct quality_piece {
@@ -38,7 +40,8 @@ struct quality_piece {
     double amplitude;          /* m or rad */
     int periods;               /* periods of a sine in its samples */
     int begin, samples;        /* evaluated cycles, counted from the motion's start */
-    int ramp_in, lead;         /* cycles before them: of the ramp, and of the whole motion */
+    int ramp_in, lead;         /* cycles before them: ramp-in (rest before slope and steps), then
+                                * sine at full amplitude */
     int ramp_out;              /* cycles after them */
 };
 
@@ -53,7 +56,9 @@ struct quality_plan {
 };
 
 /* Makes the plan. bus: the machine is on a field bus, where the loop resonates more; it changes
- * amplitudes only. Returns -2 for a machine that cannot be driven or impossible geometry. */
+ * amplitudes only. Returns -2 for a machine that cannot be driven, impossible geometry, a
+ * loop.period_s out of range, or a linear loop for which no amplitude is known to be safe; -3
+ * without memory. */
 int quality_plan(struct quality_plan *plan, const struct params *params, bool bus, struct error *error);
 
 /* Displacement on the piece's axis, m or rad; cycle 0 is the first evaluated one. */

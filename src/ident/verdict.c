@@ -199,7 +199,7 @@ static void check_over_time(const struct agreement *a, struct verdict *v) {
 }
 
 /* Fails a method whose matrix is far from that of method C, which passed and knows dry friction and
- * the sensors' errors. Says the entry that is furthest off. */
+ * the sensors' errors. The reason names the entry that is furthest off. */
 static void check_against_c(struct verdict *v, const struct check_params *limit, const struct method_result *m,
                             const struct method_result *c) {
     double worst_pct = 0.0;

@@ -18,12 +18,12 @@ struct verdict {
     /* Checks that failed or could not be done, each with value and limit. */
     char reason[VERDICT_REASONS][VERDICT_TEXT];
     int notes;
-    /* Checks that do not apply to this recording, because the values to compare with were not
-     * stated. They do not change the status. */
+    /* Remarks that do not change the status: checks that do not apply to this recording, and
+     * findings that are no failure, such as friction that changes as seals warm up. */
     char note[VERDICT_NOTES][VERDICT_TEXT];
 };
 
-/* The run's verdict, whose status is the exit status, and the verdict of each method on its own
+/* The run's verdict, which decides the exit status, and the verdict of each method on its own
  * result. The run's verdict joins the verdict on its data and the verdict of one method: method C
  * if it was evaluated, otherwise method A. The scope names it. A method without a result is not
  * evaluated. */
@@ -48,11 +48,11 @@ struct verdict verdict_of_data(const struct params *params, const struct identif
 struct verdict verdict_of_matrix(const struct params *params, const struct identification *id, const struct method_result *m,
                                  const char *name);
 
-/* Judges the run from its data's verdict and the methods' verdicts, which are all in `v`; and
- * judges methods A, modified A and B by method C, where that passes (checks.symmetry_pct). A motion
- * that method C refused is not evaluated, unless its tests are complete but shorter than method C
- * needs (RECORDING_CYCLES): then a note says so. If the recording contradicts the configured
- * machine, no method is evaluated, and the run neither. */
+/* Judges the run from its data's verdict, which v->run holds before the call, and from the methods'
+ * verdicts in `v`; and judges methods A, modified A and B by method C, where that passes
+ * (checks.symmetry_pct). A motion that method C refused is not evaluated, unless its tests are
+ * complete but shorter than method C needs (RECORDING_CYCLES): then a note says so. If the
+ * recording contradicts the configured machine, no method is evaluated, and the run neither. */
 void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts);
 
 /* Adds a reason to a verdict. NOT_EVALUATED replaces a pass; FAIL outweighs both. */

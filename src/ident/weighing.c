@@ -8,8 +8,9 @@
 
 static const double STEP_M = 1e-5; /* step of difference quotients of the geometry: well above
                                     * rounding, and so small that lengths are linear over it */
-static const double SPAN_S = 0.02; /* time over which a leg's direction is found: the leg moves by
-                                    * many of its sensor's steps, in a small part of a period */
+static const double SPAN_S = 0.02; /* time over which a leg's sense of motion is found: the leg
+                                    * moves by many of its sensor's steps, in a small part of a
+                                    * period */
 static const double COURSE = 0.2;  /* relative error of the mean dry friction, because its course
                                     * near a reversal is unknown */
 static const double LIKELY = 0.2;  /* a weight is refused if its reading is off by this share of it,
@@ -25,8 +26,7 @@ void weighing_init(struct weighing *w, const struct params *params) {
     kinematics_place(&w->kinematics, params);
 }
 
-/* Returns the sums of this test, begun anew if the test is not known yet; NULL if there is no
- * room. */
+/* Returns the sums of this test, which are added if the test is new; NULL if there is no room. */
 static struct weighing_test *place(struct weighing *w, const struct cycle *c) {
     int i = 0;
     while (i < w->tests && (w->test[i].test != c->test || w->test[i].dof != c->dof)) i++;
@@ -45,7 +45,7 @@ static bool lifts(const struct kinematics *k, const double length_m[LEGS], doubl
     return true;
 }
 
-/* Adds a cycle's lengths to the ring, and finds the direction of each leg over the span: 1
+/* Adds a cycle's lengths to the ring, and finds the sense of each leg's motion over the span: 1
  * extending, -1 retracting, 0 while the ring is not full. */
 static void ways(struct weighing *w, const double length_m[LEGS], double way[LEGS]) {
     double *oldest = w->past_m[w->past % w->span];
@@ -109,7 +109,8 @@ static void subtract(const struct weighing *without, const struct weighing *with
     }
 }
 
-/* Change of the reading, N, when a length or a coordinate of a joint changes by a metre. */
+/* Change of the reading per metre of `changed`, a length in length_m or a coordinate of a joint in
+ * k, N/m; 0 if no pose has these lengths. */
 static double turned(struct kinematics *k, const double length_m[LEGS], double *changed, const double force_n[LEGS],
                      const double lift[LEGS]) {
     double before = *changed, pose[DOFS] = {0}, other[LEGS], sum = 0.0;

@@ -26,7 +26,7 @@
 #include "rest.h"
 #include "status.h"
 
-enum { WEIGHING_SPAN = 32 }; /* most samples over which a leg's direction is found */
+enum { WEIGHING_SPAN = 32 }; /* most samples over which a leg's sense of motion is found */
 /* Largest number of tests that are kept; least number that gives a deviation. */
 enum { WEIGHING_TESTS = 16, WEIGHING_LEAST = 4 };
 
@@ -37,7 +37,7 @@ struct weighing_test {
     int64_t samples;
     double lift_n[2][LEGS]; /* sums of -n_z A P, of the rodless and of the rod side */
     double length_m[LEGS];
-    double way[LEGS];       /* sums over the samples of the leg's direction, 1 extending, -1
+    double way[LEGS];       /* sums over the samples of the leg's sense of motion: 1 extending, -1
                              * retracting */
 };
 
@@ -83,8 +83,9 @@ struct weight {
 };
 
 /* Finds the reading of a weight. friction: result of method C for the log without the weight.
- * Returns -2 if fewer than WEIGHING_LEAST tests are in both logs, the logs do not differ by such a
- * weight, or a leg's dry friction is not determined. */
+ * Returns -2 if fewer than WEIGHING_LEAST tests are in both logs, their pressures at rest differ by
+ * more than drift allows, a leg's dry friction is not determined, or the reading is too uncertain
+ * or too far from such a weight. */
 int weighing_find(const struct weighing_log *without, const struct weighing_log *with, const struct params *params, struct weight weight,
                   const struct method_c *friction, struct weighing_found *found, struct error *error);
 

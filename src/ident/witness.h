@@ -20,15 +20,17 @@
 /* Readings of a leg: length, P1, P2. Terms of a block: mean, sine and cosine. */
 enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
+/* Change of one signal, a length or a force, from block to block. */
 struct wander {
-    double first;                /* first value, subtracted from all, because a block is no whole
-                                  * number of samples */
+    double first;                /* first value, subtracted from all, because a constant would leave
+                                  * a rest in the sine and cosine terms: a block is no whole number
+                                  * of samples */
     /* sum: of the current block. low, high: extremes over whole blocks. */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
 
 struct witness {
-    /* block_full: samples in a whole block, not an integer */
+    /* block_full: samples in a whole block, not necessarily an integer */
     double omega, block_s, block_full;
     bool moves[LEGS];
     double last[LEGS][WITNESS_READINGS], last_n[LEGS]; /* last good readings and force of each
