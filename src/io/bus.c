@@ -209,8 +209,8 @@ bool bus_parse(const unsigned char *datagram, int size, struct bus_message *m) {
     return true;
 }
 
-/* Makes the kernel drop datagrams other than messages of these channels, so that a flood of them
- * does not fill the receive buffer. Offsets count from the UDP header. */
+/* Makes the kernel drop all datagrams but messages of channels with this prefix, so that a flood of
+ * other datagrams does not fill the receive buffer. Offsets count from the UDP header. */
 static bool drop_others(int fd, const char *prefix) {
     enum { FIXED = 2, PER_BYTE = 2, END = 2, LETTERS_MAX = 20 };
     struct sock_filter code[FIXED + PER_BYTE * LETTERS_MAX + END];

@@ -61,9 +61,9 @@ struct bus_route bus_route(const struct bus *bus);
  * is only for watching, so the caller goes on. Several threads may publish. */
 int bus_publish(struct bus *bus, const char *channel, const void *data, int size);
 
-/* Receives from now on the channels whose names begin with the prefix. SAFETY: a datagram is
- * dropped if it was not sent to the group, or with BUS_THIS_HOST if it comes from an address that
- * is not this host's. */
+/* Receives from now on the channels whose names begin with the prefix, of at most 20 letters.
+ * SAFETY: a datagram is dropped if it was not sent to the group, or with BUS_THIS_HOST if it comes
+ * from an address that is neither this host's nor one of bus_allow(). Returns 0 or STATUS_IO. */
 int bus_listen(struct bus *bus, const char *prefix, enum bus_source source, struct error *error);
 
 /* Accepts messages from these hosts, too, whatever `source` bus_listen() was given: up to

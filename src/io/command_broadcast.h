@@ -10,8 +10,10 @@
 /* A machine to which the command is sent. */
 struct command_told {
     struct command_client client; /* initialised with the machine, fd -1 and zeros */
-    enum command_news news;       /* news from the machine; at the end NEWS_NONE: no answer */
-    int unreached;                /* errno of the failure to reach the machine; 0: reached */
+    enum command_news news;       /* news from the machine; at the end NEWS_NONE means no answer,
+                                   * and NEWS_LOST that no daemon can be reached */
+    int unreached;                /* errno if the last attempt to connect failed for a reason that
+                                   * may pass, such as a full queue; else 0 */
 };
 
 /* Sends the command to all these machines. Returns when all have answered or ended, or after

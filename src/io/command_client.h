@@ -20,13 +20,14 @@ struct command_client {
  * machine_connect(). */
 int command_client_open(struct command_client *c, const struct machine_name *m, bool stop, int patience_ms);
 
-/* Connects again if the connection has ended or there is none; keeps the last answer. On failure
- * nothing changes. */
+/* Replaces the connection, if any, by a new one; keeps the last answer. On failure nothing changes.
+ * Returns as command_client_open(). */
 int command_client_reopen(struct command_client *c, bool stop, int patience_ms);
 
 void command_client_close(struct command_client *c);
 
-/* Sends a request. Returns 0, or -1 if the connection has ended. */
+/* Sends a request. Returns 0, or -1 if the connection does not take it, mostly because it has
+ * ended. */
 int command_client_send(struct command_client *c, enum command command, bool renew);
 int command_client_send_gains(struct command_client *c, const struct gain_change *change);
 
@@ -35,7 +36,8 @@ int command_client_send_gains(struct command_client *c, const struct gain_change
 enum command_news { NEWS_NONE, NEWS_ANSWER, NEWS_LEFT, NEWS_LOST };
 
 /* Waits at most patience_ms for the answer to the last request, which is then in c->answer.
- * mask: signals blocked meanwhile (ppoll(2)); another signal ends the wait with NEWS_NONE. */
+ * mask: signals blocked meanwhile (ppoll(2)); any other signal ends the wait with NEWS_NONE. With
+ * mask NULL no signal ends the wait. */
 enum command_news command_client_wait(struct command_client *c, int patience_ms, const sigset_t *mask);
 
 #endif

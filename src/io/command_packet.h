@@ -1,11 +1,11 @@
 /* Commands of this host and their answers, as packets of a SOCK_SEQPACKET socket. Whatever came off
- * a socket is untrusted until decoded: decode returns false, and leaves its result alone, for
- * anything that is no whole packet. Big-endian. Ordinary threads, no heap.
+ * a socket is untrusted until decoded: decode returns false, and leaves its result alone, unless
+ * the packet is whole and valid. Big-endian. Ordinary threads, no heap.
  *
  * request, 16 bytes: "HEXC", version (2), command (1; enum command, 0 with renew), renew (1: 0 or
  *     1), id (4), zero (4)
- *     A request to set gains has behind it: digest of the configuration (8), gains that are to be
- *     changed (5 x 8), new gains (5 x 8), IEEE 754; without them it asks for the gains
+ *     COMMAND_SET with new gains continues: digest of the configuration (8), gains that the client
+ *     knew (5 x 8), new gains (5 x 8), IEEE 754. Without these bytes it asks for the gains
  * answer, 512 bytes: "HEXA", version (2), outcome (1), state (1), id (4), lease in ms (4), text
  *     (496, ended by zeros) */
 #ifndef HEXID_COMMAND_PACKET_H
@@ -27,7 +27,7 @@ struct command_request {
     uint32_t id;          /* the client chooses it, and the answer repeats it */
     enum command command; /* the command; COMMAND_NONE if `renew` is set */
     bool renew;           /* the request renews the sender's lease */
-    bool sets;            /* COMMAND_SET with gains; otherwise it asks for them */
+    bool sets;            /* COMMAND_SET has new gains in `change`; false: it asks for them */
     struct gain_change {
         uint64_t digest;        /* config_digest() of the client's configuration */
         struct gains from, to;  /* gains that the client knew, and those it asks for */

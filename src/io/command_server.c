@@ -152,8 +152,8 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     struct ucred peer = {.uid = (uid_t)-1};
     socklen_t length = sizeof peer;
     int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC), why = fd < 0 ? errno : 0;
-    /* No descriptor is free, which the kernel also says if nobody waits. If a client does, a
-     * connection that is not needed is closed for it. */
+    /* Without a free descriptor accept4() fails with EMFILE or ENFILE even if no client waits. If
+     * one waits, a connection that is not needed is closed for it. */
     bool none = why == EMFILE || why == ENFILE, short_of = (none || why == ENOBUFS || why == ENOMEM) && awaited(s->listener[kind]);
     struct command_place *c = fd >= 0 ? free_place(s, kind) : none && short_of ? least_needed(s, kind) : NULL;
     bool sheds = fd < 0 && c;

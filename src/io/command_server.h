@@ -2,12 +2,13 @@
  * operator.h decides on the requests. Main thread; opened before the daemon confines itself, and
  * nothing here blocks.
  *
- * SAFETY: nothing can hold up a stop. NAME.stop has its own places; a wake-up takes one packet
- * from each connection and a bounded number of new connections; if all places are taken, the
- * user with most of them loses the connection that was silent for longest; and no connection is
- * closed before its waiting packet was taken. A client that does not read its answers is
- * disconnected. If a connection can be neither accepted nor replaced (no descriptors or memory),
- * the listener is left out of the next poll(), so that the loop does not spin. */
+ * SAFETY: nothing can hold up a stop. NAME.stop has its own places; command_server_serve() takes
+ * one packet from each connection and a bounded number of new connections; if all places are taken,
+ * the user with most of them loses the connection that was silent for longest, unless it is needed
+ * (command_handler.needs); and before a connection is closed to make room, its waiting packet is
+ * taken. A client that does not read its answers is disconnected, and its waiting packets are
+ * dropped. If a connection can be neither accepted nor replaced (no descriptors or memory), the
+ * listener is left out of the next poll(), so that the loop does not spin. */
 #ifndef HEXID_COMMAND_SERVER_H
 #define HEXID_COMMAND_SERVER_H
 
@@ -23,10 +24,12 @@ enum {
     COMMAND_POLLS = COMMAND_SOCKETS * (1 + COMMAND_PLACES),
 };
 
-/* Callbacks for received requests. A peer is a connection: a number from 1, never used twice. */
+/* Callbacks for requests and ended connections. A peer is a connection: a number from 1, never used
+ * twice. */
 struct command_handler {
     void *context;
-    /* Takes a request; may_move: it came over NAME, which the kernel opens only to the group. */
+    /* Takes a request. may_move: it came over NAME, which the kernel opens only to the daemon's
+     * user, root and group hexid. */
     void (*take)(void *context, uint64_t peer, const struct command_request *request, bool may_move);
     void (*gone)(void *context, uint64_t peer);
     /* Returns true if this peer waits for an answer or holds a lease; its connection is then not
@@ -38,7 +41,8 @@ struct command_place {
     int fd; /* socket of the connection; -1: this place is free */
     uint64_t peer;
     uid_t user;
-    int64_t heard; /* value of command_server.heard when a packet last came on this connection */
+    int64_t heard; /* value of command_server.heard when this connection was accepted, or last sent
+                    * a packet */
     bool broken;   /* the client does not read its answers */
 };
 
@@ -53,8 +57,8 @@ struct command_server {
                                     * by which a replaced file is noticed */
     bool rests[COMMAND_SOCKETS];   /* this listener is left out of the next poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
-    uint64_t peers;
-    int64_t heard;
+    uint64_t peers;                /* number of the latest peer */
+    int64_t heard;                 /* count of connections and packets so far */
     const struct command_handler *handler;
 };
 
@@ -62,12 +66,12 @@ struct command_server {
  * command_server_open(). */
 void command_server_init(struct command_server *s);
 
-/* Calls machine_claim() and opens both sockets: NAME.stop for everybody, NAME for its user
- * and, if the daemon may give it to that group, for group hexid. The handler must outlive the
- * server. */
+/* Calls machine_claim() and opens both sockets: NAME.stop for everybody, NAME for the daemon's user
+ * and, if the daemon may give the file to that group, for group hexid. The handler must outlive the
+ * server. Returns 0 or a negative status. */
 int command_server_open(struct command_server *s, const char *name, const struct command_handler *handler, struct error *error);
 
-/* Fills in the descriptors to poll; those of free places are -1. */
+/* Fills in the descriptors to poll; -1 for free places and for listeners that are left out. */
 void command_server_polls(const struct command_server *s, struct pollfd polls[COMMAND_POLLS]);
 
 /* Returns the first socket whose file was deleted or replaced, so that no client can connect to

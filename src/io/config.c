@@ -215,9 +215,9 @@ static void forget_unstated(struct reader *r) {
         config_keep_stated(&key, r->params, met(r, key.path));
 }
 
-/* SAFETY: reads a configuration. stated: gets whether the text has `key`; key NULL: none is asked
- * for. The reader is on the heap, because under a low limit it is too large for the stack of a
- * `command stop`. */
+/* Reads a configuration. *stated returns whether the text has `key`; false for key NULL. SAFETY:
+ * the reader is on the heap, because it is too large for the stack if `command stop` runs under a
+ * low stack limit. */
 static int read_keys(struct params *params, const char *text, size_t size, const char *name, const char *key, bool *stated,
                      struct error *error) {
     if (size > FILE_MAX) return fail(error, name, 0, "larger than %d bytes: this is no configuration", FILE_MAX);

@@ -20,9 +20,10 @@ void config_default(struct params *params);
  * checks that involve several keys. Returns 0 or -2. */
 int config_load(struct params *params, const char *path, const char *const *settings, int count, struct error *error);
 
-/* Makes the checks that only a run needs, since evaluating a log moves nothing. Refuses: ramps that
- * are too short; limits.length_min_m not below a leg that is fully in; and a machine that may move
- * without a controller for longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
+/* Makes the checks that only a run needs, since evaluating a log moves nothing. Refuses a mechanism
+ * that hexid does not drive; a platform that hangs; limits.length_min_m not below the length of a
+ * leg that is fully in; ramps that are too short; and a machine that may move without a controller
+ * for longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
 /* Loads YAML text from memory, such as that in a log; `name` stands for the file in messages. */
@@ -38,33 +39,35 @@ int config_override(struct params *params, const char *name, const char *const *
 /* Returns true if one of the "key=value" settings gives this key. */
 bool config_sets(const char *const *settings, int count, const char *key);
 
-/* Replaces the section `tests` of params by the keys of it that the YAML text of another
- * configuration states, then by those of the settings; the others stay. text NULL, or no
- * configuration: only the settings. Checks the tests against the rest of params, but not whether
- * the machine reaches the amplitudes: what was recorded was reached. Returns 0 or -2. */
+/* Changes the keys of section `tests` that the YAML text of another configuration states, then
+ * those that the settings give; all other keys stay. If text is NULL or unreadable, only the
+ * settings count. Then runs all checks but one: whether the machine reaches the amplitudes, since
+ * recorded ones were reached. Returns 0 or -2. */
 int config_take_tests(struct params *params, const char *text, size_t size, const char *name, const char *const *settings, int count,
                       struct error *error);
 
 /* Returns YAML text that config_parse() turns back into the same params, bit for bit; it has only
- * effects that are on. To be freed by the caller. */
+ * effects that are on. To be freed by the caller. NULL: no memory. */
 char *config_text(const struct params *params);
 
-/* The same below this head line, with notes behind the values of some keys. */
+/* Returns the text of config_text() below a comment line, `head`, with notes behind the values of
+ * some keys. */
 char *config_text_noted(const struct params *params, const char *head, const struct config_note *note, int notes);
 
-/* The same without these keys and sections (names such as "tests.frequency_hz", ended by NULL). */
+/* Returns the text of config_text() without these keys and sections (names such as
+ * "tests.frequency_hz", ended by NULL). */
 char *config_text_without(const struct params *params, const char *const *left_out);
 
-/* Finds the first key within these sections (names such as "payload", ended by NULL) whose values
- * differ, with both values as YAML. Returns false if there is none. */
+/* Finds the first key among these keys and sections (names such as "payload", ended by NULL) whose
+ * values differ, with the first 60 bytes of both values as YAML. Returns false if there is none. */
 struct config_difference {
     char key[80], a[64], b[64];
 };
 bool config_difference(const struct params *a, const struct params *b, const char *const *sections, struct config_difference *difference);
 
-/* Returns a hash of all that the closed loop and its following error depend on, but for the gains
- * that may change while it runs (src/core/gains.h): whoever has the same may compute the loop for
- * somebody else. */
+/* Returns a hash of all keys on which the closed loop and its following error depend, except the
+ * gains that may change while it runs (src/core/gains.h). A client may compute the loop of a daemon
+ * whose configuration has the same hash. */
 uint64_t config_digest(const struct params *params);
 
 /* Lists the keys of cylinder, valve and oil that still have the built-in machine's values although

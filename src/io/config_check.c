@@ -125,10 +125,11 @@ static bool neutral_range(const struct params *p, const struct kinematics *k, co
     return within;
 }
 
-/* Names the order of the platform's joints that makes the legs alike and fit the limits, if the
- * stated one makes them unequal: then the two lists do not begin with the same leg. */
+/* Refuses the lists of joints if another common order of the platform's joints makes the legs much
+ * more equal than the stated order and fits the limits: the two lists then probably do not begin
+ * with the same leg. The message names that order. */
 static void check_lists(struct checker *c, const struct params *p, const struct kinematics *k) {
-    static const double alike = 0.25; /* share of the stated order's range */
+    static const double alike = 0.25; /* largest range, as a share of the stated order's range */
     struct leg_places order[LEG_PLACES_COMMON];
     double range_m[LEG_PLACES_COMMON][2], least_m;
     char name[LEG_PLACES_NAME];
@@ -160,8 +161,8 @@ static bool check_legs(struct checker *c, const struct params *p) {
     return c->count == wrong;
 }
 
-/* A reading of a leg on its stop is compared with the length there, so the standard deviation of
- * that alone would make the whole length a zero error. */
+/* Refuses a standard deviation without the measured length: the reading on the stop would be
+ * compared with a length of 0, and all of it would count as a zero error of the sensor. */
 static void check_stops(struct checker *c, const struct actuator_params *a) {
     for (int i = 0; i < LEGS && a->retracted_std_m > 0.0; i++)
         require(c, a->retracted_m[i] > 0.0,
@@ -198,8 +199,8 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
-/* Returns the largest distance by which every joint may move without a leg reaching an end of its
- * stroke. */
+/* Returns the distance by which every joint may move from neutral before a leg reaches an end of
+ * its stroke or a limit of its length. */
 static double room_m(const struct params *p, const struct kinematics *k) {
     double room = (double)INFINITY;
     for (int i = 0; i < LEGS; i++) {
@@ -340,8 +341,8 @@ int config_check(const struct params *params, const char *name, struct error *er
                 params->geometry.height_m, height_least_m);
     bool moves = pose && check_legs(&c, params);
     if (driven) check_limits(&c, params);
-    /* on a machine that is only read, frequency and duration are measured, so its tests are not
-     * checked */
+    /* hexid only reads recordings of a mechanism that it does not drive, and measures their
+     * frequency and duration, so `tests` is not checked */
     if (driven) check_tests(&c, params, moves);
     check_effects(&c, params);
     require(&c, !params->machine.name[0] || machine_name_valid(params->machine.name),

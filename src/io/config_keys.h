@@ -1,7 +1,7 @@
 /* The table of configuration keys, and conversion of single values between text and struct
  * params, with range checks. The keys of effects come from effect_table, so that an effect's
- * file alone defines them. Private to src/io/config*.c. Main thread. config_keys.c: the table.
- * config_value.c: values. config_check.c: checks across keys. config.c: files. */
+ * file alone defines them. Private to src/io/config*.c and tests. Main thread. config_keys.c: the
+ * table. config_value.c: values. config_check.c: checks across keys. config.c: files. */
 #ifndef HEXID_CONFIG_KEYS_H
 #define HEXID_CONFIG_KEYS_H
 
@@ -29,13 +29,13 @@ enum config_kind {
     CONFIG_TEXT,      /* text in printable ASCII */
     CONFIG_AXES,      /* list of axes, each at most once */
     CONFIG_REALS,    /* `count` numbers, one for each leg or axis; a single number stands for all */
-    CONFIG_REALS_ALIKE,/* `count` numbers that must be equal; written as one */
+    CONFIG_REALS_ALIKE,/* `count` equal numbers, read and written as one */
     CONFIG_POINTS     /* `count` points, each a list of x, y and z; an empty list means that none
                        * are given */
 };
 
 struct config_key {
-    char path[CONFIG_PATH_SIZE]; /* "control.kp": section and member of struct params */
+    char path[CONFIG_PATH_SIZE]; /* section and name in the file: "control.kp" */
     enum config_kind kind;
     size_t offset;               /* offset of the value in struct params */
     double min, max;             /* range of allowed values, both ends included */
@@ -54,7 +54,7 @@ bool config_key_at(int index, struct config_key *key);
 
 bool config_key_find(const char *path, struct config_key *key);
 
-/* Finds the known key nearest to a misspelt one; "" if none is near. */
+/* Finds the known key or section nearest to a misspelt one; "" if none is near. */
 void config_key_nearest(const char *path, char nearest[CONFIG_PATH_SIZE]);
 
 /* Returns true if the key is one of these, or within one of these sections, ended by NULL. */
@@ -72,7 +72,7 @@ struct config_value {
     char item[CONFIG_ITEMS][CONFIG_ITEM_SIZE];
 };
 
-/* Returns the depth of nested lists that the key takes: 2 for points. */
+/* Returns how deep the lists that the key takes may be nested: 2 for points, else 1. */
 int config_key_depth(const struct config_key *key);
 
 /* Appends an item. Returns false if the key takes no more, or if the text is too long or has a zero
@@ -98,8 +98,9 @@ void config_range_format(const struct config_key *key, char text[CONFIG_TEXT_SIZ
  * stay inside its limits. `name` stands for the file in messages. */
 int config_check(const struct params *params, const char *name, struct error *error);
 
-/* Returns true if the configuration states this key. Only a few keys record this; for all others
- * the answer is true. */
+/* config_is_stated() returns true if the configuration states this key; config_keep_stated()
+ * records it. Only the diameters of section actuator have such a record; all other keys count as
+ * stated. */
 bool config_is_stated(const struct config_key *key, const struct params *params);
 void config_keep_stated(const struct config_key *key, struct params *params, bool stated);
 

@@ -7,7 +7,7 @@
  *     # amplitude: 0.004       amplitude (m or rad) may differ between files, other keys may not
  *     # rate_hz: 500           checked against the step of most rows to 1 %
  *     # settle_s: 3            before t_s = 0, the start of the ramp-in; if t_s begins after
- *                              ramp_s, the start is found from the motion
+ *                              ramp_s or ends before 0, the start is found from the motion
  *     # ramp_s: 1
  *     # duration_s: 5          evaluated part; missing: everything after ramp_s
  *     # ramp_out_s: 0.5
@@ -32,10 +32,11 @@
  * that share no column except the time are one test. Such channels are brought onto one clock
  * (csv_table.h). MAT and MCAP files are read as tables, too (csv_foreign.h).
  *
- * Columns may stand in any order; only t_s is required. A missing column or an empty cell is NaN in
- * the log, and whatever needs it is not evaluated. `flags` (SAMPLE_..., decimal) and `phase` (enum
- * phase) are hexid's own: without them no sample is flagged, and the phase follows from t_s,
- * rounded to whole periods. Files are ordered by the numbers in their names (1_x.csv ... 10_x.csv).
+ * Columns may stand in any order; a platform's file needs only t_s. A missing column or an empty
+ * cell is NaN in the log, and whatever needs it is not evaluated. `flags` (SAMPLE_..., decimal) and
+ * `phase` (enum phase) are hexid's own: without them no sample is flagged, and the phase follows
+ * from t_s, rounded to whole periods. Files are ordered by the numbers in their names (1_x.csv ...
+ * 10_x.csv).
  *
  * config.yaml in the directory is the run's configuration. Numbers are written in the shortest form
  * that reads back bit for bit, so CSV -> log -> CSV gives the same values, and log -> CSV -> log
@@ -59,17 +60,18 @@ struct csv_file {
 };
 
 struct csv_report {
-    int files;             /* number of files, one for each test */
-    int found;             /* import: number of files in the directory */
-    struct csv_file file[CSV_FILES_MAX]; /* import: the files in the order in which the log has
-                                          * them */
+    int files;             /* number of tests; export writes a file for each */
+    int found;             /* import: number of CSV, MAT and MCAP files in the directory */
+    struct csv_file file[CSV_FILES_MAX]; /* import: file name and number of rows of each test, in
+                                          * the order of the log */
     int64_t rows;
     int64_t lost;          /* number of the tests' cycles without a row */
     char aside[PATH_MAX];  /* import: new name of a log that existed at the output's path; "":
                             * none */
-    int64_t empty;         /* import: number of cells without a number, NaN in the log */
+    int64_t empty;         /* import: number of cells without a number in columns that have some;
+                            * not counted if channels had to be brought onto one clock */
     int64_t unreadable;    /* export: number of malformed messages on HEXID_STATE */
-    bool several;          /* import: files of a single axis have different frequencies */
+    bool several;          /* import: files of the same test axis state different frequencies */
     double rate_hz;        /* import: rate of the first file's time stamps, Hz, if it differs from
                             * the rate of the configuration or of the head; else 0 */
     double stated_hz;     /* import: rate stated in the head, if it differs from rate_hz; 0: none */
@@ -86,7 +88,7 @@ struct csv_report {
                                           * pressures */
     char zero[600];        /* import: times taken as t = 0 in files whose t_s does not begin near
                             * zero: "2_y.csv: 6.500; ..." */
-    char overruled[600];   /* import: values in heads that csv_source.settings left out */
+    char overruled[600];   /* import: values in heads that csv_source.settings overrule */
     char notes[1200];      /* import: changes made to bring channels onto one clock (csv_table.h),
                             * and lines left out */
     bool turns;            /* import: the axis rotates and is read as at a lever of 1 m
@@ -98,7 +100,8 @@ struct csv_report {
 
 /* Writes the tests of a log as DIRECTORY/1_x.csv ..., and its configuration. Creates the directory
  * if needed; refuses one that has CSV files, and overwrites no file. run: number of the run in a
- * log that contains several (log_runs.h), else 0. On an error it returns -3 and names the file. */
+ * log that contains several (log_runs.h), else 0. Returns -2 if there is no such run, -3 with the
+ * file's name on any other error. */
 int csv_export(const char *log_path, int run, const char *directory, struct csv_report *report, struct error *error);
 
 struct csv_map;

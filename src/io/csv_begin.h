@@ -9,7 +9,8 @@
  *
  *   rest, then steady motion   t = 0 is ramp_s / 2 before the middle of the transition, whose
  *                              smooth ends are detected late and early by the same amount.
- *   no steady motion           t = 0 is the end of the first rest that motion follows.
+ *   no steady motion           t = 0 is the end of the first rest that motion follows; without a
+ *                              rest it is the first row.
  *   no rest                    t = 0 is ramp_s before the steady motion, but not before the
  *                              first row.
  *   steady from the first row  The ramp-in was cut off. t_s is taken as right (0) if the first row

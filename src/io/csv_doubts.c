@@ -52,9 +52,10 @@ static const struct guess pressures[] = {{"MPa", 1e6}, {"bar", 1e5}, {"psi", 689
 static const struct guess forces[] = {{"kN", 1e3}, {NULL, 0.0}};
 static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 
-/* Greatest value, or swing, that some columns can be expected to have on the configured machine. */
+/* Greatest amount, or swing, expected of some columns on the configured machine. */
 struct expectation {
-    bool swing;
+    bool swing;         /* half the difference of greatest and least value counts, not the greatest
+                         * amount */
     double least, most; /* range of plausible values, SI */
     double usual;       /* usual value; of the possible units, that one is named which brings the
                          * value nearest to it by ratio */

@@ -107,8 +107,8 @@ static int begin_test(struct export *e, const struct cycle *c) {
     return STATUS_OK;
 }
 
-/* Exports a cycle. A cycle outside every test ends the current test; so does a time that goes back,
- * at the first test of a second run. */
+/* Exports a cycle. A cycle outside every test ends the current file. Another test or axis, or a
+ * time that does not increase (a second run), begins another file. */
 static int take(struct export *e, const struct cycle *c) {
     bool same = e->file && c->test == e->last.test && c->dof == e->last.dof && c->test_time_s > e->last.test_time_s;
     int status = c->test < 0 ? end_test(e) : same ? STATUS_OK : begin_test(e, c);

@@ -1,5 +1,5 @@
-/* MAT and MCAP files as CSV texts in memory: whatever was recorded becomes a table, and then all
- * that holds for CSV files holds for it. Private to src/io/csv_*.c. */
+/* Turns MAT and MCAP files into CSV texts in memory, which are then read like CSV files. Private to
+ * src/io/csv_*.c. */
 #ifndef HEXID_CSV_FOREIGN_H
 #define HEXID_CSV_FOREIGN_H
 
@@ -10,36 +10,36 @@ enum { CSV_TEXTS_MAX = 100 };
 /* Largest number of bytes of the texts of a file, which are in memory: 50 million numbers. */
 static const int64_t CSV_TEXTS_BYTES = 1 << 30;
 
-/* Texts that a file was made into. Initialised to zero. */
+/* Texts made from a file. Initialised to zero. */
 struct csv_texts {
     int count;
     int64_t bytes;                               /* number of bytes of all texts */
     bool full;                                   /* there were more tests than CSV_TEXTS_MAX */
     bool cut;                                    /* the file has no end: its writer was stopped */
-    char opened[CSV_TEXTS_MAX][CSV_OPENED_SIZE]; /* paths, valid until csv_text_free() */
+    char opened[CSV_TEXTS_MAX][CSV_OPENED_SIZE]; /* paths, valid until csv_foreign_close() */
     FILE *file;                                  /* text that is being written */
 };
 
-/* Columns of one text: their names make its first line. Initialised to zero. */
+/* Size of the first line of a text, which has the columns' names. Initialised to zero. */
 struct csv_width {
     int columns;
     size_t bytes;
 };
 
-/* Makes the texts of a MAT (csv_mat.h) or MCAP file (csv_mcap.h); of any other file one text, whose
- * path is "". Returns -2 or -3 with the file's name. */
+/* Makes the texts of a MAT (csv_mat.h) or MCAP file (csv_mcap.h). Any other file counts as its own
+ * text: one, whose path is "". Returns -2 or -3 with the file's name. */
 int csv_foreign_open(const char *path, const struct csv_map *map, struct csv_texts *texts, struct error *error);
 
 /* Frees a text; "" is none. */
 void csv_foreign_close(const char *opened);
 
-/* Begins another text, after ending the last. Returns where to write, or NULL. */
+/* Ends the last text and begins another. Returns its stream; NULL: see csv_texts_refuse(). */
 FILE *csv_texts_next(struct csv_texts *texts);
 
 /* Writes a separator (0: none) and a number in its shortest form, nothing for NaN. */
 void csv_texts_number(struct csv_texts *texts, char separator, double number);
 
-/* Writes a name without what would end a cell. */
+/* Writes a name with _ in place of each character that could end a cell or begin a comment. */
 void csv_texts_name(FILE *file, const char *name);
 
 /* Returns false once a write has failed or the texts are larger than CSV_TEXTS_BYTES. */
@@ -48,10 +48,10 @@ bool csv_texts_good(const struct csv_texts *texts);
 /* Writes why a text could not be written, with the remedy, and returns the status. */
 int csv_texts_refuse(const struct csv_texts *texts, const char *path, struct error *error);
 
-/* Takes one more name; returns false if so many names are not a line that is read as CSV. */
+/* Adds one more name. Returns false once the names are too many or too long for a line of CSV. */
 bool csv_width_add(struct csv_width *width, const char *name);
 
-/* Refuses a file with too many columns. */
+/* Refuses a file with too many columns; returns -2. */
 int csv_width_refuse(const struct csv_width *width, const char *path, struct error *error);
 
 /* Returns true if the map says by their names which columns are wanted, so that the others of a

@@ -47,7 +47,8 @@ int csv_column_named(const char *name);
 enum csv_named_unit { CSV_UNIT_NONE, CSV_UNIT_FOUND, CSV_UNIT_WRONG };
 
 /* Finds the unit that is part of a foreign name: "Weg [mm]", "Weg (mm)", "Weg / mm", "Weg_mm".
- * Returns CSV_UNIT_WRONG if there are brackets, but no unit in them that the quantity can have. */
+ * Returns CSV_UNIT_WRONG if there are brackets, but no unit in them that the quantity can have,
+ * unless it is a share or needs no unit. *unit is SI if none is found. */
 enum csv_named_unit csv_unit_of(const char *name, enum csv_quantity quantity, struct csv_unit *unit);
 
 /* Returns the length of a column's name without its unit: 8 for "position_m". */
@@ -62,7 +63,7 @@ extern const char *const csv_keys[CSV_KEYS];
  * a period. Frequency and amplitude belong to an axis, so dof must name one. */
 double *csv_place(struct params *params, enum csv_key key, enum dof dof);
 
-/* Returns the configuration's name of that value: "tests.amplitude_rad"; NULL for the rate. */
+/* Returns the configuration key of csv_place(): "tests.amplitude_rad"; NULL for the rate. */
 const char *csv_config_key(enum csv_key key, enum dof dof);
 
 /* Returns the name of an axis: "x" ... "psi", "none". */
@@ -71,8 +72,8 @@ const char *csv_dof_name(enum dof dof);
 /* Finds an axis by its name. Returns false for an unknown name. */
 bool csv_dof_find(const char *name, enum dof *dof);
 
-/* Lists the CSV files of a directory in the order of the numbers in their names. Returns their
- * number; -1 and errno if the directory cannot be read. */
+/* Lists a directory's files that end in .csv, .tsv, .mat or .mcap, in the order of the numbers in
+ * their names. Returns how many there are; -1 and errno if the directory cannot be read. */
 int csv_list(const char *directory, struct dirent ***files);
 void csv_list_free(struct dirent **files, int count);
 

@@ -9,10 +9,11 @@ static const double MORE = 1.5;       /* a change that no coarse sensor makes ex
 static const double MULTIPLE = 0.05; /* largest distance of a change from a multiple of the step */
 static const double COARSE = 0.95;   /* least share of changes that are such multiples if the sensor
                                       * has a step */
-static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* if the sensor's steps differ: largest
-                                                      * distance of a change from their mean, as a
-                                                      * share; least share of such changes, which a
-                                                      * repeated sinusoid has for a third */
+static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor with unequal steps: of its
+                                                      * changes after two rows and more at least
+                                                      * ALIKE_LEAST differ from their mean by less
+                                                      * than ALIKE of it; of a repeated sinusoid's a
+                                                      * third do */
 static const double LIKE_LEAST = 0.6; /* least share of gaps that have the commonest lengths */
 static const double SHORTER_MOST = 0.05; /* largest share of shorter gaps: no device delivers faster
                                           * than its rate, but clocks slip */
@@ -33,9 +34,9 @@ void csv_hold_take(struct csv_hold *h, double value) {
     h->changed_at = h->rows, h->last = value;
 }
 
-/* Returns the step of a coarse sensor whose steps differ, as after a calibration curve; 0 if it is
- * none. Such a sensor changes by about one step, however many rows have passed since the change
- * before. A repeated value changes by more at the higher speed. */
+/* Returns the largest step of a coarse sensor whose steps differ, as after a calibration curve; 0
+ * if the sensor is none. Such a sensor changes by about one step, however many rows have passed
+ * since the change before, whereas a repeated channel changes by more when the signal is faster. */
 static double uneven_step(const struct csv_hold *h) {
     double mean = 0.0;
     int n = 0, alike = 0;

@@ -39,8 +39,9 @@ struct import {
     struct csv_head *part;     /* heads of the `parts` files that together are one test; NULL: each
                                 * file is a test */
     int parts;
-    struct csv_table *table[CSV_FILES_MAX]; /* table of a test whose channels have several clocks;
-                                             * NULL: its rows are read from the file */
+    struct csv_table *table[CSV_FILES_MAX]; /* table of a test whose rows cannot be taken as they
+                                             * stand (csv_table.h); NULL: its rows are read from
+                                             * the file */
     int test[CSV_FILES_MAX];   /* index of each file's test in the list of tests */
     struct csv_times times[CSV_FILES_MAX];
     struct csv_range range[CSV_FILES_MAX];
@@ -130,7 +131,7 @@ static void take_rate(struct import *im) {
     im->report->rate_hz = 1.0 / t->step_s;
 }
 
-/* Appends "1_x.csv: words; " to a list, or nothing if there are no words. */
+/* Appends "1_x.csv: words" to a list, after "; ", or nothing if there are no words. */
 static void note(char *list, size_t size, const struct csv_head *h, const char *words) {
     size_t used = strlen(list);
     if (*words) snprintf(list + used, size - used, "%s%s: %s", used ? "; " : "", strrchr(h->path, '/') + 1, words);
@@ -357,8 +358,8 @@ static int write_file(struct import *im, int file) {
     return status;
 }
 
-/* A record of an axis that is too short for two periods behind the ramp is no test, but has a
- * motion all the same; as one it would keep all other files from being read. */
+/* Takes a single axis's file that is too short for the ramp and two periods as any motion, not as a
+ * test (dof none): as a test it would keep all other files from being read. */
 static void take_short(struct import *im, int file) {
     struct csv_head *h = &im->head[file];
     const struct csv_times *t = &im->times[file];
@@ -385,8 +386,8 @@ static int check_files(struct import *im) {
     return status;
 }
 
-/* Reads the head of a text that a file was made into, or of the file itself, which may be a part of
- * a test. */
+/* Reads the head of a text that was made from a file or, if `opened` is "", of the file itself. It
+ * may be a part of a test. */
 static int read_text_head(struct import *im, const char *path, const char *opened, const char *name) {
     struct csv_reader *reader;
     struct csv_head *h = &im->head[im->files];
@@ -419,7 +420,7 @@ static int read_head(struct import *im, const char *directory, const char *name)
     return status;
 }
 
-/* Adds what a part of a test has to the whole. */
+/* Adds the columns and keys of a part of a test to those of the whole. */
 static void unite(struct csv_head *whole, const struct csv_head *part) {
     if (part->has_dof) whole->dof = part->dof, whole->has_dof = true;
     if (part->mechanism == MECHANISM_AXIS) whole->mechanism = MECHANISM_AXIS;
@@ -442,8 +443,9 @@ static bool have_in_common(const struct csv_head *a, const struct csv_head *b) {
     return both;
 }
 
-/* Returns true if the files are parts of one test: no two share a column except the time, and one
- * has the position, or a leg's length. whole: their columns and keys together. */
+/* Returns true if the files are parts of one test: no two share a column except the time, and
+ * together they have the position or, of a platform, the length of leg 1 and dof. whole: their
+ * columns and keys together. */
 static bool are_parts(const struct import *im, struct csv_head *whole) {
     int parts = 0;
     for (int file = 0; file < im->files; file++) {

@@ -114,8 +114,8 @@ static void find_rising(struct csv_layout *layout, const struct lines *all) {
     if (rows < ROWS_LEAST) memset(layout->rising, 0, sizeof layout->rising);
 }
 
-/* Returns how many names a line has, and the separator between them: that of the rows, or, of names
- * that have blanks in them, two blanks and more. */
+/* Counts the names in a line. *separator returns that of the rows; or CSV_WIDE if that of the rows
+ * is a blank and makes too many names, while CSV_WIDE makes as many as a row has cells. */
 static struct shape names_shape(const struct csv_layout *layout, const char *text, char *separator) {
     struct shape shape = shape_of(text, layout->separator), wide = shape_of(text, CSV_WIDE);
     bool blanks = layout->separator == ' ' && shape.cells > layout->cells && wide.cells == layout->cells;
@@ -123,12 +123,12 @@ static struct shape names_shape(const struct csv_layout *layout, const char *tex
     return blanks ? wide : shape;
 }
 
-/* True if the names are as many as the cells, but for so many: an empty name at the end may be left
- * out, or be one too many. */
+/* Returns true if the numbers of names and of cells differ by at most `apart`: names or rows may
+ * end in a separator that the others lack. */
 static bool fits(const struct csv_layout *layout, struct shape shape, int apart) { return abs(shape.cells - layout->cells) <= apart; }
 
-/* Finds the first line that names the time, with as many names as the rows have cells, with one
- * more or less, or, if there is none, under a separator of its own. */
+/* Finds the first line that names the time: among lines with as many names as a row has cells; else
+ * among those with one more or less; else among all lines, each split at a separator of its own. */
 static void find_named(struct csv_layout *layout, const struct lines *all, const struct csv_map *map) {
     int end = layout->data_line ? layout->data_line - 1 : all->count;
     enum { OWN = 2 };
@@ -144,7 +144,8 @@ static void find_named(struct csv_layout *layout, const struct lines *all, const
     }
 }
 
-/* Finds the last line of text that has as many cells as the rows. */
+/* Finds the last line of text, or comment, with as many cells as a row, one more or one less; and
+ * the line of units, if it is directly above the first row. */
 static void find_shaped(struct csv_layout *layout, const struct lines *all) {
     for (int i = layout->data_line - 2; i >= 0 && !layout->names_line; i--) {
         const char *text = all->line[i].text;

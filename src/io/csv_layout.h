@@ -9,14 +9,14 @@
 enum { CSV_CELLS_MAX = 512 };
 
 struct csv_layout {
-    char separator;  /* ',', ';', tab, or ' ' for any number of blanks */
+    char separator;  /* ',', ';', tab, or ' ' for any number of blanks; 0: none was found */
     char names_separator; /* separator of the names: that of the numbers, or CSV_WIDE */
     bool rising[CSV_CELLS_MAX]; /* columns whose numbers rise from row to row */
     int names_line;  /* line of the columns' names; 0: there is none */
     int units_line;  /* line of units after the names; 0: there is none */
     int data_line;   /* line of the first row; 0: none was found */
     long data_at;    /* offset of the first row in the file */
-    int cells;       /* number of cells in the first row */
+    int cells;       /* number of cells in the first or second row, whichever has more */
     int skipped;     /* number of lines of text before the names */
 };
 

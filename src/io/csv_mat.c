@@ -144,7 +144,7 @@ static void flatten(struct mat *m, const char *name, matvar_t *v, int depth) {
     }
 }
 
-/* Length of the part of a name that is its struct's. */
+/* Returns the length of the struct's name in a vector's name, 3 for "run.force"; 0: no struct. */
 static size_t stem(const struct vector *v) {
     const char *dot = strrchr(v->name, '.');
     return dot ? (size_t)(dot - v->name) : 0;
@@ -154,7 +154,8 @@ static bool together(const struct vector *a, const struct vector *b) {
     return a->length == b->length && stem(a) == stem(b) && !strncmp(a->name, b->name, stem(a));
 }
 
-/* Returns the clock of a vector: in its struct, or another of its length; -1: none. */
+/* Returns the index of a vector's clock: one of its length in its struct, else any of its length;
+ * -1: none. */
 static int clock_of(const struct mat *m, int i) {
     int clock = -1;
     if (m->vector[i].time) return i;
@@ -166,7 +167,8 @@ static int clock_of(const struct mat *m, int i) {
     return clock;
 }
 
-/* Writes vectors beside each other; order: their indices. Every cell takes a byte at least. */
+/* Writes vectors beside each other; order: their indices. Short ones end in empty cells, which are
+ * a byte each. */
 static int write_table(struct mat *m, const int *order, int count) {
     FILE *file = csv_texts_next(m->texts);
     size_t longest = 0;
@@ -185,7 +187,7 @@ static int write_table(struct mat *m, const int *order, int count) {
     return csv_texts_good(m->texts) ? STATUS_OK : csv_texts_refuse(m->texts, m->path, m->error);
 }
 
-/* Puts each clock before the vectors that it is the time of. Without any clock the vectors of the
+/* Puts each clock before the vectors whose time it is. Without any clock the vectors of the
  * greatest length are written alone, for a time that is the number of the row. */
 static int write_vectors(struct mat *m) {
     int order[VECTORS_MAX], count = 0;

@@ -71,7 +71,7 @@ static uint64_t number(struct bytes *b, int size) {
     return value;
 }
 
-/* Takes a piece of the bytes. */
+/* Takes the next `size` bytes; `bad` if there are fewer. */
 static struct bytes piece(struct bytes *b, uint64_t size) {
     if (b->bad || (uint64_t)(b->end - b->at) < size) {
         b->bad = true;

@@ -1,7 +1,7 @@
 /* Reads the numbers of an MCAP file into CSV text. Private to src/io/csv_*.c.
  *
- * A file of hexid's own (`hexid export --format mcap`) becomes its tests. Of others, every topic
- * of JSON messages becomes columns "topic.field" ("/axis.state.position", "/joint.effort.2"),
+ * A file of hexid's own (`hexid export --format mcap`) becomes its tests. In any other file every
+ * topic of JSON messages becomes columns "topic.field" ("/axis.state.position", "/joint.effort.2"),
  * with a row for each message and the time at which it was logged in the column "log_time_s", in
  * the order of time. An array gives its first 64 numbers. A file without a topic of JSON is
  * refused, with the encodings that it has and the remedy. Chunks may be plain or compressed with
@@ -12,7 +12,7 @@
 
 #include "csv_foreign.h"
 
-/* Returns -2 for what cannot be used, -3 for what cannot be read. */
+/* Returns -2 for a file that cannot be used, -3 for one that cannot be read. */
 int csv_mcap_read(const char *path, const struct csv_map *map, struct csv_texts *texts, struct error *error);
 
 #endif

@@ -21,7 +21,8 @@ static double value_of(const double value[CYCLE_COLUMNS], const char *name) {
     return column < 0 ? (double)NAN : value[column];
 }
 
-/* Returns the name of a whole export's column that a CSV column has its values from; NULL: none. */
+/* Returns the whole export's column from which a CSV column takes its values; NULL: the text does
+ * not have this CSV column. */
 static const char *source_of(const struct csv_own *own, int column) {
     const char *name = csv_columns[column].name;
     if (column == CSV_T) return "test_time_s";

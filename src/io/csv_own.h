@@ -1,16 +1,16 @@
-/* Cycles of a file that hexid exported whole (`hexid export --format mat|mcap`) as CSV texts, one a
- * test, as `hexid export -o DIR` writes them. Private to src/io/csv_*.c. */
+/* Writes the cycles of a file that hexid exported whole (`hexid export --format mat|mcap`) as CSV
+ * texts, one for each test, like those of `hexid export -o DIR`. Private to src/io/csv_*.c. */
 #ifndef HEXID_CSV_OWN_H
 #define HEXID_CSV_OWN_H
 
 #include "csv_foreign.h"
 #include "cycle_columns.h"
 
-/* Initialised to zero. */
+/* State of the conversion; initialised to zero. */
 struct csv_own {
-    int test, dof;
+    int test, dof; /* test and its axis in the last row */
     double time_s; /* time of the last row */
-    bool axis;
+    bool axis;     /* the current text is of a single axis */
 };
 
 /* Takes the next cycle, its values in the order of cycle_columns, NaN for none. Cycles outside

@@ -73,7 +73,8 @@ static bool is_other(const char *word) {
     return false;
 }
 
-/* Returns true if the unit of a column is known, from its name or from the line of units. */
+/* Returns true if the unit of a column is known, from its name or from the line of units. *wrong:
+ * the unit stated there is not one of the quantity. */
 static bool has_unit(const struct csv_reader *r, int cell, enum csv_quantity quantity, bool *wrong) {
     struct csv_unit unit;
     enum csv_named_unit named = csv_unit_of(r->name[cell], quantity, &unit);
@@ -98,8 +99,8 @@ static int score_of(const struct csv_reader *r, int cell, const struct target *t
     return best - less + (unit ? SCORE_UNIT : 0);
 }
 
-/* Returns the column that is most like the target, of those not taken yet; -1: none. Time rises; if
- * no name says time, it is the first column that does. */
+/* Returns the column, among those not taken yet, whose name and unit fit the target best; -1: none.
+ * The time must rise; if no name fits it, the first column that rises is taken. */
 static int find(const struct csv_reader *r, const struct target *target, const bool taken[CSV_CELLS_MAX]) {
     int best = -1, most = SCORE_LEAST - 1, rising = -1;
     bool time = target->column == CSV_T;
@@ -112,8 +113,8 @@ static int find(const struct csv_reader *r, const struct target *target, const b
     return best < 0 ? rising : best;
 }
 
-/* True if --map can give the column by its name. One name for several times is that of several
- * clocks. */
+/* Returns true if --map can give the column by its name: a printable one that no other column has.
+ * Only columns of time may share a name, as several clocks. */
 static bool is_plain(const struct csv_reader *r, int column, int cell) {
     const char *name = r->name[cell];
     for (int i = 0; i < r->cells && column != CSV_T; i++)
@@ -133,7 +134,7 @@ static void add(const struct csv_reader *r, int column, int cell, char text[CSV_
              unit ? "" : ":?");
 }
 
-/* Lists the names that are left. */
+/* Lists the names of the columns that hexid does not know. */
 static void list_names(const struct csv_reader *r, char text[CSV_PROPOSED_SIZE]) {
     for (int i = 0; i < r->cells; i++) {
         size_t used = strlen(text);

@@ -71,8 +71,8 @@ static int read_key(struct csv_reader *r, char *comment, struct error *error) {
                                             : csv_text_refuse(&r->in, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
 }
 
-/* Notes a name of hexid's own with something else in brackets than a unit: a mistake, unless
- * another column is the one that is meant, as "Force (N)" beside "Force (V)". */
+/* Notes one of hexid's names with something else in brackets than a unit. That is a mistake unless
+ * another column is the one meant, such as "Force (N)" beside "Force (V)". */
 static void note_unknown_unit(struct csv_reader *r, const char *name) {
     char stem[CSV_ALIAS_SIZE];
     size_t length = strcspn(name, "[(");
@@ -126,8 +126,8 @@ static int alias_unit(const struct csv_reader *r, struct csv_cell *cell, const s
     return STATUS_OK;
 }
 
-/* Notes whether the units of position and force are those of an axis that rotates, slides, or is
- * given as a speed. */
+/* Notes whether the units of position and force are those of an axis that turns or slides, and
+ * whether the position is given as a speed. */
 static void note_axis(struct csv_head *h, int column, const struct csv_unit *unit) {
     bool place = csv_columns[column].quantity == CSV_PLACE, force = csv_columns[column].quantity == CSV_FORCE;
     if (column == CSV_POSITION_COLUMN) h->speed = unit->speed;
@@ -149,7 +149,7 @@ static int read_column(struct csv_reader *r, const char *name, const char *unit,
     cell->column = alias ? alias->column : csv_column_find(name, &cell->unit);
     int status = alias ? alias_unit(r, cell, alias, name, error) : STATUS_OK;
     if (!alias && cell->column < 0) note_unknown_unit(r, name);
-    /* names of the user's own overrule hexid's name for the time */
+    /* a time in the map overrules a column with hexid's name for the time */
     if (!alias && cell->column == CSV_T && csv_map_of(r->map, CSV_T)) cell->column = -1;
     if (cell->column < 0) list(r->head.ignored, *name ? name : "(no name)");
     else if (r->head.has[cell->column] && cell->column != CSV_T) return refuse_twice(r, cell->column, name, error);
@@ -454,7 +454,7 @@ static char *read_cell(struct csv_reader *r, const struct csv_cell *cell, char *
 /* Returns true if only an empty cell is left, which a separator at the end of every row makes. */
 static bool only_end(const char *rest) { return rest[0] == ',' && rest[1] == '\0'; }
 
-/* True if no cell from this one on is of a known column: a row may end before them. */
+/* Returns true if this cell and all after it are of unknown columns: a row may end before them. */
 static bool none_known(const struct csv_reader *r, int cell) {
     while (cell < r->cells && r->cell[cell].column < 0) cell++;
     return cell == r->cells;

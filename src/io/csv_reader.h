@@ -21,16 +21,16 @@ struct csv_head {
     bool has_dof;                  /* the head states dof */
     double value[CSV_KEYS];        /* value of each key in the head; NaN: not given */
     int line[CSV_KEYS];            /* line number of each key */
-    int columns_line;
+    int columns_line;              /* line number of the names; of the first row without names */
     bool has[CSV_COLUMNS];
     int clocks;                    /* number of columns of time that other columns use */
     int skipped;                   /* number of lines of text before the names */
     bool units;                    /* there is a line of units below the names */
     bool rising[CSV_CELLS_MAX];    /* columns whose numbers rise in the first rows, as time does */
-    int unknown;                   /* column whose unit is not known; 0: none */
+    int unknown;                   /* hexid's column whose unit is not known; 0: none */
     char unknown_name[CSV_CELL_NAME]; /* its name in the file */
-    bool speed, turns, slides;     /* the position is a speed; something turns, something does
-                                    * not */
+    bool speed, turns, slides;     /* the position is a speed; a unit of position or force is that
+                                    * of an axis that turns, or that slides */
     char missing[CSV_LIST_SIZE];   /* missing columns, "u1..u6 ref_x_m" */
     char ignored[CSV_LIST_SIZE];   /* unknown columns and keys */
 };
@@ -46,7 +46,7 @@ struct csv_cell {
 struct csv_clock {
     double time_s; /* time in the last row */
     double day_s;  /* seconds that are added to a time of day */
-    double before_s;
+    double before_s; /* last time of day, with day_s added */
 };
 
 struct csv_reader {
@@ -82,7 +82,8 @@ void csv_list_missing(struct csv_head *head);
  * end, or a negative status. Values are in SI, NaN if missing; reader->clock has the times. */
 int csv_read_values(struct csv_reader *reader, double value[CSV_COLUMNS], struct error *error);
 
-/* Fills a cycle from the values of a row; everything else in the cycle is NaN or zero. */
+/* Fills a cycle from the values of a row, with state STATE_TESTING and the valves enabled. Numbers
+ * of legs and axes that are missing are NaN, everything else is zero. */
 void csv_fill_cycle(const double value[CSV_COLUMNS], struct cycle *cycle);
 
 /* Reads a row of a file with one clock into a cycle, like csv_read_values(). */

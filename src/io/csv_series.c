@@ -56,7 +56,7 @@ double csv_series_at(const struct csv_series *s, int64_t at, double t_s, double 
     if (t_s == *t) return s->value[at];
     if (t_s < *t || at + 1 == s->count || t[1] - t[0] > hole_s) return (double)NAN;
     int64_t first = at > 0 ? at - 1 : 0;
-    /* at the end of the series, the last samples */
+    /* at the end of the series, take its last samples */
     if (first + POINTS > s->count) first = s->count - POINTS;
     bool cubic = first >= 0 && are_even(s->t_s + first, POINTS, hole_s);
     return cubic ? through(s->t_s + first, s->value + first, POINTS, t_s) : through(t, s->value + at, 2, t_s);

@@ -4,12 +4,12 @@
 
 #include "units.h"
 
-static const double REST_S = 0.5;
+static const double REST_S = 0.5;      /* length of an interval that is tested for rest */
 static const double REST_SPEED = 0.05; /* largest speed at rest, as a share of the greatest speed */
-static const double REST_NOISE = 2.0;  /* largest scatter of a resting piece, as a multiple of the
-                                        * quietest piece's */
+static const double REST_NOISE = 2.0;  /* largest scatter of a resting interval, as a multiple of
+                                        * the quietest interval's */
 
-/* Mean and standard deviation of a piece of the series. */
+/* Mean and standard deviation of an interval of the series. */
 struct moments {
     double mean, scatter;
 };
@@ -29,8 +29,8 @@ static double greatest(const struct csv_series *s) {
 
 /* Speed while the axis rests. */
 struct rest {
-    double mean, noise; /* mean: NaN if it never rests; noise: mean scatter */
-    int64_t samples;
+    double mean, noise; /* mean: NaN if it never rests; noise: root mean square of the scatters */
+    int64_t samples;    /* number of samples at rest */
 };
 
 static struct rest rest_of(const struct csv_series *s) {
@@ -49,8 +49,9 @@ static struct rest rest_of(const struct csv_series *s) {
     return resting ? (struct rest){sum / count, sqrt(square / count), resting * piece} : (struct rest){.mean = (double)NAN};
 }
 
-/* Returns how far white noise of the speed lets its integral wander: as a random walk, and because
- * the zero, a mean of the same noise, is off by noise / sqrt(samples) all the time. */
+/* Returns the standard deviation of the position that white noise of the speed causes by the end:
+ * the random walk of the integral, and the error noise / sqrt(samples) of the zero, times
+ * span_s. */
 static double wander(const struct rest *rest, double span_s, double rate_hz) {
     return rest->noise * hypot(sqrt(span_s / rate_hz), span_s / sqrt((double)rest->samples));
 }

@@ -8,8 +8,8 @@
 #include "csv_hold.h"
 #include "csv_speed.h"
 
-static const double SPARSE = 0.75;   /* share of rows in which a channel has a value; with fewer,
-                                      * the rows belong to several channels in turn */
+static const double SPARSE = 0.75;   /* least share of rows in which a channel has a value; with
+                                      * less, the rows belong to several channels in turn */
 static const double ALIKE = 0.95;    /* ratio of rates from which on they count as equal */
 enum { SAMPLES_LEAST = 20 };
 

@@ -9,7 +9,7 @@
 
 #include "status.h"
 
-enum { CSV_WIDE = 'w' }; /* separator: two blanks and more, of names that have blanks in them */
+enum { CSV_WIDE = 'w' }; /* separator: two or more blanks, for names with single blanks in them */
 enum { CSV_PATH_SIZE = 1024, CSV_LINE_SIZE = 16384 };
 
 struct csv_text {
@@ -52,7 +52,8 @@ extern const char csv_text_mark[]; /* byte order mark that some programs put bef
 int csv_text_open_as(struct csv_text *t, const char *path, const char *opened, struct error *error);
 
 /* Reads a number that ends at a comma or at the end of the text; NaN for an empty cell and for
- * words that mean one (NULL, N/A). Returns the end of the number, or NULL if there is no number. */
+ * words that mean an empty one (NULL, N/A). Returns the end of the number, or NULL if there is no
+ * number. */
 char *csv_text_number(char *text, double *number);
 
 /* Reads a time of day, "12:00:01.5", with or without a date before it and AM or PM after it, as

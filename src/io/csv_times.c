@@ -40,8 +40,8 @@ static double mean_within(const struct csv_times *t, double least, double most) 
 }
 
 /* Finds the usual step, starting from the mean of all steps: first the mean without gaps, then the
- * mean of steps near it. The median would fail for times rounded to milliseconds, which have steps
- * of 2 and 3 ms. */
+ * mean of steps near it. The median would fail for times of 400 Hz rounded to milliseconds, which
+ * have steps of 2 and 3 ms. */
 static double usual_step(const struct csv_times *t) {
     double step_s = t->mean_s;
     for (int pass = 0; pass < 2 * PASSES; pass++) {

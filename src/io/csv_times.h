@@ -1,6 +1,7 @@
-/* Maps the time stamps of a CSV file's rows to an even grid. The step is that of most rows;
- * deviations from the grid up to 0.4 of a step are jitter; grid points without a row are lost
- * rows; the grid follows a drifting clock. Private to src/io. */
+/* Maps the time stamps of a CSV file's rows to an even grid, whose step is that of most rows. A row
+ * within 0.75 of a step of the point after its predecessor's gets that point, any other row the
+ * nearest one; the grid follows a drifting clock. Points without a row are lost rows. Private to
+ * src/io. */
 #ifndef HEXID_CSV_TIMES_H
 #define HEXID_CSV_TIMES_H
 

@@ -23,7 +23,7 @@ struct host_lock_key {
                                      * address */
     mode_t mode;                    /* mode of the machine's device file; 0: it has none */
     uid_t owner;                    /* owner of the device file */
-    gid_t group;
+    gid_t group;                    /* group of the device file */
 };
 
 /* Takes the lock. Main thread, before the machine is opened; may look up users. Returns a

@@ -22,8 +22,7 @@ struct log_writer {
                               * be a pipe */
     bool flushed;            /* the first event has been flushed */
     int64_t number, bytes;   /* number of events, and of bytes, that this file has accepted */
-    unsigned char *buffer;   /* whole events that are still to be written; only the first may be
-                              * partly written */
+    unsigned char *buffer;   /* whole events that are still to be written */
     size_t used, capacity;
     int64_t kept, lost;      /* numbers of the counted channel's events that are in this file, and
                               * that are in no file */

@@ -31,9 +31,10 @@ int log_on_file(struct log_writer **writer, int file, const char *path, struct e
  * events go through a buffer of a few kB. */
 int log_write(struct log_writer *writer, int64_t utime_us, const char *channel, const void *data, int size, struct error *error);
 
-/* Continues the log in this file, which the writer then owns; the old file is flushed and closed.
- * Returns -3 if the old file fails, which becomes the log's error as in log_write(). Also returns
- * -3 without memory; the new file is then closed, and the log continues in the old one. */
+/* Continues the log in this file, which the writer then owns; the old file is checked as by
+ * log_check() and closed. Returns -3 if the check fails, which becomes the log's error as in
+ * log_write(); or -3 without memory, and the log continues in the old file. After either, the new
+ * file is closed. */
 int log_continue(struct log_writer *writer, int file, const char *path, struct error *error);
 
 /* Returns the number of bytes accepted since the log's current file was begun. */
@@ -49,8 +50,8 @@ int64_t log_lost(const struct log_writer *writer);
 int log_flush(struct log_writer *writer, struct error *error);
 
 /* Flushes, and checks that the file still is as written: not deleted, renamed, truncated or written
- * by others. Otherwise returns -3, which becomes the log's error as in log_write(). If the file is
- * not a regular one, or is no longer visible, only the flush is checked. */
+ * by others. Otherwise returns -3, which becomes the log's error as in log_write(). A file that is
+ * not regular is only flushed; a renaming is not noticed if the path may not be looked up. */
 int log_check(struct log_writer *writer, struct error *error);
 
 /* Calls log_check() and frees the writer, even after a failure. */
@@ -82,8 +83,8 @@ int64_t log_offset(const struct log_reader *reader);
  * start of an event. To be called before the first read. */
 void log_range(struct log_reader *reader, int64_t begin, int64_t end);
 
-/* Returns true if reading ended before the end of the file, or inside an event; *offset is the byte
- * after the last whole event. */
+/* Returns true if reading stopped at damage or inside an event, not at the end of the file or of
+ * log_range(); *offset is the byte after the last whole event. */
 bool log_cut(const struct log_reader *reader, int64_t *offset);
 
 void log_release(struct log_reader *reader);

@@ -12,8 +12,8 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Pattern of a run's name; 0 stands for a digit. A number may precede it; a letter (from earlier
- * versions), the part and ".lcm" may follow it. */
+/* run_mask is the pattern of a run's name; 0 stands for a digit. The run's number may precede it, a
+ * letter (from earlier versions) and the part may follow it, and ".lcm" ends the name. */
 enum { NUMBER_DIGITS = 9, NUMBER_MAX = 999999999, TRIES = 100 };
 static const char run_mask[] = "0000-00-00T00-00-00Z", part_mask[] = ".0000", ending[] = ".lcm", first_part[] = ".0001.lcm";
 

@@ -47,8 +47,8 @@ struct log_export_report {
 };
 
 /* Exports a log. run: number of the run in a log that contains several (log_runs.h), else 0.
- * Returns -3 with the path of the file that cannot be read or written, or if the log has no cycle;
- * no new file is left then. */
+ * Returns -2 if there is no such run; -3 with the path of the file that cannot be read or written,
+ * or if the log has no cycle. No new file is left then. */
 int log_export(const char *log_path, int run, const char *path, const struct export_format *format, struct log_export_report *report,
                struct error *error);
 

@@ -22,8 +22,8 @@ struct log_part {
     int file;             /* descriptor of the part: empty, open for writing, locked as described in
                            * log_directory.h */
     char path[PATH_MAX];
-    bool over;            /* the directory exceeds its quota, although all remaining files are
-                           * the newest or belong to runs in progress */
+    bool over;            /* the directory exceeds its quota: each remaining file is the newest,
+                           * belongs to a run in progress or cannot be deleted */
 };
 
 /* Starts the process. first: path of the first part, from log_directory_create(). quota_bytes 0: no
@@ -37,7 +37,7 @@ void log_keeper_ask(struct log_keeper *k);
 
 /* Takes the part that was requested. Returns 1: the part is there; 0: not yet, after at most
  * wait_ms, or nothing was requested; -3 with the reason: it failed, and another request may
- * follow. */
+ * follow unless k->gone is set. */
 int log_keeper_take(struct log_keeper *k, int wait_ms, struct log_part *part, struct error *error);
 
 #endif

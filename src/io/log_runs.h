@@ -20,7 +20,7 @@ struct log_run {
     uint64_t first_seq, last_seq;
     int64_t first_ns, last_ns;
     uint64_t config;             /* hash of the run's configuration; 0: the run has none */
-    int part;                    /* number of the part with which the run begins */
+    int part;                    /* number of the part with which the run begins; 0: none */
 };
 
 /* The struct takes 80 kB, so it does not belong on the stack. */

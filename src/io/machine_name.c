@@ -51,8 +51,8 @@ static const char *chosen(void) {
     return path && *path ? path : NULL;
 }
 
-/* Adds the user's own directory: the session's runtime directory, else the directory that systemd
- * makes for the user. */
+/* Adds the user's own directories, if any: hexid/ in the session's runtime directory, and in the
+ * one that systemd makes for the user. */
 static void add_own(struct places *p) {
     const char *session = getenv("XDG_RUNTIME_DIR");
     char usual[32];

@@ -45,19 +45,21 @@ bool machine_name_valid(const char *name);
 bool machine_address(const struct machine_name *m, bool stop, struct sockaddr_un *address);
 
 /* For the daemon: takes the machine's name; "": MACHINE_NAME_DEFAULT, or with the first free suffix
- * of -2, -3 ... *lock is a descriptor to keep open. STATUS_UNSAFE: the name is taken, or the
- * directory cannot be trusted; STATUS_IO: no directory, or it is not writable. */
+ * of -2, -3 ... *lock is a descriptor to keep open. STATUS_UNSAFE: the name is taken, the directory
+ * cannot be trusted, or a file that is no socket is in the way; STATUS_IO: no directory, or it is
+ * not writable; STATUS_USAGE: too long a path. */
 int machine_claim(const char *name, struct machine_name *m, int *lock, struct error *error);
 
 /* For clients: finds the running machines with this name, or with "" all. Returns their number, at
  * most MACHINES_MAX. SAFETY: at most MACHINES_EACH for a directory, so that sockets in one user's
  * directory do not displace a machine in another's. *doubt names a directory that could not be
- * searched, and why (status STATUS_OK: none). */
+ * searched, or a machine that may run, and why (status STATUS_OK: none). */
 int machine_find(const char *name, struct machine_name list[MACHINES_MAX], struct error *doubt);
 
 /* For clients: connects to the machine's socket, non-blocking. Returns -1 with errno: EACCES: not
- * permitted; ECONNREFUSED, ENOENT: the daemon has ended; EPERM: the socket belongs to neither root,
- * this user nor the directory's owner; EAGAIN: too many clients wait, try again. */
+ * permitted; ECONNREFUSED, ENOENT: the daemon has ended; EPERM: the directory cannot be trusted, or
+ * the daemon's user is neither root, this user nor the directory's owner; EAGAIN: too many clients
+ * wait, try again. */
 int machine_connect(const struct machine_name *m, bool stop);
 
 /* Lists the directories in which a client looks, for messages: "/run/hexid,

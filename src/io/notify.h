@@ -21,8 +21,8 @@ struct notify {
 };
 
 /* Opens the socket that $NOTIFY_SOCKET names, and takes the time between life signs from
- * $WATCHDOG_USEC if $WATCHDOG_PID is this process. To be called before confine(). STATUS_IO: the
- * socket cannot be used; n then sends nothing. */
+ * $WATCHDOG_USEC if $WATCHDOG_PID is this process or not set. To be called before confine().
+ * STATUS_IO: the socket cannot be used; n then sends nothing. */
 int notify_open(struct notify *n, struct error *error);
 
 /* Sends one or more lines as in sd_notify(3), "READY=1". Any thread. */

@@ -4,7 +4,8 @@
 
 enum { NUMBER_SIZE = 32 };
 
-/* Writes the shortest form that reads back bit for bit; "nan" for any NaN. Returns text. */
+/* Writes the shortest form that reads back bit for bit, and returns `text`. For any NaN it returns
+ * the constant "nan" and leaves `text` alone. */
 const char *number_shortest(double number, char text[NUMBER_SIZE]);
 
 #endif

@@ -104,7 +104,7 @@ static int prepare_in_place(struct output *o, struct error *error) {
     return o->file < 0 ? refuse_place(o->name, errno, error) : STATUS_OK;
 }
 
-/* Writes all the data. Returns 0, or errno, also if the reader accepts nothing for a long time. */
+/* Writes all the data. Returns 0 or errno; ETIMEDOUT if the reader accepts nothing for TAKES_MS. */
 static int write_all(int file, const char *data, size_t size) {
     while (size > 0) {
         ssize_t written = write(file, data, size);
@@ -125,8 +125,8 @@ static int refuse_recording(const struct output *o, const char *kind, struct err
 /* Removes the temporary file by exactly the call that the confined daemon may use (confine.h). */
 static int remove_beside(const struct output *o) { return unlinkat(AT_FDCWD, o->beside, 0); }
 
-/* Checks that the file can be replaced: one that is there must be writable, and the temporary file
- * must be possible, which is tried for a moment. */
+/* Checks that the file can be replaced: one that is there must be writable, and it must be possible
+ * to create the temporary file, which is tried and undone. */
 static int try_beside(struct output *o, struct error *error) {
     bool there = o->before.st_ino != 0;
     int file = there && access(o->path, W_OK) ? -1 : open(o->beside, OUTPUT_FLAGS, 0600);

@@ -32,7 +32,8 @@ struct output {
     const char *name;                 /* name as given by the user; NULL: no output */
     const char *path, *beside;        /* path of the output, with links followed, and of the
                                        * temporary file beside it; beside is NULL if the output is
-                                       * written in place. confine() moves both */
+                                       * written in place. confine() points both at its own
+                                       * copies */
     unsigned rename_flags;    /* flags for renameat2(), which keep it from replacing a file that
                                * appeared meanwhile */
     int file;                        /* descriptor of an output that is written in place; else -1 */
@@ -41,17 +42,19 @@ struct output {
 };
 
 /* Checks that the output can be written; opens it only if it is written in place. With name NULL
- * there is nothing to write, and every call below does nothing. Waits up to 5 s for the reader of
- * a FIFO. Returns -2 if a recording is there, -3 with the reason and the remedy otherwise. */
+ * there is nothing to write: output_write(), output_made(), output_page() and output_discard() then
+ * write nothing. Waits up to 5 s for the reader of a FIFO. Returns -2 if a recording or a disk is
+ * there, -3 with the reason and the remedy otherwise. */
 int output_prepare(struct output *o, const char *name, enum output_kind kind, struct error *error);
 
 /* Writes the text and puts the file in its place; may be called once. If it returns -3 the earlier
  * file is untouched. */
 int output_write(struct output *o, const char *text, struct error *error);
 
-/* Do what output_write() does, and free the text. With text NULL they return -3, because there was
- * no memory for it. `made` and *error are the result of making the page, such as pictures that are
- * missing; output_page() returns `made` unless writing fails, too. */
+/* Do what output_write() does, and free the text. With text NULL output_made() returns -3, because
+ * there was no memory for it. `made` and *error are the result of making the page, such as pictures
+ * that are missing; output_page() returns `made` unless writing fails, and writes nothing if page
+ * is NULL. */
 int output_made(struct output *o, char *text, struct error *error);
 int output_page(struct output *o, int made, char *page, struct error *error);
 
@@ -74,8 +77,8 @@ int output_place(const char *name, char path[PATH_MAX], bool *in_place);
 
 /* Opens a log for writing: locked and empty. A file that is not empty is renamed to NAME.1, or the
  * next free number; `aside` returns the new name, "" if nothing was renamed. Files that are not
- * regular are written in place, a FIFO only with a reader. Returns -2 if there is a recording of
- * another kind; -3 if another process writes the log, or it cannot be opened. */
+ * regular are written in place, a FIFO only with a reader. Returns -2 if a recording of another
+ * kind or a disk is there; -3 if another process writes the log, or it cannot be opened. */
 int output_log(const char *name, char aside[PATH_MAX], struct error *error);
 
 #endif
