@@ -8,8 +8,8 @@
  *     t  1 ms: interval at which a device checks its watchdog
  *
  * Transport. A command may be under way for A. CAN: command, SYNC and readings travel together, and
- * readings older than A are faults (platform.c, too_old()). Modbus: a command that has waited for A
- * is not sent (modbus.c, due_command()), and no answer is waited for longer (timeout_s()).
+ * readings older than A are faults (platform.c, judge_common()). Modbus: a command that has waited
+ * for A is not sent (modbus.c, due_command()), and no answer is waited for longer (timeout_s()).
  *
  * dead: the daemon is killed or stopped. Its last command reaches the device within A; the device
  * holds it for W (can_node.c, expired(); device.c, centre_ns) and checks every t.
@@ -17,7 +17,8 @@
  *
  * deaf: readings no longer come, but commands still go. The last readings are used until they are
  * older than A; then the command is held for B cycles (supervisor_judge()) and the valves are
- * centred (loop.c, safe()) by a command that is under way for A. The age is checked once a cycle.
+ * centred (loop_cycle() calls the back-end's safe()) by a command that is under way for A. The age
+ * is checked once a cycle.
  *     A + (B + 1) T + A
  * Commands that cannot be written count as bad samples at once (loop.c, unwritten), and the valves
  * are then centred no later than in "dead".

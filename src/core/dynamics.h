@@ -1,8 +1,8 @@
 /* Inverse dynamics of platform and legs over the whole workspace: leg forces that a motion needs,
  * without friction. Newton and Euler for the platform, the legs' equations from their kinetic
  * energy. Constants are those of the machine with its effects (sim/machine.h), such as a payload's
- * mass and centre, a tilt, or springs on the platform; the joints are the configured ones. It
- * shares no equation of motion with sim/ and src/residual. Pure, RT, no heap.
+ * mass and centre, a tilt, or springs on the platform; the joints are the configured ones. This
+ * module shares no equation of motion with sim/ and src/residual. Pure, RT, no heap.
  *
  *  symbol    meaning                                                 unit    frame
  *  c, w      origin of {M}; angular rate                             m, 1/s  {B}

@@ -16,9 +16,9 @@ enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 struct failure {
     uint32_t fault;       /* one of FAULT_...; 0: the supervisor does not detect this failure */
     const char *name;     /* fault's name or words, as the operator sees them */
-    const char *what;
+    const char *what;     /* the failure in words */
     const char *detected; /* check that detects the failure */
-    const char *within;
+    const char *within;   /* time or motion until it is detected, in words */
     enum reaction reaction;
     const char *platform; /* the platform's reaction in words */
     const char *cause;    /* likely causes of the failure */
@@ -41,12 +41,13 @@ const char *fault_name(uint32_t faults);
 /* Returns those of the given faults that have this reaction. */
 uint32_t failures_with(enum reaction reaction, uint32_t faults);
 
-/* Writes the name of the first fault and its legs: "following_error, leg 3", "kinematics". */
+/* Writes the name of first_fault, and the legs in `faults` (fault_leg() bits): "following_error,
+ * leg 3", "kinematics". */
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
-/* Writes the measured value and its limit, as "12.4 mm, limit 10 mm (limits.following_m)", or ""
- * if nothing was measured. Returns text. */
+/* Writes the measured value and its limit, as "12.4 mm, limit 10 mm (limits.following_m)"; for a
+ * contradiction of inputs their names; or "" if nothing was measured. Returns text. */
 enum { FAULT_MEASURE_SIZE = 144 };
 const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]);
 
@@ -55,9 +56,10 @@ const char *fault_measured(uint32_t first_fault, const struct fault_measure *mea
 enum { FAULT_LINE_SIZE = FAULT_TEXT_SIZE + 2 + FAULT_MEASURE_SIZE };
 void fault_line(uint32_t first_fault, uint32_t faults, const struct fault_measure *measure, char text[FAULT_LINE_SIZE]);
 
-/* Explains a fault at length. cause: what was seen, and the likely cause. remedy: the steps until
- * the platform moves again; the last is a new run if `automatic`, otherwise reset and engage.
- * missed, longest_s: for an overrun, the deadlines missed in a row and the longest delay. */
+/* Explains a fault at length; first_fault must not be 0. cause: the failure, and its likely cause.
+ * remedy: the steps until the platform moves again; the last is a new run if `automatic`, otherwise
+ * reset and engage. missed, longest_s: for an overrun, the deadlines missed in a row and the
+ * longest delay. */
 enum { FAILURE_TEXT_SIZE = 640 };
 void failure_explain(uint32_t first_fault, int64_t missed, double longest_s, bool automatic, char cause[FAILURE_TEXT_SIZE],
                      char remedy[FAILURE_TEXT_SIZE]);

@@ -24,8 +24,8 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
 struct oil_column {
     double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
     double least_m, most_m;        /* leg lengths at the end stops */
-    double most_stiff_per_m;       /* kpf is reduced where stiffness over bulk modulus exceeds
-                                    * this */
+    double most_stiff_per_m;       /* kpf is reduced where stiffness over bulk modulus exceeds this;
+                                    * in m */
 };
 void oil_columns_init(struct oil_column column[LEGS], const struct params *params, const struct kinematics *k);
 

@@ -22,8 +22,8 @@ struct gains gains_of(const struct control_params *control);
 void gains_apply(const struct gains *gains, struct control_params *control);
 bool gains_equal(const struct gains *a, const struct gains *b);
 
-/* Returns the first gain that must not change from `from` to `to` in one step, by its range or by
- * its factor; LOOP_GAINS if all may. NaN may not. */
+/* Returns the index GAIN_... of the first gain that must not change from `from` to `to` in one
+ * step, by its range or by its factor; LOOP_GAINS if all may. NaN is refused. */
 int gains_refused(const struct gains *from, const struct gains *to);
 
 #endif

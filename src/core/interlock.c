@@ -62,7 +62,7 @@ const char *interlock_why(uint32_t wrong) {
                : NULL;
 }
 
-/* Writes the names of the inputs in the mask, and of the supply output. Returns their number. */
+/* Writes the names of these inputs, and of the supply output if `supply`. Returns their number. */
 static int list(uint32_t inputs, bool supply, char *text, size_t size) {
     int count = 0;
     *text = '\0';

@@ -28,7 +28,8 @@ struct interlock_reading {
     uint32_t contradicted; /* inputs (INPUT_...) whose two contacts have the same state */
 };
 
-/* Returns the byte that a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse. */
+/* Returns the byte that a device sends for these closed inputs: bits 0..3 plain, 4..7 inverse, or 0
+ * without p->antivalent. */
 uint32_t interlock_bits(const struct interlock_params *p, uint32_t closed);
 
 /* Reads the inputs from bits 0..7; without p->antivalent bits 4..7 are ignored. */
@@ -47,9 +48,9 @@ uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock
 /* Returns the bits INPUT_... of the wired inputs. */
 uint32_t interlock_wired(const struct interlock_params *p);
 
-/* Returns the wired inputs that are open; INPUT_SUPPLY only while the supply is on. SAFETY: while
- * it is off, pressure sets INPUT_LINGERS if both its switch and the supply output are wired: a
- * relay is welded, or the dump valve is stuck. */
+/* Returns the wired inputs that are open; INPUT_SUPPLY only while the supply is on (`powered`).
+ * inputs: the closed ones. SAFETY: while the supply is off, pressure sets INPUT_LINGERS if pressure
+ * switch and supply output are wired: a relay is welded, or the dump valve is stuck. */
 uint32_t interlock_wrong(const struct interlock_params *p, bool powered, uint32_t inputs);
 
 /* Returns true if any input or output is wired, so that there is a device to talk to. */
@@ -64,8 +65,8 @@ const char *interlock_why(uint32_t wrong);
 /* Lists inputs by name: "emergency stop, door". */
 void interlock_names(uint32_t inputs, char *text, size_t size);
 
-/* Lists wired and missing inputs: "emergency stop, door; NOT WIRED, so not watched: enable switch".
- * Returns true if all are wired. */
+/* Lists wired and missing inputs, and the supply output among them: "emergency stop, door; NOT
+ * WIRED, so not watched: enable switch". Returns true if all are wired. */
 bool interlock_describe(const struct interlock_params *p, char *text, size_t size);
 
 #endif

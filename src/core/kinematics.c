@@ -15,8 +15,8 @@
  *  E       angular velocity = E [phi theta psi]dot     -     {B} */
 
 static const double tolerance_m = 1e-13;
-static const double last_step_m = 1e-7; /* Newton step after which the remaining error (its square
-                                         * over a leg length) is below the tolerance */
+static const double last_step_m = 1e-7; /* Newton step after which the remaining error (about its
+                                         * square over arm_m) is below the tolerance */
 
 static const double LEG_THIN = 0.01;   /* two legs collide if their axes come nearer than this share
                                         * of the shorter leg's neutral length, as no leg is

@@ -19,10 +19,11 @@ struct kinematics {
 
 struct fk_result {
     int iterations;       /* number of Newton steps taken */
-    double residual_m;    /* largest length error of the returned pose; an upper bound if the
-                           * last step was below 0.1 um */
-    double pivot_ratio;   /* smallest pivot of J in elimination, as a share of the largest, angles
-                           * in units of 1/arm_m: 1 .. 0 (singular) */
+    double residual_m;    /* largest length error at the last pose of the iteration; after a last
+                           * step of at most 0.1 um, an estimate: its square over arm_m */
+    double pivot_ratio;   /* smallest pivot of the last step's matrix in elimination, as a share of
+                           * the largest, angles in units of 1/arm_m: 1 .. 0 (singular); 1 if no
+                           * step was needed */
     bool converged;
 };
 

@@ -41,7 +41,8 @@ int leg_places_exchanges(const struct leg_places *order) {
     return count;
 }
 
-/* Writes the cycles of an order: an exchange of two legs, or the legs that move on together. */
+/* Writes the cycles of the permutation: a cycle of two legs as an exchange, a longer one as its
+ * legs and their places. */
 static void name_cycles(const struct leg_places *order, char name[LEG_PLACES_NAME]) {
     bool done[LEGS] = {false};
     int used = 0;

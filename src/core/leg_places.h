@@ -11,17 +11,18 @@ struct leg_places {
 
 enum { LEG_PLACES_COMMON = 1 + 15 + 5 + 6, LEG_PLACES_NAME = 80 };
 
-/* Lists the orders that occur most: the stated one, which is the first, 15 exchanges of two legs, 5
- * orders counted on from another leg, 6 counted backwards. */
+/* Lists the orders that occur most: first the stated one, place[k] = k, then 15 exchanges of two
+ * legs, 5 orders counted on from another leg, 6 counted backwards. */
 void leg_places_common(struct leg_places list[LEG_PLACES_COMMON]);
 
-/* The same order with the places of two legs exchanged. All 720 orders are at most five exchanges
- * from each other. */
+/* Returns the order with the places of two legs exchanged. All 720 orders are at most five
+ * exchanges from each other. */
 struct leg_places leg_places_exchanged(const struct leg_places *order, int leg, int other);
 
 bool leg_places_stated(const struct leg_places *order);
 
-/* Least number of exchanges of two legs that lead from the stated order to this one: 0 .. 5. */
+/* Returns the least number (0 .. 5) of exchanges of two legs that lead from the stated order to
+ * this one. */
 int leg_places_exchanges(const struct leg_places *order);
 
 /* Writes the order in words: "as stated"; "leg 1 in place 3, counted on"; "leg 1 in place 2,

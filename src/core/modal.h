@@ -2,8 +2,8 @@
  * one limits the gains that all may have together. Here each mode has gains of its own: kp, ki and
  * kd grow with the mode's frequency w, from the slowest mode's w1, by (w / w1)^control.modal.
  *
- * The legs' oil columns count as alike, so that w^2 is as 1 / m, where m are the eigenvalues of the
- * inertia M in leg coordinates, and the matrix of all gains is a power of M:
+ * The legs' oil columns are taken to be equally stiff. So w^2 is proportional to 1 / m, where m are
+ * the eigenvalues of the inertia M in leg coordinates, and the matrix of all gains is a power of M:
  *
  *     M  = F A^-1,   A, F: acceleration and force of each leg for a unit acceleration of each axis
  *     W  = (M / m1)^(-control.modal / 2),   m1 the largest eigenvalue

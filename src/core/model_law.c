@@ -6,7 +6,8 @@
 #include "params.h"
 
 static const double RETURN_S = 0.5; /* time over which the law takes over from the PID */
-static const double GOOD_S = 1.0;   /* the law takes over only after this time without doubts */
+static const double GOOD_S = 1.0;   /* after a doubt, the law takes over again only after this time
+                                     * without doubts */
 static const double FADE_S = 0.05;  /* time constant with which a hand-over's difference fades; an
                                      * integrator would keep the difference after the motion has
                                      * reversed */
@@ -88,7 +89,8 @@ static void low_pass(const struct model_law *law, bool settled, double x, double
     *low = settled ? *low + dt_s / (tp_s + dt_s) * (x - *low) : x;
 }
 
-/* Takes the pressures that are valid readings. Returns DOUBT_PRESSURE if one is not. */
+/* Takes the pressures that are valid readings, and advances the low-passes of the forces. Returns
+ * DOUBT_PRESSURE if a pressure is no valid reading. */
 static uint32_t take_pressures(struct model_law *law, const struct model_law_input *in, const struct leg_course *now) {
     uint32_t doubts = 0;
     for (int leg = 0; leg < LEGS; leg++) {

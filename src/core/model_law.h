@@ -3,22 +3,25 @@
  *
  * The reference is known ahead of time. So the force and the length of each leg are known at the
  * begin and at the end of the time in which this cycle's command acts. Their differences give the
- * mean rates of force and length, and valve_flow.h the opening for both at the measured pressures:
+ * mean rates of force and length, and valve_flow.h the opening for both, at pressures predicted
+ * from the measured ones for the middle of that time:
  *
  *     t1 = now + delay, t2 = t1 + dt            delay: of spool and command, mean of all legs
  *     f(t)  = force by dynamics.h + friction(L', L'')
  *     o     = opening for f' = (f(t2) - f(t1)) / dt at L' = (L(t2) - L(t1)) / dt
  *     u     = Kp e + I + Kd d + o - s Kpf [(f - flp) - (fr - frlp)]
  *
- * where fr = f(now) is the reference force and frlp is fr behind the same low-pass as flp. Friction
- * is s(L') F + viscous with s = tanh(L' / (v0 + tau |L''|)): a reversal takes about 4 tau, and a
- * leg at rest has no dry friction in its reference.
+ * where fr = f(now) is the reference force, frlp is fr behind the same low-pass as flp, and s is
+ * that of pid.h. The command is valve_flow_command() of u, clamped to +-output_limit. Dry friction
+ * F counts as F tanh(L' / (v0 + tau |L''|)): a reversal takes about 4 tau, and a leg at rest has no
+ * dry friction in its reference.
  *
- * Doubts: if a pressure is no valid reading, a pose is singular or not finite, or an opening is
- * needed that the valve does not have (the supply is too low), the law hands over to the PID in
- * that cycle without a bump: the difference of the two feed-forwards fades with FADE_S. The law
- * takes over again, within RETURN_S, once all inputs have been good for a second. SAFETY: the
- * supervisor's limits and the limit of the output apply to either law. RT, no heap, pure. */
+ * Doubts: if a pressure is no valid reading, a pose is singular or not finite, or a command beyond
+ * +-output_limit is needed (the supply is too low), the law hands over to the PID in that cycle
+ * without a bump: the difference of the two feed-forwards fades with the time constant FADE_S. The
+ * law takes over again, over the time RETURN_S (both in model_law.c), once all inputs have been
+ * good for a second. SAFETY: the supervisor's limits and the limit of the output apply to either
+ * law. RT, no heap, pure. */
 #ifndef HEXID_MODEL_LAW_H
 #define HEXID_MODEL_LAW_H
 
@@ -33,7 +36,7 @@
 /* Reasons why the law hands over to the PID, a bit each. */
 enum {
     DOUBT_PRESSURE = 1u << 0, /* a pressure is no valid reading */
-    DOUBT_SUPPLY = 1u << 1,   /* a larger opening is needed than the valve has */
+    DOUBT_SUPPLY = 1u << 1,   /* the command of the feed-forward is beyond +-output_limit */
     DOUBT_SINGULAR = 1u << 2, /* the legs do not determine the platform, or a number is not
                                * finite */
     DOUBTS = 3,
@@ -78,7 +81,7 @@ struct model_law {
  * the delay is longer than MODEL_DELAY_CYCLES. */
 int model_law_init(struct model_law *law, const struct params *params, const struct kinematics *k, struct error *error);
 
-/* Restarts without a bump: the law takes over from the PID within RETURN_S. */
+/* Restarts without a bump: the law takes over from the PID over the time RETURN_S (model_law.c). */
 void model_law_reset(struct model_law *law);
 
 /* Inputs of a cycle. */
@@ -91,8 +94,8 @@ struct model_law_input {
 /* Computes openings and reference forces for this cycle. */
 void model_law_step(struct model_law *law, const struct model_law_input *in);
 
-/* Replaces model_law_step() and model_law_command() in a cycle without a sample, in which the
- * commands are held. */
+/* Replaces model_law_step() and model_law_command() in a cycle without a trusted sample, in which
+ * the commands are held. */
 void model_law_hold(struct model_law *law);
 
 /* Computes a leg's command with the present gains, after model_law_step(); takes the place of
@@ -100,7 +103,7 @@ void model_law_hold(struct model_law *law);
 double model_law_command(struct model_law *law, const struct control_params *gains, int leg, struct pid *pid, double ref_m, double length_m,
                          double force_n);
 
-/* Returns the words for the first of these doubts. */
+/* Returns the words for the first of these doubts; "none" for 0. */
 const char *model_law_doubt(uint32_t doubts);
 
 #endif

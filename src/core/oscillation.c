@@ -10,8 +10,8 @@
 #include "units.h"
 
 static const double lag_s = 0.016, block_s = 0.05, slow_s = 0.05;
-/* At most this times limits.oscillation_mps2 is subtracted from the command's acceleration as white
- * noise: a command that alternates every cycle looks like noise, too. */
+/* Largest white noise that is subtracted from commanded, opened and forced, as a multiple of
+ * limits.oscillation_mps2: a command that alternates every cycle looks like noise, too. */
 static const double white_most = 2.0;
 
 /* Steps of the readings are subtracted as this share of lag^-3 times the mean square over one
@@ -129,8 +129,8 @@ static double fourth_difference(double past[5], double now) {
     return past[0] - 4.0 * past[1] + 6.0 * past[2] - 4.0 * past[3] + past[4];
 }
 
-/* Adds the squared acceleration that these openings of the valves correspond to. leg: NULL, or gets
- * each leg's own. */
+/* Adds the squared acceleration that these openings of the valves correspond to, and its noise
+ * part. leg_square: each leg's own is added to it, unless it is NULL. */
 static void take_valves(const struct oscillation *o, struct oscillation_valves *v, const double opening[LEGS], double *square,
                         double *white, double *leg_square) {
     double mps2[DOFS] = {0}, fourth_mps[DOFS] = {0};
@@ -156,7 +156,8 @@ static void take_command(struct oscillation *o, const double valve[LEGS]) {
     take_valves(o, &o->opened, opening, &o->sum.opened, &o->sum.opened_white, NULL);
 }
 
-/* SAFETY: what the forces do not show counts as infinite, so that they excuse nothing. */
+/* SAFETY: without trusted forces, or with an unknown inertia, forced counts as infinite, so that it
+ * excuses no jump of the commands. */
 static void take_force(struct oscillation *o, const double force_n[LEGS]) {
     double mps2[DOFS] = {0};
     if (!force_n || !o->weighs) {
@@ -176,7 +177,8 @@ static void take_force(struct oscillation *o, const double force_n[LEGS]) {
     }
 }
 
-/* Returns the second smallest value, which four of the five blocks reach or exceed. */
+/* Returns the root of the second smallest mean square, which four of the five blocks reach or
+ * exceed. */
 static double four_of_five(const double square[OSCILLATION_BLOCKS]) {
     double least = (double)INFINITY, second = (double)INFINITY;
     for (int n = 0; n < OSCILLATION_BLOCKS; n++) {
@@ -209,7 +211,8 @@ static void judge(struct oscillation *o) {
     }
     double allowed[] = {o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_measured / OSCILLATION_BLOCKS),
                         o->limit_mps2 + OSCILLATION_ASKED * sqrt(asked_commanded / OSCILLATION_BLOCKS)};
-    /* SAFETY: an opening counts by itself; only a jump through the dead band needs the forces. */
+    /* SAFETY: opened counts by itself; commanded, which also contains jumps through the dead band,
+     * counts only together with forced. */
     double jump_mps2 = fmin(four_of_five(commanded), four_of_five(forced) - o->limit_mps2);
     double found[] = {four_of_five(measured), fmax(four_of_five(opened), jump_mps2)};
     int worse = found[1] - allowed[1] > found[0] - allowed[0];
@@ -217,7 +220,7 @@ static void judge(struct oscillation *o) {
     o->legs = o->found_mps2 > o->allowed_mps2 ? swinging_legs(o) : 0;
 }
 
-/* Turns the sums of a complete block into its means. */
+/* Turns the sums of a complete block into its means, except those of the legs. */
 static void close_block(struct oscillation *o) {
     struct oscillation_block *s = &o->sum;
     double *const sums[] = {&s->measured,     &s->commanded,    &s->opened,         &s->forced,         &s->white,

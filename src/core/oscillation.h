@@ -9,7 +9,7 @@
  *              full opening times command, through the valve's lag), converted to the platform.
  *              Sees from some 40 Hz up to half the loop's rate, where lengths in steps of 50 um
  *              show nothing. White noise is subtracted by means of the fourth difference.
- *   opened     the same of the valves' openings, which are commands less the configured dead band.
+ *   opened     the same of the valves' openings: commands less the configured null and dead band.
  *   forced     the legs' forces above 3 Hz, through the inertia of the configured bodies; white
  *              noise is subtracted likewise. Dry friction is in it. A payload that is configured
  *              too heavy, and slow pressure sensors, make it smaller.
@@ -25,9 +25,10 @@
  *   - commanded exceeds it, and forced does so by limits.oscillation_mps2.
  *
  * A jolt fills two blocks at most. Without a configured dead band, opened and commanded are the
- * same, and the forces do not matter. With one, a law that knows it jumps through it, which is no
- * motion; but where the valve has none, the law rattles, and then the forces show it. Forces of
- * which a pressure is no valid reading count as infinite: the commands then decide alone.
+ * same, and the forces do not matter. With one, the commands of the law `model` jump through it,
+ * which moves nothing; but if the real valve has no dead band, the jumps shake the platform, and
+ * the forces show it. If a pressure is no valid reading, or the inertia is unknown, forced counts
+ * as infinite: the commands then decide alone.
  *
  * The commands' estimates do not know the masses: near a resonance the platform moves up to three
  * times as much as the command corresponds to, and far above it much less. docs/safety.md has the
@@ -47,10 +48,10 @@ enum {
     OSCILLATION_BLOCKS = 5,
 };
 
-/* Mean squares of accelerations over a block, (m/s^2)^2. */
+/* Mean squares of accelerations over a block, (m/s^2)^2; those of `leg` are sums. */
 struct oscillation_block {
     double measured, commanded, opened, forced; /* forced: infinite without good pressures */
-    /* part of each that would be noise if its fourth difference were only noise */
+    /* noise parts of commanded, opened and forced, if their fourth differences were only noise */
     double white, opened_white, forced_white;
     double asked_measured, asked_commanded; /* acceleration of the reference, filtered as `measured`
                                              * and as `commanded` */
@@ -73,8 +74,8 @@ struct oscillation {
                               * drop on each port */
     double follows;          /* share of the remaining distance to its input that each of a valve's
                               * two lags covers in a cycle */
-    double white;            /* mean square of the acceleration from white commands, relative to
-                              * their fourth difference, 1/s^2 */
+    double white;            /* mean square of the acceleration from white commands, divided by that
+                              * of their fourth difference, 1/s^2 */
     int lag, every;          /* number of cycles in 16 ms, and in a block */
     int past;                /* number of poses kept: 2 lag + 1 */
     /* the group below has been collected since driving began */

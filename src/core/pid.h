@@ -27,11 +27,12 @@ struct pid {
     double ref_m;          /* reference of the previous step, Lref_prev */
     double feedback_cut;   /* 1 - s; the caller sets it before a step, and pid_reset() makes it 0 */
     double output;         /* output u of the last step */
-    bool saturated;        /* the last output u was clamped */
+    bool saturated;        /* the last output u, or the command that law `model` made from it, was
+                            * clamped */
 };
 
-/* Starts without a bump: no error, no reference rate, force filter settled; a first step with Lref
- * = L gives 0. */
+/* Starts without a bump: no error, no reference rate, force filter settled. A first step with Lref
+ * = L = length_m and f = force_n gives 0. */
 void pid_reset(struct pid *c, double length_m, double force_n);
 
 double pid_step(struct pid *c, const struct control_params *g, double dt_s, double ref_m, double length_m, double force_n);
@@ -47,15 +48,16 @@ struct pid_reading {
                          * difference from it. 0 with law `pid` */
 };
 
-/* Changes the gains while the reference rests, without a bump: the integral takes what the other
- * parts change by, so that the next step with this reading and the new gains has the output that
- * the old gains would have given. Returns false, and changes nothing, if the integral has no
- * room. */
+/* Prepares a change of gains while the reference rests, without a bump: the integral makes up for
+ * the change of the other parts, so that the next step with this reading and the gains `to` has the
+ * output that the gains `from` would have given. Returns false, and changes nothing, if the
+ * integral would exceed its limit. */
 bool pid_change(struct pid *c, const struct control_params *from, const struct control_params *to, double dt_s,
                 const struct pid_reading *reading);
 
-/* Replaces pid_step() in a cycle without a sample: holds the last u and sets Lref_prev to this
- * reference, so that the next step does not contain several cycles of reference motion. */
+/* Replaces pid_step() in a cycle without a trusted sample: the caller holds the last u, and
+ * Lref_prev becomes this reference, so that the next step does not contain several cycles of
+ * reference motion. */
 void pid_hold(struct pid *c, double ref_m);
 
 #endif

@@ -114,7 +114,7 @@ static void judge_common(struct judgement *j, const struct platform *p, const st
     judge(j, FAULT_OSCILLATION, -1, p->oscillation.found_mps2, 0.0, p->oscillation.allowed_mps2);
 }
 
-/* Judges a sample by all limits. A sample that could not be read has no legs to judge. */
+/* Judges a sample by all limits, but not the legs of a sample with SAMPLE_IO. */
 static struct judgement judge_sample(const struct platform *p, const struct hal_sample *in, uint32_t asked) {
     struct judgement j = {.asked = asked, .measure = {.leg = -1, .value = (double)NAN, .limit = (double)NAN}};
     judge_common(&j, p, in);
@@ -122,14 +122,14 @@ static struct judgement judge_sample(const struct platform *p, const struct hal_
     return j;
 }
 
-/* Returns the largest length error at the nearest pose found, for lengths that fit no pose; m. */
+/* Returns the largest length error, m, at which forward kinematics gives up. */
 static double misfit_m(const struct platform *p, const struct hal_sample *in) {
     double pose[DOFS];
     memcpy(pose, p->pose, sizeof pose);
     return fk_solve(&p->kinematics, in->length_m, pose).residual_m;
 }
 
-/* Returns value, limit and leg of a fault that doubts() found in this sample. */
+/* Returns value, limit and leg of a fault that was found with this sample. */
 static struct fault_measure measure_of(const struct platform *p, const struct hal_sample *in, uint32_t fault) {
     struct fault_measure m = judge_sample(p, in, fault).measure;
     if (fault == FAULT_KINEMATICS) m.value = misfit_m(p, in);
@@ -138,8 +138,9 @@ static struct fault_measure measure_of(const struct platform *p, const struct ha
     return m;
 }
 
-/* SAFETY: returns the faults of open interlocks. An open one is a fault in states in which it can
- * mean danger; in the others it only prevents `engage`. */
+/* SAFETY: returns the faults of open interlocks. An open one is a fault while the supply is on;
+ * otherwise it only prevents `engage`. In STATE_PRESSURISING await_pressure() judges the
+ * pressure. */
 static uint32_t interlock_doubts(const struct platform *p) {
     enum state state = p->supervisor.state;
     if (!supervisor_powers(state)) return 0;
@@ -216,11 +217,12 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
 }
 
 /* Returns the level of the leaky bucket at which bad samples become a fault. A level of 1 tolerates
- * no bad sample. It applies to overruns, which are counted elsewhere, and to an oscillation, which
- * has been observed for a quarter of a second. SAFETY: it applies to two masters, because neither
- * knows where the platform goes next, and to switches, because a person operated them on purpose. A
- * device whose samples are alternately good and bad never fills a bucket, so after INIT_CYCLES its
- * first bad sample ends the wait for it and names the fault. */
+ * no bad sample. SAFETY: it applies to two masters, because neither knows where the platform goes
+ * next, and to switches, because a person operated them on purpose. It also applies to faults that
+ * have been observed for long enough before: an oscillation, contacts that contradict each other,
+ * and, except in STATE_INIT, overruns. A device whose samples are alternately good and bad never
+ * fills a bucket, so after INIT_CYCLES its first bad sample ends the wait for it and names the
+ * fault. */
 static int patience(const struct platform *p, uint32_t suspect) {
     const uint32_t means_it = FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
     if (suspect & (FAULT_MASTER | FAULT_OSCILLATION | means_it)) return 1;
@@ -346,7 +348,7 @@ static struct reference_sample refer(struct platform *p) {
     return s;
 }
 
-/* length_m: as modal_lengths() gives it. */
+/* Computes a leg's valve command by the configured law. length_m: from modal_lengths(). */
 static double leg_command(struct platform *p, int leg, double length_m) {
     const struct params *c = p->params;
     if (c->control.law == CONTROL_MODEL)
@@ -354,8 +356,8 @@ static double leg_command(struct platform *p, int leg, double length_m) {
     return pid_step(&p->pid[leg], &p->control, c->loop.period_s, p->leg_ref_m[leg], length_m, p->force_n[leg]);
 }
 
-/* SAFETY: computes the valve commands. An untrusted sample moves nothing: the last command is held,
- * as long as the leaky bucket allows. */
+/* SAFETY: computes the valve commands. An untrusted sample changes no command: the last one is
+ * held, as long as the leaky bucket allows. */
 static void control(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     bool good = !failures_with(REACTION_STOP, suspect);
     double seen_m[LEGS];
@@ -380,7 +382,8 @@ static void rest(struct platform *p) {
     memcpy(p->ref, p->pose, sizeof p->ref);
 }
 
-/* SAFETY: toggles the supply output, a life sign that ends with the daemon and with a fault. */
+/* SAFETY: toggles the supply output while the supply is to be on: a life sign that ends with the
+ * daemon and with a fault that stops. */
 static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }
@@ -391,8 +394,9 @@ static void react(struct platform *p, enum reaction reaction) {
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);
 }
 
-/* Waits for pressure and a good sample; without an input for pressure, for the longest time that it
- * may take. Returns FAULT_SUPPLY if there is no pressure in time. */
+/* Ends STATE_PRESSURISING once there is pressure and the sample is good. Without an input for
+ * pressure, it counts as there after interlocks.pressure_s, or at once if no supply output is
+ * wired. Returns FAULT_SUPPLY if there is no pressure in time, otherwise 0. */
 static uint32_t await_pressure(struct platform *p, bool good) {
     const struct interlock_params *i = &p->params->interlocks;
     bool over = in_state_s(p) >= i->pressure_s;
@@ -402,8 +406,9 @@ static uint32_t await_pressure(struct platform *p, bool good) {
     return over && !there ? FAULT_SUPPLY : 0;
 }
 
-/* SAFETY: true where gains may change: nothing moves or is to move, no sample is doubtful, no fault
- * is latched, and every leg follows within a tenth of what is a fault. */
+/* SAFETY: true if gains may change: nothing moves or is to move, the sample is not doubtful, and no
+ * fault is latched. While held at neutral, no output is saturated, and the error of every leg is at
+ * most HELD times limits.following_m. */
 static bool at_rest(const struct platform *p, uint32_t suspect) {
     if (suspect || p->supervisor.faults) return false;
     if (p->supervisor.state == STATE_SETTLED) return true;
@@ -413,8 +418,8 @@ static bool at_rest(const struct platform *p, uint32_t suspect) {
     return true;
 }
 
-/* Changes the gains without a bump, all legs or none. While the legs are held, the law `model`
- * feeds back what differs from its reference force. */
+/* Changes the gains without a bump, of all legs or of none. Returns false if they may not change
+ * now. Under the law `model` kpf feeds back only the difference from the reference force. */
 static bool change_gains(struct platform *p, const struct gains *gains, uint32_t suspect) {
     struct gains from = gains_of(&p->control);
     struct control_params to = p->control;
@@ -485,7 +490,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
                           .test = -1,
                           .dof = DOF_NONE};
     out->in.flags |= stale | (platform_wrong(p) ? SAMPLE_OPEN : 0);
-    /* the identifier must not use samples that the controller rejected */
+    /* the identifier must not use samples that the controller doubts */
     if (suspect) out->in.flags |= SAMPLE_INVALID;
     if (ref.phase != PHASE_NONE) out->test = test, out->dof = dof, out->phase = ref.phase, out->test_time_s = ref.test_time_s;
     memcpy(out->ref, p->ref, sizeof out->ref);

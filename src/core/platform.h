@@ -51,10 +51,11 @@ struct platform {
     /* state of the controller, and progress through the list of tests */
     int test;                    /* index of the current or next test */
     int64_t ticks;               /* number of cycles in this state */
-    bool stopping;               /* the current or last test was ordered to end */
+    bool stopping;               /* a stop has ended the latest tests, or is ending them */
     bool request_taken;          /* the last request had an effect */
-    bool automatic;              /* engages, tests and parks without requests; ends once parked,
-                                  * or with a stop, a park or a fault */
+    bool automatic;              /* engages, tests and parks without requests; false once parked,
+                                  * after a stop, a park or a fault, and if an input is wrong while
+                                  * settled */
     int64_t seq;
 };
 
@@ -64,8 +65,8 @@ int platform_init(struct platform *p, const struct params *params, struct error 
 uint32_t platform_wrong(const struct platform *p);
 
 /* Computes one cycle. SAFETY: out->out.enable is false and all valves are 0 in every state in which
- * the valves are not driven, and on every fault; the supply output toggles in every cycle of a
- * state that needs the supply, and in no other. */
+ * the valves are not driven, and on every fault that stops (REACTION_STOP); the supply output
+ * toggles in every cycle of a state that needs the supply, and in no other. */
 void platform_step(struct platform *p, const struct hal_sample *in, struct request request, struct cycle *out);
 
 #endif

@@ -52,7 +52,7 @@ static double brake_s(double rate_mps, double accel_mps2, double most_mps2) {
     return fmax(brake_least_s, 3.0 * rate_mps / (most - a + sqrt(most * most + most * a)));
 }
 
-/* Duration of a move of this distance from rest to rest. */
+/* Returns the duration of a move of this distance from rest to rest. */
 static double travel_s(double distance_m, const struct move_limits *l) {
     double limited_s = fmax(15.0 / 8.0 * distance_m / l->rate_mps, sqrt(10.0 / sqrt(3.0) * distance_m / l->accel_mps2));
     return fmax(l->duration_s, limited_s);

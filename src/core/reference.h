@@ -53,7 +53,8 @@ struct reference_sample {
     double pose[DOFS];
     enum phase phase;            /* phase of the test; PHASE_NONE outside a test */
     double test_time_s;
-    bool done;                   /* the move or test has ended; from here on the reference holds */
+    bool done;                   /* the move or test has ended, and the reference holds from here
+                                  * on; true in a hold, too */
 };
 
 void reference_hold(struct reference *r, const double pose[DOFS]);
@@ -72,7 +73,8 @@ struct move_start {
 /* Begins a move to rest at `to`, which is reached exactly. */
 void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits);
 
-/* Duration of a move between the parked pose and neutral for a requested duration. */
+/* Returns the duration of a move between the parked pose and neutral: asked_s, or longer if the
+ * limits require it. */
 double reference_park_s(const struct motion_params *motion, double asked_s);
 
 /* Begins a test. dof: the axis of its sinusoid; DOF_NONE: the trajectory, which must outlive the

@@ -7,8 +7,9 @@
 
 enum { AT_ONCE = false, RAMP_OUT = true };
 
-/* A trigger without a row has no effect. SAFETY: every state has a row for a fault; the only way
- * from fault to a driven state is reset, good sensors and engage. */
+/* A trigger without a row has no effect. SAFETY: every state has a row for a fault, except
+ * STATE_FAULT itself; the only way from fault to a driven state is reset, good sensors, engage and
+ * pressure. */
 static const struct transition transitions[] = {
     {STATE_INIT, TRIGGER_SENSORS_GOOD, STATE_SETTLED, AT_ONCE},
     {STATE_SETTLED, TRIGGER_ENGAGE, STATE_PRESSURISING, AT_ONCE},

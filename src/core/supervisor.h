@@ -60,8 +60,9 @@ bool supervisor_powers(enum state state);
 /* Clears faults and buckets, for a reset. */
 void supervisor_clear(struct supervisor *s);
 
-/* Counts a sample with these faults (FAULT_... and fault_leg() bits; 0 for a good one). Returns
- * the reaction to a newly or already latched fault. */
+/* Counts a sample with these faults (FAULT_... and fault_leg() bits; 0 for a good one). If it is
+ * bad and its bucket is then at `limit`, latches its faults and returns their reaction; otherwise
+ * returns REACTION_NONE, even while a fault is latched. */
 enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

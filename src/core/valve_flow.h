@@ -21,7 +21,8 @@ struct kinematics;
 struct params;
 
 struct valve_flow {
-    double gain[2];              /* flow gains g of ports A and B, fully open, m^3/(s sqrt Pa) */
+    double gain[2];              /* flow gains g1, g2 of the ports to the rodless and to the rod
+                                  * side, fully open, m^3/(s sqrt Pa) */
     double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
     double least_m, most_m;      /* leg lengths at the end stops */
     double bulk_modulus_pa, leakage_m3_per_s_pa, supply_pa, tank_pa;
@@ -41,7 +42,7 @@ struct oil_state {
 void valve_flow_init(struct valve_flow *flow, int leg, const struct params *params, const struct kinematics *k);
 
 /* Returns the opening, in shares of full opening; it may be beyond +-1, which the valve cannot
- * give. A pressure drop below a hundredth of the supply's counts as a hundredth. */
+ * give. A pressure drop counts as at least a hundredth of supply less tank pressure. */
 double valve_flow_opening(const struct valve_flow *flow, const struct oil_state *oil, double force_rate_n_per_s);
 
 /* Advances the pressures by one explicit step at this opening; they stay between tank and

@@ -11,8 +11,8 @@ enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* longest and shortest step along
                                                                    * a path, as shares of the path's
                                                                    * length */
-static const double ROUNDING = 1.0 + 1e-6; /* above the bound's rounding error, even near a singular
-                                            * pose */
+static const double ROUNDING = 1.0 + 1e-6; /* factor that covers the bound's rounding error, even
+                                            * near a singular pose */
 
 /* Jacobian with its angles in units of 1/arm_m. */
 static void scaled_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]) {

@@ -19,7 +19,7 @@ struct workspace {
 };
 
 /* Follows paths to all combinations of each leg's shortest, neutral and longest length within both
- * stroke and limits. k: from kinematics_init. */
+ * stroke and limits. k must come from kinematics_init(). */
 struct workspace workspace_find(const struct kinematics *k, const struct params *params);
 
 #endif

@@ -1,5 +1,5 @@
-/* Symmetric positive definite systems of any size, row-major with the caller's row
- * length. Pure, no heap. */
+/* Symmetric positive definite systems of any size n. Matrices are row-major; `row` is the number of
+ * elements from one row to the next. Pure, no heap. */
 #ifndef HEXID_DENSE_H
 #define HEXID_DENSE_H
 
@@ -8,11 +8,11 @@
 /* Computes a' b of n values each, as several partial sums that do not wait for each other. */
 double dense_dot(int n, const double *a, const double *b);
 
-/* Factors A = L L' in place, reading its lower triangle. Returns false if A is not positive
- * definite to rounding. */
+/* Factors A = L L' in place: L replaces the lower triangle of A, and the upper one is not used.
+ * Returns false if A is not positive definite to rounding, or NaN is met. */
 bool dense_factor(int n, int row, double *a);
 
-/* Solves L L' x = b in place: b becomes x. */
+/* Solves L L' x = b in place: b becomes x. factor: L, as dense_factor() leaves it. */
 void dense_solve(int n, int row, const double *factor, double *b);
 
 /* Computes the diagonal of (L L')^-1. `work` has room for n values. */

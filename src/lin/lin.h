@@ -15,7 +15,8 @@ extern "C" {
 enum { LIN_MAX = 40 }; /* largest number of rows or columns */
 
 struct lin_report {
-    int rank;  /* rank of the matrix; 0 if an input is not finite, and the result is then all NaN */
+    int rank;  /* rank of the matrix; 0 if an input is not finite or the decomposition does not
+                * converge, and the result is then all NaN */
     double condition; /* largest over smallest singular value; infinity if the matrix is singular */
 };
 
@@ -37,9 +38,9 @@ struct lin_report lin_inverse(int n, const double *a, double *inverse) LIN_NOEXC
 int lin_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
 
 /* Computes eigenvalues, ascending, and eigenvectors of A x = value B x. A is symmetric, B symmetric
- * positive definite, both n x n; only lower triangles are read. Row i of `vectors` is the i-th
+ * positive definite, both n x n; only their lower triangles count. Row i of `vectors` is the i-th
  * eigenvector, scaled so that x' B x = 1. Returns 0, or -1 if B is not positive definite, if it
- * does not converge, or if an input is not finite. */
+ * does not converge, or if any element of A or B, in either triangle, is not finite. */
 int lin_eigenvectors(int n, const double *a, const double *b, double *eigenvalues, double *vectors) LIN_NOEXCEPT;
 
 /* Computes the eigenvalues of a general n x n matrix, in no order. Returns 0, or -1 if it does not

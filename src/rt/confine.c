@@ -86,8 +86,8 @@ static int allow_ioctl(scmp_filter_ctx filter) {
     return failed;
 }
 
-/* Allows memory that is neither executable nor mapped over existing memory, and never the pages
- * of the paths, which lie lowest. */
+/* Allows mapping memory that is not executable at free addresses, and changing memory above the
+ * pages of the paths, which lie lowest. No call may make memory executable. */
 static int allow_memory(scmp_filter_ctx filter, const char *paths) {
     const scmp_datum_t first = paths ? (uintptr_t)paths + 2 * PAGE : 0;
     const struct scmp_arg_cmp above = SCMP_A0(SCMP_CMP_GE, first), data = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
@@ -152,7 +152,7 @@ static int allow_can(scmp_filter_ctx filter) {
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
-    /* these options only make the filter faster, so a failure is ignored */
+    /* these options only save time, in the threads and in the filter, so a failure is ignored */
     if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);

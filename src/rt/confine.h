@@ -6,16 +6,17 @@
  * a platform.
  *
  * Allowed in all threads: reading and writing open descriptors, accepting connections on listening
- * sockets, waiting, reading the clock, memory that is not executable, signals to this process, and
- * exit. Also allowed: creating the temporary file beside the result, renaming or linking it to the
- * result and removing it (output.h). The filter compares the addresses of these two paths, which
- * lie in memory that can no longer be written, unmapped or replaced.
+ * sockets, settings of open terminals and serial lines, the status of any file, waiting, reading
+ * the clock, memory that is not executable, signals to this process, and exit. Also allowed:
+ * creating the temporary file beside the result, renaming or linking it to the result and removing
+ * it (output.h). The filter compares the addresses of these two paths, which lie in memory that can
+ * no longer be written, unmapped or replaced.
  *
  * For a back-end that reconnects: connecting internet sockets, reading any file (the resolver reads
  * some), opening an existing file with the flags of a serial device, and SCHED_FIFO for its thread.
  * The filter cannot compare the path of these, so the user's file permissions alone protect files
- * there. For one that reopens a CAN socket: opening it, and asking for the interface's index and
- * state. Everything else is denied: programs, new threads, other files, sockets and processes,
+ * there. For one that reopens a CAN socket: opening it, and asking for the interface's index, type
+ * and state. Everything else is denied: programs, new threads, other files, sockets and processes,
  * mounts, users, modules.
  *
  * Sanitizer builds need more calls for their allocator, threads and reports, so nothing is denied
@@ -37,8 +38,8 @@ struct confinement {
 
 /* Confines the process. Main thread, once, when everything is open and all threads run; permanent.
  * Sets no_new_privs, the filter for all threads (SECCOMP_FILTER_FLAG_TSYNC), and calls
- * confine_thread(). Takes a few ms. STATUS_UNSAFE: the kernel refused; after a partial refusal the
- * process is not confined. */
+ * confine_thread(). Takes a few ms. STATUS_UNSAFE: the kernel refused a step, and the process has
+ * no filter; no_new_privs may be set all the same. */
 int confine(const struct confinement *c, struct error *error);
 
 /* Drops all capabilities of the calling thread, because no system call drops another thread's.

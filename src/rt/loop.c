@@ -13,8 +13,8 @@
 
 enum { TRIES = 1000 };
 
-/* True if the loop was told to end or an automatic run is over, and the valves no longer drive the
- * platform. After `abort` it is true at once. */
+/* True if the loop was told to end or an automatic run is over, and the supply is off. After
+ * `abort` it is true at once. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
@@ -37,7 +37,8 @@ static int64_t overrun(struct loop *l, int64_t late_ns) {
 /* SAFETY: once told to end, the loop ignores other requests and parks the platform. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
-    /* gains that are just being written belong to a later request; none is no gain */
+    /* gains that are just being written belong to a later request, so this one gets NaN, which is
+     * refused */
     if (request.command == COMMAND_SET && !gains_box_get(&l->gains, &request.gains)) request.gains = (struct gains){.value = {(double)NAN}};
     if (atomic_load_explicit(&l->quit, memory_order_acquire)) request.command = COMMAND_PARK;
     return request;
@@ -70,8 +71,8 @@ static void tell_gains(struct loop *l) {
 
 struct gains loop_gains(const struct loop *l) {
     struct gains gains;
-    /* SAFETY: the thread of the stops does not wait: the loop writes in a few instructions, and
-     * values of two writes are at worst refused */
+    /* SAFETY: the caller's thread also handles stops, so this never waits for the loop, which
+     * writes in a few instructions. A mixture of two writes is at worst refused */
     for (int i = 0; i < TRIES && !gains_box_get(&l->present, &gains); i++) continue;
     return gains;
 }

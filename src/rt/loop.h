@@ -52,8 +52,9 @@ struct loop {
 int loop_init(struct loop *l, const struct params *params, struct hal *hal, struct ring *records, enum clock_kind clock,
               struct error *error);
 
-/* Starts the loop's thread. If real time is refused: with REALTIME_REQUIRE returns STATUS_UNSAFE,
- * and nothing runs; with REALTIME_TRY the refusal is in l->realtime and l->realtime_error. */
+/* Starts the loop's thread. STATUS_IO: the thread cannot be started. If real time is refused: with
+ * REALTIME_REQUIRE returns STATUS_UNSAFE, and nothing runs; with REALTIME_TRY the refusal is in
+ * l->realtime and l->realtime_error. */
 int loop_start(struct loop *l, enum realtime_mode mode, struct error *error);
 void loop_join(struct loop *l);
 
@@ -74,7 +75,7 @@ struct gains loop_gains(const struct loop *l);
 /* Packs struct loop_acted in a word, for tests that act as the loop. Pure, RT. */
 uint64_t loop_acted_word(const struct loop_acted *acted);
 
-/* SAFETY: parks in spite of any later request, and ends the loop as soon as nothing is driven. Any
+/* SAFETY: parks in spite of any later request, and ends the loop as soon as the supply is off. Any
  * thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 

@@ -26,7 +26,7 @@
 
 enum {
     PROCESS_STACK = 8 << 20, /* bytes of stack; `hexid gap` needs the most, but less than this
-                              * (stacks.py) */
+                              * (tests/bench/stacks.py) */
     PROCESS_FILES = 128,     /* a run opens fewer than 32 descriptors, and 66 more for clients of
                               * `hexid command` */
 };
@@ -36,8 +36,8 @@ enum {
 int process_start(struct error *error);
 
 /* Checks that the process's limits suffice; to be called after process_start(). STATUS_IO with
- * limit, value and remedy if one is too low. SAFETY: not for `hexid command`, because a stop must
- * work within any limits. */
+ * limit, value and remedy if one is too low. SAFETY: not for `hexid command`, except `set`, because
+ * a stop must work within any limits. */
 int process_limits(struct error *error);
 
 /* True if the caller asked that this signal stays ignored. nohup(1) asks that a program survives

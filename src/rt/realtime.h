@@ -1,4 +1,4 @@
-/* Makes a thread real-time: SCHED_FIFO, locked and prefaulted memory, its own processor if
+/* Makes a thread real-time: SCHED_FIFO, locked and prefaulted memory, pinned to a processor if
  * requested. */
 #ifndef HEXID_REALTIME_H
 #define HEXID_REALTIME_H
@@ -14,14 +14,14 @@ enum realtime_mode { REALTIME_OFF, REALTIME_TRY, REALTIME_REQUIRE };
  * /proc, which a confined process may not. */
 void realtime_heap(void);
 
-/* Makes the calling thread real-time. Returns 0 if everything was granted and read back. Otherwise
- * STATUS_UNSAFE with the refused part and the remedy; with REALTIME_TRY the thread continues with
- * what was granted and the caller shows the message. SAFETY: a refusal is never reported only in a
- * log. */
+/* Makes the calling thread real-time; with REALTIME_OFF it does nothing and returns 0. Returns 0 if
+ * everything was granted, and SCHED_FIFO was read back. Otherwise STATUS_UNSAFE with a refused part
+ * and its remedy; with REALTIME_TRY the thread continues with what was granted and the caller shows
+ * the message. SAFETY: a refusal is never reported only in a log. */
 int realtime_enter(const struct loop_params *params, enum realtime_mode mode, struct error *error);
 
-/* Sets SCHED_FIFO for the calling thread, with a priority lower than the loop's by `below`; if
- * refused, the thread continues unchanged. */
+/* Sets SCHED_FIFO for the calling thread, with a priority lower than the loop's by `below`, but at
+ * least 1; if refused, the thread continues unchanged. */
 void realtime_follow(const struct loop_params *params, int below);
 
 /* Unlocks the memory of the whole process: once nothing is driven, the remaining work may need

@@ -1,6 +1,6 @@
-/* Starts all threads, with stacks of stated sizes: otherwise the size would be the stack limit
- * of the calling shell, 8 MB of locked memory for each thread, or 64 kB, too small to work.
- * Sizes are three times the measured depth (stacks.py). */
+/* Starts all threads, with stacks of stated sizes: otherwise the size would be the stack limit of
+ * the calling shell, for example 8 MB, all of it locked for each thread, or 64 kB, too small to
+ * work. Sizes are about three times the measured depth or more (tests/bench/stacks.py). */
 #ifndef HEXID_THREAD_H
 #define HEXID_THREAD_H
 

@@ -15,15 +15,16 @@ extern const int wakeup_edge_us[WAKEUP_EDGES]; /* upper edges of the classes of 
 
 struct wakeups {
     struct histogram late;             /* delays of the wake-ups after their deadlines, ns */
-    int64_t count[WAKEUP_EDGES + 1];   /* number of wake-ups later than the previous edge and
-                                        * earlier than this one; last: later than all */
+    int64_t count[WAKEUP_EDGES + 1];   /* number of wake-ups that are late by at least the previous
+                                        * edge, but less than this one; last: by at least the last
+                                        * edge */
     int64_t half;        /* number of wake-ups late by at least half a period, which make late
                           * samples on a field bus */
     int64_t missed;       /* number of deadlines missed, as the loop counts them: one for each whole
                            * period */
     int64_t missed_in_row;     /* most deadlines missed in a row, which loop.overrun_limit limits */
-    int realtime; /* STATUS_OK: SCHED_FIFO, memory locked, pinned if requested; else it was
-                   * refused */
+    int realtime; /* STATUS_OK: SCHED_FIFO, memory locked, pinned if requested; otherwise
+                   * STATUS_UNSAFE */
     struct error realtime_error; /* why real time was refused */
 };
 
