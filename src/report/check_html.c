@@ -6,8 +6,8 @@
 #include "html.h"
 #include "page.h"
 
-/* Styles of a sentence. Only one that asks for action has the colour of a warning, just as only
- * such a line has a '!' on the terminal. */
+/* Formats of a sentence. to_do is for a sentence that asks for action: it has the colour of a
+ * warning here, and a '!' on the terminal. */
 static const char fact[] = "<p>%s: %s</p>\n", to_do[] = "<p class=\"notice\">%s: %s</p>\n";
 
 static void words(FILE *out, const char *style, const char *label, const char *text) {
@@ -27,7 +27,7 @@ static void section_tests(FILE *out, const struct check_report *r) {
     fputs("<p class=\"small\">Noise, below: one standard deviation of a sample of the worst channel.</p>\n", out);
 }
 
-/* Writes a table cell with the numbers of faulty legs: "1, 2, 5". */
+/* Writes a table cell with the numbers of faulty legs, "1, 2, 5", or a dash. */
 static void legs_cell(FILE *out, unsigned bits) {
     const char *before = "<td class=\"n\"><span class=\"notice\">";
     for (int i = 0; i < LEGS; i++)

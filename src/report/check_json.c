@@ -8,7 +8,8 @@ static json_t *text(const char *words) {
     return json_string(printable);
 }
 
-/* Returns a list of the legs whose bits are set, numbered from 1. */
+/* Returns a list of the channels whose bits are set, numbered from 1: legs, or axes of the
+ * reference. */
 static json_t *legs(unsigned bits) {
     json_t *array = json_array();
     for (int i = 0; i < LEGS; i++)

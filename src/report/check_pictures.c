@@ -17,7 +17,8 @@ static double start_s(const struct survey *s) { return s->test.sample[0].test_ti
 
 static double width_s(const struct survey *s) { return fmax(survey_seconds(s), 1e-9); }
 
-/* First and last, least and greatest value of a channel in one of the picture's POINTS columns. */
+/* First and last, least and greatest value of a channel in one of the POINTS parts of the time, or
+ * in one sample; NaN without a value. */
 struct ends {
     double first, last, low, high;
 };
@@ -40,7 +41,7 @@ static void write_row(FILE *script, double t_s, const struct ends *ends, int cou
 
 /* Writes the data of a kind in columns: time, then each channel. There is one row for each sample.
  * If there are more than 2 * POINTS samples, the time is divided into POINTS parts with two rows
- * each, and a part without samples leaves a gap. */
+ * each, minimum and maximum, and a part without samples leaves a gap. */
 static void write_data(FILE *script, const struct survey *s, enum survey_kind kind) {
     const struct recording_test *t = &s->test;
     int count = s->channel[kind].of;
@@ -76,7 +77,8 @@ static void write_grounds(FILE *script, const struct survey *s) {
     }
 }
 
-/* Writes labels of the segments above the first panel, below the key. */
+/* Labels the longer segments of rest and steady motion, above the first panel and below the key.
+ * at: height of the labels, as a share of the picture's height. */
 static void write_labels(FILE *script, const struct survey *s, double at) {
     int drawn = 0;
     for (const struct segment *p = s->segments.segment; p < s->segments.segment + s->segments.count && drawn < GROUNDS_MOST; p++) {

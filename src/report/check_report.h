@@ -13,21 +13,24 @@ enum { CHECK_LIST_SIZE = 600 };
 struct check_report {
     int surveys;
     struct survey *survey;
-    const char *const *source;   /* paths of the logs and directories that were read */
+    const char *const *source;   /* logs, directories and files, as on the command line */
     int sources;
-    /* Columns of a CSV file that are missing, ignored, or doubtful, in the words of csv_report. */
+    /* Columns of CSV files that are missing, ignored, or doubtful, in the form of struct csv_report
+     * (csv.h); "" if there are none. */
     char missing[CHECK_LIST_SIZE], ignored[CHECK_LIST_SIZE], doubtful[CHECK_LIST_SIZE];
     /* Areas by which pressures become forces (areas.h), in words; "" without pressures. */
     char areas[AREAS_TEXT_SIZE];
-    /* Keys that have a default value instead of this machine's own (config_defaults()); "" without
-     * pressures. */
+    /* Keys that have a default value instead of this machine's own (config_defaults()); "" if there
+     * are none, or without pressures. */
     char defaults[CONFIG_DEFAULTS_SIZE];
-    char zero[CHECK_LIST_SIZE];  /* t_s that is t = 0 according to the motion in a CSV file, in the
-                                  * words of csv_report */
-    /* Tests without a sample in the evaluated part: "y, phi"; with several logs "b.lcm: y; ...". */
+    char zero[CHECK_LIST_SIZE];  /* value of t_s in each CSV file that the motion shows to be t = 0,
+                                  * in the form of struct csv_report */
+    /* Tests that `hexid gap` excludes, because their evaluated part has no sample: "y, phi"; with
+     * several logs "b.lcm: y; ...". */
     char left_out[CHECK_LIST_SIZE];
     /* Answers of `hexid gap` and `hexid identify` to the data. Status 0: the command would take
-     * them, and the text, if any, is "verdict fail: reason". Otherwise the text is its refusal. */
+     * the data; the text is "" or, from identify, "verdict fail: reason". Otherwise the text says
+     * why the command would refuse the data. */
     struct error gap, identify;
 };
 

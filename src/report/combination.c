@@ -9,7 +9,7 @@
 
 enum { NAMED = 8 /* most values that the verdict names */, COLUMN = 12 };
 
-/* Unit of a matrix entry, a friction or a spring, given by its index in the equations. */
+/* Returns the unit of a matrix entry, a friction or a spring. value: its index in the equations. */
 static const char *unit_of(int value) {
     static const char *const of_entries[] = {"kg", "kg m", "kg m^2"};
     int row, column;

@@ -10,7 +10,7 @@
 
 struct combination_log {
     const char *path;
-    const struct identification *id;  /* result of the log, which has a matrix by method C */
+    const struct identification *id;  /* result of the log; method C is evaluated */
     const struct verdicts *verdicts;
     struct loop_statistics loop;
 };
@@ -18,20 +18,21 @@ struct combination_log {
 struct combination {
     int logs;                         /* number of logs, 2 to AGREEMENT_LOGS */
     struct combination_log log[AGREEMENT_LOGS];
-    struct method_c all;
-    struct common_gain common_gain;   /* of the sensors of all logs */
+    struct method_c all;              /* method C's result from all logs together */
+    struct common_gain common_gain;   /* gain error that the sensors share in all logs */
     struct verdict method_c;          /* method C's verdict on `all` */
     struct agreement agreement;
-    struct verdict verdict;
+    struct verdict verdict;           /* result of combination_verdict() */
 };
 
-/* Judges several logs. The verdict fails if the logs disagree, and names the values that are
- * apart; it also fails if a log's own verdict fails, or method C's on all of them. It is not
- * evaluated if entries remain undetermined. */
+/* Judges several logs by all other members of `c`. The verdict fails if the logs disagree, and
+ * names the values that are apart (at most eight), or the worst value if none is; it also fails if
+ * a log's own verdict fails, or c->method_c does. Otherwise it is not evaluated if entries remain
+ * undetermined, the logs have no determined value in common, or c->method_c is not evaluated. */
 struct verdict combination_verdict(const struct combination *c);
 
-/* Prints one column for each log, then one for all logs together and one for its standard
- * deviation, with a star at values that are apart; then the verdict. */
+/* Prints a table with one column for each log, one for all logs together and one for half the
+ * latter's 95 % interval, with a star at values that are apart; then agreement and verdict. */
 void combination_table_print(FILE *out, const struct combination *c);
 
 /* Returns the result as JSON, schema hexid.identifications/1: "logs", each a hexid.identification/1

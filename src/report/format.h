@@ -1,6 +1,6 @@
-/* A printf format taken apart, so that a page can escape the arguments and a table can show a dash
- * for a number that is not known. Conversions: d i u x c s e f g, with flags, width, precision, l
- * and ll. */
+/* Splits a printf format into literal text and formatted arguments, so that a page can escape the
+ * arguments and a table can show a dash for a number that is not finite. Conversions: d i u x c s e
+ * f g, with flags, width, precision (both also *), l and ll; and %%. */
 #ifndef HEXID_FORMAT_H
 #define HEXID_FORMAT_H
 
@@ -23,7 +23,8 @@ struct format {
                               * is not copied */
 };
 
-/* Takes the next segment. Returns false at the end. */
+/* Takes the next segment. Returns false at the end. Before the first call, set `rest`, `end` and
+ * `args` (va_start). */
 bool format_next(struct format *f);
 
 #endif

@@ -24,8 +24,8 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_PARTLY_NAMED] = "Missing in the model, beside something that no law makes",
 };
 
-/* Number of the effects found that the configuration already has, with another size. If one is in
- * doubt, the number is at most SOME_GIVEN. */
+/* How many of the effects found the configuration already has, with another size. If an effect is
+ * in doubt, SOME_GIVEN stands for all of them too. */
 enum given { NONE_GIVEN, SOME_GIVEN, ALL_GIVEN };
 
 static enum given given(const struct gap_result *r) {
@@ -50,7 +50,7 @@ static void effects_words(FILE *out, const struct gap_result *r) {
     }
 }
 
-/* Writes the verdict's statements in words, if one of them is a family. */
+/* Writes the verdict's statements in words, for a verdict that states a family. */
 static void statements_words(FILE *out, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         fputs(joint(r, i), out);
@@ -114,7 +114,7 @@ static void missing_card(FILE *out, const struct gap_result *r) {
     fputs("</div>\n", out);
 }
 
-/* Returns the best candidate that is not named in any way; NULL if there is none. */
+/* Returns the best candidate for which section_named() is false; NULL if there is none. */
 static const struct gap_candidate *runner_up(const struct gap_result *r) {
     for (int i = 0; i < r->candidates; i++)
         if (!section_named(r, r->candidate[i].effect)) return &r->candidate[i];

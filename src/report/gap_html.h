@@ -11,9 +11,10 @@ struct gap_report {
     /* waves of the report's figures: from simulations in closed loop if the result is simulated,
      * otherwise from the measured motion */
     const struct waves *waves;
-    const struct waves *motion;
+    const struct waves *motion;       /* waves by waves_motion(), for the plots of force */
     const char *const *measured_file; /* [runs]: file names for the heading */
-    /* validate_file: NULL without a validation log */
+    /* validate_file: NULL without a validation log. model_file: the configuration with the effects
+     * found */
     const char *validate_file, *config_file, *model_file;
 };
 

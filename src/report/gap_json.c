@@ -49,7 +49,8 @@ static json_t *statements(const struct gap_result *r) {
     return array;
 }
 
-/* Returns, by channel, the rms above the noise that the model leaves on held-out data. */
+/* Returns for each channel the rms difference that remains on held-out data, with the squared noise
+ * floor subtracted from its square. */
 static json_t *remaining(const struct gap_result *r) {
     json_t *object = json_object();
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {

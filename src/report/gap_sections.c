@@ -148,8 +148,9 @@ static struct spot *list_spots(const struct gap_report *report, int *count) {
     return list;
 }
 
-/* Chooses the first spots of the list, but no channel too often, and no channel of a test twice.
- * Returns their number. */
+/* Chooses the first spots of the list, but takes no channel more often than PICTURES divided by the
+ * number of evaluated channels (rounded up), and no channel of a test twice. Returns their
+ * number. */
 static int choose(const struct waves *w, const struct spot *list, int count, struct spot chosen[PICTURES]) {
     int channels = 0, taken[GAP_CHANNELS] = {0}, n = 0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++) channels += w->evaluated[ch];
@@ -213,8 +214,8 @@ void section_loops(struct page *p, const struct gap_report *report) {
 
 /* --- disagreement map */
 
-/* Returns the difference that has the full colour: the largest one, or the noise of a sample if
- * that is larger. */
+/* Returns the difference that has the full colour, as a share of the channel's variation: the
+ * largest difference, or the largest noise of a sample if that is larger. */
 static double full_colour(const struct waves *w) {
     double full = 0.0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++)
@@ -226,8 +227,8 @@ static double full_colour(const struct waves *w) {
     return full;
 }
 
-/* Computes the colour of a share, from white through the accent to nearly black. Lightness only
- * falls, so that it can be read by every eye and on paper. */
+/* Computes the colour of a share, from white for 0 through light blue to dark blue for 1. Lightness
+ * falls all the way, so that the order is visible to colour-blind readers and in a grey print. */
 static void colour(double share, int rgb[3]) {
     static const double stops[3][3] = {{255, 255, 255}, {86, 164, 209}, {0, 52, 96}};
     double place = 2.0 * fmin(fmax(share, 0.0), 1.0);
@@ -235,8 +236,8 @@ static void colour(double share, int rgb[3]) {
     for (int i = 0; i < 3; i++) rgb[i] = (int)(stops[from][i] + (place - from) * (stops[from + 1][i] - stops[from][i]));
 }
 
-/* Returns the relative luminance as WCAG 2 defines it: below 0.179, white text has more contrast
- * than black. */
+/* Returns the relative luminance of WCAG 2, without its linear part for the darkest tones. Below
+ * 0.179, white text has more contrast than black. */
 static double luminance(const int rgb[3]) {
     static const double weight[3] = {0.2126, 0.7152, 0.0722};
     double sum = 0.0;

@@ -108,7 +108,7 @@ static int first_named(const struct gap_result *r) {
     return 0;
 }
 
-/* Returns the outcome of a candidate, or "". A candidate that explains more alone than the named
+/* Returns the outcome of a candidate in words, or "". A candidate that ranks before all named
  * effects gets the reason why it is not named. */
 static const char *fate(const struct gap_result *r, int place) {
     int effect = r->candidate[place].effect;
@@ -177,7 +177,7 @@ void table_hypotheses(FILE *out, const struct gap_result *r) {
 
 /* --- numbers */
 
-/* Writes a row of the table of differences, in units that suit them. */
+/* Writes a row of the table of differences: each value times `scale`, which is in `unit`. */
 static void size_row(FILE *out, const char *name, const char *unit, double scale, int decimals, const double value[5]) {
     fputs("<tr>", out);
     html_cells(out, "*%s|%s", name, unit);

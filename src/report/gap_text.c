@@ -56,8 +56,8 @@ static void print_findings(FILE *out, const struct gap_result *r) {
     if (r->next_experiment[0]) words_print(out, "  next experiment:", r->next_experiment);
 }
 
-/* Lists the statements that the verdict leaves out, with values: the likeliest effects, each as in
- * the likeliest set of effects that has it. */
+/* Lists the statements that the verdict does not make. The values of each are those in the
+ * likeliest set of effects that contains its effect. */
 static void print_statements(FILE *out, const struct gap_result *r) {
     int first = r->effects < r->statements ? r->effects : r->statements;
     if (r->statements == first) return;
@@ -70,8 +70,8 @@ static void print_statements(FILE *out, const struct gap_result *r) {
     }
 }
 
-/* Prints the base's values that are as far off as they may be. Any of them may be wrong by more
- * than that, so that what an effect explains may be its error. */
+/* Prints the base's values that are at their bounds. The true value may lie beyond the bound, and
+ * an effect may then explain the base's error. */
 static void print_bounds(FILE *out, const struct gap_result *r) {
     char text[GAP_TEXT] = "";
     for (int i = 0; i < r->base_values; i++) {

@@ -1,4 +1,4 @@
-/* The result of `hexid gap` for a terminal, in lines of at most 80 columns. */
+/* The result of `hexid gap` for a terminal, in lines of about 80 columns. */
 #ifndef HEXID_GAP_TEXT_H
 #define HEXID_GAP_TEXT_H
 

@@ -12,15 +12,15 @@
 __attribute__((format(printf, 2, 3))) void html_print(FILE *out, const char *format, ...);
 
 /* Tables. The cells of a format are separated by '|', and are markup with escaped arguments. A cell
- * that begins with '>' is of numbers and stands to the right; one that begins with '*' is a heading
- * of its row. If a number is not finite, a dash replaces it and what follows it in its cell.
+ * that begins with '>' holds numbers and is aligned to the right; one that begins with '*' is a
+ * heading of its row. If a number is not finite, a dash replaces it and the rest of its cell.
  *
  *     html_table(out, "survey", "test|>rate");
  *     html_row(out, "%s|>%.3g Hz", name, rate_hz);
  *     html_table_end(out);
  *
- * class: NULL for none. html_cells() writes a part of a row, between <tr> and </tr>; html_head()
- * one more row of headings. */
+ * class: CSS class of the table; NULL for none. html_head() writes another row of headings.
+ * html_cells() writes some cells of a row; the caller writes <tr> and </tr>. */
 __attribute__((format(printf, 3, 4))) void html_table(FILE *out, const char *class, const char *head, ...);
 __attribute__((format(printf, 2, 3))) void html_head(FILE *out, const char *format, ...);
 __attribute__((format(printf, 2, 3))) void html_row(FILE *out, const char *format, ...);
@@ -33,8 +33,10 @@ void html_commands(FILE *out, const char *text);
 /* Writes an SVG as an <img> that needs no other file. */
 void html_svg(FILE *out, const char *svg, size_t size, const char *alt);
 
-/* Writes a value ± half its interval, to two digits of the half; without an interval, the value to
- * four digits. A very large or small value is written with a power of ten. NaN: "not known". */
+/* Writes a value and, after a plus-minus sign, `half` to two digits. half: half the width of the
+ * value's interval; 0 or not finite: the value stands alone, to four digits. Values outside 0.01 ..
+ * 1e5 are written with a power of ten, values that are not finite as "not known". unit: "-" for
+ * none. */
 void html_quantity(FILE *out, double value, double half, const char *unit);
 
 #endif

@@ -1,5 +1,5 @@
 /* Results of an identification as LCM messages (lcmtypes/README.md). Each function returns the
- * message's size, or -1 if it does not fit the buffer. Ordinary threads, no heap. */
+ * message's size in bytes, or -1 if it does not fit the buffer. Ordinary threads, no heap. */
 #ifndef HEXID_IDENT_MESSAGES_H
 #define HEXID_IDENT_MESSAGES_H
 

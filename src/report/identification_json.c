@@ -52,7 +52,7 @@ static json_t *method(const struct method_result *m, bool damping, const struct 
     return damping ? report_set(report_set(object, "Bt", report_matrix(m->bt[0])), "Bt_std", report_matrix(m->bt_std[0])) : object;
 }
 
-/* Returns a list of every second value from x: the legs' dry friction in x[0]'s direction. */
+/* Returns every second value from x on: from dry[LEGS][2], the values of one direction. */
 static json_t *strided(const double *x) {
     double value[LEGS];
     for (int k = 0; k < LEGS; k++) value[k] = x[2 * k];

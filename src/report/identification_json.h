@@ -8,10 +8,10 @@
 #include "verdict.h"
 
 struct loop_statistics {
-    int64_t cycles, overruns, lost;
+    int64_t cycles, overruns, lost; /* lost: number of cycles that are not in the log */
     double period_s;
-    bool timed;                     /* false: the clock was virtual, and the times below mean
-                                     * nothing */
+    bool timed;                     /* false: the clock was virtual or the log was imported, and
+                                     * the members below mean nothing */
     double wake_us[4], exec_us[4];  /* percentiles p50, p99, p99.9 and maximum */
     double pace;                    /* time of the loop divided by that of the host; 1 if the loop
                                      * kept up */

@@ -1,4 +1,5 @@
-/* The pictures of an identification as gnuplot scripts (plot.h, page_draw). */
+/* The pictures of an identification as gnuplot scripts (plot.h), by functions of the type
+ * page_script (page.h). */
 #ifndef HEXID_IDENTIFICATION_PICTURES_H
 #define HEXID_IDENTIFICATION_PICTURES_H
 
@@ -11,20 +12,20 @@
  * per cent of sqrt(Mii Mjj), with its 95 % interval, for methods A and C and all logs. */
 void picture_entries(FILE *script, const void *report);
 
-/* Time to be plotted: the first periods of a test's evaluated part, or some segments from the
- * middle of any motion. */
+/* Time to be plotted: the first three periods of a test's evaluated part, or six segments from the
+ * middle of any other motion. */
 struct picture_test {
     const struct identification_log *log;
     int test;              /* index of the test in log->recording */
     double from_s, seconds;
 };
 
-/* Chooses the time to be plotted of a test with an evaluated part. A motion in segments is given by
- * its first segment. */
+/* Chooses the time to be plotted of a test with an evaluated part. test: index in log->recording;
+ * for a motion in segments, that of its first segment. */
 struct picture_test picture_of_test(const struct identification_log *log, int test);
 
-/* Plots a struct picture_test: measured and commanded pose, of the tested axis or of all, and below
- * it the leg forces. */
+/* Plots a struct picture_test: measured pose and, if recorded, reference, of the tested axis or of
+ * all, and below them the leg forces. */
 void picture_test(FILE *script, const void *test);
 
 struct picture_friction {
@@ -33,8 +34,8 @@ struct picture_friction {
     int leg;
 };
 
-/* Plots a struct picture_friction: a leg's measured friction over its rate, with method C's result
- * drawn over it. All legs have one scale. */
+/* Plots a struct picture_friction: a leg's measured friction over its rate, with method C's result,
+ * if determined, drawn over it. All legs have one scale. */
 void picture_friction(FILE *script, const void *friction);
 
 #endif

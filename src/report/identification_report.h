@@ -12,12 +12,12 @@ enum { REPORT_LOGS = 6 };
 
 /* A motion that is no single-axis test: a multisine or a trajectory. */
 struct identification_motion {
-    bool there;
+    bool there;                   /* false: the log has no such motion */
     const char *name;
-    int64_t samples, excluded;
+    int64_t samples, excluded;    /* numbers of samples used and excluded in the evaluated part */
     double off_m, off_rad;        /* largest deviations from the reference, of any position and of
                                    * any angle */
-    bool complete;
+    bool complete;                /* the evaluated part came to its end */
 };
 
 struct identification_log {
@@ -27,17 +27,19 @@ struct identification_log {
     int64_t cut;                  /* byte up to which the log could be read; -1: to its end */
     const struct params *params;
     const char *config;           /* the parameters, as text of a configuration */
-    bool sinusoids;               /* the tests move one axis after another, as methods A and B need
-                                   * it */
+    bool sinusoids;               /* the tests move one axis after another, which methods A and B
+                                   * require */
     const struct identification *id;
     const struct verdicts *verdicts;
     struct loop_statistics loop;
-    /* complete tests, as method C used them: any other motion is cut into segments */
+    /* complete tests, as method C used them: any other motion is cut into segments; a motion that
+     * was evaluated in parts only from the end of its last full part */
     const struct recording *recording;
     struct identification_motion motion;
     const int64_t *refused;       /* [REFUSALS]: number of samples in the evaluated parts that were
                                    * excluded for each reason */
-    const char *fault;            /* name of the first fault; NULL: there was none */
+    const char *fault;            /* name of the first fault, with its measured value if known;
+                                   * NULL: there was none */
 };
 
 struct identification_report {

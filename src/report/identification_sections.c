@@ -17,7 +17,7 @@ static void title(FILE *out, const char *number, const char *words) { html_print
 
 /* --- matrices */
 
-/* Writes the systematic errors that the data found. */
+/* Writes the systematic errors that the data show (method_c_found()). */
 static void systematic_errors(FILE *out, const struct method_c *c) {
     int found = 0;
     for (int i = 0; i < SYSTEMATICS; i++) found += method_c_found(&c->systematic[i]);
@@ -39,7 +39,8 @@ static void systematic_errors(FILE *out, const struct method_c *c) {
     html_table_end(out);
 }
 
-/* Writes that the gain common to all pressures rests on its prior, unless a weight was read. */
+/* Writes that the gain common to all pressure (or force) sensors is known from its prior alone;
+ * nothing if a known weight was read or no gain has a prior. */
 static void common_gain(FILE *out, const struct common_gain *gain) {
     if (!gain->sensors) return;
     fprintf(out,
@@ -145,8 +146,8 @@ static void test_figure(struct page *p, const struct identification_log *l, int 
                 l->recording->measured.pressures ? " A1 P1 - A2 P2" : "");
 }
 
-/* Writes which part of a long motion the pictures show: earlier ones are not kept
- * (src/cli/parts.h). Returns false if there is nothing to draw. */
+/* For a motion that was evaluated in parts, writes which part of it the pictures show: the samples
+ * of earlier parts are not kept (src/cli/parts.h). Returns false if there is nothing to draw. */
 static bool long_motion(FILE *out, const struct identification_log *l) {
     if (!l->id->parts) return true;
     fputs(l->recording->tests ? "<p class=\"small\">The motion is long: the numbers are of all of it, the pictures of what came after "
@@ -250,6 +251,7 @@ static double asymmetry_pct(const struct method_result *a, int *row, int *column
     return most;
 }
 
+/* Begins a list of a verdict's reasons and notes; the caller ends it. */
 static void verdict_list(FILE *out, const struct verdict *v) {
     fputs("<ul>\n", out);
     for (int i = 0; i < v->reasons; i++) html_print(out, "<li><span class=\"notice\">%s</span></li>\n", v->reason[i]);

@@ -68,7 +68,7 @@ static void print_payload(FILE *out, const struct payload *p) {
     if (p->whole && !p->possible) fprintf(out, "  no body of positive density has these: the nearest that one has are in the JSON\n");
 }
 
-/* Prints the systematic errors that the data found, and the causes that widen the diagonal's
+/* Prints the systematic errors that the data show, and the causes that widen the diagonal's
  * intervals most. */
 static void print_systematic(FILE *out, const struct method_c *c) {
     for (int i = 0; i < SYSTEMATICS; i++) {
@@ -99,8 +99,8 @@ void identification_common_gain_print(FILE *out, const struct common_gain *gain)
             100.0 * NUMERIC_95 * gain->tolerance);
 }
 
-/* Prints the zeros that the pressures show at rest: the largest of them, and how well it is
- * known. */
+/* Prints the largest zero that a pressure shows at rest, with its interval; nothing with too few
+ * samples. */
 static void print_rest(FILE *out, const struct rest_found *r) {
     int most[2] = {0, 0};
     if (r->samples < REST_LEAST) return;

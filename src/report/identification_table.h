@@ -6,24 +6,26 @@
 
 #include "ident.h"
 
-/* Returns the number of decimals for a matrix: three, or more if its smallest diagonal entry is
- * below one, so that this entry has three significant figures. */
+/* Return the number of decimals for a matrix, by its smallest diagonal entry, and for one value:
+ * three, or for a magnitude below one as many as four significant figures take, at most six. */
 int identification_decimals(const double mt[DOFS][DOFS]);
 int identification_decimals_of(double value);
 
-/* Prints methods A and B, or one line if they were not evaluated, then method C, or why it was not
- * evaluated. If the motion does not suit methods A and B (not `sinusoids`), they are left out. */
+/* Prints method C, then methods A and B; if method C was not evaluated, the reason for that comes
+ * last. Methods A and B are one line if they were not evaluated, and are left out if the motion
+ * does not suit them (not `sinusoids`). */
 void identification_table_print(FILE *out, const struct identification *id, bool sinusoids);
 
-/* Prints the first results of the table in some five lines: method C's diagonal with errors and
- * intervals, and the entries that were not evaluated or not determined. */
+/* Prints the main results in about five lines: method C's diagonal with errors and intervals, the
+ * entries that are not determined, and the methods that were not evaluated. */
 void identification_brief_print(FILE *out, const struct identification *id, bool sinusoids);
 
 /* Prints how much the data determine: how many of the 21 entries and how well, the condition
  * number, and the missing entries with the motion that they need. */
 void identification_determined_print(FILE *out, const struct method_c *c, const double nominal_mt[DOFS][DOFS]);
 
-/* Prints that the gain common to all pressures rests on its prior; nothing if a weight was read. */
+/* Prints that the gain common to all pressure (or force) sensors is known from its prior alone;
+ * nothing if a known weight was read or no gain has a prior. */
 void identification_common_gain_print(FILE *out, const struct common_gain *gain);
 
 /* Prints the matrix at the pose that was asked for, or nothing if none was. */

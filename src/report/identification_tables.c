@@ -25,8 +25,8 @@ struct comparison {
     void (*label)(FILE *out, int row);
     const char *configured_name;
     quantity_of *configured;       /* NULL: there is no configured column */
-    /* Value that is 100 % for a difference from the configured one; 0: differences have no
-     * percentage. */
+    /* Returns the value that is 100 % for a difference from the configured one. NULL, or a result
+     * of 0: differences have no percentage. */
     double (*whole)(const struct identification_log *log, int row);
     int methods;
     struct {
@@ -35,7 +35,8 @@ struct comparison {
     } method[COLUMNS];
 };
 
-/* Writes an estimate such as "272.36 ± 0.74", with two digits of the deviation. */
+/* Writes an estimate such as "272.36 ± 0.74", with two digits of `deviation`, half the width of the
+ * 95 % interval; without a deviation, the value to three decimals. */
 static void estimate(FILE *out, double value, double deviation) {
     bool known = deviation > 0.0 && isfinite(deviation);
     int decimals = known ? (int)fmin(fmax(1.0 - floor(log10(deviation)), 0.0), 9.0) : 3;
@@ -87,8 +88,8 @@ static bool compare(FILE *out, const struct identification_report *r, const stru
     bool found[COLUMNS] = {0}, any = false;
     for (int m = 0; m < c->methods; m++) found[m] = any_found(r, c, m), any = any || found[m];
     if (!any) return false;
-    /* A table without a configured column has kinds of friction as "methods": if one is found, all
-     * are shown. */
+    /* Without a configured column (friction, springs) the columns belong together: if one has a
+     * value, all are shown. */
     for (int m = 0; m < c->methods && !c->configured; m++) found[m] = true;
     int configured = !c->configured ? 0 : same_configured(r, c) ? 1 : r->logs;
     fprintf(out, "<div class=\"wide\"><table class=\"values\">\n<tr><th>%s</th>", c->head);
@@ -159,7 +160,7 @@ static struct quantity payload_configured(const struct identification_log *log, 
 }
 
 /* Returns the value that is 100 % for a difference of a payload's value. For a product of inertia
- * it is the geometric mean of its two moments. */
+ * it is the geometric mean of its two moments; for the mass centre there is none (0). */
 static double payload_whole(const struct identification_log *log, int row) {
     const struct payload_params *p = &log->params->payload;
     const double moment[3] = {p->inertia_xx_kg_m2, p->inertia_yy_kg_m2, p->inertia_zz_kg_m2};

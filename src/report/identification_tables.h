@@ -15,7 +15,7 @@ bool table_payload(FILE *out, const struct identification_report *report);
 bool table_friction(FILE *out, const struct identification_report *report);
 bool table_springs(FILE *out, const struct identification_report *report);
 
-/* Writes all 36 entries by each method, with their 95 % intervals. */
+/* Writes all 36 entries, nominal and by each evaluated method with their 95 % intervals. */
 void table_matrices(FILE *out, const struct identification *id);
 
 #endif

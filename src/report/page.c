@@ -13,8 +13,8 @@ static const char style[] =
     "--accent:" PICTURE_ACCENT ";--off:#b34a00}\n"
     "@media(prefers-color-scheme:dark){"
     ":root{--ink:#e8e8e8;--soft:#aaa;--line:#444;--paper:#1a1a1a;--mark:#4a3a10;--code:#ccc;--shade:#fff6;--accent:#6db9ee;--off:#f59a5c}\n"
-    "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* in dark mode white turns dark,
-                                                                 * and hues stay */
+    "img,table.map td{filter:invert(.9) hue-rotate(180deg)}}\n" /* dark mode inverts pictures and
+                                                                 * keeps their hues */
     "*{box-sizing:border-box}\n"
     "body{margin:0 auto;max-width:1180px;padding:18px 32px 64px;"
     "font:15px/1.45 system-ui,'Segoe UI','Helvetica Neue',Arial,'Liberation Sans',sans-serif;color:var(--ink);background:var(--paper)}\n"
@@ -83,7 +83,8 @@ static const char more_style[] = /* a string of its own, because C limits the le
     ".survey span{display:inline-block;width:max-content;max-width:38vw;overflow-wrap:anywhere}\n"
     "details{margin:10px 0}\n"
     "summary{cursor:pointer}\n"
-    /* A shade marks a table that can be scrolled; the covers of the shade move with the table. */
+    /* A shade at an edge marks a table that continues there; covers that scroll with the table hide
+     * the shade where the table ends. */
     ".wide,pre{overflow-x:auto;background:linear-gradient(90deg,var(--paper) 50%,transparent) 0 0/36px 100% no-repeat local,"
     "linear-gradient(270deg,var(--paper) 50%,transparent) 100% 0/36px 100% no-repeat local,"
     "linear-gradient(90deg,var(--shade),transparent) 0 0/18px 100% no-repeat scroll,"

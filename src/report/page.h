@@ -10,7 +10,7 @@
 /* A page while it is written. */
 struct page {
     FILE *out;
-    struct error picture;  /* why the first picture was not drawn; status 0: all were drawn */
+    struct error picture;  /* why the first failed picture was not drawn; status 0: none failed */
 };
 
 /* Makes a page about a subject by calling `write`, which begins with page_begin(). The caller frees
@@ -19,8 +19,9 @@ struct page {
 typedef void page_writer(struct page *p, const void *subject);
 int page_make(page_writer *write, const void *subject, char **text, struct error *error);
 
-/* Writes the beginning of a page of `hexid COMMAND`, up to the list of sources in its header.
- * about: words of the title after the command; NULL: none. */
+/* Writes the beginning of a page of `hexid COMMAND`, up to the list of sources in its header. The
+ * caller writes the sources, closes <code> and <span>, and ends the header. about: words of the
+ * title after the command; NULL: none. */
 void page_begin(struct page *p, const char *command, const char *about);
 
 /* Writes the style sheet. The live page has the same palette and type. */
@@ -28,7 +29,7 @@ void page_style(FILE *out);
 
 /* Writes the picture of a subject with its caption; `write` makes the picture's gnuplot script
  * (plot.h). If it cannot be drawn, the page says so, and no later picture is tried. An empty script
- * means that there is nothing to draw. */
+ * is no error; the page then says that this picture is not drawn. */
 typedef void page_script(FILE *script, const void *subject);
 __attribute__((format(printf, 4, 5))) void page_figure(struct page *p, page_script *write, const void *subject, const char *caption, ...);
 

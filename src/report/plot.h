@@ -18,7 +18,7 @@ extern const char *const plot_colours[PLOT_COLOURS];
  * after. */
 void plot_begin(FILE *script, int width, int height);
 
-/* Names the axes. */
+/* Names the axes. x NULL: the x axis has no name. */
 void plot_axes(FILE *script, const char *x, const char *y);
 
 /* Divides the picture into panels, one above the other, with one range of x. left: place of the y
@@ -29,8 +29,9 @@ void plot_panels(FILE *script, double left, double x_from, double x_to);
  * has neither name nor numbers, because it shares those of the panel below. */
 void plot_panel(FILE *script, double top, double bottom, const char *x, const char *y);
 
-/* Runs a script that draws to standard output. The caller frees *svg. Returns 0, or -3 with the
- * reason: gnuplot is missing, failed (in its own words), or drew nothing. */
+/* Runs a script that draws to standard output. The caller frees *svg, which is NULL on an error.
+ * Returns 0, or -3 with the reason: gnuplot is missing, failed (in its own words), or drew nothing,
+ * or memory is short. */
 int plot_draw(const char *script, size_t script_size, char **svg, size_t *size, struct error *error);
 
 #endif

@@ -10,13 +10,15 @@
 enum { BODE_WIDTH = 1100, BODE_HEIGHT = 620 };
 static const char *const arm_unit[2] = {"mm", "mrad"};
 
-/* Writes a number; gnuplot leaves out NaN, and takes neither a signed one nor an infinity. */
+/* Writes a number followed by `after`. A number that is not finite becomes "NaN", which gnuplot
+ * leaves out; it does not understand "-nan" or "inf". */
 static void bode_number(FILE *script, double value, char after) {
     if (isfinite(value)) fprintf(script, "%.6g%c", value, after);
     else fprintf(script, "NaN%c", after);
 }
 
-/* Writes the curves of three axes, and the baseline's, if there is one, in dashes. */
+/* Writes the data of the three axes from `from` on, named $a0 .. $a2 for name 'a', in columns:
+ * frequency in Hz, gain in dB, phase in degrees, coherence. */
 static void bode_data(FILE *script, const struct quality *q, int from, char name) {
     for (int dof = from; dof < from + 3; dof++) {
         fprintf(script, "$%c%d << EOD\n", name, dof - from);

@@ -87,7 +87,7 @@ char *quality_json(const struct quality_report *r) {
     return report_text(r->baseline ? report_set(root, "baseline", change_json(r)) : root);
 }
 
-/* A number of an object; NaN where there is none. */
+/* Returns a number of an object; NaN if there is none. */
 static double number(const json_t *object, const char *key) {
     const json_t *value = json_object_get(object, key);
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
@@ -98,7 +98,7 @@ static double item(const json_t *object, const char *key, size_t i) {
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
 }
 
-/* Item i of the lists `gain` and `phase_deg`, as a complex number. */
+/* Returns item i of the lists `gain` and `phase_deg` as a complex number. */
 static double complex gain_of(const json_t *object, size_t i) {
     return item(object, "gain", i) * cexp(CMPLX(0.0, rad_from_deg(item(object, "phase_deg", i))));
 }

@@ -20,7 +20,8 @@ void quality_text(const struct quality_report *r, FILE *out);
 /* The caller frees the text; NULL without memory. */
 char *quality_json(const struct quality_report *r);
 
-/* Reads a file of quality_json(). Returns -2 if it is none, -3 if it cannot be read. */
+/* Reads a file of quality_json(). Returns -2 if the file has other contents, -3 if it cannot be
+ * read. */
 int quality_json_read(const char *path, struct quality *q, struct error *error);
 
 /* Makes the page; its return values are those of page_make(). */

@@ -8,8 +8,8 @@ enum { WORDS_COLUMNS = 80 };
 
 extern const char *const words_axes[6]; /* x y z φ θ ψ */
 
-/* Prints a text after a label, broken between words, with its lines indented. Text in backquotes is
- * not broken. */
+/* Prints a label and a text, broken between words at WORDS_COLUMNS, with further lines indented.
+ * Text in backquotes is not broken. */
 void words_print(FILE *out, const char *label, const char *text);
 
 /* Prints like fprintf(), but a number that is not finite as a "-" in its columns. Conversions as in
