@@ -1,5 +1,5 @@
-/* A remark on a key that whoever writes a configuration adds behind its value, such as the value's
- * interval (config_text_noted()). */
+/* A remark that the writer of a configuration puts behind a key's value, such as the value's
+ * interval (config_text_noted() in src/io/config.h). */
 #ifndef HEXID_CONFIG_NOTE_H
 #define HEXID_CONFIG_NOTE_H
 

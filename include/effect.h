@@ -27,7 +27,8 @@ struct effect_key {
                         * frequency or a softest oil */
 };
 
-/* Values of an effect's keys, value[key][leg]; all six are alike unless a list was given. */
+/* Values of an effect's keys, value[key][leg]. All six values of a key are equal unless the
+ * configuration gives a list. */
 struct effect_values {
     bool on;
     double value[EFFECT_KEYS][LEGS];
@@ -57,9 +58,9 @@ struct friction {
 /* An experiment that distinguishes an effect from another effect, or from a parameter of the base
  * model. */
 struct effect_experiment {
-    const struct effect *from; /* the other effect; NULL: it is a parameter */
+    const struct effect *from; /* the other effect; NULL if `from_parameter` is set */
     const char *from_parameter; /* name of the base parameter, "axis.force_offset_n"; NULL if `from`
-                                 * names an effect */
+                                 * is set */
     const char *record;        /* instructions for the measurement; options of `hexid run` are in
                                 * backquotes, and the new log is given to `hexid gap` with the same
                                 * --set */
@@ -105,8 +106,8 @@ struct effect {
      * address of its object, so that the linker refuses one that does not exist. */
 
     /* Parameters of the base model whose changes look nearly the same as this effect, by their
-     * names in src/gap/base.c and src/residual/systematic.c. None of them is fitted beside the
-     * effect (src/gap/hypothesis.h). */
+     * names in src/gap/base.c and src/residual/systematic.c. hypothesis_parallel()
+     * (src/gap/hypothesis.h) decides which of them are fitted beside the effect. */
     const char *parallel_to[EFFECT_TIES];
     /* Limiting cases of this effect; a case that explains the data as well is preferred to the
      * effect. */
@@ -131,20 +132,20 @@ struct effect {
     /* Returns the opening of the valve, -1..1, for a spool position -1..1. */
     double (*opening)(const struct effect_values *v, int leg, double spool);
     /* Returns the command that reaches the spool's servo. *memory belongs to this effect and leg
-     * and starts at 0. The hook is called in every integration step, also while the command stays
-     * the same. */
+     * and starts at 0. The hook is called in every substep, also while the command stays the
+     * same. */
     double (*command)(const struct effect_values *v, int leg, double command, double *memory);
 };
 
-/* All effects by name, ended by NULL, in the order of params.effects. make generates it from
- * sim/effects/. */
+/* All effects in alphabetical order, ended by NULL; params.effects has the same order. make
+ * generates it from sim/effects/. */
 extern const struct effect *const effect_table[];
 
 /* Returns the effect's place in the table, or -1. */
 int effect_find(const char *name);
 
-/* Sets the values of the effect's keys for a strength: 0 is neutral, 1 is typical. In between and
- * beyond, the value is linear in the strength, or its reciprocal is if the key is `reciprocal`. A
+/* Switches the effect on, with values for a strength: 0 is neutral, 1 is typical. For any other
+ * strength the value, or its reciprocal if the key is `reciprocal`, is linear in the strength. A
  * value outside its key's range is moved to the nearer end. */
 void effect_at(const struct effect *effect, double strength, struct effect_values *values);
 

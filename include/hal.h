@@ -17,13 +17,14 @@ struct hal; /* each back-end embeds this as its first member */
 
 struct hal_ops {
     const char *scheme;  /* part of the URL before ':' */
-    const char *usage;   /* line for --help: form of the URL and what it reaches */
+    const char *usage;   /* line for --help: syntax of the URL, and the machine that it reaches */
     bool simulated;      /* there is no real machine behind it: --rt defaults to try, --fast is
                           * allowed */
     bool reconnects;     /* the back-end restores a lost connection by itself, for which it opens
                           * new sockets or files */
     bool reopens_can;    /* the back-end opens its CAN socket again after its interface was removed
                           * and made again */
+    /* Opens the back-end, as hal_open() does. address: part of the URL after "scheme:". */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
     /* Reads the sample of this cycle, latched at or before now_ns (the loop's clock). Returns 0, or
      * -1 if nothing can be read (FAULT_IO). */
@@ -34,8 +35,8 @@ struct hal_ops {
      * it is. Called on every fault and at the end. Signal-safe. */
     void (*safe)(struct hal *hal);
     void (*close)(struct hal *hal);
-    /* Optional, any thread: writes the first failure between hexid and the machine, in words for
-     * the operator; "" if there is none. */
+    /* Optional, NULL if absent; any thread: writes the first failure between hexid and the machine,
+     * in words for the operator; "" if there is none. */
     void (*describe)(const struct hal *hal, char *text, size_t size);
 };
 

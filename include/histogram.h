@@ -1,5 +1,5 @@
-/* Latency histogram from 1 ns to 9.8 h: 16 linear steps per power of two of nanoseconds, so that a
- * quantile is right to 6.25 %. No heap. */
+/* Latency histogram up to 9.8 h: 16 linear steps per power of two of nanoseconds, so that a
+ * quantile is right to 6.25 %. A negative latency counts as 0. No heap. */
 #ifndef HEXID_HISTOGRAM_H
 #define HEXID_HISTOGRAM_H
 

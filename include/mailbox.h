@@ -1,6 +1,6 @@
-/* Latest-value mailbox for a struct request, from ordinary threads to the loop: one 64-bit atomic,
- * so neither side ever waits. Several writers are allowed; a reader sees the newest request and
- * recognises a new one by its id. */
+/* Latest-value mailbox for a request, from ordinary threads to the loop: id and command are one
+ * 64-bit atomic, so neither side ever waits. Several writers are allowed; a reader sees the newest
+ * request and recognises a new one by its id. */
 #ifndef HEXID_MAILBOX_H
 #define HEXID_MAILBOX_H
 
@@ -9,10 +9,10 @@
 #include "types.h"
 
 struct mailbox {
-    _Atomic uint64_t word; /* request: its id in the upper half, its command in the lower */
+    _Atomic uint64_t word; /* the request's id in the upper half, its command in the lower */
 };
 
-/* Posts a request and returns its id. */
+/* Posts a request and returns its id. Gains of a COMMAND_SET are put into a gains_box before. */
 static inline uint32_t mailbox_post(struct mailbox *m, enum command command) {
     uint64_t old = atomic_load_explicit(&m->word, memory_order_relaxed), next;
     do next = (((old >> 32) + 1) << 32) | (uint32_t)command;
@@ -20,26 +20,29 @@ static inline uint32_t mailbox_post(struct mailbox *m, enum command command) {
     return (uint32_t)(next >> 32);
 }
 
+/* Returns the newest request, without gains; id 0 if none was posted. */
 static inline struct request mailbox_read(const struct mailbox *m) {
     uint64_t word = atomic_load_explicit(&m->word, memory_order_acquire);
     return (struct request){.id = (uint32_t)(word >> 32), .command = (enum command)(word & 0xffffffffu)};
 }
 
-/* Gains on their way to the loop, beside a mailbox, from one writer. The version is odd while they
- * are written, so that the reader notices values of two writes. */
+/* Gains from one writer thread to other threads: new ones to the loop, beside a mailbox, and
+ * present ones from the loop. The version is odd during a write and changes with each, so that a
+ * reader detects a mixture of two writes. */
 struct gains_box {
     _Atomic uint32_t version;
     _Atomic double value[LOOP_GAINS];
 };
 
-/* Leaves gains for the request that is posted next. */
+/* Writes the gains; only one thread may do so. */
 static inline void gains_box_put(struct gains_box *box, const struct gains *gains) {
     atomic_fetch_add_explicit(&box->version, 1, memory_order_acq_rel);
     for (int i = 0; i < LOOP_GAINS; i++) atomic_store_explicit(&box->value[i], gains->value[i], memory_order_release);
     atomic_fetch_add_explicit(&box->version, 1, memory_order_release);
 }
 
-/* Reads the gains. Returns false if they are being written. Never waits. */
+/* Reads the gains. Returns false if they were written meanwhile; `gains` may then be a mixture.
+ * Never waits. */
 static inline bool gains_box_get(const struct gains_box *box, struct gains *gains) {
     uint32_t before = atomic_load_explicit(&box->version, memory_order_acquire);
     for (int i = 0; i < LOOP_GAINS; i++) gains->value[i] = atomic_load_explicit(&box->value[i], memory_order_acquire);

@@ -1,8 +1,8 @@
 /* Mechanisms: the kinds of machine that hexid supports. Each is one file in src/mechanism/, named
  * after the mechanism: its properties, its refusals in words, and the forces of its legs for a
  * motion. All other code asks for one of these properties, never for the mechanism's name, so that
- * a new mechanism is a new file and a row of mechanism_table. All functions are pure functions of
- * their arguments, any thread. */
+ * a new mechanism is a new file, a mechanism_kind and a row of mechanism_table. All functions are
+ * pure functions of their arguments, any thread. */
 #ifndef HEXID_MECHANISM_H
 #define HEXID_MECHANISM_H
 
@@ -22,7 +22,8 @@ struct rigid_legs;             /* sim/rigid.h */
 struct inverse_dynamics;       /* src/residual/inverse_dynamics.h */
 struct inverse_dynamics_input; /* src/residual/inverse_dynamics.h */
 
-/* A mass or moment of inertia that the configuration states, within model.tolerance.mass. */
+/* A mass or moment of inertia that the configuration states; model.tolerance.mass is its
+ * tolerance. */
 struct mechanism_mass {
     const char *name; /* configuration key */
     size_t offset;    /* offset of the value in struct params, or of the first leg's value; 0 ends a
@@ -34,10 +35,11 @@ struct mechanism {
     char name[MECHANISM_NAME]; /* name in the configuration, in CSV files and in JSON */
 
     /* Properties. */
-    int legs;                  /* number of its legs, at most LEGS; with one leg its texts name no
-                                * leg, and its CSV columns no number */
-    int axes;                  /* number of axes of its reference; they are the first ones of
-                                * dof_names. An effect that acts on the pose has a key for each */
+    int legs;                  /* number of its legs, at most LEGS; if there is only one, texts name
+                                * no leg, and the names of CSV columns have no leg number */
+    int axes;                  /* number of axes of its reference, which are the first ones of
+                                * dof_names; of an effect with a key for each axis, only the keys of
+                                * these axes are used */
     bool pose;                 /* its six legs carry a body on joints, so that their lengths
                                 * determine a pose of six axes; joints, inertias and geometry then
                                 * count. Without a pose, the length is the position on the axis */
@@ -67,7 +69,7 @@ struct mechanism {
     struct {
         const char *machine;   /* the machine in one phrase: "a platform" */
         const char *legs;      /* the number of its legs: "six legs" */
-        const char *length;    /* what its length sensors measure: "position" */
+        const char *length;    /* quantity that its length sensors measure: "position" */
         const char *tone;      /* experiment that finds the source of a tone which the tests do not
                                 * cause */
     } words;
@@ -75,8 +77,8 @@ struct mechanism {
     /* Replaces a platform's constants by those of this mechanism: moving mass, gravity, lengths.
      * NULL: a platform's constants stay. */
     void (*constants)(const struct params *params, struct machine *machine);
-    /* Finds the force that the bodies need from each leg, without the legs' friction. legs: set to
-     * the legs' geometry if the mechanism has a pose. Returns false if no pose has these
+    /* Finds the force that the bodies need from each leg, N, without the legs' friction. legs: set
+     * to the legs' geometry if the mechanism has a pose. Returns false if no pose has these
      * lengths. */
     bool (*forces)(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs, double force_n[LEGS]);
     /* Finds the mass matrix in the space of the legs at neutral, kg: forces along the legs per

@@ -17,18 +17,21 @@ extern const char *const dof_names[DOFS + 1]; /* names of the axes, ended by NUL
 
 /* Sample flags. A sample with any of them is counted and excluded from identification. */
 enum {
-    SAMPLE_STALE = 1u << 0,   /* same sample as in the cycle before: the device delivered nothing
-                               * new */
-    SAMPLE_LATE = 1u << 1,    /* latched more than one period before it was read */
+    SAMPLE_STALE = 1u << 0,   /* no new sample since the cycle before: device_seq repeats or steps
+                               * back */
+    SAMPLE_LATE = 1u << 1,    /* age too large, or time since the previous latching off the period,
+                               * by more than half a period */
     SAMPLE_DROPPED = 1u << 2, /* one or more samples between the last one and this one are
                                * missing */
-    SAMPLE_INVALID = 1u << 3, /* a value is not finite or outside its sensor's range */
+    SAMPLE_INVALID = 1u << 3, /* a value is not finite or implausible, a device reports an error, or
+                               * the controller distrusts the sample */
     SAMPLE_OVERRUN = 1u << 4, /* the loop missed a deadline before this cycle and held its command
                                * too long */
     SAMPLE_IO = 1u << 5,      /* the hardware abstraction layer could not read, or could not write
                                * the previous command */
     SAMPLE_FOREIGN = 1u << 6, /* another master commands this machine */
-    SAMPLE_OPEN = 1u << 7,    /* an interlock that must be closed is open */
+    SAMPLE_OPEN = 1u << 7,    /* an interlock that must be closed is open, or INPUT_LINGERS is
+                               * set */
     SAMPLE_UNWRITTEN = 1u << 8, /* beside SAMPLE_IO: the sample was read, but the previous command
                                  * was not written */
     SAMPLE_TWIN = 1u << 9,      /* two devices answer as one (hal_sample.twins) */
@@ -50,15 +53,14 @@ enum {
 /* Sample of the hardware abstraction layer: lengths and pressures latched together at one instant,
  * time_ns. */
 struct hal_sample {
-    int64_t time_ns;        /* device's instant of latching, on the loop's clock; with SAMPLE_IO
-                             * alone the instant of the failed read */
+    int64_t time_ns;        /* device's instant of latching, on the loop's clock; with SAMPLE_IO but
+                             * not SAMPLE_UNWRITTEN the instant of the failed read */
     int64_t age_ns;         /* time from latching to reading */
-    uint64_t device_seq;    /* the device's own count of samples, 0 if it has none: a gap is a lost
-                             * sample, a repeat or a step back a stale one */
-    uint32_t flags;         /* set of SAMPLE_... */
-    uint32_t inputs;        /* the device's own count of samples; 0: the device does not count. A
+    uint64_t device_seq;    /* the device's own count of samples; 0: the device does not count. A
                              * gap means that samples were lost, a repeat or a step back that the
                              * sample is stale */
+    uint32_t flags;         /* set of SAMPLE_... */
+    uint32_t inputs;        /* set of INPUT_... that are closed */
     uint32_t contradicted;  /* INPUT_... whose two contacts contradict each other; they count as
                              * open */
     int64_t missed;         /* number of deadlines that the loop missed before this cycle */
@@ -74,8 +76,8 @@ struct hal_sample {
 struct hal_command {
     double valve[LEGS];
     bool enable; /* false: valves are centred whatever `valve` is */
-    bool supply; /* SAFETY: level of the life sign. It changes in every cycle; if it stops changing,
-                  * the machine's own relay cuts the supply */
+    bool supply; /* SAFETY: level of the life sign. It changes in every cycle while the supply is to
+                  * be on; if it stops changing, the machine's own relay cuts the supply */
 };
 
 enum state {
@@ -130,7 +132,7 @@ struct fault_measure {
     int leg;             /* leg furthest beyond its limit, 0..5; -1: no leg */
     double value, limit;
     double explained;    /* part of `limit` beyond the configured one, which the reference itself
-                          * causes */
+                          * causes; only for FAULT_OSCILLATION, otherwise 0 */
     uint32_t inputs;     /* INPUT_... whose contacts contradict each other; 0: not about inputs */
 };
 
@@ -164,8 +166,10 @@ struct cycle {
     struct hal_sample in;
     struct hal_command out;
     double ref[DOFS];
-    double pose[DOFS];     /* pose that forward kinematics finds for in.length_m */
-    double force_n[LEGS];  /* force of each leg, A1 P1 - A2 P2 */
+    double pose[DOFS];     /* pose that forward kinematics finds for in.length_m; the last good one
+                            * if `in` is not trusted */
+    double force_n[LEGS];  /* force of each leg, A1 P1 - A2 P2; the last good one if the leg's
+                            * pressures are not trusted */
     enum state state;
     uint32_t faults;       /* latched faults: FAULT_... and fault_leg() */
     uint32_t first_fault;  /* the headline of the latched faults; 0 if there is none */
@@ -175,7 +179,8 @@ struct cycle {
     struct gains gains;    /* gains of `out`; no message carries them, but a change is an event and
                             * begins a new configuration in the log */
     int test;              /* index in the list of tests; -1 outside a test */
-    enum dof dof;          /* tested axis; DOF_NONE outside a test */
+    enum dof dof;          /* tested axis; DOF_NONE outside a test and in a test that belongs to no
+                            * axis */
     enum phase phase;
     double test_time_s;    /* time since the ramp-in's start (negative while settling), at latching;
                             * 0 outside a test */

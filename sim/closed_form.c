@@ -25,7 +25,8 @@ static int direction_of(const struct closed_form *e, int k, double rate) {
     return e->direction[k];
 }
 
-/* Returns the friction of a leg on its rod; only dry friction if the hydraulics are left out. */
+/* Returns the friction of a leg on its rod, positive away from the base; only dry friction if the
+ * hydraulics are left out, and 0 if the leg is held. */
 static double leg_friction(const struct closed_form *e, const union system *s, const struct drive *drive, int leg, double rate) {
     int direction = direction_of(e, leg, rate);
     double speed = direction * rate;

@@ -1,6 +1,6 @@
 /* Rigid bodies and hydraulics as one system of first-order equations, with friction, and its RK4
- * step. It is smooth over a step as long as no coordinate with dry friction reverses; the engine
- * handles reversals (engine_closed_form.c). RT. */
+ * step. The equations are smooth over a step as long as no coordinate with dry friction reverses;
+ * the engine handles reversals (engine_closed_form.c). RT. */
 #ifndef HEXID_CLOSED_FORM_H
 #define HEXID_CLOSED_FORM_H
 
@@ -57,8 +57,8 @@ struct closed_form {
     union system state;
     int direction[COORDINATES];      /* direction of sliding during the whole step, +1 or -1; 0: the
                                       * coordinate is held */
-    double holding[COORDINATES];     /* friction force that holds each held coordinate */
-    double rate[COORDINATES];        /* rates of the coordinates in `state` */
+    double holding[COORDINATES];     /* friction, N or N m, that holds each held coordinate */
+    double rate[COORDINATES];        /* rates, in `state`, of the coordinates of kind STICKS */
     bool forced;       /* given forces replaced the hydraulics in the last step */
 };
 
@@ -66,7 +66,8 @@ struct closed_form {
 struct instant {
     struct rigid_legs legs;
     struct joint_axes axes;          /* set only with joint friction */
-    double friction_n[LEGS];               /* dry and viscous friction on the rod */
+    double friction_n[LEGS];               /* dry and viscous friction on the rod; 0 if the leg is
+                                            * held */
     double passive_n[LEGS];                /* force of end stops and deflected seals on the rod */
     double length_m[LEGS], rate_mps[LEGS]; /* length and rate of each leg up to the rod's end */
     double rod_n[LEGS];       /* sum of the axial forces on a rod with backlash, without friction */
@@ -75,16 +76,19 @@ struct instant {
                                       * holds coordinates at rest */
 };
 
+/* Computes `now` from a state. */
 void closed_form_look(const struct closed_form *e, const union system *s, const struct drive *drive, struct instant *now);
 
 /* Finds a coordinate's row (rate = row . twist), and in *bias its acceleration while the platform
  * does not accelerate. */
 void closed_form_row(const struct instant *now, int k, double row[DOFS], double *bias);
 
-/* Finds the rates of the coordinates that dry friction can hold; the others stay unset. */
+/* Finds the rates of the coordinates of kind STICKS; other elements stay unset. */
 void closed_form_rates(const struct closed_form *e, const union system *s, double rate[COORDINATES]);
 
 bool closed_form_held(const struct closed_form *e, int k);
+
+/* Finds the basis of the held coordinates' whitened rows (stick.h). */
 void closed_form_basis(const struct closed_form *e, const struct instant *now, struct stick_basis *basis);
 
 /* Steps by h; from and to may be the same. Held coordinates stay held, others keep direction. */

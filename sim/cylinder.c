@@ -15,9 +15,9 @@ static const double SEAL_TIME_S = 2e-4; /* a rod, however fast, needs at least t
                                          * deflect its seals */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
-static const double SOFTEST = 0.01;        /* least pressure above vacuum that counts, as a share of
-                                            * the tank's above vacuum; beta then is 1e-4 of the
-                                            * oil's */
+static const double SOFTEST = 0.01;        /* least pressure above vacuum with which the oil's
+                                            * softening is computed, as a share of the tank's above
+                                            * vacuum; beta then is 1e-4 of the oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
 static const double SHORTEST_HOSE_M = 0.2;
 /* HOSE_TIME_S is 1 / 5000 rad/s, the highest natural frequency of a hose with a chamber at the
@@ -109,9 +109,9 @@ static inline double port_flow(double conductance, double stiffness, double sour
     return conductance * signed_root(source_pa - pressure_pa, laminar_pa);
 }
 
-/* Pressure rate of a chamber or hose. Below tank pressure the oil softens with the square of the
- * pressure above vacuum, and make-up flow draws the pressure back to the tank's with the time
- * constant MAKE_UP_TIME_S. */
+/* Returns the pressure rate of a chamber or hose. Below tank pressure the oil softens with the
+ * square of the pressure above vacuum, and make-up flow draws the pressure back to the tank's with
+ * the time constant MAKE_UP_TIME_S. */
 static inline double pressure_rate(const struct machine *m, double pressure_pa, double stiffness, double inflow_m3_per_s) {
     double rate = stiffness * inflow_m3_per_s;
     if (pressure_pa >= m->supply.tank_pa) return rate;
@@ -120,7 +120,8 @@ static inline double pressure_rate(const struct machine *m, double pressure_pa, 
     return left * left * rate + (m->supply.tank_pa - pressure_pa) / MAKE_UP_TIME_S;
 }
 
-/* How a leg's two ports are connected to the mains. */
+/* Orifices between a leg's two ports and the mains. extend: the spool is on the side that extends
+ * the leg. */
 struct ports {
     double conductance[PORTS], source_pa[PORTS];
     bool extend;

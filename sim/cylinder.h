@@ -4,7 +4,8 @@
  *  symbol  meaning                                            unit
  *  L, v    joint-to-joint length and its rate                 m, m/s
  *  P1, P2  chamber pressures, rodless and rod side, gauge     Pa
- *  x       spool position, -1..1; o its opening (valve laws)  -
+ *  x, o    spool position, -1..1, and the valve's opening     -
+ *  u       valve command, -1..1                               -
  *  V1, V2  chamber volumes: dead volume + A1 s, A2 (stroke-s) m^3   (s = stroke used)
  *
  *  xddot = w^2 (u + bias - x) - 2 zeta w xdot, |x| <= 1, |xdot| <= the servo's limit
@@ -57,8 +58,9 @@ struct cylinder_model {        /* constants derived once from params and effects
         double valve_omega_squared, valve_damping_rate; /* w^2 and 2 zeta w of the spool */
         double valve_bias, valve_rate_per_s;
         double bulk_modulus_pa, leakage_m3_per_s_pa, dead_volume_m3[PORTS];
-        double hose_volume_m3, hose_inertance, hose_resistance; /* constants of a port's hose;
-                                                                 * volume 0: there is no hose */
+        double hose_volume_m3, hose_inertance, hose_resistance; /* constants of a port's hose, m^3,
+                                                                 * kg/m^4, Pa s/m^3; volume 0: there
+                                                                 * is no hose */
         double seal_distance_m;       /* path over which the seals deflect; 0: they slide at once */
         bool rate_limited;
     } leg[LEGS];
@@ -95,8 +97,9 @@ struct cylinder_state cylinder_hose_derivative(const struct cylinder_model *m, i
 void cylinder_flows(const struct cylinder_model *m, int leg, const struct mains *mains, const struct cylinder_state *s,
                     const struct hose_state *hose, double opening, double length_m, double *supply_m3_per_s, double *tank_m3_per_s);
 
-/* Applies limits that the derivative cannot express: the spool stops dead at +-1, no pressure is
- * below vacuum, and no seal is deflected beyond sliding. Call after every substep. */
+/* Applies limits that the derivative cannot express: the spool stops dead at +-1 and keeps its
+ * speed limit, no chamber pressure is below vacuum, and no seal is deflected beyond sliding. Call
+ * after every substep. */
 void cylinder_limit(const struct cylinder_model *m, int leg, struct cylinder_state *s);
 
 /* Input of a piston and its valve. */
@@ -111,7 +114,8 @@ void cylinder_step(const struct cylinder_model *m, int leg, double dt_s, const s
 /* Steps the spool alone, whose motion does not depend on chamber pressures. */
 void cylinder_spool_step(const struct cylinder_model *m, int leg, double dt_s, double valve, struct cylinder_state *s);
 
-/* Returns the stiffness of the oil: loss of hydraulic force per metre with both ports shut, N/m. */
+/* Returns the stiffness of the oil: loss of hydraulic force per metre of extension with both ports
+ * shut, N/m. */
 double cylinder_stiffness(const struct cylinder_model *m, int leg, double length_m);
 
 /* Returns A1 P1 - A2 P2. */
@@ -121,14 +125,16 @@ double cylinder_hydraulic_force(const struct cylinder_model *m, int leg, const s
  * the upper one, 0 between. */
 double cylinder_stop_force(const struct cylinder_model *m, int leg, double length_m, double rate_mps);
 
-/* Returns the force of deflected seals along the leg, which does not depend on its motion. */
+/* Returns the force of deflected seals, positive if it extends the leg; it does not depend on the
+ * leg's motion. */
 double cylinder_seal_force(const struct cylinder_model *m, int leg, const struct cylinder_state *s);
 
-/* Returns the friction for motion in a direction: the base model's viscous part, and every effect's
- * leg friction. */
+/* Returns the friction for motion in a direction, +1 or -1: the base model's viscous part, and
+ * every effect's leg friction. With sim.smooth_friction_mps the dry part becomes part of the
+ * viscous one. */
 struct friction cylinder_friction(const struct cylinder_model *m, int leg, const struct cylinder_state *s, int direction, double speed_mps);
 
-/* True if dry friction can hold some leg, so that the engine must look for sticking. */
+/* Returns true if dry friction can hold some leg, so that the engine must look for sticking. */
 bool cylinder_can_stick(const struct cylinder_model *m);
 
 #endif

@@ -31,8 +31,8 @@ struct engine_ops {
     const char *name;
     struct engine *(*create)(const struct params *params, struct error *error);
     void (*destroy)(struct engine *e);
-    /* Puts the bodies at rest in this pose, legs stuck where dry friction acts, rods ahead of their
-     * joints by ahead_m (machine_ahead; 0 without backlash). */
+    /* Puts the bodies at rest in this pose: legs with dry friction are stuck, and rods are ahead of
+     * their joints by ahead_m (machine_ahead; 0 without backlash). */
     void (*place)(struct engine *e, const double pose[DOFS], const double ahead_m[LEGS]);
     /* Makes one substep of bodies and hydraulics together, limits (hydraulics.h) included; valve
      * commands are constant over it. */
@@ -40,7 +40,7 @@ struct engine_ops {
     /* Makes one substep of the bodies alone with these forces along the legs
      * (plant_step_forced). */
     void (*forced)(struct engine *e, double dt_s, const double force_n[LEGS]);
-    /* Sets the share of the supply pressure from now on, 0..1. */
+    /* Sets the share of the supply pressure that acts from now on, 0..1. */
     void (*supply)(struct engine *e, double share);
     /* Fills pose, twist, length, rate, friction, stuck and the energies. */
     void (*truth)(const struct engine *e, const struct hydraulics_state *hydraulics, struct plant_truth *truth);

@@ -6,7 +6,7 @@
 
 #include "closed_form.h"
 
-enum { EVENTS_MAX = 4 * COORDINATES }; /* most stops of coordinates that are located in a substep */
+enum { EVENTS_MAX = 4 * COORDINATES }; /* most events handled in a substep */
 
 static const double STOPPED = 1e-9; /* m/s or rad/s; a coordinate slower than this counts as stopped
                                      * when the instant of its stop is sought */

@@ -3,9 +3,9 @@
  * Time. ODE's semi-implicit Euler is used as the leapfrog it is: positions and pressures belong to
  * the substep's ends, velocities to its middle. This is of second order if each force is taken at
  * the substep's start, halfway between two velocities:
- *   position, pressure   as they are;
+ *   position, pressure   taken as they are;
  *   velocity             extrapolated by half a substep, v + (v - v_before) / 2;
- *   held over substeps   mean of this substep's force and the previous one's;
+ *   given force          mean of this substep's and the previous one's (forced());
  *   start from rest      velocities start half a substep before the positions (start()).
  * Without extrapolation the engine would be of first order: viscous friction b would take dt/2 J'bJ
  * from the inertia, 0.44 % of mz and 0.54 % of Ixx at 0.25 ms. All substeps after a place() must
@@ -22,8 +22,8 @@
 #include "params.h"
 #include "surroundings.h"
 
-/* least mass (kg) and inertia (kg m^2): with less, ODE finds inertia matrices that are not positive
- * definite */
+/* Least mass (kg) and inertia (kg m^2) of a leg's part: with less, ODE finds inertia matrices that
+ * are not positive definite. */
 static const double LEAST_BODY = 1e-8;
 
 /* A leg at an instant and its resistance. Forces act on the rod, positive away from the base. */
@@ -48,7 +48,8 @@ struct engine_ode {
     bool hydraulic;                 /* the cylinders act; false if given forces replace them */
     double held_n[LEGS];          /* if not `hydraulic`: the given forces of the previous substep */
     struct leg leg[LEGS];           /* legs at the start of the substep */
-    double motor_n[LEGS];           /* part of the dry friction beyond passive_n */
+    double motor_n[LEGS];           /* force of each piston's motor: dry friction less the middle of
+                                     * its range, which is in passive_n */
     bool stuck[LEGS];
 };
 
@@ -77,9 +78,9 @@ static double contact_now(const struct engine_ode *e, int i, const struct leg *l
     return machine_contact(machine, i, leg->length_m - dCalcVectorDot3(arm, leg->axis), leg->rate_mps - rate_mps);
 }
 
-/* Finds a leg and its resistance. Friction in the direction of motion is taken at the leg's speed,
- * in the other direction at zero, in case the leg reverses. So a sliding force is exact, and so is
- * the range of holding forces. */
+/* Finds a leg and its resistance. Friction in the direction of motion is computed at the leg's
+ * speed, friction in the other direction at zero speed, in case the leg reverses. Thus the force of
+ * a sliding leg and the range of holding forces are both exact. */
 static struct leg leg_now(const struct engine_ode *e, int i, const struct hydraulics_state *s) {
     struct leg leg;
     struct velocity rod = velocity_now(e, ROD + i), cylinder = velocity_now(e, CYLINDER + i);
@@ -156,8 +157,9 @@ static void kick(struct engine_ode *e, double dt_s, const double force_n[LEGS]) 
     dWorldStep(e->machine.world, dt_s);
 }
 
-/* Starts from rest. A trial step finds the velocities' gain in a substep; half of it is taken back,
- * because velocities start half a substep before the positions. */
+/* Starts from rest. A trial step finds the velocities that a substep gains. The velocities start at
+ * minus half of this gain, because they are half a substep before the positions, and those in
+ * `before` at minus one and a half. */
 static void start(struct engine_ode *e, double dt_s, const double force_n[LEGS]) {
     kick(e, dt_s, force_n);
     ode_machine_place(&e->machine, e->pose, e->ahead_m);

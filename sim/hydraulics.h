@@ -1,4 +1,4 @@
-/* The hydraulics of all six legs as one system: cylinder.h's legs, the hoses between valve and
+/* The hydraulics of all legs as one system: the cylinders (cylinder.h), the hoses between valve and
  * chamber, and the mains that all valves share. Pure, RT.
  *
  * Mains: supply = Ps - Rs q with qdot = (Qs - q) / 10 ms if Rs is not 0; tank = Pt + Rt Qt at every

@@ -99,14 +99,15 @@ void machine_init(struct machine *m, const struct params *params) {
     machine_add_errors(m, &params->errors);
 }
 
-/* True if the inertia matrix is positive definite, by its leading minors. */
+/* Returns true if the inertia matrix is positive definite, by its leading minors. */
 static bool turns(const double square[3], const double product[3]) {
     double xx = square[0], yy = square[1], zz = square[2], xy = product[0], xz = product[1], yz = product[2];
     double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
     return xx > 0.0 && xx * yy - xy * xy > 0.0 && determinant > 0.0;
 }
 
-/* True if the viscous friction would drive the leg. */
+/* Returns true if the viscous friction at 1 m/s in this direction is negative and would drive the
+ * leg. */
 static bool drives(const struct machine *m, int leg, int direction) {
     const struct leg_motion motion = {.speed_mps = 1.0, .direction = direction};
     struct friction sum = {.viscous = m->params->hydraulics.viscous_n_s_per_m[leg]};

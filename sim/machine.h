@@ -11,7 +11,7 @@
 struct params;
 struct sensor_errors;
 
-/* A sensor's path from the exact value: first lag or delay, then reading = scale value + offset. */
+/* A sensor's path from the exact value: lag, then delay, then reading = scale value + offset. */
 struct sensor_path {
     double scale, offset;
     double lag_s;   /* time constant of a first-order lag */
@@ -61,10 +61,11 @@ struct machine {
     } oil;
     struct {
         double frequency_hz[LEGS];
-        double rate_per_s[LEGS];      /* greatest speed of the spool, in full openings per second */
+        double rate_per_s[LEGS];      /* greatest speed of the spool, in full openings per second;
+                                       * infinity: no limit */
         double bias[LEGS];                              /* position of the spool at zero command */
-        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports' flow; flow of port B
-                                                         * divided by flow of port A */
+        double flow_scale[LEGS], port_ratio[LEGS];      /* scale of both ports' flow; flow gain of
+                                                         * port B divided by that of port A */
     } valve;
     struct {                                            /* seals of the cylinder */
         double distance_m[LEGS];                        /* path over which the seals deflect: after
@@ -96,9 +97,10 @@ struct machine {
 /* Prepares a machine; params must outlive it. */
 void machine_init(struct machine *m, const struct params *params);
 
-/* Puts systematic errors into the paths of the sensors. The younger readings are taken to be of the
- * instant of the commands, so that residuals bend where the skew changes its sign. The pipes are no
- * part of the paths: a simulation has their volume (cylinder.c), but not their inertia. */
+/* Adds systematic errors to the paths of the sensors; machine_init() adds those of params. The
+ * younger of lengths and pressures are taken to be of the instant of the commands, so the residuals
+ * have a kink where the skew changes its sign. The pipes are no part of the paths: a simulation has
+ * their volume (cylinder.c), but not their inertia. */
 void machine_add_errors(struct machine *m, const struct sensor_errors *errors);
 
 /* Checks that the machine can exist. Returns 0, or -2 if not: effects make a mass, an inertia or a
@@ -122,7 +124,7 @@ double machine_ahead(const struct machine *m, int leg, double contact_n);
 /* Stiffness of a backlash joint's flank, against which the rod end rests, N/m. */
 double machine_flank(const struct machine *m, int leg);
 
-/* Adds the wrenches of all effects. */
+/* Adds the wrenches of all effects on the platform, about the origin of {M}, in {B}. */
 void machine_wrench(const struct machine *m, const double pose[DOFS], double wrench[DOFS]);
 
 /* Returns the opening of the valve at a spool position, both -1..1. */

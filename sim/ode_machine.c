@@ -238,8 +238,8 @@ static dJointID make_piston(struct ode_machine *m, dBodyID cylinder, dBodyID rod
     return joint;
 }
 
-/* Makes a leg's joints. ODE wants a moving body first, so that at the base its axes 1 and 2 are our
- * second and first. */
+/* Makes a leg's joints. A joint at the base and a loose one have the leg's part as their first body
+ * (ODE wants a moving body first), so their axes 1 and 2 in ODE are our second and first. */
 static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyID platform = m->body[PLATFORM], cylinder = m->body[CYLINDER + leg], rod = m->body[ROD + leg];
     dVector3 a, along, first_upper, second_lower, second_upper;

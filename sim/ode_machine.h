@@ -66,7 +66,8 @@ void ode_machine_pull(struct ode_machine *m, const double pull[3]);
 /* Adds the effects' wrench, which ODE does not compute. Call before every step. */
 void ode_machine_load(struct ode_machine *m);
 
-/* Returns the potential energy of all bodies, J; zero at neutral. */
+/* Returns the potential energy of all bodies, J; zero at neutral. Meaningless while the base moves
+ * (ode_machine_pull). */
 double ode_machine_potential(const struct ode_machine *m);
 
 struct velocity ode_machine_velocity(const struct ode_machine *m, int body);

@@ -4,8 +4,9 @@
 
 #include "vec.h"
 
-/* Stability limits of the explicit steps: a spring's rate^2 dt^2 < 4 (leapfrog; 8 for Runge-Kutta),
- * a damper's rate dt < 1 (velocities extrapolated by half a substep; else 2.8), a chamber's 2.8. */
+/* Stability limits of the explicit steps: rate^2 dt^2 < 4 for a spring (leapfrog; RK4: 8), rate dt
+ * < 1 for a damper (velocities extrapolated by half a substep; RK4: 2.8), and rate dt < 2.8 for a
+ * chamber (RK4). */
 static const double SPRING_MOST = 3.5, DAMPER_MOST = 0.9, LEAK_MOST = 2.5;
 enum { ITERATIONS = 60 };
 

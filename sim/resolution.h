@@ -6,7 +6,7 @@
 #include "cylinder.h"
 #include "rigid.h"
 
-/* Checks that substeps of dt_s resolve the machine in this pose. Returns -2 with the keys to
+/* Checks that substeps of dt_s resolve the machine in this pose. Returns 0, or -2 with the keys to
  * change if they do not. */
 int resolution_check(const struct cylinder_model *cylinder, const struct rigid_model *rigid, const double pose[DOFS], double dt_s,
                      struct error *error);

@@ -158,8 +158,9 @@ static void add_sideways(const struct rigid_model *m, const struct rigid_legs *l
     }
 }
 
-/* Each leg at its upper joint. f: effective mass across the leg; axial: the additional mass along
- * the leg, ma - f. pull, moment: load while the joint does not accelerate. */
+/* Load of each leg on the platform at its upper joint. f: effective mass across the leg; axial: the
+ * additional mass along the leg, ma - f. pull, moment: load while the platform has no
+ * acceleration. */
 struct leg_load {
     double f[LEGS], axial[LEGS];
     double pull[3][LEGS], moment[3][LEGS]; /* force and moment on the platform, about the origin of

@@ -5,8 +5,9 @@
  *   T_leg = ma Ldot^2/2 + g(L) Omega^2/2,   Omega = |v_perp| / L
  *   g(L) = ma (L-ra)^2 + mb rb^2 + ia + ib
  *
- * where v is the velocity of the upper joint and v_perp its part across the leg. With f(L) = g/L^2
- * the leg pulls at its upper joint, whose acceleration is a, with
+ * where v is the velocity of the upper joint and v_perp its part across the leg; ma, ra, ia are the
+ * rod's and mb, rb, ib the cylinder's mass, centre and inertia (params/actuator.h). With
+ * f(L) = g/L^2 the force that moves the leg at its upper joint, whose acceleration is a, is
  *
  *   f a + (ma - f) n (n.a) + f' Ldot v_perp + ma ra |v_perp|^2/L^2 n
  *       - ma grav - (mb rb - ma ra)/L (grav - n (n.grav))
@@ -16,7 +17,8 @@
  *
  *  symbol   meaning                                                 frame
  *  n, L     unit vector from the lower to the upper joint, length   {B}
- *  rho      upper joint from the origin of {M}: T a                 {B}
+ *  T        rotation matrix from {M} to {B}
+ *  rho      upper joint from the origin of {M}                      {B}
  *  twist    velocity of the origin of {M}, angular velocity         {B}
  *  J        leg rates = J twist, row [n, rho x n]
  *
@@ -35,7 +37,9 @@ struct rigid_model {
     struct sim_geometry geometry; /* positions of the joints and directions of their axes */
     double upper[3][LEGS], lower[3][LEGS]; /* positions of the joints, with an array for each
                                             * coordinate */
-    double mass, inertia[3][3], gravity;      /* mass and inertia of the payload; gravity along z */
+    double mass, inertia[3][3], gravity;      /* mass and inertia of the payload, the latter about
+                                               * its own mass centre in {M}; gravity along z,
+                                               * m/s^2 */
     bool offset;                                   /* the payload's mass centre is off the origin of
                                                     * {M} */
     double upper_center[LEGS];       /* distance ra of the rod's mass centre from the upper joint */

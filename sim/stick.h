@@ -31,10 +31,10 @@ struct stick_coordinate {
     int slip;       /* result: direction in which the friction gives way, +1 or -1; 0 if it holds */
 };
 
-/* Gauss' principle: finds the friction forces within their limits that leave the least motion. x:
- * acceleration without them. It is a primal-dual interior point method: about 15 factorisations of
- * a 6x6 matrix for any number of coordinates and any dependence among them, where projected
- * Gauss-Seidel needs thousands of sweeps. */
+/* Finds, by Gauss' principle, the friction forces within their limits that leave the least motion.
+ * count: 0 to STICK_MAX; x: acceleration without these forces. It is a primal-dual interior point
+ * method: about 15 factorisations of a 6x6 matrix for any number of coordinates and any dependence
+ * among them, where projected Gauss-Seidel needs thousands of sweeps. */
 enum { STICK_MAX = 32 };
 void stick_resolve(struct stick_coordinate *coordinates, int count, const double x[DOFS]);
 

@@ -1,6 +1,6 @@
-/* A base on springs and a pump that pulses; the model assumes that both are rigid and steady. They
- * are no effects of the catalogue, so that they test the diagnosis with something that it does not
- * know. For the ODE engine. Pure, RT.
+/* A base on springs and a pump that pulses, while the model assumes a rigid base and a steady
+ * supply. Neither is an effect of the catalogue, so they test the diagnosis with causes that it
+ * does not know. For the ODE engine. Pure, RT.
  *
  * Base: rigid, translates without rotation, mass mb from sim.base_mass_kg. In its own frame every
  * body feels -a_b, and with P the momentum of the bodies there, (mb + M) a_b = -dP/dt - k x_b - c
@@ -21,12 +21,14 @@ struct surroundings {
     bool moved;                                              /* `momentum` has been set */
 };
 
+/* Returns true if the base is on springs or the pump pulses. */
 bool surroundings_yield(const struct params *params);
 
 /* Makes one substep. `momentum` is that of the bodies, whose mass is mass_kg, in the base's
  * frame. */
 void surroundings_step(struct surroundings *s, double dt_s, double mass_kg, const double momentum[3]);
 
+/* Returns the supply pressure with its ripple, Pa. */
 double surroundings_supply(const struct surroundings *s);
 
 #endif

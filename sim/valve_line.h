@@ -5,7 +5,8 @@
 
 #include "machine.h"
 
-/* Commands in 0.1 s, the longest delay, at 10 kHz, the fastest loop; a longer delay is cut. */
+/* Number of commands in 0.1 s, the longest delay, at 10 kHz, the fastest loop, with a margin; a
+ * longer delay is cut. */
 enum { VALVE_LINE_COMMANDS = 1024 };
 
 struct valve_line {
@@ -13,8 +14,8 @@ struct valve_line {
     double memory[EFFECTS_MAX][LEGS]; /* memory of the effects' command hooks, as in
                                        * machine->command */
     int kept, newest;
-    double sent[VALVE_LINE_COMMANDS][LEGS]; /* sent commands, one for each cycle, over which it is
-                                             * held */
+    double sent[VALVE_LINE_COMMANDS][LEGS]; /* sent commands, each held for one cycle; `newest` is
+                                             * the index of the last of `kept` */
 };
 
 /* Prepares a line; machine must outlive it. */

@@ -1,4 +1,4 @@
-/* Vectors of three and six, and the Cholesky factor of a 6x6 matrix, inline for the closed form. */
+/* Vectors of three and six, and the Cholesky factor of a 6x6 matrix, inline for speed. */
 #ifndef HEXID_VEC_H
 #define HEXID_VEC_H
 

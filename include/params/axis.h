@@ -2,8 +2,8 @@
 #ifndef HEXID_PARAMS_AXIS_H
 #define HEXID_PARAMS_AXIS_H
 
-struct axis_params {              /* cylinder or electric axis with a mass, which is leg 1; there is
-                                   * no other leg */
+struct axis_params {              /* cylinder or electric axis with a mass; its only leg has index
+                                   * 0 */
     double mass_kg;               /* mass of all moving parts */
     double gravity_mps2;          /* component of gravity along the axis; positive: the weight
                                    * pushes the rod in */

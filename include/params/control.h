@@ -7,7 +7,7 @@ enum control_law { CONTROL_PID, CONTROL_MODEL };
 struct control_params {           /* gains of the controller; src/core/pid.h has the exact law */
     enum control_law law;
     double delay_s;               /* time from the latching of a sample to the instant at which its
-                                   * command reaches the valve */
+                                   * command reaches the valve; for the law `model` */
     double kp, ki, kd;            /* gains of the proportional, the integral and the derivative
                                    * part: 1/m, 1/(m s), s/m */
     double modal;                 /* exponent, 0 to 1, by which kp, ki and kd grow with a mode's

@@ -8,12 +8,13 @@
 #include "params/text.h"
 
 struct security_params {
-    bool confine;                 /* limits the daemon's rights in the system (src/rt/confine.h) */
+    bool confine;                 /* take rights in the system from the running daemon
+                                   * (src/rt/confine.h) */
 };
 
 struct machine_params {
-    char name[PARAMS_TEXT_SIZE]; /* name on the bus (machine_name.h); "": the first of hexid,
-                                  * hexid-2, ... that is free */
+    char name[PARAMS_TEXT_SIZE]; /* name by which commands find this daemon (src/io/machine_name.h);
+                                  * "": the first free one of hexid, hexid-2, ... */
 };
 
 struct lcm_params {
@@ -23,8 +24,8 @@ struct lcm_params {
     bool commands;                /* SAFETY: accept commands that move; stop and
                                    * park are always accepted */
     double lease_s;               /* SAFETY: longest time between messages of an operator who
-                                   * engaged or started by command, after which the platform is
-                                   * parked; 0: there is no such limit */
+                                   * engaged or started by command; after it the platform is parked.
+                                   * 0: no limit */
     char remote_stop[PARAMS_TEXT_SIZE]; /* addresses of other hosts whose stop and park are
                                          * accepted; "": none */
 };

@@ -5,9 +5,9 @@
 
 #include "types.h"
 
-/* A kind of channel between the field and hexid, leg by leg: si = si_min + (raw - raw_min) /
- * (raw_max - raw_min) (si_max - si_min) + offset. Readings outside low..high (SI, offset included)
- * are implausible. A 4-20 mA or 0-10 V sensor behind a node only needs other numbers. */
+/* Scales of one quantity on the field bus, for each leg: si = si_min + (raw - raw_min) / (raw_max -
+ * raw_min) (si_max - si_min) + offset. Readings outside low..high (SI, offset included) are
+ * implausible. A 4-20 mA or 0-10 V sensor behind a node only needs other numbers. */
 struct channel_params {
     double raw_min[LEGS], raw_max[LEGS]; /* raw values on the bus at si_min and at si_max */
     double si_min[LEGS], si_max[LEGS];

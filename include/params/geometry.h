@@ -14,8 +14,8 @@ struct geometry_params {          /* geometry of the legs' joints, Tian 2015 Tab
     double upper_radius_m;        /* radius of the circle of the upper joints, Ra */
     double lower_radius_m;        /* radius of the circle of the lower joints, Rb */
     double height_m;              /* H: height of the upper joint plane (z = 0 in the platform's
-                                   * drawing) over the lower one (z = 0 in the base's), at
-                                   * neutral */
+                                   * drawing) over the lower one (z = 0 in the base's), at neutral;
+                                   * negative: the platform hangs */
     double upper_half_angle_rad;  /* half the angle between the two upper joints of a pair, alpha */
     double lower_half_angle_rad;  /* half the angle between the two lower joints of a pair, beta */
     /* The coordinates below are those of the drawings of platform and base: x forward, y right, z

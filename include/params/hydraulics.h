@@ -5,7 +5,7 @@
 #include "types.h"
 
 struct hydraulics_params {
-    double supply_pa, tank_pa;
+    double supply_pa, tank_pa;        /* gauge pressures */
     double valve_flow_m3_per_s[LEGS]; /* flow through each port at full opening and a pressure drop
                                        * of valve_drop_pa */
     double valve_drop_pa;

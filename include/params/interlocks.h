@@ -8,9 +8,11 @@ struct interlock_params {         /* SAFETY: true for each input or output that 
                                    * that are not wired are not watched */
     bool emergency_stop, enable, door, pressure;
     bool supply;                  /* the output that keeps the supply on */
-    double pressure_s;            /* longest time until the input `pressure` closes; if that input
-                                   * is not wired, the time that is waited */
-    bool antivalent;              /* each input has two contacts, one inverse (interlock.h) */
+    double pressure_s;            /* longest time until the input `pressure` closes after the supply
+                                   * is switched on; without that input, pressure counts as there
+                                   * after this time, or at once without `supply` */
+    bool antivalent;              /* each input has two contacts, one inverse
+                                   * (src/core/interlock.h) */
     double discrepancy_s;    /* longest time for which the two contacts may contradict each other */
 };
 

@@ -2,8 +2,8 @@
 #ifndef HEXID_PARAMS_MODEL_H
 #define HEXID_PARAMS_MODEL_H
 
-struct tolerance_params {         /* tolerances of the model's parameters that hexid gap does not
-                                   * count as a finding; relative, except for joints and springs */
+struct tolerance_params {         /* deviations of the model's parameters up to which hexid gap
+                                   * reports no finding; relative unless the name has a unit */
     double mass;                  /* tolerance of every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
     double rigidity;              /* standard deviation of the payload's departure from one rigid
@@ -14,8 +14,8 @@ struct tolerance_params {         /* tolerances of the model's parameters that h
                            * sensors.pressure_full_scale_pa */
     double pressure_drift_pa; /* standard deviation of a pressure's zero between logs */
     double pressure_gain, length_gain, length_zero_m, skew_s, pressure_lag_s, pipe_m;
-    double springs_n_per_m, springs_nm_per_rad; /* stiffness of hoses and cables, on x, y, z and on
-                                                 * the angles */
+    double springs_n_per_m, springs_nm_per_rad; /* largest stiffness of hoses and cables, on x, y, z
+                                                 * and on the angles; 0: there are none */
 };
 
 struct model_params {

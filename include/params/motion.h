@@ -5,8 +5,8 @@
 #include <stdbool.h>
 
 struct motion_params {
-    double engage_s, park_s;      /* durations of the moves up and down; longer if rate_mps or
-                                   * accel_mps2 require it */
+    double engage_s, park_s;      /* durations of the moves from parked to neutral and back; longer
+                                   * if rate_mps or accel_mps2 require it */
     double rate_mps, accel_mps2;  /* largest speed and acceleration in a move: of the platform's
                                    * origin, or of the upper joints if it rotates */
     double park_z_m;              /* pose z at which the platform is put down; z points down */

@@ -7,11 +7,13 @@ enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
 struct sim_params {
     enum engine_kind engine;
     int substeps;                 /* integration steps per cycle; one is at most 0.25 ms long */
-    double base_hz, base_mass_kg; /* the base on its springs (sim/surroundings.h); 0 Hz: the base is
-                                   * rigid */
-    double ripple_pa, ripple_hz;  /* amplitude and frequency of the pump's pressure ripple */
+    double base_hz, base_mass_kg; /* natural frequency of the base on its springs, and its mass
+                                   * (sim/surroundings.h); 0 Hz: the base is rigid; ENGINE_ODE
+                                   * only */
+    double ripple_pa, ripple_hz;  /* amplitude and frequency of the pump's pressure ripple;
+                                   * ENGINE_ODE only */
     double smooth_friction_mps;   /* speed v0 of a friction without stick, F tanh(v / v0), in the
-                                   * cylinders; 0: dry friction sticks */
+                                   * cylinders; 0: dry friction sticks; ENGINE_CLOSED_FORM only */
 };
 
 #endif

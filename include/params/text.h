@@ -1,4 +1,4 @@
-/* Size of every text in the configuration (params.h). */
+/* Size of every text in the configuration (params.h), NUL included. */
 #ifndef HEXID_PARAMS_TEXT_H
 #define HEXID_PARAMS_TEXT_H
 

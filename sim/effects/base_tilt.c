@@ -4,7 +4,8 @@
 
 enum { PHI, THETA };
 
-/* The base becomes level by Ry(theta) Rx(phi); `down` is the vertical, expressed in {B}. */
+/* Ry(theta) Rx(phi) rotates from {B} to a level frame; its last row is the vertical, `down`, in
+ * {B}. */
 static void machine(const struct effect_values *v, struct machine *m) {
     double phi = v->value[PHI][0], theta = v->value[THETA][0];
     m->bodies.down[0] = -sin(theta);

@@ -2,7 +2,7 @@
 
 enum { MU };
 
-/* A chamber under vacuum presses on no seal, so it adds no friction. */
+/* A mean chamber pressure below atmospheric presses on no seal, so it adds no friction. */
 static void leg_friction(const struct effect_values *v, int leg, const struct leg_motion *motion, struct friction *add) {
     double pressure_pa = 0.5 * (motion->p1_pa + motion->p2_pa);
     if (pressure_pa > 0.0) add->dry += v->value[MU][leg] * (motion->a1_m2 - motion->a2_m2) * pressure_pa;
