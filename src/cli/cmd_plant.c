@@ -13,10 +13,14 @@ static void on_signal(int signal) {
     atomic_store(&stop, true);
 }
 
-/* Requests real time, because a device answers in microseconds. A refusal only causes a warning. */
-static void become_realtime(const struct options *o, const struct params *params) {
-    struct error refused;
-    if (realtime_enter(&params->loop, o->rt_given ? o->rt : REALTIME_TRY, &refused)) cli_say(stderr, "hexid: warning: %s", refused.text);
+/* Requests real time, because a device answers in microseconds. A refusal only causes a warning,
+ * unless --rt require was given. */
+static int become_realtime(const struct options *o, const struct params *params, struct error *error) {
+    enum realtime_mode mode = o->rt_given ? o->rt : REALTIME_TRY;
+    int status = realtime_enter(&params->loop, mode, error);
+    if (!status || mode == REALTIME_REQUIRE) return status;
+    cli_say(stderr, "hexid: warning: %s", error->text);
+    return STATUS_OK;
 }
 
 int cmd_plant(int argc, char **argv) {
@@ -34,8 +38,8 @@ int cmd_plant(int argc, char **argv) {
         process_survive_readers();
         sigaction(SIGINT, &action, NULL);
         sigaction(SIGTERM, &action, NULL);
-        become_realtime(&o, &params);
-        status = device_serve(o.bus, &params, device, &stop, &error);
+        status = become_realtime(&o, &params, &error);
+        if (!status) status = device_serve(o.bus, &params, device, &stop, &error);
     }
     device_destroy(device);
     return status < 0 ? cli_fail(&error) : EXIT_PASSED;

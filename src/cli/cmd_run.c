@@ -34,16 +34,16 @@
 #include "trajectory_file.h"
 #include "units.h"
 
-/* number of cycles in the ring, which keeps them while a disk stalls: 16 s at 2 ms */
-enum { RING_CAPACITY = 8192 };
+static const double RING_S = 16.0; /* time for which the ring keeps the cycles while a disk
+                                    * stalls */
 /* distance of the main thread's SCHED_FIFO priority below the loop's: stops, which this thread
  * passes on, come after loop and field bus, and before all else */
 enum { STOP_PATH_BELOW_LOOP = 2 };
 static const double STD_PCT = 0.5; /* standard deviation wanted of a survey's proposals without
                                     * --std, % */
-/* number of cycles waiting in the ring at which the recorder counts as hanging: 2 s at 2 ms, which
- * leaves 14 s for parking */
-enum { RECORDER_BEHIND = RING_CAPACITY / 8 };
+static const double RECORDER_BEHIND_S = 2.0; /* the recorder counts as hanging when the cycles of
+                                              * so much time wait in the ring, which leaves 14 s for
+                                              * parking */
 
 struct session {
     struct options options;
@@ -203,6 +203,13 @@ static int open_log(struct session *s, struct error *error) {
     return log_on_file(&s->log, file, o->log, error);
 }
 
+/* Returns the number of cycles in RING_S, as a power of two. */
+static uint64_t ring_capacity(const struct params *p) {
+    uint64_t capacity = 1;
+    while ((double)capacity * p->loop.period_s < RING_S) capacity *= 2;
+    return capacity;
+}
+
 static int open_all(struct session *s, struct error *error) {
     int status = machine_lock(&s->lock, s->options.hal, error);
     if (status) return status;
@@ -215,7 +222,7 @@ static int open_all(struct session *s, struct error *error) {
     if (s->options.fast && !s->hal->ops->simulated)
         return error_set(error, STATUS_USAGE, "--fast: %s is not simulated; a real machine has real time", s->options.hal);
     if ((status = open_log(s, error))) return status;
-    if (ring_init(&s->ring, sizeof(struct cycle), RING_CAPACITY)) return error_set(error, STATUS_IO, "out of memory");
+    if (ring_init(&s->ring, sizeof(struct cycle), ring_capacity(&s->params))) return error_set(error, STATUS_IO, "out of memory");
     s->config = config_text(&s->params);
     if (!s->config) return error_set(error, STATUS_IO, "out of memory");
     if ((status = open_bus(s, error))) return status;
@@ -281,7 +288,8 @@ static void release_signals(struct session *s) {
 /* SAFETY: detects a recorder that hangs. If the log stalls without an error (a sleeping reader of a
  * pipe, a hanging disk), the platform is parked before records are lost. */
 static void watch_recorder(struct session *s) {
-    if (s->options.fast || s->recorder_hangs || ring_count(&s->ring) < RECORDER_BEHIND) return;
+    double behind_s = (double)ring_count(&s->ring) * s->params.loop.period_s;
+    if (s->options.fast || s->recorder_hangs || behind_s < RECORDER_BEHIND_S) return;
     s->recorder_hangs = true;
     loop_quit(&s->loop);
     if (s->options.log) progress_say(&s->progress, "hexid: %s takes no more: parking; look at its disk or reader\n", s->options.log);

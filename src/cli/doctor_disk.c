@@ -15,8 +15,8 @@
 #include "messages.h"
 
 static const double HOUR_S = 3600.0;
-static const double HANGS_S = 2.0;   /* time after which a stalled log parks the platform at a
-                                      * period of 2 ms (RECORDER_BEHIND cycles, cmd_run.c) */
+static const double HANGS_S = 2.0;   /* time after which a stalled log parks the platform
+                                      * (RECORDER_BEHIND_S, cmd_run.c) */
 static const double STALLS_S = 0.5;  /* duration of a write from which on doctor warns, a quarter of
                                       * HANGS_S */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };
@@ -31,7 +31,7 @@ double log_bytes_per_s(const struct params *params) {
  * tests.duration_s, the difference is not included. */
 static double run_s(const struct params *p) {
     const struct test_params *t = &p->tests;
-    return reference_park_s(&p->motion, p->motion.engage_s) + p->motion.hold_s + p->motion.rest_s +
+    return reference_park_s(&p->motion, p->motion.engage_s) + 2.0 * p->motion.hold_s + p->motion.rest_s +
            reference_park_s(&p->motion, p->motion.park_s) + tests_count(t) * (t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s);
 }
 

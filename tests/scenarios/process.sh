@@ -176,6 +176,8 @@ fi
 # AddressSanitizer's mlockall() does nothing.
 built_with 'asan|tsan' || claim "no memory to lock: --rt require is refused, with the remedy" ends 4 eval \
     '(ulimit -l 0; "${user[@]}" run --rt require "${quick_settings[@]}") 2>&1 >/dev/null | tee /dev/stderr | grep -q "memlock unlimited" && (exit 4)'
+built_with 'asan|tsan' || claim "the simulated device is refused likewise" ends 4 eval \
+    '(ulimit -l 0; "${user[@]}" plant --bus can:none --rt require) 2>&1 >/dev/null | tee /dev/stderr | grep -q "memlock unlimited" && (exit 4)'
 no_threads() {
     local most
     for most in 1 2 3 4; do
