@@ -7,6 +7,7 @@
 #include "config.h"
 #include "gains.h"
 #include "loop_check.h"
+#include "loop_places.h"
 #include "params.h"
 #include "process.h"
 
@@ -72,11 +73,12 @@ static const char *why_refused(const struct loop_check *c, const struct params *
 }
 
 /* Returns true if the gains of `then`, with the result `next`, are no worse than those of `p`, with
- * the result `now`, in anything for which gains are refused. NaN counts as worse. */
+ * the result `now`, in anything for which gains are refused. NaN counts as worse. The noise of a
+ * loop that grows has no measure. */
 static bool is_no_worse(const struct loop_check *next, const struct params *then, const struct loop_check *now, const struct params *p) {
     return loop_pole_damping(&next->neutral.pole) >= loop_pole_damping(&now->neutral.pole) &&
-           loop_pole_damping(&next->away.pole) >= loop_pole_damping(&now->away.pole) && next->noise_mps2 <= now->noise_mps2 &&
-           loop_check_off_m(next, then) <= loop_check_off_m(now, p);
+           loop_pole_damping(&next->away.pole) >= loop_pole_damping(&now->away.pole) &&
+           (loop_grows(&now->neutral) || next->noise_mps2 <= now->noise_mps2) && loop_check_off_m(next, then) <= loop_check_off_m(now, p);
 }
 
 /* SAFETY: refuses gains for the reasons of why_refused(). If the present gains would be refused,
