@@ -95,6 +95,25 @@ static void errors_that_do_not_exist_learn_nothing(void **unused) {
     assert_true(e.value[UNKNOWN_SYSTEMATIC] == 0.0 && e.surprise[CALIBRATION_WEIGHT] == 0.0);
 }
 
+/* Where the gains of lengths are exact, the reading on a stop is all of the zero. */
+static void a_stop_teaches_the_zero_alone_where_gains_are_exact(void **unused) {
+    (void)unused;
+    static struct equations equations;
+    static struct estimate e;
+    double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES] = {{0}};
+    const int zero = UNKNOWN_SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO, gain = UNKNOWN_SYSTEMATIC + SYSTEMATIC_LENGTH_GAIN;
+    struct calibration row = {.value = 2e-3, .std = 1e-4};
+    for (int i = 0; i < MATRIX_ENTRIES; i++) matrix[i][i] = 1.0;
+    for (int i = 0; i < UNKNOWN_SYSTEMATIC; i++) equations.product[i][i] = 1.0;
+    equations.systematic[SYSTEMATIC_LENGTH_ZERO] = 1e-3;
+    row.of[SYSTEMATIC_LENGTH_ZERO] = 1.0, row.of[SYSTEMATIC_LENGTH_GAIN] = -0.5;
+    assert_true(equations_solve(&equations, matrix, &e));
+    calibration_learn(&row, CALIBRATION_STOP, &e);
+    assert_close(e.value[zero], 2e-3 / 1.01, 1e-9);
+    assert_true(e.value[gain] == 0.0);
+    assert_close(e.surprise[CALIBRATION_STOP], 2e-3 / sqrt(1e-6 + 1e-8), 1e-6);
+}
+
 /* The reading of a leg on its stop contains its zero error, and its gain error times the distance
  * of the stop from neutral. */
 static void the_configuration_holds_the_measurements(void **unused) {
@@ -135,9 +154,11 @@ static void the_common_gain_rests_on_the_mean_of_the_priors(void **unused) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(it_learns_as_least_squares_with_one_more_row), cmocka_unit_test(a_reading_surprises_by_its_distance),
-        cmocka_unit_test(errors_that_do_not_exist_learn_nothing), cmocka_unit_test(the_configuration_holds_the_measurements),
-        cmocka_unit_test(the_common_gain_rests_on_the_mean_of_the_priors)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(it_learns_as_least_squares_with_one_more_row),
+                                       cmocka_unit_test(a_reading_surprises_by_its_distance),
+                                       cmocka_unit_test(errors_that_do_not_exist_learn_nothing),
+                                       cmocka_unit_test(a_stop_teaches_the_zero_alone_where_gains_are_exact),
+                                       cmocka_unit_test(the_configuration_holds_the_measurements),
+                                       cmocka_unit_test(the_common_gain_rests_on_the_mean_of_the_priors)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

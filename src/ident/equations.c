@@ -160,6 +160,13 @@ static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRI
     memcpy(estimate->common[COMMON_ATTENUATION], solved, sizeof estimate->common[0]);
 }
 
+/* An error that does not exist has no covariance. inverse_variance() gave it 1. */
+static void clear_absent(const struct equations *e, struct estimate *estimate) {
+    for (int s = 0; s < SYSTEMATICS; s++)
+        for (int c = 0; c < UNKNOWN_BASIS && !(e->systematic[s] > 0.0); c++)
+            estimate->noise[UNKNOWN_SYSTEMATIC + s][c] = estimate->noise[c][UNKNOWN_SYSTEMATIC + s] = 0.0;
+}
+
 bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate) {
     double (*factor)[UNKNOWNS] = malloc(sizeof e->product), root[MATRIX_ENTRIES][MATRIX_ENTRIES], solved[UNKNOWNS];
     memcpy(root, matrix, sizeof root);
@@ -171,7 +178,10 @@ bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MA
         dense_solve(UNKNOWNS, UNKNOWNS, factor[0], solved);
         memcpy(estimate->noise[c], solved, sizeof estimate->noise[c]);
     }
-    if (ok) split(e, root, factor, estimate);
+    if (ok) {
+        clear_absent(e, estimate);
+        split(e, root, factor, estimate);
+    }
     free(factor);
     return ok;
 }
