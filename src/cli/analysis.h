@@ -32,8 +32,9 @@ struct analysis {
     bool seen[DOFS];                /* there are cycles of a test of this axis */
     struct gains driven[DOFS];      /* gains of the latest test of each axis seen; a log's cycles
                                      * have none */
-    int64_t refused[REFUSALS];      /* number of cycles in evaluated parts by their flags, or without
-                                     * flags by the reason why methods A and B exclude them */
+    int64_t refused[REFUSALS];      /* number of cycles in evaluated parts by their flags, or
+                                     * without flags by the reason why methods A and B exclude
+                                     * them */
     int64_t missed, longest_ns;     /* number of deadlines missed in a row up to the last cycle,
                                      * and the longest delay among them */
     struct recording recording;     /* recording for method C: the beginning of each test; for an
