@@ -211,6 +211,12 @@ int output_write(struct output *o, const char *text, struct error *error) {
 }
 
 FILE *output_open(struct output *o, struct error *error) {
+    if (!o->beside) {
+        output_discard(o);
+        error_set(error, STATUS_USAGE, "%.250s: such a file is written aside and then moved into place; name a file in a directory",
+                  o->name);
+        return NULL;
+    }
     int file = open(o->beside, OUTPUT_FLAGS, mode_of(o));
     FILE *stream = file < 0 ? NULL : fdopen(file, "w");
     if (stream) return stream;

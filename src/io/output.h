@@ -59,8 +59,9 @@ int output_made(struct output *o, char *text, struct error *error);
 int output_page(struct output *o, int made, char *page, struct error *error);
 
 /* Do what output_write() does in two steps, for output written bit by bit, never in place.
- * output_open() returns NULL with an error of status -3. failure: errno of an earlier write; 0:
- * none. output_close() closes the stream and on failure removes the temporary file. */
+ * output_open() returns NULL with an error of status -3, or -2 if the output is no file in a
+ * directory. failure: errno of an earlier write; 0: none. output_close() closes the stream and on
+ * failure removes the temporary file. */
 FILE *output_open(struct output *o, struct error *error);
 int output_close(struct output *o, FILE *stream, int failure, struct error *error);
 

@@ -47,6 +47,9 @@ refused_and_gone() {
 }
 to() { echo "$work/never.$1"; }
 claim "a format that is not there: refused, with those that are" refuses 2 "--format xls csv mat mcap" "$hexid" export "$work/x.lcm" --format xls -o "$(to xls)"
+for format in mat mcap; do
+    claim "$format to standard output: refused" refuses 2 "- name a file" "$hexid" export "$work/x.lcm" --format $format -o -
+done
 claim "--all with another format: refused" refuses 2 "--all mat" "$hexid" export "$work/x.lcm" --all --format mat -o "$(to mat)"
 full() (trap '' XFSZ; ulimit -f 16; formatted "$@")
 for format in table mat mcap; do
