@@ -332,7 +332,7 @@ static int fault_open(struct hal **hal, const char *address, const struct params
     w->period_ns = ns_from_seconds(params->loop.period_s);
     w->ops = hal_fault;
     w->ops.simulated = w->inner->ops->simulated, w->ops.reconnects = w->inner->ops->reconnects;
-    w->ops.reopens_can = w->inner->ops->reopens_can;
+    w->ops.reopens_can = w->inner->ops->reopens_can, w->ops.reopens_serial = w->inner->ops->reopens_serial;
     w->hal.ops = &w->ops;
     *hal = &w->hal;
     return STATUS_OK;

@@ -59,6 +59,7 @@ struct latched {
 
 struct modbus_hal {
     struct hal hal;
+    struct hal_ops ops;      /* hal_modbus, with what this address reopens */
     const struct params *params;
     struct modbus_address_parts address;
     /* the group below is shared by the loop and the Modbus thread */
@@ -393,7 +394,8 @@ static int modbus_open(struct hal **hal, const char *address, const struct param
     struct modbus_hal *m = calloc(1, sizeof *m);
     (void)seed;
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
-    m->hal.ops = &hal_modbus;
+    m->ops = hal_modbus, m->ops.reopens_serial = m->address.serial;
+    m->hal.ops = &m->ops;
     m->params = params;
     latest_init(&m->newest_command);
     latest_init(&m->newest_sample);

@@ -22,6 +22,7 @@ struct hal_ops {
                           * allowed */
     bool reconnects;     /* the back-end restores a lost connection by itself, for which it opens
                           * new sockets or files */
+    bool reopens_serial; /* the back-end opens its serial device again for it, and no sockets */
     bool reopens_can;    /* the back-end opens its CAN socket again after its interface was removed
                           * and made again */
     /* Opens the back-end, as hal_open() does. address: part of the URL after "scheme:". */

@@ -45,14 +45,18 @@ static int refuse_rename_flags(void) {
 }
 
 /* Returns true if the confined child's action succeeded. */
-static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool reopens_can) {
+static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool reopens_serial, bool reopens_can) {
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
         struct error error;
         if (output_prepare(&to, result, OUTPUT_RESULT, &error)) _exit(2);
         if (no_rename_flags && refuse_rename_flags()) _exit(2);
-        if (confine(&(struct confinement){.result = &to, .reconnects = reconnects, .reopens_can = reopens_can}, &error)) _exit(2);
+        if (confine(
+                &(struct confinement){
+                    .result = &to, .reconnects = reconnects, .reopens_serial = reopens_serial, .reopens_can = reopens_can},
+                &error))
+            _exit(2);
         _exit(!does(to.beside));
     }
     int status;
@@ -62,7 +66,7 @@ static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool 
     return WEXITSTATUS(status) == 0;
 }
 
-static bool in_child(bool (*does)(const char *path), bool reconnects) { return in_child_with(does, reconnects, false); }
+static bool in_child(bool (*does)(const char *path), bool reconnects) { return in_child_with(does, reconnects, false, false); }
 
 static bool denied(long returned) { return returned == -1 && errno == EPERM; }
 
@@ -105,6 +109,20 @@ static bool no_other_path(const char *path) {
            mmap(page, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0) == MAP_FAILED && errno == EPERM &&
            mremap(page, 4096, 8192, MREMAP_MAYMOVE) == MAP_FAILED && errno == EPERM &&
            denied(process_vm_writev(getpid(), &here, 1, &there, 1, 0)) && denied(open("/proc/self/mem", O_RDWR));
+}
+
+enum { SERIAL_FLAGS = O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL };
+
+static bool no_file_for_writing(const char *path) {
+    (void)path;
+    return denied(open(other, SERIAL_FLAGS)) && denied(open("/proc/self/mem", SERIAL_FLAGS)) && denied(open(other, O_RDWR)) &&
+           denied(open(other, O_WRONLY | O_CREAT, 0666));
+}
+
+static bool a_serial_device_is_opened(const char *path) {
+    (void)path;
+    int file = open("/dev/null", SERIAL_FLAGS);
+    return file >= 0 && denied(open(other, O_RDWR)) && denied(socket(AF_INET, SOCK_STREAM, 0));
 }
 
 static bool no_code(const char *path) {
@@ -193,7 +211,8 @@ static void what_is_denied_fails_and_kills_nobody(void **unused) {
                                                 no_code,    no_socket, no_other_process, no_rights};
     for (unsigned i = 0; i < sizeof all / sizeof *all; i++)
         if (!in_child(all[i], false)) fail_msg("%u of the list", i);
-    static bool (*const reconnecting[])(const char *) = {no_program, no_thread, no_other_path, no_code, no_other_process};
+    static bool (*const reconnecting[])(const char *) = {no_program, no_thread,        no_other_path,
+                                                         no_code,    no_other_process, no_file_for_writing};
     for (unsigned i = 0; i < sizeof reconnecting / sizeof *reconnecting; i++)
         if (!in_child(reconnecting[i], true)) fail_msg("reconnecting: %u of the list", i);
 }
@@ -215,9 +234,9 @@ static void a_back_end_on_can_opens_its_socket_again_and_may_do_no_more_for_it(v
     (void)unused;
     SKIP_SANITIZED();
     static bool (*const does[])(const char *) = {no_program, no_thread, no_other_path, no_code, no_other_process, no_rights};
-    assert_true(in_child_with(a_can_socket_is_opened_again_and_no_other, false, true));
+    assert_true(in_child_with(a_can_socket_is_opened_again_and_no_other, false, false, true));
     for (unsigned i = 0; i < sizeof does / sizeof *does; i++)
-        if (!in_child_with(does[i], false, true)) fail_msg("%u of the list", i);
+        if (!in_child_with(does[i], false, false, true)) fail_msg("%u of the list", i);
 }
 
 static void what_the_daemon_needs_works(void **unused) {
@@ -226,6 +245,7 @@ static void what_the_daemon_needs_works(void **unused) {
     char text[8] = "";
     assert_true(in_child(what_is_open_works, false));
     assert_true(in_child(a_connection_is_made_again, true));
+    assert_true(in_child_with(a_serial_device_is_opened, true, true, false));
     assert_true(in_child(the_result_is_written, false));
     FILE *file = fopen(result, "r");
     assert_non_null(file);

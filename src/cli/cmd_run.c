@@ -453,7 +453,10 @@ static void warn_of_axes_alike(const struct test_params *t) {
 /* SAFETY: confines the daemon. If confinement fails, the platform is parked and the run ends,
  * because nobody allowed it to run unconfined. */
 static int confine_all(struct session *s, struct error *error) {
-    const struct confinement all = {.result = &s->json, .reconnects = s->hal->ops->reconnects, .reopens_can = s->hal->ops->reopens_can};
+    const struct confinement all = {.result = &s->json,
+                                    .reconnects = s->hal->ops->reconnects,
+                                    .reopens_serial = s->hal->ops->reopens_serial,
+                                    .reopens_can = s->hal->ops->reopens_can};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
     if (!s->params.security.confine)
         progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");

@@ -119,19 +119,22 @@ static int allow_result(scmp_filter_ctx filter, const struct output *result, con
     return failed ? failed : seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(unlinkat), 3, here, beside, SCMP_A2(SCMP_CMP_EQ, 0));
 }
 
-static int allow_reconnecting(scmp_filter_ctx filter) {
-    static const int calls[] = {SCMP_SYS(connect), SCMP_SYS(setsockopt), SCMP_SYS(sched_setscheduler)};
+/* Allows the calls by which a lost connection is restored. SAFETY: the filter cannot compare the
+ * path of a serial device, so only a back-end on one may open files for writing. */
+static int allow_reconnecting(scmp_filter_ctx filter, bool serial) {
+    static const int calls[] = {SCMP_SYS(connect), SCMP_SYS(setsockopt)};
     static const int families[] = {AF_INET, AF_INET6};
     const scmp_datum_t how = O_ACCMODE | O_CREAT | O_TRUNC | O_EXCL | O_NOCTTY | O_NONBLOCK | O_TMPFILE;
-    int failed = allow(filter, calls, COUNT(calls));
-    for (size_t i = 0; i < COUNT(families) && !failed; i++)
-        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)families[i]));
+    int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(sched_setscheduler), 0);
     if (!failed)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
-    if (!failed) /* libmodbus opens a serial device with these flags */
-        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
-                                  SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
+    if (!failed && serial) /* libmodbus opens a serial device with these flags */
+        return seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
+                                SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
+    if (!failed) failed = allow(filter, calls, COUNT(calls));
+    for (size_t i = 0; i < COUNT(families) && !failed; i++)
+        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)families[i]));
     return failed;
 }
 
@@ -158,7 +161,7 @@ static int build(scmp_filter_ctx filter, const struct confinement *c, const char
     if (!failed) failed = allow_ioctl(filter);
     if (!failed) failed = allow_memory(filter, paths);
     if (!failed) failed = allow_result(filter, c->result, paths);
-    if (!failed && c->reconnects) failed = allow_reconnecting(filter);
+    if (!failed && c->reconnects) failed = allow_reconnecting(filter, c->reopens_serial);
     if (!failed && c->reopens_can) failed = allow_can(filter);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid()));
     return failed ? failed : seccomp_load(filter);
