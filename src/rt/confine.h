@@ -16,8 +16,8 @@
  * thread, and connecting internet sockets, or, on a serial line, opening an existing file with the
  * flags of a serial device. The filter cannot compare the path of these, so that on a serial line
  * the user's file permissions alone protect other files. For a back-end that reopens a CAN socket:
- * opening it, and asking for the interface's index, type and state. Everything else is denied: programs,
- * new threads, other files, sockets and processes, mounts, users, modules.
+ * opening it, and asking for the interface's index, type and state. Everything else is denied:
+ * programs, new threads, other files, sockets and processes, mounts, users, modules.
  *
  * Sanitizer builds need more calls for their allocator, threads and reports, so nothing is denied
  * there. */
