@@ -360,7 +360,7 @@ static void can_close(struct hal *hal) {
 const struct hal_ops hal_can = {
     .scheme = "can",
     .usage = "can:IF                     six CANopen axis nodes and an I/O module on SocketCAN interface IF (can:can0)",
-    .reopens_can = true,
+    .reopens = HAL_REOPENS_CAN,
     .open = can_open,
     .read = can_read,
     .write = can_write,

@@ -120,7 +120,7 @@ struct can_master {
                                 * it */
     bool doubt;                /* a TPDO of an older window may still arrive */
     enum can_pause pause;      /* whether this window has a pause, or will have one */
-    bool punctual;             /* all TPDOs had arrived before the pause */
+    bool punctual;             /* all TPDOs of this window had arrived when its pause began */
     bool centred;              /* the last command centred the valves */
     bool given, due, level;    /* supply output: last requested level, whether its change is
                                 * still unsent, level sent */

@@ -47,8 +47,10 @@ int can_object_find(const struct can_dictionary *d, uint16_t index, uint8_t sub)
  * Returns true for that value. */
 bool can_object_lacks(const struct can_object *o, uint32_t value);
 
-/* Returns the abort code for a download of `size` bytes (0: not indicated), or 0 if the object
- * accepts the value in some state of the node. */
+/* Checks a download against the object's size, range and other rules that do not depend on the
+ * node's state. Returns the abort code, or 0 if they permit the value; can_server.c then checks the
+ * state, and refuses objects with CAN_RWW. size: number of bytes that the client indicates; 0: it
+ * indicates none. */
 uint32_t can_object_refuses(const struct can_dictionary *d, const struct can_object *o, int size, uint32_t value);
 
 /* Return index, sub-index and size in bytes of a mapping entry. */

@@ -36,8 +36,8 @@ struct fault;
 
 struct wrapper {
     struct hal hal;
-    struct hal_ops ops; /* hal_fault's calls, with `simulated`, `reconnects` and `reopens_can` of
-                         * the inner back-end */
+    struct hal_ops ops; /* hal_fault's calls, with `simulated` and `reopens` of the inner
+                         * back-end */
     struct hal *inner;
     const struct params *params;
     int64_t period_ns, now_ns;
@@ -331,8 +331,7 @@ static int fault_open(struct hal **hal, const char *address, const struct params
     w->params = params;
     w->period_ns = ns_from_seconds(params->loop.period_s);
     w->ops = hal_fault;
-    w->ops.simulated = w->inner->ops->simulated, w->ops.reconnects = w->inner->ops->reconnects;
-    w->ops.reopens_can = w->inner->ops->reopens_can, w->ops.reopens_serial = w->inner->ops->reopens_serial;
+    w->ops.simulated = w->inner->ops->simulated, w->ops.reopens = w->inner->ops->reopens;
     w->hal.ops = &w->ops;
     *hal = &w->hal;
     return STATUS_OK;

@@ -19,7 +19,8 @@ struct machine_lock {
  * STATUS_IO: there is no such line or host, or the host has no locks. */
 int machine_lock(struct machine_lock *l, const char *url, struct error *error);
 
-/* Calls host_lock_answer() for each lock. */
+/* SAFETY: calls host_lock_answer() for each lock, which drops the connections of processes that
+ * asked for the lock's holder. To be called regularly while the locks are held. */
 void machine_lock_answer(const struct machine_lock *l);
 
 void machine_unlock(struct machine_lock *l);

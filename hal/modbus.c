@@ -374,6 +374,7 @@ static int first_exchange(struct modbus_hal *m) {
 static int bring_up(struct modbus_hal *m, const char *address, struct error *error) {
     int status = modbus_parse(address, &m->address, error);
     if (!status) status = refuse_slow(m, error);
+    m->ops.reopens = m->address.serial ? HAL_REOPENS_SERIAL : HAL_REOPENS_SOCKETS;
     while (!m->token)
         if (getrandom(&m->token, sizeof m->token, 0) < 0)
             return error_set(error, STATUS_IO, "modbus: no random number: %s", strerror(errno));
@@ -394,7 +395,7 @@ static int modbus_open(struct hal **hal, const char *address, const struct param
     struct modbus_hal *m = calloc(1, sizeof *m);
     (void)seed;
     if (!m) return error_set(error, STATUS_IO, "modbus: out of memory");
-    m->ops = hal_modbus, m->ops.reopens_serial = m->address.serial;
+    m->ops = hal_modbus;
     m->hal.ops = &m->ops;
     m->params = params;
     latest_init(&m->newest_command);
@@ -491,7 +492,6 @@ static void modbus_close(struct hal *hal) {
 const struct hal_ops hal_modbus = {
     .scheme = "modbus",
     .usage = "modbus:tcp://HOST:PORT     one Modbus device with all legs; or modbus:rtu:DEVICE?baud=N",
-    .reconnects = true,
     .open = modbus_open,
     .read = modbus_read,
     .write = modbus_write,

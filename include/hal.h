@@ -15,16 +15,17 @@
 struct params;
 struct hal; /* each back-end embeds this as its first member */
 
+/* What may be opened while the machine is driven: nothing; internet sockets; the serial device; the
+ * CAN socket, after its interface was removed and made again. */
+enum hal_reopens { HAL_REOPENS_NOTHING, HAL_REOPENS_SOCKETS, HAL_REOPENS_SERIAL, HAL_REOPENS_CAN };
+
 struct hal_ops {
     const char *scheme;  /* part of the URL before ':' */
     const char *usage;   /* line for --help: syntax of the URL, and the machine that it reaches */
     bool simulated;      /* there is no real machine behind it: --rt defaults to try, --fast is
                           * allowed */
-    bool reconnects;     /* the back-end restores a lost connection by itself, for which it opens
-                          * new sockets or files */
-    bool reopens_serial; /* the back-end opens its serial device again for it, and no sockets */
-    bool reopens_can;    /* the back-end opens its CAN socket again after its interface was removed
-                          * and made again */
+    enum hal_reopens reopens; /* what the back-end opens again by itself to restore a lost
+                               * connection */
     /* Opens the back-end, as hal_open() does. address: part of the URL after "scheme:". */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);
     /* Reads the sample of this cycle, latched at or before now_ns (the loop's clock). Returns 0, or

@@ -22,8 +22,9 @@ static struct tip tip_of(const struct rigid_legs *legs, int leg) {
     return t;
 }
 
-/* Computes the row of the rate (n x v / L - w) d = v (d x n) / L - w d, w zero at the base. Returns
- * the rate's derivative while the platform does not accelerate. */
+/* Computes the row of an axis d, so that row . twist is the rate about d: (n x v / L - w) . d =
+ * v . (d x n) / L - w . d. At the base w is zero, and given as NULL. Returns the rate's derivative
+ * while the platform does not accelerate. */
 static double axis_row(const struct tip *t, const double d[3], const double d_rate[3], const double *w, double row[DOFS]) {
     double lever[3], turned[3], swung[3], change = 0.0;
     cross3(d, t->n, lever);

@@ -10,8 +10,9 @@
 static const double SPRING_MOST = 3.5, DAMPER_MOST = 0.9, LEAK_MOST = 2.5;
 enum { ITERATIONS = 60 };
 
-/* Returns the largest eigenvalue of sum of[k] w[k] w[k]' by the power method. of[k] is a stiffness
- * or damping along leg k, w[k] the leg's row scaled by the platform's inertia. */
+/* Finds the largest eigenvalue of a matrix by the power method. The matrix is w[k] w[k]' times
+ * of[k], added up over the legs k: w[k] is the leg's row scaled by the platform's inertia, of[k] a
+ * stiffness or damping along the leg. */
 static double fastest(const double of[LEGS], double w[LEGS][DOFS]) {
     double x[DOFS] = {1.0, 0.9, 0.8, 0.7, 0.6, 0.5}, value = 0.0;
     for (int n = 0; n < ITERATIONS; n++) {

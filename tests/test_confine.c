@@ -45,18 +45,14 @@ static int refuse_rename_flags(void) {
 }
 
 /* Returns true if the confined child's action succeeded. */
-static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool reopens_serial, bool reopens_can) {
+static bool in_child(bool (*does)(const char *path), enum hal_reopens reopens) {
     pid_t child = fork();
     assert_true(child >= 0);
     if (child == 0) {
         struct error error;
         if (output_prepare(&to, result, OUTPUT_RESULT, &error)) _exit(2);
         if (no_rename_flags && refuse_rename_flags()) _exit(2);
-        if (confine(
-                &(struct confinement){
-                    .result = &to, .reconnects = reconnects, .reopens_serial = reopens_serial, .reopens_can = reopens_can},
-                &error))
-            _exit(2);
+        if (confine(&(struct confinement){.result = &to, .reopens = reopens}, &error)) _exit(2);
         _exit(!does(to.beside));
     }
     int status;
@@ -65,8 +61,6 @@ static bool in_child_with(bool (*does)(const char *path), bool reconnects, bool 
     assert_true(WEXITSTATUS(status) != 2);
     return WEXITSTATUS(status) == 0;
 }
-
-static bool in_child(bool (*does)(const char *path), bool reconnects) { return in_child_with(does, reconnects, false, false); }
 
 static bool denied(long returned) { return returned == -1 && errno == EPERM; }
 
@@ -122,7 +116,7 @@ static bool no_file_for_writing(const char *path) {
 static bool a_serial_device_is_opened(const char *path) {
     (void)path;
     int file = open("/dev/null", SERIAL_FLAGS);
-    return file >= 0 && denied(open(other, O_RDWR)) && denied(socket(AF_INET, SOCK_STREAM, 0));
+    return file >= 0 && denied(open(other, O_RDWR)) && denied(open("/etc/passwd", O_RDONLY)) && denied(socket(AF_INET, SOCK_STREAM, 0));
 }
 
 static bool no_code(const char *path) {
@@ -210,11 +204,14 @@ static void what_is_denied_fails_and_kills_nobody(void **unused) {
     static bool (*const all[])(const char *) = {no_program, no_thread, no_other_file,    no_other_path,
                                                 no_code,    no_socket, no_other_process, no_rights};
     for (unsigned i = 0; i < sizeof all / sizeof *all; i++)
-        if (!in_child(all[i], false)) fail_msg("%u of the list", i);
+        if (!in_child(all[i], HAL_REOPENS_NOTHING)) fail_msg("%u of the list", i);
     static bool (*const reconnecting[])(const char *) = {no_program, no_thread,        no_other_path,
                                                          no_code,    no_other_process, no_file_for_writing};
     for (unsigned i = 0; i < sizeof reconnecting / sizeof *reconnecting; i++)
-        if (!in_child(reconnecting[i], true)) fail_msg("reconnecting: %u of the list", i);
+        if (!in_child(reconnecting[i], HAL_REOPENS_SOCKETS)) fail_msg("reconnecting: %u of the list", i);
+    static bool (*const serial[])(const char *) = {no_program, no_thread, no_code, no_socket, no_other_process, no_rights};
+    for (unsigned i = 0; i < sizeof serial / sizeof *serial; i++)
+        if (!in_child(serial[i], HAL_REOPENS_SERIAL)) fail_msg("on a serial line: %u of the list", i);
 }
 
 /* True if a CAN socket can be opened, and no other. A kernel without CAN fails the call too, but
@@ -234,19 +231,19 @@ static void a_back_end_on_can_opens_its_socket_again_and_may_do_no_more_for_it(v
     (void)unused;
     SKIP_SANITIZED();
     static bool (*const does[])(const char *) = {no_program, no_thread, no_other_path, no_code, no_other_process, no_rights};
-    assert_true(in_child_with(a_can_socket_is_opened_again_and_no_other, false, false, true));
+    assert_true(in_child(a_can_socket_is_opened_again_and_no_other, HAL_REOPENS_CAN));
     for (unsigned i = 0; i < sizeof does / sizeof *does; i++)
-        if (!in_child_with(does[i], false, false, true)) fail_msg("%u of the list", i);
+        if (!in_child(does[i], HAL_REOPENS_CAN)) fail_msg("%u of the list", i);
 }
 
 static void what_the_daemon_needs_works(void **unused) {
     (void)unused;
     SKIP_SANITIZED();
     char text[8] = "";
-    assert_true(in_child(what_is_open_works, false));
-    assert_true(in_child(a_connection_is_made_again, true));
-    assert_true(in_child_with(a_serial_device_is_opened, true, true, false));
-    assert_true(in_child(the_result_is_written, false));
+    assert_true(in_child(what_is_open_works, HAL_REOPENS_NOTHING));
+    assert_true(in_child(a_connection_is_made_again, HAL_REOPENS_SOCKETS));
+    assert_true(in_child(a_serial_device_is_opened, HAL_REOPENS_SERIAL));
+    assert_true(in_child(the_result_is_written, HAL_REOPENS_NOTHING));
     FILE *file = fopen(result, "r");
     assert_non_null(file);
     assert_int_equal(fread(text, 1, sizeof text, file), 6);
@@ -259,7 +256,7 @@ static void a_result_is_written_where_a_rename_knows_no_flags(void **unused) {
     struct stat s;
     unlink(result);
     no_rename_flags = true;
-    bool written = in_child(the_result_is_written, false);
+    bool written = in_child(the_result_is_written, HAL_REOPENS_NOTHING);
     no_rename_flags = false;
     assert_true(written);
     assert_int_equal(stat(result, &s), 0);
@@ -277,7 +274,7 @@ static void a_service_manager_is_told_through_the_socket_that_was_open(void **un
     assert_int_equal(bind(file, (struct sockaddr *)&at, sizeof at), 0);
     setenv("NOTIFY_SOCKET", other, 1);
     assert_int_equal(notify_open(&manager, &error), STATUS_OK);
-    assert_true(in_child(the_manager_is_told, false));
+    assert_true(in_child(the_manager_is_told, HAL_REOPENS_NOTHING));
     assert_int_equal(recv(file, text, sizeof text - 1, 0), 8);
     assert_string_equal(text, "READY=1\n");
     assert_int_equal(recv(file, text, sizeof text - 1, 0), 10);
@@ -298,7 +295,7 @@ static void commands_come_through_the_sockets_that_were_open(void **unused) {
     int client = socket(AF_UNIX, SOCK_SEQPACKET, 0);
     assert_int_equal(connect(client, (struct sockaddr *)&at, sizeof at), 0);
     assert_int_equal(send(client, &byte, 1, 0), 1);
-    assert_true(in_child(connections_are_accepted, false));
+    assert_true(in_child(connections_are_accepted, HAL_REOPENS_NOTHING));
     assert_int_equal(recv(client, &byte, 1, 0), 1);
     close(client);
     close(listener);

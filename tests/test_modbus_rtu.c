@@ -118,7 +118,9 @@ static void *device_run(void *argument) {
 static int line_open_hal(struct line *l) {
     char url[96];
     snprintf(url, sizeof url, "modbus:rtu:%s?baud=%d", l->name[HOST], BAUD);
-    return hal_open(&l->hal, url, &l->params, 1, &l->error);
+    int status = hal_open(&l->hal, url, &l->params, 1, &l->error);
+    if (!status) assert_int_equal(l->hal->ops->reopens, HAL_REOPENS_SERIAL);
+    return status;
 }
 
 /* Ages and watchdogs are at their maximum, because no claim concerns them. */

@@ -14,9 +14,10 @@ const struct effect passive_joint_friction = {
     .law = "M = -M_c sign(w) - b w about each axis of both universal joints of a leg (geometry.upper_joint_axes, lower_joint_axes), w the "
            "joint's rate; at rest holds up to M_c",
     .signature = "leg force: odd harmonics and jumps at the reversals of the joints, which on tilting tests differ from those of the leg",
-    /* Dry friction about two crossed axes is |sin a| + |cos a| times the friction about one, where
-     * the angle a is unknown if the directions of the axes are. The error is +-17 % about the
-     * middle, rms 10 %, and the same in all upper and in all lower joints. */
+    /* A joint that turns at an angle a to one of its two crossed axes has |sin a| + |cos a| times
+     * the dry friction of one axis. If the directions of the axes are unknown, a is unknown too.
+     * The friction is then known to +-17 % about the middle of its range, rms 10 %, and this error
+     * is the same in all upper joints, and the same in all lower joints. */
     .law_error = 0.15,
     .keys = {[COULOMB] = {.name = "coulomb_nm", .unit = "N m", .min = 0.0, .max = 1e3, .typical = 5.0, .per_leg = true},
              [VISCOUS] = {.name = "viscous_nm_s", .unit = "N m s", .min = 0.0, .max = 1e4, .typical = 20.0, .per_leg = true}},

@@ -34,8 +34,6 @@
 #include "trajectory_file.h"
 #include "units.h"
 
-static const double RING_S = 16.0; /* time for which the ring keeps the cycles while a disk
-                                    * stalls */
 /* distance of the main thread's SCHED_FIFO priority below the loop's: stops, which this thread
  * passes on, come after loop and field bus, and before all else */
 enum { STOP_PATH_BELOW_LOOP = 2 };
@@ -203,13 +201,6 @@ static int open_log(struct session *s, struct error *error) {
     return log_on_file(&s->log, file, o->log, error);
 }
 
-/* Returns the number of cycles in RING_S, as a power of two. */
-static uint64_t ring_capacity(const struct params *p) {
-    uint64_t capacity = 1;
-    while ((double)capacity * p->loop.period_s < RING_S) capacity *= 2;
-    return capacity;
-}
-
 static int open_all(struct session *s, struct error *error) {
     int status = machine_lock(&s->lock, s->options.hal, error);
     if (status) return status;
@@ -222,7 +213,7 @@ static int open_all(struct session *s, struct error *error) {
     if (s->options.fast && !s->hal->ops->simulated)
         return error_set(error, STATUS_USAGE, "--fast: %s is not simulated; a real machine has real time", s->options.hal);
     if ((status = open_log(s, error))) return status;
-    if (ring_init(&s->ring, sizeof(struct cycle), ring_capacity(&s->params))) return error_set(error, STATUS_IO, "out of memory");
+    if (ring_init(&s->ring, sizeof(struct cycle), recorder_ring_cycles(&s->params))) return error_set(error, STATUS_IO, "out of memory");
     s->config = config_text(&s->params);
     if (!s->config) return error_set(error, STATUS_IO, "out of memory");
     if ((status = open_bus(s, error))) return status;
@@ -453,10 +444,7 @@ static void warn_of_axes_alike(const struct test_params *t) {
 /* SAFETY: confines the daemon. If confinement fails, the platform is parked and the run ends,
  * because nobody allowed it to run unconfined. */
 static int confine_all(struct session *s, struct error *error) {
-    const struct confinement all = {.result = &s->json,
-                                    .reconnects = s->hal->ops->reconnects,
-                                    .reopens_serial = s->hal->ops->reopens_serial,
-                                    .reopens_can = s->hal->ops->reopens_can};
+    const struct confinement all = {.result = &s->json, .reopens = s->hal->ops->reopens};
     int status = s->params.security.confine ? confine(&all, error) : STATUS_OK;
     if (!s->params.security.confine)
         progress_say(&s->progress, "hexid: warning: security.confine is off: the daemon keeps all its rights\n");

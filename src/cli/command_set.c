@@ -78,7 +78,8 @@ static const char *why_refused(const struct loop_check *c, const struct params *
 static bool is_no_worse(const struct loop_check *next, const struct params *then, const struct loop_check *now, const struct params *p) {
     return loop_pole_damping(&next->neutral.pole) >= loop_pole_damping(&now->neutral.pole) &&
            loop_pole_damping(&next->away.pole) >= loop_pole_damping(&now->away.pole) &&
-           (loop_grows(&now->neutral) || next->noise_mps2 <= now->noise_mps2) && loop_check_off_m(next, then) <= loop_check_off_m(now, p);
+           (loop_grows(&now->neutral) || now->away_grows || next->noise_mps2 <= now->noise_mps2) &&
+           loop_check_off_m(next, then) <= loop_check_off_m(now, p);
 }
 
 /* SAFETY: refuses gains for the reasons of why_refused(). If the present gains would be refused,

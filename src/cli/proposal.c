@@ -25,9 +25,10 @@ static const double LONGER = 4.0;          /* duration of the second prediction,
 static const double NEAR = 1.1;     /* a longer test does not help once the standard deviation is
                                      * less than this times the floor that it approaches */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
-                                           /* method C keeps 100 s of a test of an axis
-                                            * (analysis.h), and 48 segments of another motion
-                                            * (motion.c) */
+                                           /* LONGEST_S is limited because method C uses only the
+                                            * first 50000 samples of a test of an axis, 100 s at
+                                            * 2 ms (analysis.h), and at most 48 segments of another
+                                            * motion (motion.c) */
 static const double SEARCH_S = 8.0;
 static const double REACHED = 0.05; /* a predicted deviation that differs from the wanted one by
                                      * less than this share equals it; predictions from DRAWS draws

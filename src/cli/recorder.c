@@ -396,6 +396,12 @@ static void *recorder_thread(void *argument) {
     return NULL;
 }
 
+uint64_t recorder_ring_cycles(const struct params *p) {
+    uint64_t cycles = 1;
+    while ((double)cycles * p->loop.period_s < RECORDER_RING_S) cycles *= 2;
+    return cycles;
+}
+
 int recorder_start(struct recorder *r, const char *config, struct error *error) {
     int status = analysis_init(&r->analysis, r->params, error);
     if (!status && r->bus) status = estimator_start(&r->estimator, error);

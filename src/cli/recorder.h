@@ -57,6 +57,11 @@ struct recorder {
     pthread_t thread;
 };
 
+/* Returns the number of cycles that the ring before the recorder holds while a disk stalls: those
+ * of RECORDER_RING_S, as a power of two. */
+#define RECORDER_RING_S 16.0
+uint64_t recorder_ring_cycles(const struct params *params);
+
 /* Starts the recorder. `config` is the effective configuration, which becomes the first event of
  * the log and of each of its parts; it must outlive the recorder. If the log cannot be written, the
  * recorder calls loop_quit(), which parks; otherwise it does not affect the loop. Returns -2 or -3

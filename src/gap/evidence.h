@@ -26,9 +26,10 @@ struct linearised {
 void linearised_init(struct linearised *l, const struct diagnosis *d, const struct covariance *c, const double *variance);
 void linearised_free(struct linearised *l);
 
-/* Log evidence of a model under a covariance, without a constant that all models share. change,
- * std: [variables], the most probable change of the values, and their standard deviations, which
- * are not set if there are fewer rows than values; may be NULL. */
+/* Returns the log evidence of a model under a covariance, without a constant that all models share.
+ * change: [variables], set to the most probable changes of the values. std: [variables], set to
+ * their standard deviations; it is left unchanged if there are fewer rows than values and features
+ * of the covariance together. Either may be NULL. */
 double evidence_of(const struct linearised *l, const struct covariance *c, const struct covariance_size *size, double *change, double *std);
 
 #endif

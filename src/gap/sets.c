@@ -518,8 +518,8 @@ static int find_rivals(const struct comparison *s, struct gap_result *r, int sur
     return sure;
 }
 
-/* Makes a set of the effects of the sure statements, and fits it. Returns false if the set is
- * impossible or without effect. */
+/* Makes a set of the effects of the sure statements, and fits it. Returns false if the set cannot
+ * be fitted, or if the fit leaves any of its effects without strength. */
 static bool fit_sure(struct comparison *s, const struct gap_result *r, int sure, struct set *one) {
     const struct set *from = likeliest_with(s, r->statement[0].effect.effect);
     *one = (struct set){.model = from->model};

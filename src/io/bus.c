@@ -228,9 +228,9 @@ static bool drop_others(int fd, const char *prefix) {
     return !setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
 }
 
-/* Joins the group on the interface of the route and on every other interface that has an
- * address, because the interface by which a local datagram arrives depends on the sender's
- * address and socket, and the route may change. */
+/* Joins the group on the interface of the route and on every other interface, because the interface
+ * by which a local datagram arrives depends on the sender's address and socket, and the route may
+ * change. Returns false if no interface can join. */
 static bool join(struct bus *b) {
     struct ip_mreqn membership = {.imr_multiaddr = b->group.sin_addr};
     struct if_nameindex *all = if_nameindex();

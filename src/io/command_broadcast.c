@@ -5,7 +5,11 @@
 #include "monotonic.h"
 #include "poll_any.h"
 
-enum { AT_ONCE = 64 /* largest number of connections that rest() waits for; turn() polls all */, TURN_MS = 2 };
+enum {
+    AT_ONCE = 64, /* rest() waits for the answers of at most this many connections; turn() then
+                   * looks for the answers of all */
+    TURN_MS = 2,
+};
 
 /* Returns true for errors that may be temporary: the machine's queue is full, or this process has
  * no free descriptor until another machine has answered. */

@@ -149,7 +149,7 @@ static const struct config_key keys[] = {
     KEY(motion, accel_mps2, "1.1", 0.01, 50.0, "m/s^2", "greatest acceleration of a move"),
     KEY(motion, park_z_m, "0.45", 0.0, 10.0, "m", "z, down, at which the platform is put down"),
     KEY(motion, rest_s, "0", 0.0, 600.0, "s", "at rest before the supply is asked for without a command: the pressures read their zeros"),
-    KEY(motion, hold_s, "2", 0.0, 600.0, "s", "at neutral before the first test"),
+    KEY(motion, hold_s, "2", 0.0, 600.0, "s", "at neutral before the first test and after the last"),
     KEY(motion, automatic, "true", 0.0, 1.0, "-", "engage, test and park without commands"),
 
     LEG_KEY(limits, length_min_m, "1.425", 0.01, 30.0, "m", "shortest length of a leg"),

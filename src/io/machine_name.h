@@ -50,10 +50,10 @@ bool machine_address(const struct machine_name *m, bool stop, struct sockaddr_un
  * not writable; STATUS_USAGE: too long a path. */
 int machine_claim(const char *name, struct machine_name *m, int *lock, struct error *error);
 
-/* For clients: finds the running machines with this name, or with "" all. Returns their number, at
- * most MACHINES_MAX. SAFETY: at most MACHINES_EACH for a directory, so that sockets in one user's
- * directory do not displace a machine in another's. *doubt names a directory that could not be
- * searched, or a machine that may run, and why (status STATUS_OK: none). */
+/* For clients: finds the running machines with this name; the name "" finds all. Returns their
+ * number, at most MACHINES_MAX. SAFETY: it takes at most MACHINES_EACH machines from a directory,
+ * so that sockets in one user's directory do not displace a machine in another's. If a machine may
+ * have been missed, *doubt says where and why; otherwise its status is STATUS_OK. */
 int machine_find(const char *name, struct machine_name list[MACHINES_MAX], struct error *doubt);
 
 /* For clients: connects to the machine's socket, non-blocking. Returns -1 with errno: EACCES: not

@@ -19,7 +19,7 @@ struct client {
     size_t sent;
     bool greeted, waits;               /* greeted: the machine's description was sent; waits:
                                         * suspended until there is news */
-    int64_t health_ms; /* time of the last chunk composed, each of which has the health */
+    int64_t health_ms; /* time at which the last chunk was composed; every chunk has the health */
     uint64_t cycle, event, version[LIVE_PLACES];
 };
 

@@ -4,7 +4,8 @@
 
 #include "units.h"
 
-/* Least share of samples at the largest or smallest value that makes a channel count as clipped. */
+/* A channel that does not stay at its known `top` counts as clipped only if more than this share of
+ * its samples is at its largest value (of a length, also at its smallest). */
 static const double CLIPPED = 0.12;
 /* A channel is clipped if the number of samples at its largest value exceeds this times the number
  * that a sinusoid of the same resolution has there. */

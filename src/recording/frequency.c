@@ -62,8 +62,8 @@ static double share_at(const struct recording_test *t, struct signals of, double
     return all > 0.0 ? of_frequency / all : 0.0;
 }
 
-/* Finds the frequency with the largest share of the variance, in the channel of a group that moves
- * most. The grid of frequencies is a quarter of the resolution 1 / span_s. */
+/* Finds the frequency with the largest share of the variance in one channel of the group, the one
+ * that moves most. It tries frequencies in steps of a quarter of the resolution 1 / span_s. */
 static double search(const struct recording_test *t, struct signals of, double span_s, double until_s) {
     double most = 0.0, best = 0.0, hz = (double)NAN;
     struct signals one = {of.offset, 1};

@@ -17,8 +17,9 @@ static double start_s(const struct survey *s) { return s->test.sample[0].test_ti
 
 static double width_s(const struct survey *s) { return fmax(survey_seconds(s), 1e-9); }
 
-/* First and last, least and greatest value of a channel in one of the POINTS parts of the time, or
- * in one sample; NaN without a value. */
+/* The first, the last, the least and the greatest value of a channel in one of the POINTS parts of
+ * the time. If there are few samples, each sample is a part. All are NaN if the part has no
+ * value. */
 struct ends {
     double first, last, low, high;
 };

@@ -25,9 +25,10 @@ struct inverse_dynamics {
     double speed_std_mps[LEGS]; /* standard deviations of the legs' measured speeds */
     double force_std_n[LEGS];   /* standard deviation of each leg's friction as it follows from the
                                  * balance of forces; 0 after init */
-    double resolution_s;        /* time that the motion's harmonics do not resolve: a quarter period
-                                 * of the highest one; 0: instants near a reversal count as any
-                                 * other */
+    double resolution_s;        /* a quarter period of the motion's highest harmonic: the harmonics
+                                 * do not resolve the motion within this time of a reversal, so a
+                                 * leg may be held there. If it is 0, instants near a reversal are
+                                 * treated like all others. */
     bool joints; /* the model has joint friction */
 };
 

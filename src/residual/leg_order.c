@@ -182,9 +182,10 @@ static void add_test(struct work *w, const struct residual_test *t, double lambd
 
 /* --- orders */
 
-/* A form is a linear combination of one quantity of all six legs, with a row of a matrix as its
- * coefficients: here `one` with quantity p, and `other` with quantity q. Returns the sum of the
- * products of the two forms over all evaluated coefficients (struct work, product). */
+/* A form is a weighted sum of one quantity of all six legs; a row of a matrix holds its weights.
+ * Returns the sum of the products of two forms over all evaluated coefficients (struct work,
+ * product). The first form has quantity p and the weights `one`; the second has quantity q and the
+ * weights `other`. */
 static double between(const struct work *w, const double *one, enum quantity p, const double *other, enum quantity q,
                       const struct leg_places *lengths) {
     double sum = 0.0;

@@ -33,7 +33,8 @@ static const double STANDS_OUT = 10.0;    /* a bin is motion if its power exceed
                                            * noise floor; the strongest of 500 bins of noise, over
                                            * twelve windows, reaches 3 */
 static const double REST = 1e-3;          /* a segment is at rest if its mean square speed is less
-                                           * than this share of the mean over all segments */
+                                           * than this share of the mean over the chosen
+                                           * segments */
 static const double STEPS_LEAST = 3.0;    /* least motion of a segment: path at its rms speed in a
                                            * period of its highest frequency, in steps of the
                                            * sensor's resolution. Rounding errors of slower motion

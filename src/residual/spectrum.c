@@ -125,10 +125,11 @@ struct cycles_of_test {
                                  * averaged cycles */
 };
 
-/* Finds the slope, per cycle, of the constants of all whole cycles, also of those that are not
- * averaged, so that even and odd cycles have one drift; 0 if there are too few cycles. lost:
- * degrees of freedom that the slope takes from the averaged cycles: their part of the sum of
- * squares about the mean place. */
+/* Fits a line to the constants of all whole cycles over the cycles' numbers, and returns its slope
+ * per cycle; 0 if there are too few cycles. Cycles that are not averaged count too, so that even
+ * and odd cycles have one drift. lost: degrees of freedom that the slope takes from the averaged
+ * cycles. This is the sum of squares of their numbers about their mean, divided by the same sum for
+ * all cycles. */
 static double slope_of(const struct cycles_of_test *c, spectrum_cycle *row, int ch, int leg, double *lost) {
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, own = 0.0, own_square = 0.0;
     *lost = 0.0;

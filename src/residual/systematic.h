@@ -86,9 +86,9 @@ void systematic_name(int error, char name[SYSTEMATIC_NAME]);
 /* Moves the joints of a machine by the errors of its drawing. */
 void systematic_joints(const double error[SYSTEMATICS], struct params *machine);
 
-/* Finds a test's series with these errors of the sensors and the stated pipes undone; pressures
- * become the pressures in the chambers. m: the machine that the series belong to, without such
- * errors. */
+/* Finds a test's series and undoes what the sensors and the pipes do to the readings, so that the
+ * pressures become those in the chambers. The sensors and pipes are the stated ones of machine m
+ * with these errors added to them, so m must not contain the errors itself. */
 void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows);
 
 /* Finds a test's series with the errors undone that the machine's params->errors state; the stated

@@ -119,23 +119,26 @@ static int allow_result(scmp_filter_ctx filter, const struct output *result, con
     return failed ? failed : seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(unlinkat), 3, here, beside, SCMP_A2(SCMP_CMP_EQ, 0));
 }
 
-/* Allows the calls by which a lost connection is restored. SAFETY: the filter cannot compare the
- * path of a serial device, so only a back-end on one may open files for writing. */
-static int allow_reconnecting(scmp_filter_ctx filter, bool serial) {
-    static const int calls[] = {SCMP_SYS(connect), SCMP_SYS(setsockopt)};
+/* Allows the calls by which a lost connection over sockets is made again. */
+static int allow_sockets(scmp_filter_ctx filter) {
+    static const int calls[] = {SCMP_SYS(connect), SCMP_SYS(setsockopt), SCMP_SYS(sched_setscheduler)};
     static const int families[] = {AF_INET, AF_INET6};
-    const scmp_datum_t how = O_ACCMODE | O_CREAT | O_TRUNC | O_EXCL | O_NOCTTY | O_NONBLOCK | O_TMPFILE;
-    int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(sched_setscheduler), 0);
-    if (!failed)
-        failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
-                                  SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
-    if (!failed && serial) /* libmodbus opens a serial device with these flags */
-        return seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
-                                SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
-    if (!failed) failed = allow(filter, calls, COUNT(calls));
+    int failed = allow(filter, calls, COUNT(calls));
     for (size_t i = 0; i < COUNT(families) && !failed; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)families[i]));
-    return failed;
+    return failed ? failed
+                  : seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
+                                     SCMP_A2(SCMP_CMP_MASKED_EQ, O_ACCMODE | O_CREAT | O_TRUNC | O_TMPFILE, O_RDONLY));
+}
+
+/* Allows the calls by which a serial device is opened again. SAFETY: the filter cannot compare its
+ * path, so no other back-end may open files for writing. */
+static int allow_serial(scmp_filter_ctx filter) {
+    const scmp_datum_t how = O_ACCMODE | O_CREAT | O_TRUNC | O_EXCL | O_NOCTTY | O_NONBLOCK | O_TMPFILE;
+    int failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(sched_setscheduler), 0);
+    return failed ? failed /* libmodbus opens the device with these flags */
+                  : seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(openat), 1,
+                                     SCMP_A2(SCMP_CMP_MASKED_EQ, how, O_RDWR | O_NOCTTY | O_NONBLOCK | O_EXCL));
 }
 
 /* Allows the calls by which hal/can_socket.c opens a socket and looks at its interface. */
@@ -161,8 +164,9 @@ static int build(scmp_filter_ctx filter, const struct confinement *c, const char
     if (!failed) failed = allow_ioctl(filter);
     if (!failed) failed = allow_memory(filter, paths);
     if (!failed) failed = allow_result(filter, c->result, paths);
-    if (!failed && c->reconnects) failed = allow_reconnecting(filter, c->reopens_serial);
-    if (!failed && c->reopens_can) failed = allow_can(filter);
+    if (!failed && c->reopens == HAL_REOPENS_SOCKETS) failed = allow_sockets(filter);
+    if (!failed && c->reopens == HAL_REOPENS_SERIAL) failed = allow_serial(filter);
+    if (!failed && c->reopens == HAL_REOPENS_CAN) failed = allow_can(filter);
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(tgkill), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid()));
     return failed ? failed : seccomp_load(filter);
 }

@@ -12,12 +12,12 @@
  * it (output.h). The filter compares the addresses of these two paths, which lie in memory that can
  * no longer be written, unmapped or replaced.
  *
- * For a back-end that reconnects: reading any file (the resolver reads some), SCHED_FIFO for its
- * thread, and connecting internet sockets, or, on a serial line, opening an existing file with the
- * flags of a serial device. The filter cannot compare the path of these, so that on a serial line
- * the user's file permissions alone protect other files. For a back-end that reopens a CAN socket:
- * opening it, and asking for the interface's index, type and state. Everything else is denied:
- * programs, new threads, other files, sockets and processes, mounts, users, modules.
+ * For a back-end that reconnects: SCHED_FIFO for its thread, and either connecting internet sockets
+ * and reading any file (the resolver reads some), or, on a serial line, opening an existing file
+ * with the flags of a serial device. The filter cannot compare the path of these, so that on a
+ * serial line the user's file permissions alone protect other files. For a back-end that reopens a
+ * CAN socket: opening it, and asking for the interface's index, type and state. Everything else is
+ * denied: programs, new threads, other files, sockets and processes, mounts, users, modules.
  *
  * Sanitizer builds need more calls for their allocator, threads and reports, so nothing is denied
  * there. */
@@ -26,15 +26,14 @@
 
 #include <stdbool.h>
 
+#include "hal.h"
 #include "output.h"
 #include "status.h"
 
 struct confinement {
     struct output *result; /* result that is still to be written; confine() moves its paths. NULL:
                             * none */
-    bool reconnects;       /* the back-end reconnects to its device */
-    bool reopens_serial;   /* it does so on a serial line */
-    bool reopens_can;      /* the back-end reopens its CAN socket */
+    enum hal_reopens reopens; /* what the back-end opens again */
 };
 
 /* Confines the process. Main thread, once, when everything is open and all threads run; permanent.
