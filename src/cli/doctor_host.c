@@ -9,8 +9,8 @@
 
 #define CPU "/sys/devices/system/cpu"
 
-static const double DAEMON_LOCKED_BYTES = 65e6; /* memory that the daemon locks for six tests, beside
-                                                 * the ring before the recorder;
+static const double DAEMON_LOCKED_BYTES = 65e6; /* memory that the daemon locks for six tests,
+                                                 * beside the ring before the recorder;
                                                  * docs/real-time.md */
 enum { CAP_IPC_LOCK_BIT = 14 };                  /* CAP_IPC_LOCK of linux/capability.h */
 
