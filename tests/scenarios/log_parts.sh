@@ -118,7 +118,7 @@ by_the_clock() {
     ls -l "$logs" && MAY_CUT=yes each
 }
 claim "by the clock, where nobody waits for a part: no cycle is lost or there twice" by_the_clock
-# The process that makes the parts is stopped, as on a disk that hangs.
+# The process that makes the parts is stopped, as on a disk that hangs. It may have made the next one by then, which stays empty.
 hangs() {
     local line run keeper status
     fresh
@@ -136,7 +136,8 @@ hangs() {
     cat "$work/said" "$work/error"
     ls -l "$logs"
     ((status == 3)) && grep -q 'warning: the process that makes the parts of the log does not answer: the log goes on in' "$work/error" &&
-        grep -q ' 0 records lost' "$work/said" && [ "$(ls "$logs" | wc -l)" -eq 1 ] && ends 0 "$hexid" identify "$logs"/*.lcm
+        grep -q ' 0 records lost' "$work/said" && [ "$(find "$logs" -size +0 -name '*.lcm' | wc -l)" -eq 1 ] &&
+        ends 0 "$hexid" identify "$(find "$logs" -size +0 -name '*.lcm')"
 }
 claim "a process for the parts that hangs: said, the log goes on whole, status 3" hangs
 claim "parts without a directory are refused" refuses 2 "--log-part DIR" quick --log "$work/x.lcm" --log-part 1
