@@ -95,7 +95,7 @@ static void errors_that_do_not_exist_learn_nothing(void **unused) {
     assert_true(e.value[UNKNOWN_SYSTEMATIC] == 0.0 && e.surprise[CALIBRATION_WEIGHT] == 0.0);
 }
 
-/* Where the gains of lengths are exact, the reading on a stop is all of the zero. */
+/* If the gains of the lengths are exact, a reading on a stop determines the zero alone. */
 static void a_stop_teaches_the_zero_alone_where_gains_are_exact(void **unused) {
     (void)unused;
     static struct equations equations;

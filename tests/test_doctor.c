@@ -104,6 +104,10 @@ static void too_little_locked_memory_is_refused_behind_hardware(void **unused) {
     snprintf(limits, sizeof limits, "%sMax locked memory         200000000            200000000            bytes", header);
     put("/proc/self/limits", limits);
     is(check_locked_memory(&machine), LEVEL_OK, "200 MB allowed");
+    struct params fast = *machine.params;
+    struct doctor of_fast = machine;
+    fast.loop.period_s = 1e-4, of_fast.params = &fast; /* the ring holds 262144 cycles */
+    is(check_locked_memory(&of_fast), LEVEL_FAIL, "200 MB allowed");
     snprintf(limits, sizeof limits, "%sMax locked memory         unlimited            unlimited            bytes", header);
     put("/proc/self/limits", limits);
     is(check_locked_memory(&machine), LEVEL_OK, "without a limit");

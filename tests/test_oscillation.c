@@ -333,21 +333,25 @@ static void a_command_delay_of_8_ms_is_stopped(void **unused) {
     assert_close(t.measure.limit - t.measure.explained, params.limits.oscillation_mps2, 1e-12);
 }
 
-/* Commands swing with 0.1 at 60 Hz, within or beyond the configured dead band. The legs' forces
+/* Commands swing with 0.1 at 60 Hz, within or beyond the configured dead band, through which only
+ * the law `model` jumps. The legs' forces
  * accelerate the platform by a multiple of limits.oscillation_mps2. */
 static void a_jump_through_the_dead_band_needs_forces(void **unused) {
     (void)unused;
     static const struct {
+        enum control_law law;
         double dead, times;
         bool found;
-    } cases[] = {{0.15, 0.0, false}, {0.15, 1.5, false}, {0.15, 2.5, true}, {0.15, HUGE_VAL, true},
-                 {0.15, NAN, true},  {0.0, 0.0, true},   {0.03, 0.0, true}};
+    } cases[] = {{CONTROL_MODEL, 0.15, 0.0, false},     {CONTROL_MODEL, 0.15, 1.5, false}, {CONTROL_MODEL, 0.15, 2.5, true},
+                 {CONTROL_MODEL, 0.15, HUGE_VAL, true}, {CONTROL_MODEL, 0.15, NAN, true},  {CONTROL_MODEL, 0.0, 0.0, true},
+                 {CONTROL_MODEL, 0.03, 0.0, true},      {CONTROL_PID, 0.15, 0.0, true}};
     for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
         struct bench b;
         struct error error;
         double square = 0.0, time_s = 0.0;
         bool found = false, given = isfinite(cases[n].times);
         load(&b.params, 0, NULL, 0);
+        b.params.control.law = cases[n].law;
         if (cases[n].dead > 0.0) set_effect(&b.params, "valve_dead_band", 0, cases[n].dead);
         assert_int_equal(kinematics_init(&b.kinematics, &b.params, &error), STATUS_OK);
         oscillation_init(&b.monitor, &b.params, &b.kinematics);
@@ -365,7 +369,8 @@ static void a_jump_through_the_dead_band_needs_forces(void **unused) {
             found = oscillation_step(&b.monitor, pose, pose, valve, given || isnan(cases[n].times) ? force_n : NULL);
         }
         if (found != cases[n].found)
-            fail_msg("dead band %g, forces %g: %s after %g s", cases[n].dead, cases[n].times, found ? "found" : "not found", time_s);
+            fail_msg("case %d, dead band %g, forces %g: %s after %g s", (int)n, cases[n].dead, cases[n].times,
+                     found ? "found" : "not found", time_s);
     }
 }
 

@@ -27,16 +27,9 @@ double log_bytes_per_s(const struct params *params) {
     return (double)(log_event_size(CHANNEL_STATE, state_encode(&cycle, buffer))) / params->loop.period_s;
 }
 
-/* Returns the duration of a run from engaging to parked. If a trajectory is longer than
- * tests.duration_s, the difference is not included. */
-static double run_s(const struct params *p) {
-    const struct test_params *t = &p->tests;
-    return reference_park_s(&p->motion, p->motion.engage_s) + 2.0 * p->motion.hold_s + p->motion.rest_s +
-           reference_park_s(&p->motion, p->motion.park_s) + tests_count(t) * (t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s);
-}
-
 struct finding judge_log_room(const struct doctor *d, const struct disk *k) {
-    double rate = log_bytes_per_s(d->params), hours = k->room_bytes / rate / HOUR_S, run = run_s(d->params);
+    double rate = log_bytes_per_s(d->params), hours = k->room_bytes / rate / HOUR_S,
+           run = reference_run_s(&d->params->motion, &d->params->tests);
     static const char remedy[] = "free some space, or name another directory with --log";
     struct finding f;
     if (k->room_bytes < rate * run)

@@ -126,19 +126,16 @@ static double speed_mps(const struct walk *w, int leg, int in, double force_n, d
 
 /* Checks a leg's force and its valve's flow; positive forces push the leg out. */
 static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n) {
-    static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s, leakage_m3_per_s_pa and supply_pa",
-                      held[] = "hydraulics.supply_pa, leakage_m3_per_s_pa and valve_flow_m3_per_s",
-                      less[] = "flow, by hydraulics.valve_flow_m3_per_s and supply_pa, less valve_dead_band and valve_null_bias";
-    bool shut = w->flow[leg].dead > 0.0 || w->flow[leg].null != 0.0;
-    const char *const by = shut ? less : flow, *const of = shut ? less : held;
+    static const char flow[] = "flow, by hydraulics.valve_flow_m3_per_s, leakage_m3_per_s_pa, supply_pa and the valves' effects",
+                      held[] = "hydraulics.supply_pa, leakage_m3_per_s_pa, valve_flow_m3_per_s and the valves' effects";
     double push_n = w->push_n[0][leg], pull_n = w->push_n[1][leg], most_n = w->params->limits.force_n;
     struct excess force = {.what = "force",
                            .unit = "N",
                            .value = force_n,
                            .least = -fmin(pull_n, most_n),
                            .most = fmin(push_n, most_n),
-                           .below = most_n < pull_n ? "limits.force_n" : of,
-                           .above = most_n < push_n ? "limits.force_n" : of};
+                           .below = most_n < pull_n ? "limits.force_n" : held,
+                           .above = most_n < push_n ? "limits.force_n" : held};
     /* a force beyond these limits leaves no flow to check */
     if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force);
     int in = rate_mps > 0.0 ? 0 : 1;
@@ -147,7 +144,8 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
     double most_mps = speed_mps(w, leg, in, wanted_n, fabs(rate_mps));
     return within(
         w, leg,
-        (struct excess){.what = "rate", .unit = "m/s", .value = rate_mps, .least = -most_mps, .most = most_mps, .below = by, .above = by});
+        (struct excess){
+            .what = "rate", .unit = "m/s", .value = rate_mps, .least = -most_mps, .most = most_mps, .below = flow, .above = flow});
 }
 
 /* Checks the last cycle but one, with rates and accelerations from differences of the lengths

@@ -27,8 +27,7 @@ static void init_to_platform(struct oscillation *o, const struct params *params,
     lin_inverse(DOFS, j[0], inverse[0]);
     for (int i = 0; i < DOFS; i++)
         for (int leg = 0; leg < LEGS; leg++) o->to_platform[leg][i] = inverse[i][leg] * (i < DOF_PHI ? 1.0 : k->arm_m);
-    o->weighs = dynamics_inertia(params, k, inertia);
-    if (!o->weighs) return;
+    if (!(o->weighs = dynamics_inertia(params, k, inertia))) return;
     lin_inverse(LEGS, inertia[0], light[0]);
     for (int leg = 0; leg < LEGS; leg++)
         for (int i = 0; i < DOFS; i++)
@@ -74,6 +73,9 @@ void oscillation_init(struct oscillation *o, const struct params *params, const 
     for (int leg = 0; leg < LEGS; leg++) {
         double flow_m3_per_s = h->valve_flow_m3_per_s[leg] * sqrt(drop_pa / h->valve_drop_pa);
         valve_flow_init(&o->valve[leg], leg, params, k);
+        /* SAFETY: only the law `model` jumps; the PID's command counts as a whole. */
+        if (params->control.law != CONTROL_MODEL) o->valve[leg].dead = 0.0;
+        o->jumps |= o->valve[leg].dead > 0.0;
         o->speed_mps[leg] = 2.0 * flow_m3_per_s / (areas.a1_m2[leg] + areas.a2_m2[leg]);
     }
 }
@@ -129,15 +131,15 @@ static double fourth_difference(double past[5], double now) {
     return past[0] - 4.0 * past[1] + 6.0 * past[2] - 4.0 * past[3] + past[4];
 }
 
-/* Adds the squared acceleration that these openings of the valves correspond to, and its noise
- * part. leg_square: each leg's own is added to it, unless it is NULL. */
+/* Adds the squared acceleration that these openings of the valves correspond to, its noise part,
+ * and each leg's own. */
 static void take_valves(const struct oscillation *o, struct oscillation_valves *v, const double opening[LEGS], double *square,
-                        double *white, double *leg_square) {
+                        double *white, double leg_square[LEGS]) {
     double mps2[DOFS] = {0}, fourth_mps[DOFS] = {0};
     for (int leg = 0; leg < LEGS; leg++) {
         double leg_fourth_mps = fourth_difference(v->asked_mps[leg], o->speed_mps[leg] * opening[leg]);
         double leg_mps2 = valve_lags(v->asked_mps[leg][0], o->follows, o->period_s, &v->half_mps[leg], &v->valve_mps[leg]);
-        if (leg_square) leg_square[leg] += leg_mps2 * leg_mps2;
+        leg_square[leg] += leg_mps2 * leg_mps2;
         for (int i = 0; i < DOFS; i++) {
             mps2[i] += o->to_platform[leg][i] * leg_mps2;
             fourth_mps[i] += o->to_platform[leg][i] * leg_fourth_mps;
@@ -152,8 +154,8 @@ static void take_valves(const struct oscillation *o, struct oscillation_valves *
 static void take_command(struct oscillation *o, const double valve[LEGS]) {
     double opening[LEGS];
     for (int leg = 0; leg < LEGS; leg++) opening[leg] = valve_flow_opened(&o->valve[leg], valve[leg]);
-    take_valves(o, &o->commanded, valve, &o->sum.commanded, &o->sum.white, o->sum.leg);
-    take_valves(o, &o->opened, opening, &o->sum.opened, &o->sum.opened_white, NULL);
+    take_valves(o, &o->opened, opening, &o->sum.opened, &o->sum.opened_white, o->sum.leg);
+    if (o->jumps) take_valves(o, &o->commanded, valve, &o->sum.commanded, &o->sum.white, o->sum.leg);
 }
 
 /* SAFETY: without trusted forces, or with an unknown inertia, forced counts as infinite, so that it
@@ -235,7 +237,7 @@ bool oscillation_step(struct oscillation *o, const double pose[DOFS], const doub
                       const double force_n[LEGS]) {
     take_pose(o, pose, ref);
     take_command(o, valve);
-    take_force(o, force_n);
+    if (o->jumps) take_force(o, force_n);
     if (++o->in_block == o->every) {
         o->in_block = 0;
         close_block(o);

@@ -1,6 +1,7 @@
 /* SAFETY: an unstable loop shakes the platform more and more, while every single reading is
  * plausible. This monitor compares estimates of the platform's acceleration with the requested one.
- * Pure, RT: no heap, some 600 floating-point operations a cycle.
+ * Pure, RT: no heap, some 300 floating-point operations a cycle, 800 with a
+ * dead band.
  *
  *   measured   second difference of the pose over twice 16 ms; sees up to some 40 Hz. Steps and
  *              white noise of the readings are subtracted: they show in a second difference over
@@ -24,11 +25,12 @@
  *   - opened exceeds it, or
  *   - commanded exceeds it, and forced does so by limits.oscillation_mps2.
  *
- * A jolt fills two blocks at most. Without a configured dead band, opened and commanded are the
- * same, and the forces do not matter. With one, the commands of the law `model` jump through it,
- * which moves nothing; but if the real valve has no dead band, the jumps shake the platform, and
- * the forces show it. If a pressure is no valid reading, or the inertia is unknown, forced counts
- * as infinite: the commands then decide alone.
+ * A jolt fills two blocks at most. The last line holds only if the law `model` drives valves with a
+ * configured dead band; otherwise `opened` is of the whole command, and neither commanded nor
+ * forced is computed. The commands of that law jump through the dead band, which moves nothing; but
+ * if the real valve has no dead band, the jumps shake the platform, and the forces show it. If a
+ * pressure is no valid reading, or the inertia is unknown, forced counts as infinite: the commands
+ * then decide alone.
  *
  * The commands' estimates do not know the masses: near a resonance the platform moves up to three
  * times as much as the command corresponds to, and far above it much less. docs/safety.md has the
@@ -69,6 +71,8 @@ struct oscillation {
     double slower;           /* share of the distance to its input that the slow force covers in a
                               * cycle */
     bool weighs;             /* false: `push` is not known */
+    bool jumps;              /* the law `model` jumps through a configured dead band: `commanded`
+                              * and `forced` are computed */
     struct valve_flow valve[LEGS]; /* configured valves, for null and dead band */
     double speed_mps[LEGS];  /* speed of each leg at full opening, with half the supply's pressure
                               * drop on each port */

@@ -62,6 +62,11 @@ double reference_park_s(const struct motion_params *m, double asked_s) {
     return travel_s(m->park_z_m, &(struct move_limits){asked_s, m->rate_mps, m->accel_mps2, 0.0});
 }
 
+double reference_run_s(const struct motion_params *m, const struct test_params *t) {
+    double test_s = t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s;
+    return m->rest_s + reference_park_s(m, m->engage_s) + 2.0 * m->hold_s + tests_count(t) * test_s + reference_park_s(m, m->park_s);
+}
+
 void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits) {
     struct reference move = {.mode = REFERENCE_MOVE, .dof = DOF_NONE, .ticks = 1};
     struct move_limits rest = *limits;

@@ -77,6 +77,10 @@ void reference_move(struct reference *r, const struct move_start *from, const do
  * limits require it. */
 double reference_park_s(const struct motion_params *motion, double asked_s);
 
+/* Returns the duration of a run that is not stopped, from the request for the supply to the parked
+ * platform. A trajectory counts with tests.duration_s. */
+double reference_run_s(const struct motion_params *motion, const struct test_params *tests);
+
 /* Begins a test. dof: the axis of its sinusoid; DOF_NONE: the trajectory, which must outlive the
  * test, or a multisine if t->multisine; otherwise the test holds neutral. */
 void reference_test(struct reference *r, enum dof dof, const struct trajectory *trajectory, const struct test_params *t, double dt_s);

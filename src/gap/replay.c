@@ -39,12 +39,7 @@ static struct params replay_params(const struct params *model, const struct reco
 }
 
 static int64_t longest(const struct params *p) {
-    const struct test_params *t = &p->tests;
-    double test_s = t->settle_s + t->ramp_s + t->duration_s + t->ramp_out_s;
-    return (int64_t)((reference_park_s(&p->motion, p->motion.engage_s) + 2.0 * p->motion.hold_s +
-                      reference_park_s(&p->motion, p->motion.park_s) + t->count * test_s) /
-                     p->loop.period_s) +
-           SLACK_CYCLES;
+    return (int64_t)(reference_run_s(&p->motion, &p->tests) / p->loop.period_s) + SLACK_CYCLES;
 }
 
 static int drive(struct plant *plant, struct platform *platform, const struct params *p, struct recording *out, struct error *error) {

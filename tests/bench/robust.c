@@ -314,6 +314,7 @@ static void light_soft_late(struct params *m, struct params *k) { has_half(m, k)
 static void heavy_soft_late(struct params *m, struct params *k) { has_twice(m, k), soft_and_late(m, k); }
 static void weak_valve(struct params *m, struct params *k) { (void)k, m->hydraulics.valve_flow_m3_per_s[0] *= 0.5; }
 static void dead_band(struct params *m, struct params *k) { (void)k, fill(effect_value(m, "valve_dead_band", 0), 0.02); }
+static void dead_band_thought(struct params *m, struct params *k) { dead_band(k, m); }
 static void dead_band_known(struct params *m, struct params *k) { dead_band(m, k), dead_band(k, k); }
 static void low_supply(struct params *m, struct params *k) { (void)k, m->hydraulics.supply_pa *= 0.7; }
 static void rubs(struct params *m, struct params *k) { (void)k, rub(m, DRY_MOST_N); }
@@ -340,6 +341,7 @@ static const struct {
     {"one valve at half its gain", weak_valve},
     {"a dead band of 2 %", dead_band},
     {"the same, known", dead_band_known},
+    {"none, but the law takes 2 %", dead_band_thought},
     {"30 % less supply pressure", low_supply},
     {"100 N of dry friction", rubs},
     {"pressures 3 ms late", late_pressures},
