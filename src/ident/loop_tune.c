@@ -305,14 +305,22 @@ struct required {
     double damping, delay_s;           /* least damping of the slowest mode; least delay margin */
 };
 
-/* True if the gains meet all requirements. The cheapest checks come first. */
-static bool holds(struct field *f, const struct control_params *g, const struct required *r) {
-    if (!take(f, g) || !keeps_margins(f, r->delay_s) || !keeps_dampings(f)) return false;
+/* True if the gains meet all requirements but the margins. */
+static bool holds_but_margins(struct field *f, const struct required *r) {
+    if (!keeps_dampings(f)) return false;
     for (int i = 0; i < f->places.way; i++)
         if (!(slowest_damping(f, i) >= r->damping)) return false;
     for (int i = 0; i < f->places.count; i++)
         if (!is_stable(f, i)) return false;
     return loop_places_noise_mps2(&f->places, &f->params) <= NOISE_SHARE * loop_noise_most_mps2(&f->params);
+}
+
+/* True if the gains meet all requirements. The margins are the fastest check without weights, and
+ * the slowest with them. */
+static bool holds(struct field *f, const struct control_params *g, const struct required *r) {
+    if (!take(f, g)) return false;
+    if (g->modal == 0.0) return keeps_margins(f, r->delay_s) && holds_but_margins(f, r);
+    return holds_but_margins(f, r) && keeps_margins(f, r->delay_s);
 }
 
 /* ---- the search ---- */
@@ -328,11 +336,13 @@ static struct control_params gains_of(const struct field *f, double kff, double 
 }
 
 /* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: not even
- * the least kp does. */
-static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping) {
+ * the least kp does, or kp cannot become as large as it need be. */
+static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping, double least_kp) {
     const struct required required = {.damping = damping};
     double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;
-    struct control_params found = gains_of(f, kff, tp, kpf, low);
+    struct control_params found = gains_of(f, kff, tp, kpf, fmax(low, least_kp));
+    if (!holds(f, &found, &required)) return (struct control_params){0};
+    found = gains_of(f, kff, tp, kpf, low);
     if (!holds(f, &found, &required)) return (struct control_params){0};
     struct control_params bound = gains_of(f, kff, tp, kpf, most);
     if (holds(f, &bound, &required)) return bound;
@@ -358,10 +368,10 @@ static struct control_params search(struct field *f, double kff, double tp, doub
     struct control_params best = {0};
     double scale = kpf_of(f, kff, TUNE_DAMPING);
     for (int i = -STEPS_BELOW; i <= STEPS_ABOVE; i++)
-        take_better(&best, best_of_kpf(f, kff, tp, scale * pow(10.0, (double)i / STEPS_PER_DECADE), damping));
+        take_better(&best, best_of_kpf(f, kff, tp, scale * pow(10.0, (double)i / STEPS_PER_DECADE), damping, best.kp));
     double about = best.kpf;
     for (int i = 1 - FINE; i < FINE && about > 0.0; i++)
-        take_better(&best, best_of_kpf(f, kff, tp, about * pow(10.0, (double)i / (FINE * STEPS_PER_DECADE)), damping));
+        take_better(&best, best_of_kpf(f, kff, tp, about * pow(10.0, (double)i / (FINE * STEPS_PER_DECADE)), damping, best.kp));
     return best;
 }
 

@@ -16,7 +16,8 @@ namespace {
 
 /* The storage is inside the matrix, not on the heap. */
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
-using Complex = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_MAX, LIN_MAX>;
+/* Eigen clears complex storage, which would take longer than the eigenvalues with LIN_MAX. */
+using Complex = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, LIN_COMPLEX_MAX, LIN_COMPLEX_MAX>;
 using Svd = Eigen::JacobiSVD<Matrix, Eigen::NoQRPreconditioner>; /* this decomposition takes square
                                                                   * matrices only */
 using Input = Eigen::Map<const Matrix>;
@@ -94,7 +95,7 @@ int lin_poles(int n, const double *a, double *real, double *imaginary) noexcept 
 }
 
 int lin_complex_eigenvalues(int n, const double *a, double *eigenvalues) noexcept {
-    assert(fits(n, n));
+    assert(n >= 1 && n <= LIN_COMPLEX_MAX);
     const Complex square = Eigen::Map<const Complex>(reinterpret_cast<const std::complex<double> *>(a), n, n);
     if (!square.allFinite()) return -1;
     const Eigen::ComplexEigenSolver<Complex> solver(square, false);

@@ -12,7 +12,7 @@ extern "C" {
 #define LIN_NOEXCEPT
 #endif
 
-enum { LIN_MAX = 40 }; /* largest number of rows or columns */
+enum { LIN_MAX = 40, LIN_COMPLEX_MAX = 6 }; /* largest number of rows or columns */
 
 struct lin_report {
     int rank;  /* rank of the matrix; 0 if an input is not finite or the decomposition does not
@@ -47,8 +47,9 @@ int lin_eigenvectors(int n, const double *a, const double *b, double *eigenvalue
  * converge or A is not finite. */
 int lin_poles(int n, const double *a, double *real, double *imaginary) LIN_NOEXCEPT;
 
-/* Computes the eigenvalues of a general complex n x n matrix, in no order. Real and imaginary parts
- * alternate, as in an array of double complex. Returns 0, or -1 as lin_poles() does. */
+/* Computes the eigenvalues of a general complex n x n matrix, n at most LIN_COMPLEX_MAX, in no
+ * order. Real and imaginary parts alternate, as in an array of double complex. Returns 0, or -1 as
+ * lin_poles() does. */
 int lin_complex_eigenvalues(int n, const double *a, double *eigenvalues) LIN_NOEXCEPT;
 
 /* Computes the min(m, n) singular values of an m x n matrix, descending. Returns 0, or -1 as

@@ -57,9 +57,10 @@ none_shared() {
 }
 claim "no subcommand has a log, a result, a socket or a bus for a descriptor 0 to 2" none_shared
 
-# A bus whose connection had descriptor 1 took the run's output for requests.
+# A bus whose connection had descriptor 1 took the run's output for requests. These gains have their margins over a bus, so that the run
+# connects at once, and computes no better ones first.
 bus_apart() {
-    local line port plant subset seconds status=0
+    local line port plant subset seconds status=0 gains=(--set control.kp=40 --set control.kpf=6e-7)
     mkfifo "$work/served"
     "$hexid" plant --bus modbus:tcp://127.0.0.1:0 --rt off --set sim.engine=closed_form >"$work/served" &
     plant=$!
@@ -68,7 +69,8 @@ bus_apart() {
     port=${port%%[^0-9]*}
     for subset in 1 2 4 7; do
         for seconds in 2 8 30; do # tries again, until there was enough time to connect
-            traced $subset timeout -s INT $seconds "$hexid" run --hal "modbus:tcp://127.0.0.1:$port" --rt off "${quick_settings[@]}" || status=1
+            traced $subset timeout -s INT $seconds "$hexid" run --hal "modbus:tcp://127.0.0.1:$port" --rt off "${quick_settings[@]}" \
+                "${gains[@]}" || status=1
             grep -q 'socket:' "$work/calls" && continue 2
         done
         echo "no connection: $(cat "$work/err")"
