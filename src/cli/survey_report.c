@@ -134,7 +134,9 @@ static void print_modes(const struct loop_survey *s, FILE *out) {
     for (int k = 0; k < LEGS; k++) words_row(out, " %6.2f", s->leg[k].stiffness * 1e-6);
     fprintf(out, " N/um\n           delay       ");
     for (int k = 0; k < LEGS; k++) words_row(out, " %6.2f", s->leg[k].delay_s * 1e3);
-    fprintf(out, " ms, sample to spool\n");
+    fprintf(out, " ms, sample to spool\n           leakage     ");
+    for (int k = 0; k < LEGS; k++) words_row(out, " %6.3f", s->leg[k].leakage * 6e10);
+    fprintf(out, " l/(min MPa), across the piston\n");
 }
 
 static const char *words_of(const struct test_judgement *t, double amplitude_pct) {
@@ -215,11 +217,12 @@ static json_t *modes_json(const struct loop_survey *s) {
 static json_t *legs_json(const struct loop_survey *s) {
     json_t *array = json_array();
     for (int k = 0; k < LEGS; k++)
-        json_array_append_new(array, json_pack("{so so so so so so so}", "stiffness_n_per_m", report_number(s->leg[k].stiffness),
-                                               "stiffness_std_n_per_m", report_number(s->leg[k].stiffness_std), "delay_s",
-                                               report_number(s->leg[k].delay_s), "misfit", report_number(s->leg[k].misfit), "noise_m",
-                                               report_number(s->noise_m[k]), "noise_p1_pa", report_number(s->noise_pa[0][k]), "noise_p2_pa",
-                                               report_number(s->noise_pa[1][k])));
+        json_array_append_new(array, json_pack("{so so so so so so so so so}", "stiffness_n_per_m", report_number(s->leg[k].stiffness),
+                                               "stiffness_std_n_per_m", report_number(s->leg[k].stiffness_std), "leakage_m3_per_s_pa",
+                                               report_number(s->leg[k].leakage), "leakage_std_m3_per_s_pa",
+                                               report_number(s->leg[k].leakage_std), "delay_s", report_number(s->leg[k].delay_s), "misfit",
+                                               report_number(s->leg[k].misfit), "noise_m", report_number(s->noise_m[k]), "noise_p1_pa",
+                                               report_number(s->noise_pa[0][k]), "noise_p2_pa", report_number(s->noise_pa[1][k])));
     return array;
 }
 

@@ -1,5 +1,5 @@
 /* The configuration of the machine as an identification found it: payload and friction by method C,
- * and by a survey the stiffness of the oil, the valves' gains and the delay.
+ * and by a survey the stiffness of the oil, the valves' gains, the leakage and the delay.
  *
  * A feed-forward is linear in these parameters, so the values with the least expected square of its
  * error are their means given all that is known. A parameter was measured as x with the variance
@@ -54,8 +54,9 @@ void machine_found(const struct params *configured, const struct method_c *c, co
 /* True if a log with this configuration is that of a survey (hexid run --survey). */
 bool machine_found_is_survey(const struct params *params);
 
-/* Takes a survey's oil, valves and delay; after machine_found(). If the configuration is that of
- * the survey's run, the survey's motion is removed from it, so that it has the tests again. */
+/* Takes a survey's oil, valves, leakage and delay; after machine_found(). If the configuration is
+ * that of the survey's run, the survey's motion is removed from it, so that it has the tests
+ * again. */
 void machine_found_survey(const struct loop_survey *survey, struct machine_found *found);
 
 #endif

@@ -8,16 +8,19 @@
 #include "force.h"
 #include "kinematics.h"
 #include "lin.h"
+#include "numeric.h"
 #include "params.h"
 #include "units.h"
 
-enum { PUSH, GAIN, OWN, OTHER, UNKNOWNS };
-enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16 };
+enum { PUSH, GAIN, OWN, OTHER, NULL_BIAS, UNKNOWNS };
+enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16, NULL_PASSES = 2 };
 /* Step of the delays that are tried. 24 steps are 12 ms: a valve of 20 Hz, or three cycles of 2 ms
  * on a bus. */
 static const double DELAY_STEP_S = 0.5e-3;
 static const double FLOW_ERROR = 0.02;     /* error of the square-root law, as a share of the
                                             * piston's flow */
+static const double NULL_STD = 0.02;       /* prior of a valve's null, as a share of full opening;
+                                            * data sheets allow 2 to 3 % */
 static const double STIFFNESS_STD_MOST = 0.05, MISFIT_MOST = 2.0;
 static const double GOLDEN = 0.61803398874989485;
 
@@ -29,15 +32,24 @@ struct leg_data {
     double complex length[MULTISINE_TONES], pressure[2][MULTISINE_TONES];
     double *flow;           /* [samples]: flow into the chamber; also scratch for other series */
     double *opening;        /* [samples]: delayed command */
+    double null_bias[2];    /* opening without a command, as each chamber has it so far */
 };
 
 static double root(double drop_pa) { return sqrt(fmax(drop_pa, 0.0)); }
+
+typedef double flow_law(const struct hydraulics_params *h, int chamber, double opening, double pressure_pa);
 
 /* Flow q into a chamber (oil_columns.h), by the square-root law. */
 static double flow_of(const struct hydraulics_params *h, int chamber, double opening, double pressure_pa) {
     double filling = root(h->supply_pa - pressure_pa), emptying = root(pressure_pa - h->tank_pa);
     double extends = fmax(opening, 0.0), retracts = fmin(opening, 0.0);
     return chamber ? -extends * emptying - retracts * filling : extends * filling + retracts * emptying;
+}
+
+/* Derivative of this flow by the opening. */
+static double slope_of(const struct hydraulics_params *h, int chamber, double opening, double pressure_pa) {
+    double filling = root(h->supply_pa - pressure_pa), emptying = root(pressure_pa - h->tank_pa);
+    return chamber ? -(opening > 0.0 ? emptying : filling) : opening > 0.0 ? filling : emptying;
 }
 
 static double pressure_of(const struct recording_sample *s, int chamber, int leg) { return chamber ? s->p2_pa[leg] : s->p1_pa[leg]; }
@@ -68,21 +80,46 @@ static double row_std(const struct leg_data *d, int chamber, int tone, double pu
 }
 
 /* Fills a chamber's equation at a tone, as complex numbers: coefficients of the unknowns, then the
- * right-hand side. */
-static void fill_row(const struct leg_data *d, int chamber, int tone, double complex flow, double complex row[UNKNOWNS + 1]) {
+ * right-hand side. The unknown NULL_BIAS is the rest of the null times the gain. */
+static void fill_row(const struct leg_data *d, int chamber, int tone, double complex flow, double complex slope,
+                     double complex row[UNKNOWNS + 1]) {
     double complex jw = CMPLX(0.0, 2.0 * PI * d->mean->multisine->tone[tone].hz), rate = jw * d->length[tone];
     row[PUSH] = chamber ? rate : -rate;
     row[GAIN] = flow;
+    row[NULL_BIAS] = slope;
     row[OWN] = -d->pressure[chamber][tone];
     row[OTHER] = d->pressure[!chamber][tone];
     row[UNKNOWNS] = jw * d->pressure[chamber][tone];
 }
 
 struct fit {
-    /* square: weighted sum of squared residuals */
-    double value[UNKNOWNS], std[UNKNOWNS], square;
+    /* squares: weighted sum of squared residuals; scatter: rms residual as a multiple of what the
+     * weights say, which scales all standard deviations */
+    double value[UNKNOWNS], std[UNKNOWNS], squares, scatter;
     double flow_std; /* relative standard deviation of GAIN / PUSH, whose errors are correlated */
+    double leakage, leakage_std; /* OWN / PUSH where OWN and OTHER are one leakage; the standard
+                                  * deviation covers their difference */
 };
+
+/* Standard deviation of the quotient of two unknowns. */
+static double quotient_std(const double x[UNKNOWNS], double covariance[UNKNOWNS][UNKNOWNS], int over, int under) {
+    double q = x[over] / x[under];
+    double variance = covariance[over][over] - 2.0 * q * covariance[over][under] + q * q * covariance[under][under];
+    return sqrt(fmax(variance, 0.0)) / fabs(x[under]);
+}
+
+/* Makes OWN and OTHER of a solution one leakage between the chambers: imposes OWN = OTHER by least
+ * squares. Returns their difference as a multiple of its standard deviation. */
+static double make_one_leakage(double x[UNKNOWNS], double covariance[UNKNOWNS][UNKNOWNS]) {
+    double along[UNKNOWNS], apart = x[OWN] - x[OTHER];
+    for (int i = 0; i < UNKNOWNS; i++) along[i] = covariance[i][OWN] - covariance[i][OTHER];
+    double variance = along[OWN] - along[OTHER];
+    for (int i = 0; i < UNKNOWNS; i++) {
+        x[i] -= along[i] * apart / variance;
+        for (int j = 0; j < UNKNOWNS; j++) covariance[i][j] -= along[i] * along[j] / variance;
+    }
+    return fabs(apart) / sqrt(variance);
+}
 
 /* Solves the least squares. Columns are first scaled to unit length, because their units differ
  * widely. */
@@ -99,48 +136,65 @@ static bool solve(int rows, double a[][UNKNOWNS + 1], struct fit *fit) {
         }
     if (!dense_factor(UNKNOWNS, UNKNOWNS, product[0])) return false;
     dense_solve(UNKNOWNS, UNKNOWNS, product[0], x);
-    fit->square = 0.0;
+    fit->squares = 0.0;
     for (int r = 0; r < rows; r++) {
         double rest = a[r][UNKNOWNS];
         for (int c = 0; c < UNKNOWNS; c++) rest -= a[r][c] / size[c] * x[c];
-        fit->square += rest * rest;
+        fit->squares += rest * rest;
     }
-    double scatter = sqrt(fmax(fit->square / (rows - UNKNOWNS), 1.0)), common = 0.0;
+    double covariance[UNKNOWNS][UNKNOWNS];
+    fit->scatter = sqrt(fit->squares / (rows - UNKNOWNS));
     for (int c = 0; c < UNKNOWNS; c++) {
         double unit[UNKNOWNS] = {0};
         unit[c] = 1.0;
         dense_solve(UNKNOWNS, UNKNOWNS, product[0], unit);
-        fit->value[c] = x[c] / size[c];
-        fit->std[c] = sqrt(unit[c]) / size[c] * scatter;
-        if (c == PUSH) common = unit[GAIN] * scatter * scatter / (x[PUSH] * x[GAIN]);
+        for (int e = 0; e < UNKNOWNS; e++) covariance[e][c] = unit[e] / (size[e] * size[c]) * square(fit->scatter);
+        x[c] /= size[c];
+        fit->value[c] = x[c];
+        fit->std[c] = sqrt(covariance[c][c]);
     }
-    double push = fit->std[PUSH] / fit->value[PUSH], gain = fit->std[GAIN] / fit->value[GAIN];
-    fit->flow_std = sqrt(fmax(push * push + gain * gain - 2.0 * common, 0.0));
-    return isfinite(fit->square);
+    fit->flow_std = quotient_std(x, covariance, GAIN, PUSH) * fabs(x[PUSH] / x[GAIN]);
+    double apart = make_one_leakage(x, covariance);
+    fit->leakage = x[OWN] / x[PUSH];
+    fit->leakage_std = quotient_std(x, covariance, OWN, PUSH) * fmax(apart, 1.0);
+    return isfinite(fit->squares);
 }
 
-static bool fit_chamber(struct leg_data *d, int chamber, struct fit *fit) {
+/* Amplitudes of a flow into the chamber, by flow_of() or slope_of(). */
+static void find_flow(struct leg_data *d, int chamber, flow_law *law, double complex flow[MULTISINE_TONES]) {
     const struct multisine *m = d->mean->multisine;
-    double rows[2 * MULTISINE_TONES][UNKNOWNS + 1];
-    double complex row[UNKNOWNS + 1], flow[MULTISINE_TONES];
     for (int i = 0; i < m->samples; i++)
-        d->flow[i] = flow_of(&d->params->hydraulics, chamber, d->opening[i], pressure_of(&d->mean->sample[i], chamber, d->leg));
+        d->flow[i] = law(&d->params->hydraulics, chamber, d->opening[i] + d->null_bias[chamber],
+                         pressure_of(&d->mean->sample[i], chamber, d->leg));
     for (int i = 0; i < m->tones; i++) flow[i] = multisine_amplitude(d->mean, i, d->flow);
+}
+
+/* Fits a chamber. The first pass has no null, because the prior needs the gain. The prior's
+ * standard deviation is not one that the scatter scales. */
+static bool fit_chamber(struct leg_data *d, int chamber, struct fit *fit) {
+    int tones = d->mean->multisine->tones;
+    double rows[2 * MULTISINE_TONES + 1][UNKNOWNS + 1];
+    double complex row[UNKNOWNS + 1], flow[MULTISINE_TONES], slope[MULTISINE_TONES];
+    find_flow(d, chamber, flow_of, flow), find_flow(d, chamber, slope_of, slope);
     *fit = (struct fit){0};
     for (int pass = 0; pass < PASSES; pass++) {
-        for (int i = 0; i < m->tones; i++) {
-            fill_row(d, chamber, i, flow[i], row);
+        double *prior = rows[2 * tones];
+        for (int i = 0; i < tones; i++) {
+            fill_row(d, chamber, i, flow[i], pass ? slope[i] : 0.0, row);
             double std = row_std(d, chamber, i, fit->value[PUSH], row[PUSH]);
             for (int c = 0; c <= UNKNOWNS; c++) rows[2 * i][c] = creal(row[c]) / std, rows[2 * i + 1][c] = cimag(row[c]) / std;
         }
-        if (!solve(2 * m->tones, rows, fit)) return false;
+        memset(prior, 0, sizeof rows[0]);
+        prior[NULL_BIAS] = pass ? fit->scatter / (NULL_STD * fit->value[GAIN]) : 1.0;
+        prior[UNKNOWNS] = pass ? -d->null_bias[chamber] * fit->scatter / NULL_STD : 0.0;
+        if (!solve(2 * tones + 1, rows, fit)) return false;
     }
     return true;
 }
 
 static double fit_delayed(struct leg_data *d, double delay_s, struct fit fit[2]) {
     delay_command(d, delay_s);
-    return fit_chamber(d, 0, &fit[0]) && fit_chamber(d, 1, &fit[1]) ? fit[0].square + fit[1].square : HUGE_VAL;
+    return fit_chamber(d, 0, &fit[0]) && fit_chamber(d, 1, &fit[1]) ? fit[0].squares + fit[1].squares : HUGE_VAL;
 }
 
 /* Finds the delay that fits both chambers best together, because they share one spool. */
@@ -157,6 +211,10 @@ static double find_delay(struct leg_data *d, struct fit fit[2]) {
         else low = left;
     }
     fit_delayed(d, 0.5 * (low + high), fit);
+    for (int i = 0; i < NULL_PASSES; i++) { /* the law is not linear in the null */
+        for (int c = 0; c < 2; c++) d->null_bias[c] += fit[c].value[NULL_BIAS] / fit[c].value[GAIN];
+        fit_chamber(d, 0, &fit[0]), fit_chamber(d, 1, &fit[1]);
+    }
     return isfinite(least) ? 0.5 * (low + high) : (double)NAN;
 }
 
@@ -169,11 +227,21 @@ static void linearise(const struct leg_data *d, int chamber, struct oil_chamber 
         opening += d->mean->sample[i].valve[d->leg] / n;
         pressure_pa += pressure_of(&d->mean->sample[i], chamber, d->leg) / n;
     }
+    opening += d->null_bias[chamber];
     c->open = c->gain * (flow_of(h, chamber, opening + step, pressure_pa) - flow_of(h, chamber, opening - step, pressure_pa)) /
               (2.0 * step);
     c->sag = c->own - c->gain *
                           (flow_of(h, chamber, opening, pressure_pa + step_pa) - flow_of(h, chamber, opening, pressure_pa - step_pa)) /
                           (2.0 * step_pa);
+}
+
+/* Takes the leakage of both chambers, each by its precision. Their errors count as one, because
+ * they share length and delay. */
+static void find_leakage(const struct fit fit[2], double a1, double a2, struct oil_leg *leg) {
+    double value[2] = {a1 * fit[0].leakage, a2 * fit[1].leakage}, std[2] = {a1 * fit[0].leakage_std, a2 * fit[1].leakage_std};
+    double first = square(std[1]) / (square(std[0]) + square(std[1]));
+    leg->leakage = first * value[0] + (1.0 - first) * value[1];
+    leg->leakage_std = first * std[0] + (1.0 - first) * std[1];
 }
 
 static void find_leg(struct leg_data *d, struct oil_leg *leg) {
@@ -190,7 +258,7 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
         for (int i = 0; i < tones; i++) d->pressure[c][i] = multisine_amplitude(mean, i, d->flow);
     }
     leg->delay_s = find_delay(d, fit);
-    leg->misfit = sqrt((fit[0].square + fit[1].square) / (2.0 * (2 * tones - UNKNOWNS)));
+    leg->misfit = sqrt((fit[0].squares + fit[1].squares) / (2.0 * (2 * tones + 1 - UNKNOWNS)));
     for (int c = 0; c < 2; c++) {
         struct oil_chamber *o = &leg->chamber[c];
         *o = (struct oil_chamber){.push = fit[c].value[PUSH],
@@ -205,7 +273,8 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
     leg->stiffness_std = hypot(a1 * leg->chamber[0].push_std, a2 * leg->chamber[1].push_std);
     bool known = leg->stiffness_std < STIFFNESS_STD_MOST * leg->stiffness && leg->delay_s < DELAYS * DELAY_STEP_S &&
                  leg->misfit < MISFIT_MOST;
-    if (!known) leg->stiffness = leg->stiffness_std = NAN;
+    find_leakage(fit, a1, a2, leg);
+    if (!known) leg->stiffness = leg->stiffness_std = leg->leakage = leg->leakage_std = NAN;
 }
 
 int oil_columns_find(const struct multisine_mean *mean, const struct params *params, struct oil_leg leg[LEGS], struct error *error) {
