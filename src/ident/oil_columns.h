@@ -13,9 +13,9 @@
  * makes no error. From the configuration only the piston's areas and the supply and tank pressure
  * are used. c, g, a, b of each chamber and the valve's null (the opening without a command; prior
  * 0 +- 2 %) are fitted by least squares, weighted by the sensors' noise and 2 % of the piston's
- * flow, together with the delay of both. The residuals scale the standard deviations. Stiffness: k = A1 c1 + A2 c2 (= E
- * (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and chamber). If all leakage is across
- * the piston, a = b, and it is L = a A / c.
+ * flow, together with the delay of both. The residuals scale the standard deviations. Stiffness:
+ * k = A1 c1 + A2 c2 (= E (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and chamber). If
+ * all leakage is across the piston, a = b, and it is L = a A / c.
  *
  * Rigid eigenfrequencies at neutral: Mt xddot + J' diag(k) J x = 0. Ordinary threads; heap. */
 #ifndef HEXID_OIL_COLUMNS_H
