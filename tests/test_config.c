@@ -218,20 +218,22 @@ static void tests_of_another_text_replace_those_that_it_states(void **state) {
     (void)state;
     static const char log[] = "payload:\n  mass_kg: 90\ntests:\n  frequency_hz: 3\n  amplitude_m: 0.4\n  ramp_s: 2\n";
     static const char *const settings[] = {"payload.mass_kg=80", "tests.ramp_s=1.5"};
-    struct error error;
+    struct error error, unread;
     struct params p;
     assert_int_equal(parse(&p, "payload:\n  mass_kg: 200\ntests:\n  amplitude_rad: 0.001\n  ramp_s: 4\n", &error), 0);
     /* no machine reaches 0.4 m here, but what was recorded was reached */
-    assert_int_equal(config_take_tests(&p, log, strlen(log), "a.lcm", settings, 2, &error), 0);
+    assert_int_equal(config_take_tests(&p, log, strlen(log), "a.lcm", settings, 2, &unread, &error), 0);
+    assert_string_equal(unread.text, "");
     assert_true(p.tests.hz[DOF_PSI] == 3 && p.tests.amplitude[DOF_Z] == 0.4 && p.tests.ramp_s == 1.5);
     assert_true(p.payload.mass_kg == 200 && p.tests.amplitude[DOF_PHI] == 0.001);
     struct test_params before = p.tests;
-    assert_int_equal(config_take_tests(&p, "colour: red\n", 12, "a.lcm", NULL, 0, &error), 0);
-    assert_int_equal(config_take_tests(&p, NULL, 0, "a.lcm", NULL, 0, &error), 0);
+    assert_int_equal(config_take_tests(&p, "colour: red\n", 12, "a.lcm", NULL, 0, &unread, &error), 0);
+    assert_non_null(strstr(unread.text, "colour"));
+    assert_int_equal(config_take_tests(&p, NULL, 0, "a.lcm", NULL, 0, &unread, &error), 0);
     assert_memory_equal(&p.tests, &before, sizeof before);
     static const char fast[] = "tests:\n  frequency_hz: 100\nloop:\n  period_s: 0.0001\n";
     p.loop.period_s = 0.01;
-    assert_int_equal(config_take_tests(&p, fast, strlen(fast), "a.lcm", NULL, 0, &error), STATUS_USAGE);
+    assert_int_equal(config_take_tests(&p, fast, strlen(fast), "a.lcm", NULL, 0, &unread, &error), STATUS_USAGE);
     assert_non_null(strstr(error.text, "a.lcm: tests.frequency_hz of x, 100"));
 }
 

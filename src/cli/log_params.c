@@ -1,6 +1,7 @@
 #include "log_params.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "config.h"
@@ -25,7 +26,12 @@ int log_params_tests(const struct options *o, const char *path, const struct log
     const char *text = NULL;
     size_t size = 0;
     if (!text_of(event, &text, &size)) text = NULL;
-    return config_take_tests(params, text, size, path, o->settings, o->setting_count, error);
+    struct error unreadable;
+    int status = config_take_tests(params, text, size, path, o->settings, o->setting_count, &unreadable, error);
+    if (!status && unreadable.text[0])
+        fprintf(stderr, "hexid: warning: the log's own configuration cannot be read: %s; the tests are those of -c and --set\n",
+                unreadable.text);
+    return status;
 }
 
 int log_params(const struct options *o, const char *path, const struct log_event *event, struct params *params,

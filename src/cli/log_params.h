@@ -21,7 +21,8 @@ struct log_event;
 int log_params_own(const char *path, const struct log_event *event, const char *otherwise, struct params *params, struct error *error);
 
 /* Replaces the tests of -c, which are in params, by those of the log. A log without a readable
- * configuration leaves them. Returns -2 if the tests contradict the rest of the configuration. */
+ * configuration leaves them, with a warning if it has one. Returns -2 if the tests contradict the
+ * rest of the configuration. */
 int log_params_tests(const struct options *o, const char *path, const struct log_event *event, struct params *params, struct error *error);
 
 /* Finds the configuration for a log by the rule above. configured: gets the tests to write into a

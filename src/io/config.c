@@ -319,13 +319,14 @@ bool config_sets(const char *const *settings, int count, const char *key) {
 }
 
 /* Reads the tests from a text onto params; a text that is no configuration changes nothing. */
-static void read_tests(struct params *params, const char *text, size_t size, const char *name) {
-    struct error unreadable;
+static int read_tests(struct params *params, const char *text, size_t size, const char *name, struct error *error) {
     struct params *whole = malloc(sizeof *whole);
-    if (!whole) return;
+    if (!whole) return fail(error, name, 0, "out of memory");
     *whole = *params;
-    if (read_text(whole, text, size, name, &unreadable) == STATUS_OK) params->tests = whole->tests;
+    int status = read_text(whole, text, size, name, error);
+    if (status == STATUS_OK) params->tests = whole->tests;
     free(whole);
+    return status;
 }
 
 /* Checks a configuration as config_check() does, but with amplitudes that any machine reaches. */
@@ -342,9 +343,10 @@ static int check_recorded(const struct params *params, const char *name, struct 
 }
 
 int config_take_tests(struct params *params, const char *text, size_t size, const char *name, const char *const *settings, int count,
-                      struct error *error) {
+                      struct error *unreadable, struct error *error) {
     static const char section[] = "tests.";
-    if (text) read_tests(params, text, size, name);
+    unreadable->text[0] = '\0';
+    if (text) read_tests(params, text, size, name, unreadable);
     for (int i = 0; i < count; i++) {
         int status = strncmp(settings[i], section, sizeof section - 1) ? STATUS_OK : apply_setting(params, settings[i], error);
         if (status) return status;

@@ -41,10 +41,10 @@ bool config_sets(const char *const *settings, int count, const char *key);
 
 /* Changes the keys of section `tests` that the YAML text of another configuration states, then
  * those that the settings give; all other keys stay. If text is NULL or unreadable, only the
- * settings count. Then runs all checks but one: whether the machine reaches the amplitudes, since
- * recorded ones were reached. Returns 0 or -2. */
+ * settings count; `unreadable` gets the reason, or an empty text. Then runs all checks but one:
+ * whether the machine reaches the amplitudes, since recorded ones were reached. Returns 0 or -2. */
 int config_take_tests(struct params *params, const char *text, size_t size, const char *name, const char *const *settings, int count,
-                      struct error *error);
+                      struct error *unreadable, struct error *error);
 
 /* Returns YAML text that config_parse() turns back into the same params, bit for bit; it has only
  * effects that are on. To be freed by the caller. NULL: no memory. */
