@@ -206,7 +206,8 @@ static void no_connection_is_closed_over_a_stop_that_waits_in_it(void **unused) 
     open_as("");
     for (int i = 0; i < COMMAND_PLACES; i++) fd[i] = client(true);
     serve_all();
-    say(fd[0], COMMAND_STOP); /* arrives after poll(), which reported only the new connection */
+    say(fd[0], COMMAND_ENGAGE);
+    say(fd[0], COMMAND_STOP); /* both arrive after poll(), which reported only the new connection */
     int new = client(true);
     struct pollfd p[COMMAND_POLLS];
     command_server_polls(&server, p);
@@ -286,6 +287,39 @@ static void who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody(voi
         command_server_answer(&server, got.peer, &(struct command_answer){0});
     }
     assert_int_equal(got.goes, 1);
+    close(fd);
+    close_all();
+}
+
+/* A connection may be closed for many reasons; none loses a stop that waits behind something
+ * else. */
+static void a_stop_counts_whatever_waits_before_it(void **unused) {
+    (void)unused;
+    open_as("");
+    int fd = client(false);
+    assert_true(send(fd, "garbage", 7, 0) > 0);
+    say(fd, COMMAND_ENGAGE);
+    say(fd, COMMAND_STOP);
+    serve_all();
+    assert_int_equal(got.stops, 1);
+    assert_int_equal(got.moves, 0);
+    close(fd);
+    fd = client(false);
+    say(fd, COMMAND_ENGAGE);
+    say(fd, COMMAND_STOP);
+    close(fd);
+    serve_all();
+    assert_int_equal(got.stops, 2);
+    assert_int_equal(got.moves, 0);
+    fd = client(true);
+    say(fd, COMMAND_STOP);
+    serve_all(); /* the client reads no answer */
+    for (int i = 0; i < 20000; i++) command_server_answer(&server, got.peer, &(struct command_answer){0});
+    say(fd, COMMAND_STOP);
+    say(fd, COMMAND_STOP);
+    serve_all();
+    assert_int_equal(got.stops, 5);
+    assert_int_equal(got.goes, 3);
     close(fd);
     close_all();
 }
@@ -576,6 +610,7 @@ int main(void) {
         cmocka_unit_test(garbage_ends_the_connection_that_it_came_by),
         cmocka_unit_test(what_moves_is_not_taken_from_who_has_gone_and_a_stop_is),
         cmocka_unit_test(who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody),
+        cmocka_unit_test(a_stop_counts_whatever_waits_before_it),
         cmocka_unit_test(without_a_descriptor_the_listener_rests_and_then_takes_who_waited),
         cmocka_unit_test(without_a_descriptor_the_silent_connection_makes_room_for_a_stop),
         cmocka_unit_test(a_name_is_one_daemons_and_what_it_leaves_is_removed),

@@ -11,7 +11,7 @@
 
 #define GROUP "hexid"
 
-enum { BACKLOG = 512, NEW_AT_ONCE = 16, LAST_AT_ONCE = 2 * BACKLOG, PACKET_ROOM = 128 };
+enum { BACKLOG = 512, NEW_AT_ONCE = 16, LAST_AT_ONCE = 2 * BACKLOG, PACKET_ROOM = 128, LAST_PACKETS = 64 };
 
 void command_server_init(struct command_server *s) {
     memset(s, 0, sizeof *s);
@@ -93,22 +93,41 @@ static bool hung_up(int fd) {
     return poll_any(&p, 1, 0, NULL) != 0;
 }
 
-/* Takes a packet from the connection if one waits. Returns false if the connection has ended.
+enum packet { PACKET_NONE, PACKET_TAKEN, PACKET_REFUSED, PACKET_END };
+
+/* Takes a packet from the connection if one waits.
  * SAFETY: a stop counts even if its sender has gone meanwhile; a moving command does not, because
  * nobody waits for it. */
-static bool take_packet(struct command_server *s, struct command_place *c, enum command_socket kind) {
+static enum packet take_packet(struct command_server *s, struct command_place *c, enum command_socket kind) {
     unsigned char packet[PACKET_ROOM];
     struct command_request r;
     ssize_t size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
     /* if the client has not read an answer, the closed connection is reported first; its packets
      * can still be read afterwards */
     if (size < 0 && errno == ECONNRESET) size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
-    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return true;
-    if (size <= 0 || !command_request_decode(packet, (size_t)size, &r)) return false;
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return PACKET_NONE;
+    if (size <= 0) return PACKET_END;
+    if (!command_request_decode(packet, (size_t)size, &r)) return PACKET_REFUSED;
     c->heard = ++s->heard;
-    if (!command_stops(r.command) && hung_up(c->fd)) return false;
+    if (!command_stops(r.command) && (c->closing || hung_up(c->fd))) return PACKET_REFUSED;
     s->handler->take(s->handler->context, c->peer, &r, kind == SOCKET_ALL);
-    return true;
+    return PACKET_TAKEN;
+}
+
+/* Takes a packet, if there is one. Returns false if the connection is to be closed. */
+static bool serve(struct command_server *s, struct command_place *c, enum command_socket kind) {
+    enum packet p = take_packet(s, c, kind);
+    return p == PACKET_NONE || p == PACKET_TAKEN;
+}
+
+/* Closes a connection.
+ * SAFETY: every stop that waits in it is taken first, whatever waits before the stop. Nothing that
+ * moves is. */
+static void dismiss(struct command_server *s, struct command_place *c, enum command_socket kind) {
+    enum packet p = PACKET_TAKEN;
+    c->closing = true;
+    for (int i = 0; i < LAST_PACKETS && (p == PACKET_TAKEN || p == PACKET_REFUSED); i++) p = take_packet(s, c, kind);
+    release(s, c);
 }
 
 static int places_of(const struct command_place *place, uid_t user) {
@@ -137,8 +156,7 @@ static struct command_place *free_place(struct command_server *s, enum command_s
         if (s->place[kind][i].fd < 0) return &s->place[kind][i];
     struct command_place *c = least_needed(s, kind);
     if (!c) return NULL;
-    take_packet(s, c, kind); /* SAFETY: the packet could be a stop */
-    release(s, c);
+    dismiss(s, c, kind);
     return c;
 }
 
@@ -157,13 +175,13 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     bool none = why == EMFILE || why == ENFILE, short_of = (none || why == ENOBUFS || why == ENOMEM) && awaited(s->listener[kind]);
     struct command_place *c = fd >= 0 ? free_place(s, kind) : none && short_of ? least_needed(s, kind) : NULL;
     bool sheds = fd < 0 && c;
-    if (sheds) take_packet(s, c, kind), release(s, c);
+    if (sheds) dismiss(s, c, kind);
     s->rests[kind] = short_of && !sheds;
     if (fd < 0) return false;
     getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length);
     struct command_place passing, *here = c ? c : &passing;
     *here = (struct command_place){.fd = fd, .peer = ++s->peers, .user = peer.uid, .heard = ++s->heard};
-    if (!take_packet(s, here, kind) || !c) release(s, here);
+    if (!serve(s, here, kind) || !c) dismiss(s, here, kind);
     return true;
 }
 
@@ -184,7 +202,7 @@ int command_server_serve(struct command_server *s, const struct pollfd polls[COM
             struct command_place *c = &s->place[k][i];
             bool speaks = c->fd >= 0 && c->fd == one[i].fd && one[i].revents;
             taken += speaks;
-            if (c->fd >= 0 && (c->broken || (speaks && !take_packet(s, c, (enum command_socket)k)))) release(s, c);
+            if (c->fd >= 0 && (c->closing || (speaks && !serve(s, c, (enum command_socket)k)))) dismiss(s, c, (enum command_socket)k);
         }
         bool tries = listener->revents || (s->rests[k] && s->listener[k] >= 0);
         for (int i = 0; i < NEW_AT_ONCE && tries && take_connection(s, (enum command_socket)k); i++) taken++;
@@ -202,7 +220,7 @@ void command_server_answer(struct command_server *s, uint64_t peer, const struct
     for (int k = 0; k < COMMAND_SOCKETS; k++)
         for (int i = 0; i < COMMAND_PLACES; i++) {
             struct command_place *c = &s->place[k][i];
-            if (c->fd >= 0 && c->peer == peer && !send_answer(c->fd, answer)) c->broken = true;
+            if (c->fd >= 0 && c->peer == peer && !send_answer(c->fd, answer)) c->closing = true;
         }
 }
 

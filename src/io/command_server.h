@@ -43,7 +43,8 @@ struct command_place {
     uid_t user;
     int64_t heard; /* value of command_server.heard when this connection was accepted, or last sent
                     * a packet */
-    bool broken;   /* the client does not read its answers */
+    bool closing;  /* only stops are taken any more: the client does not read its answers, or its
+                    * place is given away */
 };
 
 struct command_server {
