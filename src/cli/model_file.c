@@ -25,7 +25,8 @@ static void say_written(const struct model_file *m, const struct machine_found *
     cli_say(out, "model     %s: %d keys found, each with its interval%s", m->name, found->notes,
             found->params.control.law == CONTROL_MODEL ? "" : "; --set control.law=model drives with them");
     for (int i = 0; i < found->kept; i++) cli_say(out, "          as configured: %s", found->kept_why[i]);
-    if (!m->survey) cli_say(out, "          as configured: oil, valves' gains and delay, which a log of `hexid run --survey` shows");
+    if (!m->survey)
+        cli_say(out, "          as configured: oil, valves' gains, leakage and delay, which a log of `hexid run --survey` shows");
 }
 
 static int write_found(const struct model_file *m, struct machine_found *found, struct output *to, FILE *out, struct error *error) {

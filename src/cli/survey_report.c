@@ -8,6 +8,7 @@
 #include "kinematics.h"
 #include "lin.h"
 #include "loop_check.h"
+#include "numeric.h"
 #include "report_json.h"
 #include "tune_report.h"
 #include "units.h"
@@ -136,7 +137,9 @@ static void print_modes(const struct loop_survey *s, FILE *out) {
     for (int k = 0; k < LEGS; k++) words_row(out, " %6.2f", s->leg[k].delay_s * 1e3);
     fprintf(out, " ms, sample to spool\n           leakage     ");
     for (int k = 0; k < LEGS; k++) words_row(out, " %6.3f", s->leg[k].leakage * 6e10);
-    fprintf(out, " l/(min MPa), across the piston\n");
+    fprintf(out, " l/(min MPa)\n           +- 95 %%     ");
+    for (int k = 0; k < LEGS; k++) words_row(out, " %6.3f", NUMERIC_95 * s->leg[k].leakage_std * 6e10);
+    fprintf(out, "\n");
 }
 
 static const char *words_of(const struct test_judgement *t, double amplitude_pct) {

@@ -168,6 +168,8 @@ static bool connects(const double mix[DOFS][DOFS]) {
     return false;
 }
 
+_Static_assert((int)DOFS <= (int)LIN_COMPLEX_MAX, "the modes' gains fit lin_complex_eigenvalues()");
+
 int loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct control_params *control, double dt_s,
                  struct loop_margin margin[DOFS]) {
     struct walk w = {{0}, 0.0};

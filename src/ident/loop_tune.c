@@ -336,13 +336,12 @@ static struct control_params gains_of(const struct field *f, double kff, double 
 }
 
 /* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: not even
- * the least kp does, or kp cannot become as large as it need be. */
+ * the least kp does, or kp cannot reach least_kp. */
 static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping, double least_kp) {
     const struct required required = {.damping = damping};
     double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;
-    struct control_params found = gains_of(f, kff, tp, kpf, fmax(low, least_kp));
-    if (!holds(f, &found, &required)) return (struct control_params){0};
-    found = gains_of(f, kff, tp, kpf, low);
+    struct control_params least = gains_of(f, kff, tp, kpf, least_kp), found = gains_of(f, kff, tp, kpf, low);
+    if (least_kp > low && !holds(f, &least, &required)) return (struct control_params){0};
     if (!holds(f, &found, &required)) return (struct control_params){0};
     struct control_params bound = gains_of(f, kff, tp, kpf, most);
     if (holds(f, &bound, &required)) return bound;

@@ -287,15 +287,14 @@ static void take_legs(struct machine_found *f, const struct loop_place *neutral,
         for (int i = 0; i < 2; i++) oil[leg].value += 0.5 * loop_found_factor(found->chamber[i].push, neutral->leg[leg].chamber[i].push);
         flow[leg] = flow_factor(found, &valve);
         if (!determined(oil[leg]) || !determined(flow[leg]))
-            keep(f, "oil, valve or leakage of leg %d: the survey did not determine it, or it is more than %g times off", leg + 1,
-                 LOOP_FOUND_MOST);
+            keep(f, "oil or valve of leg %d: the survey did not determine it, or it is more than %g times off", leg + 1, LOOP_FOUND_MOST);
     }
     take_factors(f, "hydraulics.bulk_modulus_pa", f->params.hydraulics.bulk_modulus_pa, tolerance->bulk_modulus, oil);
     take_factors(f, "hydraulics.valve_flow_m3_per_s", f->params.hydraulics.valve_flow_m3_per_s, tolerance->valve_gain, flow);
 }
 
-/* Takes the leakage across the pistons. It replaces what the effect internal_leakage makes of the
- * configured one. */
+/* Takes the leakage, which is determined where the oil is. It replaces what the effect
+ * internal_leakage makes of the configured one. */
 static void take_leakage(struct machine_found *f, const struct loop_survey *survey) {
     struct hydraulics_params *h = &f->params.hydraulics;
     struct effect_values *effect = &f->params.effects[effect_find("internal_leakage")];
@@ -339,9 +338,9 @@ void machine_found_survey(const struct loop_survey *survey, struct machine_found
     struct kinematics k;
     struct test_params *t = &f->params.tests;
     kinematics_place(&k, &f->params);
-    if (loop_places_find(&places, &f->params, false))
-        take_legs(f, &places.place[0], &k, survey), take_leakage(f, survey), take_delay(f, &k, survey);
-    else keep(f, "the oil: the supply cannot hold the platform up at neutral");
+    if (loop_places_find(&places, &f->params, false)) take_legs(f, &places.place[0], &k, survey);
+    else keep(f, "oil and valves: the supply cannot hold the platform up at neutral");
+    take_leakage(f, survey), take_delay(f, &k, survey);
     if (!machine_found_is_survey(&f->params)) return;
     memset(t->trajectory, 0, sizeof t->trajectory);
     t->repeat = 1;

@@ -13,12 +13,12 @@
 #include "units.h"
 
 enum { PUSH, GAIN, OWN, OTHER, NULL_BIAS, UNKNOWNS };
-enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16, NULL_PASSES = 2 };
+enum { PASSES = 3, DELAYS = 24, REFINEMENTS = 16, REFITS = 4 };
 /* Step of the delays that are tried. 24 steps are 12 ms: a valve of 20 Hz, or three cycles of 2 ms
  * on a bus. */
 static const double DELAY_STEP_S = 0.5e-3;
-static const double FLOW_ERROR = 0.02;     /* error of the square-root law, as a share of the
-                                            * piston's flow */
+static const double FLOW_ERROR = 0.02;     /* largest error of the square-root law, as a share of
+                                            * the piston's flow */
 static const double NULL_STD = 0.02;       /* prior of a valve's null, as a share of full opening;
                                             * data sheets allow 2 to 3 % */
 static const double STIFFNESS_STD_MOST = 0.05, MISFIT_MOST = 2.0;
@@ -32,7 +32,9 @@ struct leg_data {
     double complex length[MULTISINE_TONES], pressure[2][MULTISINE_TONES];
     double *flow;           /* [samples]: flow into the chamber; also scratch for other series */
     double *opening;        /* [samples]: delayed command */
-    double null_bias[2];    /* opening without a command, as each chamber has it so far */
+    /* Of each chamber, as found so far: opening without a command, and error of the square-root
+     * law. */
+    double null_bias[2], flow_error[2];
 };
 
 static double root(double drop_pa) { return sqrt(fmax(drop_pa, 0.0)); }
@@ -76,7 +78,7 @@ static double row_std(const struct leg_data *d, int chamber, int tone, double pu
     double w = 2.0 * PI * d->mean->multisine->tone[tone].hz, step_m = s->enabled ? s->position_resolution_m : 0.0;
     double pressure = w * amplitude_std(d->mean, d->mean->noise_pa[chamber][d->leg], 0.0);
     double piston = w * push * amplitude_std(d->mean, d->mean->noise_m[d->leg], step_m);
-    return hypot(hypot(pressure, piston), FLOW_ERROR * push * cabs(rate));
+    return hypot(hypot(pressure, piston), d->flow_error[chamber] * push * cabs(rate));
 }
 
 /* Fills a chamber's equation at a tone, as complex numbers: coefficients of the unknowns, then the
@@ -94,31 +96,15 @@ static void fill_row(const struct leg_data *d, int chamber, int tone, double com
 
 struct fit {
     /* squares: weighted sum of squared residuals; scatter: rms residual as a multiple of what the
-     * weights say, which scales all standard deviations */
-    double value[UNKNOWNS], std[UNKNOWNS], squares, scatter;
-    double flow_std; /* relative standard deviation of GAIN / PUSH, whose errors are correlated */
-    double leakage, leakage_std; /* OWN / PUSH where OWN and OTHER are one leakage; the standard
-                                  * deviation covers their difference */
+     * weights say, which scales the covariance */
+    double value[UNKNOWNS], covariance[UNKNOWNS][UNKNOWNS], squares, scatter;
 };
 
 /* Standard deviation of the quotient of two unknowns. */
-static double quotient_std(const double x[UNKNOWNS], double covariance[UNKNOWNS][UNKNOWNS], int over, int under) {
-    double q = x[over] / x[under];
-    double variance = covariance[over][over] - 2.0 * q * covariance[over][under] + q * q * covariance[under][under];
-    return sqrt(fmax(variance, 0.0)) / fabs(x[under]);
-}
-
-/* Makes OWN and OTHER of a solution one leakage between the chambers: imposes OWN = OTHER by least
- * squares. Returns their difference as a multiple of its standard deviation. */
-static double make_one_leakage(double x[UNKNOWNS], double covariance[UNKNOWNS][UNKNOWNS]) {
-    double along[UNKNOWNS], apart = x[OWN] - x[OTHER];
-    for (int i = 0; i < UNKNOWNS; i++) along[i] = covariance[i][OWN] - covariance[i][OTHER];
-    double variance = along[OWN] - along[OTHER];
-    for (int i = 0; i < UNKNOWNS; i++) {
-        x[i] -= along[i] * apart / variance;
-        for (int j = 0; j < UNKNOWNS; j++) covariance[i][j] -= along[i] * along[j] / variance;
-    }
-    return fabs(apart) / sqrt(variance);
+static double quotient_std(const struct fit *f, int over, int under) {
+    double q = f->value[over] / f->value[under];
+    double variance = f->covariance[over][over] - 2.0 * q * f->covariance[over][under] + q * q * f->covariance[under][under];
+    return sqrt(fmax(variance, 0.0)) / fabs(f->value[under]);
 }
 
 /* Solves the least squares. Columns are first scaled to unit length, because their units differ
@@ -142,21 +128,14 @@ static bool solve(int rows, double a[][UNKNOWNS + 1], struct fit *fit) {
         for (int c = 0; c < UNKNOWNS; c++) rest -= a[r][c] / size[c] * x[c];
         fit->squares += rest * rest;
     }
-    double covariance[UNKNOWNS][UNKNOWNS];
     fit->scatter = sqrt(fit->squares / (rows - UNKNOWNS));
     for (int c = 0; c < UNKNOWNS; c++) {
         double unit[UNKNOWNS] = {0};
         unit[c] = 1.0;
         dense_solve(UNKNOWNS, UNKNOWNS, product[0], unit);
-        for (int e = 0; e < UNKNOWNS; e++) covariance[e][c] = unit[e] / (size[e] * size[c]) * square(fit->scatter);
-        x[c] /= size[c];
-        fit->value[c] = x[c];
-        fit->std[c] = sqrt(covariance[c][c]);
+        for (int e = 0; e < UNKNOWNS; e++) fit->covariance[e][c] = unit[e] / (size[e] * size[c]) * square(fit->scatter);
+        fit->value[c] = x[c] / size[c];
     }
-    fit->flow_std = quotient_std(x, covariance, GAIN, PUSH) * fabs(x[PUSH] / x[GAIN]);
-    double apart = make_one_leakage(x, covariance);
-    fit->leakage = x[OWN] / x[PUSH];
-    fit->leakage_std = quotient_std(x, covariance, OWN, PUSH) * fmax(apart, 1.0);
     return isfinite(fit->squares);
 }
 
@@ -211,11 +190,17 @@ static double find_delay(struct leg_data *d, struct fit fit[2]) {
         else low = left;
     }
     fit_delayed(d, 0.5 * (low + high), fit);
-    for (int i = 0; i < NULL_PASSES; i++) { /* the law is not linear in the null */
-        for (int c = 0; c < 2; c++) d->null_bias[c] += fit[c].value[NULL_BIAS] / fit[c].value[GAIN];
-        fit_chamber(d, 0, &fit[0]), fit_chamber(d, 1, &fit[1]);
-    }
     return isfinite(least) ? 0.5 * (low + high) : (double)NAN;
+}
+
+/* Fits a chamber again, because the law is not linear in the null, and with the error of the law
+ * that the residuals show. */
+static void refit(struct leg_data *d, int chamber, struct fit *fit) {
+    for (int i = 0; i < REFITS; i++) {
+        d->null_bias[chamber] += fit->value[NULL_BIAS] / fit->value[GAIN];
+        d->flow_error[chamber] = fmin(d->flow_error[chamber] * fit->scatter, FLOW_ERROR);
+        fit_chamber(d, chamber, fit);
+    }
 }
 
 /* Finds the slopes of a chamber's law at the mean command and pressures. */
@@ -235,22 +220,13 @@ static void linearise(const struct leg_data *d, int chamber, struct oil_chamber 
                           (2.0 * step_pa);
 }
 
-/* Takes the leakage of both chambers, each by its precision. Their errors count as one, because
- * they share length and delay. */
-static void find_leakage(const struct fit fit[2], double a1, double a2, struct oil_leg *leg) {
-    double value[2] = {a1 * fit[0].leakage, a2 * fit[1].leakage}, std[2] = {a1 * fit[0].leakage_std, a2 * fit[1].leakage_std};
-    double first = square(std[1]) / (square(std[0]) + square(std[1]));
-    leg->leakage = first * value[0] + (1.0 - first) * value[1];
-    leg->leakage_std = first * std[0] + (1.0 - first) * std[1];
-}
-
-static void find_leg(struct leg_data *d, struct oil_leg *leg) {
+/* The errors of both chambers count as one, because they share length and delay. */
+static void find_leg(struct leg_data *d, struct fit fit[2], struct oil_leg *leg) {
     struct cylinder_areas area = cylinder_areas(&d->params->actuator);
     double a1 = area.a1_m2[d->leg], a2 = area.a2_m2[d->leg];
     const struct multisine_mean *mean = d->mean;
     int tones = mean->multisine->tones;
-    struct fit fit[2];
-    memset(fit, 0, sizeof fit);
+    memset(fit, 0, 2 * sizeof *fit);
     for (int i = 0; i < mean->multisine->samples; i++) d->flow[i] = mean->sample[i].length_m[d->leg];
     for (int i = 0; i < tones; i++) d->length[i] = multisine_amplitude(mean, i, d->flow);
     for (int c = 0; c < 2; c++) {
@@ -259,33 +235,85 @@ static void find_leg(struct leg_data *d, struct oil_leg *leg) {
     }
     leg->delay_s = find_delay(d, fit);
     leg->misfit = sqrt((fit[0].squares + fit[1].squares) / (2.0 * (2 * tones + 1 - UNKNOWNS)));
+    for (int c = 0; c < 2; c++) refit(d, c, &fit[c]);
     for (int c = 0; c < 2; c++) {
         struct oil_chamber *o = &leg->chamber[c];
         *o = (struct oil_chamber){.push = fit[c].value[PUSH],
-                                  .push_std = fit[c].std[PUSH],
+                                  .push_std = sqrt(fit[c].covariance[PUSH][PUSH]),
                                   .gain = fit[c].value[GAIN],
-                                  .flow_std = fit[c].flow_std,
+                                  .flow_std = quotient_std(&fit[c], GAIN, PUSH) * fit[c].value[PUSH] / fit[c].value[GAIN],
                                   .own = fit[c].value[OWN],
                                   .other = fit[c].value[OTHER]};
         linearise(d, c, o);
     }
     leg->stiffness = a1 * leg->chamber[0].push + a2 * leg->chamber[1].push;
-    leg->stiffness_std = hypot(a1 * leg->chamber[0].push_std, a2 * leg->chamber[1].push_std);
+    leg->stiffness_std = a1 * leg->chamber[0].push_std + a2 * leg->chamber[1].push_std;
     bool known = leg->stiffness_std < STIFFNESS_STD_MOST * leg->stiffness && leg->delay_s < DELAYS * DELAY_STEP_S &&
                  leg->misfit < MISFIT_MOST;
-    find_leakage(fit, a1, a2, leg);
-    if (!known) leg->stiffness = leg->stiffness_std = leg->leakage = leg->leakage_std = NAN;
+    if (!known) leg->stiffness = leg->stiffness_std = NAN;
+}
+
+/* Variance of the leakage (a - b) A / c between a chamber and supply or tank, by a valve's lap or a
+ * seal: the mean of its squares, less that of their errors, over the legs, whose valves and seals
+ * are of one make (empirical Bayes). */
+static double variance_of_lap(const struct cylinder_areas *area, struct fit fit[LEGS][2], const struct oil_leg leg[LEGS]) {
+    double sum = 0.0;
+    int chambers = 0;
+    for (int k = 0; k < LEGS; k++)
+        for (int c = 0; c < 2 && !isnan(leg[k].stiffness); c++) {
+            const struct fit *f = &fit[k][c];
+            double unit = (c ? area->a2_m2[k] : area->a1_m2[k]) / f->value[PUSH];
+            double variance = f->covariance[OWN][OWN] - 2.0 * f->covariance[OWN][OTHER] + f->covariance[OTHER][OTHER];
+            sum += square(unit) * (square(f->value[OWN] - f->value[OTHER]) - variance), chambers++;
+        }
+    return chambers ? fmax(sum / chambers, 0.0) : 0.0;
+}
+
+/* Replaces OWN by its mean with OTHER, the leakage that a difference of the pressures drives.
+ * prior: variance of OWN - OTHER, whose mean is 0. */
+static void join(struct fit *f, double prior) {
+    double along[UNKNOWNS], apart = f->value[OWN] - f->value[OTHER];
+    for (int i = 0; i < UNKNOWNS; i++) along[i] = f->covariance[i][OWN] - f->covariance[i][OTHER];
+    double variance = along[OWN] - along[OTHER] + prior;
+    for (int i = 0; i < UNKNOWNS; i++) {
+        f->value[i] -= along[i] * apart / variance;
+        for (int j = 0; j < UNKNOWNS; j++) f->covariance[i][j] -= along[i] * along[j] / variance;
+    }
+    f->value[OWN] = 0.5 * (f->value[OWN] + f->value[OTHER]);
+    for (int i = 0; i < UNKNOWNS; i++) f->covariance[OWN][i] = 0.5 * (f->covariance[OWN][i] + f->covariance[OTHER][i]);
+    for (int i = 0; i < UNKNOWNS; i++) f->covariance[i][OWN] = 0.5 * (f->covariance[i][OWN] + f->covariance[i][OTHER]);
+}
+
+/* Finds the leakage of each leg from both chambers, each by its precision. */
+static void find_leakage(const struct cylinder_areas *area, struct fit fit[LEGS][2], struct oil_leg leg[LEGS]) {
+    double lap = variance_of_lap(area, fit, leg);
+    for (int k = 0; k < LEGS; k++) {
+        double value[2], std[2];
+        for (int c = 0; c < 2; c++) {
+            double unit = c ? area->a2_m2[k] : area->a1_m2[k];
+            join(&fit[k][c], lap * square(fit[k][c].value[PUSH] / unit));
+            value[c] = unit * fit[k][c].value[OWN] / fit[k][c].value[PUSH], std[c] = unit * quotient_std(&fit[k][c], OWN, PUSH);
+        }
+        double first = square(std[1]) / (square(std[0]) + square(std[1]));
+        bool known = !isnan(leg[k].stiffness);
+        leg[k].leakage = known ? first * value[0] + (1.0 - first) * value[1] : (double)NAN;
+        leg[k].leakage_std = known ? first * std[0] + (1.0 - first) * std[1] : (double)NAN;
+    }
 }
 
 int oil_columns_find(const struct multisine_mean *mean, const struct params *params, struct oil_leg leg[LEGS], struct error *error) {
     struct leg_data *d = calloc(1, sizeof *d);
     size_t samples = (size_t)mean->multisine->samples;
     double *series = malloc(2 * samples * sizeof *series);
+    struct fit fit[LEGS][2];
     int status = d && series ? STATUS_OK : error_set(error, STATUS_IO, "out of memory");
     for (int k = 0; k < LEGS && !status; k++) {
-        *d = (struct leg_data){.mean = mean, .params = params, .leg = k, .flow = series, .opening = series + samples};
-        find_leg(d, &leg[k]);
+        *d = (struct leg_data){
+            .mean = mean, .params = params, .leg = k, .flow = series, .opening = series + samples, .flow_error = {FLOW_ERROR, FLOW_ERROR}};
+        find_leg(d, fit[k], &leg[k]);
     }
+    struct cylinder_areas area = cylinder_areas(&params->actuator);
+    if (!status) find_leakage(&area, fit, leg);
     free(series);
     free(d);
     return status;

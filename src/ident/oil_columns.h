@@ -11,11 +11,13 @@
  * are valid for the complex amplitudes of its tones, whose derivative is a product with i w. The
  * square-root law of the two edges takes the measured pressures, so a command that crosses zero
  * makes no error. From the configuration only the piston's areas and the supply and tank pressure
- * are used. c, g, a, b of each chamber and the valve's null (the opening without a command; prior
- * 0 +- 2 %) are fitted by least squares, weighted by the sensors' noise and 2 % of the piston's
- * flow, together with the delay of both. The residuals scale the standard deviations. Stiffness:
- * k = A1 c1 + A2 c2 (= E (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and chamber). If
- * all leakage is across the piston, a = b, and it is L = a A / c.
+ * are used. c, g, a, b of each chamber and a null (the valve's opening without a command, as this
+ * chamber has it; prior 0 +- 2 %) are fitted by least squares, weighted by the sensors' noise and
+ * the error of the square-root law, together with the delay of both. That error is a share of the
+ * piston's flow: 2 % while the delay is looked for, then what the residuals show. Stiffness: k = A1
+ * c1 + A2 c2 (= E (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and chamber). The
+ * leakage that a difference of the pressures drives is (a + b) A / 2 c; if all of it is across the
+ * piston, a = b.
  *
  * Rigid eigenfrequencies at neutral: Mt xddot + J' diag(k) J x = 0. Ordinary threads; heap. */
 #ifndef HEXID_OIL_COLUMNS_H
@@ -40,10 +42,10 @@ struct oil_leg {
     double delay_s;
     double stiffness, stiffness_std; /* stiffness of the leg with its ports shut, N/m; NaN if not
                                       * determined */
-    double leakage, leakage_std; /* across the piston, m^3/(s Pa); NaN if the stiffness is not
+    double leakage, leakage_std; /* between the chambers, m^3/(s Pa); NaN if the stiffness is not
                                   * determined */
-    double misfit;          /* rms residual of the tones' equations, as a multiple of their standard
-                             * deviation */
+    double misfit;          /* rms residual of the tones' equations and the prior, as a multiple of
+                             * their standard deviation with an error of 2 % */
 };
 
 /* Finds the stiffness of each leg. A stiffness is not determined if its standard deviation exceeds
