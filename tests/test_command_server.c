@@ -311,6 +311,12 @@ static void a_stop_counts_whatever_waits_before_it(void **unused) {
     serve_all();
     assert_int_equal(got.stops, 2);
     assert_int_equal(got.moves, 0);
+    fd = client(false);
+    send(fd, "", 0, 0), send(fd, "", 0, 0); /* empty packets, which look like the end */
+    say(fd, COMMAND_STOP);
+    serve_all();
+    assert_int_equal(got.stops, 3);
+    close(fd);
     fd = client(true);
     say(fd, COMMAND_STOP);
     serve_all(); /* the client reads no answer */
@@ -318,9 +324,42 @@ static void a_stop_counts_whatever_waits_before_it(void **unused) {
     say(fd, COMMAND_STOP);
     say(fd, COMMAND_STOP);
     serve_all();
-    assert_int_equal(got.stops, 5);
-    assert_int_equal(got.goes, 3);
+    assert_int_equal(got.stops, 6);
+    assert_int_equal(got.goes, 4);
     close(fd);
+    close_all();
+}
+
+/* Sends a packet with a descriptor, the standard input. */
+static bool sends_descriptor(int fd) {
+    union {
+        char bytes[CMSG_SPACE(sizeof(int))];
+        struct cmsghdr aligned;
+    } control = {{0}};
+    struct iovec packet = {.iov_base = "x", .iov_len = 1};
+    struct msghdr message = {.msg_iov = &packet, .msg_iovlen = 1, .msg_control = &control, .msg_controllen = sizeof control};
+    struct cmsghdr *rights = CMSG_FIRSTHDR(&message);
+    rights->cmsg_level = SOL_SOCKET, rights->cmsg_type = SCM_RIGHTS, rights->cmsg_len = CMSG_LEN(sizeof(int));
+    memset(CMSG_DATA(rights), 0, sizeof(int));
+    return sendmsg(fd, &message, MSG_NOSIGNAL) >= 0;
+}
+
+/* A descriptor that the daemon drops could hold it up, so no packet with one arrives. */
+static void descriptors_are_refused(void **unused) {
+    (void)unused;
+    int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    bool known = !setsockopt(probe, SOL_SOCKET, 83 /* SO_PASSRIGHTS */, &(int){0}, sizeof(int));
+    close(probe);
+    if (!known) skip(); /* Linux before 6.16 */
+    open_as("");
+    int early = client(true);
+    assert_false(sends_descriptor(early)); /* before it is accepted */
+    serve_all();
+    assert_false(sends_descriptor(early));
+    say(early, COMMAND_STOP);
+    serve_all();
+    assert_int_equal(got.stops, 1);
+    close(early);
     close_all();
 }
 
@@ -611,6 +650,7 @@ int main(void) {
         cmocka_unit_test(what_moves_is_not_taken_from_who_has_gone_and_a_stop_is),
         cmocka_unit_test(who_does_not_read_its_answers_is_closed_and_waited_for_by_nobody),
         cmocka_unit_test(a_stop_counts_whatever_waits_before_it),
+        cmocka_unit_test(descriptors_are_refused),
         cmocka_unit_test(without_a_descriptor_the_listener_rests_and_then_takes_who_waited),
         cmocka_unit_test(without_a_descriptor_the_silent_connection_makes_room_for_a_stop),
         cmocka_unit_test(a_name_is_one_daemons_and_what_it_leaves_is_removed),

@@ -1,7 +1,6 @@
 #include "log_params.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "config.h"
@@ -29,7 +28,7 @@ int log_params_tests(const struct options *o, const char *path, const struct log
     struct error unreadable;
     int status = config_take_tests(params, text, size, path, o->settings, o->setting_count, &unreadable, error);
     if (!status && unreadable.text[0])
-        fprintf(stderr, "hexid: warning: the log's own configuration cannot be read: %s; the tests are those of -c and --set\n",
+        cli_say(stderr, "hexid: warning: the log's own configuration cannot be read: %s; the tests are those of -c and --set",
                 unreadable.text);
     return status;
 }

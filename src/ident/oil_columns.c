@@ -21,7 +21,7 @@ static const double FLOW_ERROR = 0.02;     /* largest error of the square-root l
                                             * the piston's flow */
 static const double NULL_STD = 0.02;       /* prior of a valve's null, as a share of full opening;
                                             * data sheets allow 2 to 3 % */
-static const double STIFFNESS_STD_MOST = 0.05, MISFIT_MOST = 2.0;
+static const double STIFFNESS_STD_MOST = 0.05, MISFIT_MOST = 2.0, NULL_MOST = 0.04;
 static const double GOLDEN = 0.61803398874989485;
 
 /* Data of one leg: amplitudes of its tones, and series over one pass. */
@@ -199,7 +199,7 @@ static void refit(struct leg_data *d, int chamber, struct fit *fit) {
     for (int i = 0; i < REFITS; i++) {
         d->null_bias[chamber] += fit->value[NULL_BIAS] / fit->value[GAIN];
         d->flow_error[chamber] = fmin(d->flow_error[chamber] * fit->scatter, FLOW_ERROR);
-        fit_chamber(d, chamber, fit);
+        if (!fit_chamber(d, chamber, fit)) *fit = (struct fit){0};
     }
 }
 
@@ -249,13 +249,13 @@ static void find_leg(struct leg_data *d, struct fit fit[2], struct oil_leg *leg)
     leg->stiffness = a1 * leg->chamber[0].push + a2 * leg->chamber[1].push;
     leg->stiffness_std = a1 * leg->chamber[0].push_std + a2 * leg->chamber[1].push_std;
     bool known = leg->stiffness_std < STIFFNESS_STD_MOST * leg->stiffness && leg->delay_s < DELAYS * DELAY_STEP_S &&
-                 leg->misfit < MISFIT_MOST;
+                 leg->misfit < MISFIT_MOST && fabs(d->null_bias[0]) < NULL_MOST && fabs(d->null_bias[1]) < NULL_MOST;
     if (!known) leg->stiffness = leg->stiffness_std = NAN;
 }
 
 /* Variance of the leakage (a - b) A / c between a chamber and supply or tank, by a valve's lap or a
  * seal: the mean of its squares, less that of their errors, over the legs, whose valves and seals
- * are of one make (empirical Bayes). */
+ * are of one make (empirical Bayes). It counts from zero, the leakage of a tight valve. */
 static double variance_of_lap(const struct cylinder_areas *area, struct fit fit[LEGS][2], const struct oil_leg leg[LEGS]) {
     double sum = 0.0;
     int chambers = 0;
@@ -270,7 +270,7 @@ static double variance_of_lap(const struct cylinder_areas *area, struct fit fit[
 }
 
 /* Replaces OWN by its mean with OTHER, the leakage that a difference of the pressures drives.
- * prior: variance of OWN - OTHER, whose mean is 0. */
+ * prior: variance of OWN - OTHER about 0. */
 static void join(struct fit *f, double prior) {
     double along[UNKNOWNS], apart = f->value[OWN] - f->value[OTHER];
     for (int i = 0; i < UNKNOWNS; i++) along[i] = f->covariance[i][OWN] - f->covariance[i][OTHER];

@@ -14,10 +14,10 @@
  * are used. c, g, a, b of each chamber and a null (the valve's opening without a command, as this
  * chamber has it; prior 0 +- 2 %) are fitted by least squares, weighted by the sensors' noise and
  * the error of the square-root law, together with the delay of both. That error is a share of the
- * piston's flow: 2 % while the delay is looked for, then what the residuals show. Stiffness: k = A1
- * c1 + A2 c2 (= E (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and chamber). The
- * leakage that a difference of the pressures drives is (a + b) A / 2 c; if all of it is across the
- * piston, a = b.
+ * piston's flow: 2 % while the delay is looked for, then what the residuals show, at most 2 %.
+ * Stiffness: k = A1 c1 + A2 c2 (= E (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and
+ * chamber). The leakage that a difference of the pressures drives is (a + b) A / 2 c; if all of it
+ * is across the piston, a = b.
  *
  * Rigid eigenfrequencies at neutral: Mt xddot + J' diag(k) J x = 0. Ordinary threads; heap. */
 #ifndef HEXID_OIL_COLUMNS_H
@@ -49,7 +49,7 @@ struct oil_leg {
 };
 
 /* Finds the stiffness of each leg. A stiffness is not determined if its standard deviation exceeds
- * a twentieth of it, if the leg's delay exceeds 12 ms, or if the misfit exceeds 2. Returns -3
+ * a twentieth of it, if the leg's delay exceeds 12 ms, a null 4 %, or the misfit 2. Returns -3
  * without memory. */
 int oil_columns_find(const struct multisine_mean *mean, const struct params *params, struct oil_leg leg[LEGS], struct error *error);
 

@@ -34,11 +34,22 @@ static bool give_to_group(const char *path) {
 }
 
 /* Binds, sets the mode, then listens, so that nobody can connect before the mode is right. */
+/* SAFETY: refuses packets with descriptors. The kernel drops descriptors that nobody takes within
+ * the call that reads the packet, which a TCP socket that lingers holds up for as long as its
+ * sender likes. Linux has this option from 6.16 on. Accepted connections inherit it. */
+static void refuse_descriptors(int fd) {
+#ifndef SO_PASSRIGHTS
+    enum { SO_PASSRIGHTS = 83 };
+#endif
+    setsockopt(fd, SOL_SOCKET, SO_PASSRIGHTS, &(int){0}, sizeof(int));
+}
+
 static int listen_at(struct command_server *s, enum command_socket kind, struct error *error) {
     struct sockaddr_un address;
     struct stat file;
     machine_address(&s->machine, kind == SOCKET_STOP, &address);
     int fd = s->listener[kind] = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd >= 0) refuse_descriptors(fd);
     bool good = fd >= 0 && !bind(fd, (const struct sockaddr *)&address, sizeof address) &&
                 (kind == SOCKET_STOP ? !chmod(address.sun_path, 0666) : give_to_group(address.sun_path)) &&
                 !lstat(address.sun_path, &file) && !listen(fd, BACKLOG);
@@ -121,12 +132,14 @@ static bool serve(struct command_server *s, struct command_place *c, enum comman
 }
 
 /* Closes a connection.
- * SAFETY: every stop that waits in it is taken first, whatever waits before the stop. Nothing that
- * moves is. */
+ * SAFETY: stops that wait in it are taken first, also behind up to LAST_PACKETS other packets;
+ * nothing that moves is taken. Nothing can be sent to it meanwhile, so no packet is lost without an
+ * error of its sender's. */
 static void dismiss(struct command_server *s, struct command_place *c, enum command_socket kind) {
-    enum packet p = PACKET_TAKEN;
     c->closing = true;
-    for (int i = 0; i < LAST_PACKETS && (p == PACKET_TAKEN || p == PACKET_REFUSED); i++) p = take_packet(s, c, kind);
+    shutdown(c->fd, SHUT_RD);
+    /* an empty packet and the end look alike, so only the number of packets ends the loop */
+    for (int i = 0; i < LAST_PACKETS; i++) take_packet(s, c, kind);
     release(s, c);
 }
 
@@ -180,7 +193,7 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     if (fd < 0) return false;
     getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length);
     struct command_place passing, *here = c ? c : &passing;
-    *here = (struct command_place){.fd = fd, .peer = ++s->peers, .user = peer.uid, .heard = ++s->heard};
+    *here = (struct command_place){.fd = fd, .peer = ++s->peers, .user = peer.uid, .heard = ++s->heard, .closing = !c};
     if (!serve(s, here, kind) || !c) dismiss(s, here, kind);
     return true;
 }

@@ -1,14 +1,14 @@
 /* The daemon's end of its two command sockets (machine_name.h): connections and their packets.
  * operator.h decides on the requests. Main thread; opened before the daemon confines itself, and
- * nothing here blocks.
+ * nothing here blocks (before Linux 6.16 a client's descriptors can: see refuse_descriptors()).
  *
  * SAFETY: nothing can hold up a stop. NAME.stop has its own places; command_server_serve() takes
  * one packet from each connection and a bounded number of new connections; if all places are taken,
  * the user with most of them loses the connection that was silent for longest, unless it is needed
- * (command_handler.needs); and before a connection is closed to make room, its waiting packet is
- * taken. A client that does not read its answers is disconnected, and its waiting packets are
- * dropped. If a connection can be neither accepted nor replaced (no descriptors or memory), the
- * listener is left out of the next poll(), so that the loop does not spin. */
+ * (command_handler.needs); and before a connection is closed, whatever the reason, the stops that
+ * wait in it are taken. A client that does not read its answers is disconnected. If a connection
+ * can be neither accepted nor replaced (no descriptors or memory), the listener is left out of the
+ * next poll(), so that the loop does not spin. */
 #ifndef HEXID_COMMAND_SERVER_H
 #define HEXID_COMMAND_SERVER_H
 
