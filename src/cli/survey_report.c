@@ -124,6 +124,8 @@ static void print_hardly_damped(const struct loop_survey *s, int mode, FILE *out
         mode + 1, s->determined ? dof_names[s->mode[mode].dof] : "-", m->hz, m->damping, LOOP_DAMPING_LEAST, m->hz);
 }
 
+static const double L_PER_MIN_MPA = 6e10; /* in 1 m^3/(s Pa) */
+
 static void print_modes(const struct loop_survey *s, FILE *out) {
     fprintf(out, "mode  mostly  oil columns Hz     std  closed loop Hz  damping ratio\n");
     for (int i = 0; i < DOFS; i++)
@@ -136,9 +138,9 @@ static void print_modes(const struct loop_survey *s, FILE *out) {
     fprintf(out, " N/um\n           delay       ");
     for (int k = 0; k < LEGS; k++) words_row(out, " %6.2f", s->leg[k].delay_s * 1e3);
     fprintf(out, " ms, sample to spool\n           leakage     ");
-    for (int k = 0; k < LEGS; k++) words_row(out, " %6.3f", s->leg[k].leakage * 6e10);
+    for (int k = 0; k < LEGS; k++) words_row(out, " %6.3f", s->leg[k].leakage * L_PER_MIN_MPA);
     fprintf(out, " l/(min MPa)\n           +- 95 %%     ");
-    for (int k = 0; k < LEGS; k++) words_row(out, " %6.3f", NUMERIC_95 * s->leg[k].leakage_std * 6e10);
+    for (int k = 0; k < LEGS; k++) words_row(out, " %6.3f", NUMERIC_95 * s->leg[k].leakage_std * L_PER_MIN_MPA);
     fprintf(out, "\n");
 }
 

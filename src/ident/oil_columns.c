@@ -32,8 +32,8 @@ struct leg_data {
     double complex length[MULTISINE_TONES], pressure[2][MULTISINE_TONES];
     double *flow;           /* [samples]: flow into the chamber; also scratch for other series */
     double *opening;        /* [samples]: delayed command */
-    /* Of each chamber, as found so far: opening without a command, and error of the square-root
-     * law. */
+    /* The opening without a command and the error of the square-root law that each chamber has, as
+     * far as they are found. */
     double null_bias[2], flow_error[2];
 };
 
@@ -199,7 +199,9 @@ static void refit(struct leg_data *d, int chamber, struct fit *fit) {
     for (int i = 0; i < REFITS; i++) {
         d->null_bias[chamber] += fit->value[NULL_BIAS] / fit->value[GAIN];
         d->flow_error[chamber] = fmin(d->flow_error[chamber] * fit->scatter, FLOW_ERROR);
-        if (!fit_chamber(d, chamber, fit)) *fit = (struct fit){0};
+        if (fit_chamber(d, chamber, fit)) continue;
+        *fit = (struct fit){0};
+        return;
     }
 }
 
@@ -241,7 +243,7 @@ static void find_leg(struct leg_data *d, struct fit fit[2], struct oil_leg *leg)
         *o = (struct oil_chamber){.push = fit[c].value[PUSH],
                                   .push_std = sqrt(fit[c].covariance[PUSH][PUSH]),
                                   .gain = fit[c].value[GAIN],
-                                  .flow_std = quotient_std(&fit[c], GAIN, PUSH) * fit[c].value[PUSH] / fit[c].value[GAIN],
+                                  .flow_std = quotient_std(&fit[c], GAIN, PUSH) * fabs(fit[c].value[PUSH] / fit[c].value[GAIN]),
                                   .own = fit[c].value[OWN],
                                   .other = fit[c].value[OTHER]};
         linearise(d, c, o);

@@ -33,7 +33,6 @@ static bool give_to_group(const char *path) {
     return !is || !chmod(path, 0660);
 }
 
-/* Binds, sets the mode, then listens, so that nobody can connect before the mode is right. */
 /* SAFETY: refuses packets with descriptors. The kernel drops descriptors that nobody takes within
  * the call that reads the packet, which a TCP socket that lingers holds up for as long as its
  * sender likes. Linux has this option from 6.16 on. Accepted connections inherit it. */
@@ -44,6 +43,7 @@ static void refuse_descriptors(int fd) {
     setsockopt(fd, SOL_SOCKET, SO_PASSRIGHTS, &(int){0}, sizeof(int));
 }
 
+/* Binds, sets the mode, then listens, so that nobody can connect before the mode is right. */
 static int listen_at(struct command_server *s, enum command_socket kind, struct error *error) {
     struct sockaddr_un address;
     struct stat file;

@@ -6,9 +6,9 @@
  * one packet from each connection and a bounded number of new connections; if all places are taken,
  * the user with most of them loses the connection that was silent for longest, unless it is needed
  * (command_handler.needs); and before a connection is closed, whatever the reason, the stops that
- * wait in it are taken. A client that does not read its answers is disconnected. If a connection
- * can be neither accepted nor replaced (no descriptors or memory), the listener is left out of the
- * next poll(), so that the loop does not spin. */
+ * wait in it behind up to 64 other packets are taken. A client that does not read its answers is
+ * disconnected. If a connection can be neither accepted nor replaced (no descriptors or memory),
+ * the listener is left out of the next poll(), so that the loop does not spin. */
 #ifndef HEXID_COMMAND_SERVER_H
 #define HEXID_COMMAND_SERVER_H
 
