@@ -251,6 +251,38 @@ static void a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads(void 
     }
 }
 
+/* A thread that takes stops for 0.9 s apart is attendance; then it hangs, and the platform is put
+ * down although nobody asks for it. */
+static void a_loop_whose_stops_nobody_takes_parks_and_ends(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    const int patience = (int)(LOOP_ATTENDED_S / params.loop.period_s + 0.5), kinds[] = {CLOCK_REAL, CLOCK_PACED, CLOCK_VIRTUAL};
+    for (int k = 0; k < 3; k++) {
+        struct bench b;
+        int n = 0;
+        bench_init(&b, &params, NULL, 1, (enum clock_kind)kinds[k], 16);
+        bench_until(&b, STATE_READY); /* nobody attends yet, and nothing is watched */
+        for (int round = 0; round < 3; round++) {
+            loop_attend(&b.loop);
+            for (int i = 1; i <= patience; i++) assert_true(bench_cycle(&b) && b.last.state == STATE_READY);
+        }
+        assert_false(atomic_load(&b.loop.unattended));
+        if (kinds[k] == CLOCK_VIRTUAL) {
+            for (int i = 0; i < 3 * patience; i++) assert_true(bench_cycle(&b) && b.last.state == STATE_READY);
+        } else {
+            while (bench_cycle(&b)) {
+                assert_int_equal(b.last.state, STATE_PARKING); /* from the first cycle beyond 1 s */
+                assert_true(++n < 5000);
+                if (n == 10) loop_attend(&b.loop); /* too late: the platform is put down all the same */
+            }
+            assert_int_equal(b.last.state, STATE_SETTLED);
+            assert_int_equal(b.last.first_fault, 0);
+            assert_true(atomic_load(&b.loop.unattended));
+        }
+        bench_end(&b);
+    }
+}
+
 static void virtual_time_has_no_wall_clock_in_it(void **unused) {
     (void)unused;
     struct params params = by_hand();
@@ -600,6 +632,7 @@ int main(void) {
         cmocka_unit_test(overrun_limit_late_cycles_in_a_row_are_a_fault),
         cmocka_unit_test(deadlines_are_counted_on_the_grid_not_between_reads),
         cmocka_unit_test(a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads),
+        cmocka_unit_test(a_loop_whose_stops_nobody_takes_parks_and_ends),
         cmocka_unit_test(virtual_time_has_no_wall_clock_in_it),
         cmocka_unit_test(paced_time_is_virtual_time_whatever_the_host_does),
         cmocka_unit_test(paced_time_follows_the_hosts_and_stretches_by_the_periods_that_a_stall_took),

@@ -293,6 +293,7 @@ static void wait_for_end(struct session *s) {
     struct pollfd p[1 + COMMANDS_POLLS] = {{.fd = s->signal_file, .events = POLLIN}};
     commands_begin(&s->commands, &s->params, &s->loop, say, s);
     while (!atomic_load_explicit(&s->loop.ended, memory_order_acquire)) {
+        loop_attend(&s->loop);
         commands_polls(&s->commands, p + 1);
         poll_any(p, 1 + COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands), NULL);
         take_signals(s);
@@ -378,10 +379,13 @@ static int finish(struct session *s, struct error *error) {
     if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
     s->log = NULL;
     int reported = report(s, error);
-    const struct error *first = s->recorder.error.status ? &s->recorder.error : &s->recorder.keeper_error;
-    if (!first->status) return reported;
-    *error = *first;
-    return error->status;
+    const struct error *ends[] = {&s->recorder.error, &s->recorder.keeper_error, &s->recorder.unattended};
+    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
+        if (!ends[i]->status) continue;
+        *error = *ends[i];
+        return error->status;
+    }
+    return reported;
 }
 
 /* SAFETY: reports inputs that are not wired, because running without them must be somebody's
@@ -470,6 +474,7 @@ static int run(struct session *s, struct error *error) {
     warn_of_missing_inputs(s);
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
+    loop_attend(&s->loop);
     status = loop_start(&s->loop, realtime_of(s), error);
     if (status) {
         s->stuck = !recorder_join(&s->recorder);

@@ -128,6 +128,17 @@ static void law(struct recorder *r, const struct cycle *c, const struct cycle *b
     progress_say(r->progress, "hexid: %s\n", text);
 }
 
+/* Reports that the loop parked because the thread that takes stops is held up, which that thread
+ * cannot report itself. */
+static void unattended(struct recorder *r) {
+    if (r->unattended.status || !atomic_load_explicit(&r->loop->unattended, memory_order_relaxed)) return;
+    error_set(&r->unattended, STATUS_IO,
+              "no stop could be taken for %g s, because the thread that takes them is held up: see who uses this host, and what starves it",
+              LOOP_ATTENDED_S);
+    event(r, "unattended", r->unattended.text);
+    progress_say(r->progress, "hexid: %s: parking\n", r->unattended.text);
+}
+
 /* Reports changes since the last cycle in words. */
 static void changes(struct recorder *r, const struct cycle *before, int64_t lost) {
     const struct cycle *c = &r->analysis.last;
@@ -146,6 +157,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
     }
     interlocks(r, c);
     law(r, c, before);
+    unattended(r);
     if (c->first_fault && c->first_fault != before->first_fault) fault(r);
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
         snprintf(text, sizeof text, "%d %s", c->test + 1, tests_name(&r->params->tests, c->dof));

@@ -54,6 +54,8 @@ struct recorder {
     struct error error;              /* first failure to write the log; status 0: none */
     struct error keeper_error;       /* error of the keeper when it has ended or hangs; status 0: it
                                       * works */
+    struct error unattended;         /* report that the loop parked because nobody took stops;
+                                      * status 0: it did not */
     pthread_t thread;
 };
 

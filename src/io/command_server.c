@@ -35,7 +35,8 @@ static bool give_to_group(const char *path) {
 
 /* SAFETY: refuses packets with descriptors. The kernel drops descriptors that nobody takes within
  * the call that reads the packet, which a TCP socket that lingers holds up for as long as its
- * sender likes. Linux has this option from 6.16 on. Accepted connections inherit it. */
+ * sender likes. Linux has this option from 6.16 on; before, the loop parks after LOOP_ATTENDED_S
+ * (loop.h). Accepted connections inherit the option. */
 static void refuse_descriptors(int fd) {
 #ifndef SO_PASSRIGHTS
     enum { SO_PASSRIGHTS = 83 };

@@ -49,6 +49,19 @@ void loop_quit(struct loop *l) {
     mailbox_post(&l->requests, COMMAND_PARK);
 }
 
+void loop_attend(struct loop *l) { atomic_fetch_add_explicit(&l->attended, 1, memory_order_relaxed); }
+
+/* SAFETY: parks if the thread that takes stops is held up. Cycles are counted, not time: a host
+ * that stands still holds up both threads, and is an overrun. */
+static void watch_attendance(struct loop *l) {
+    uint32_t attended = atomic_load_explicit(&l->attended, memory_order_relaxed);
+    bool came = attended != l->attended_before;
+    l->attended_before = attended;
+    l->unattended_cycles = came ? 0 : l->unattended_cycles + 1;
+    if (!attended || l->clock.kind == CLOCK_VIRTUAL || (double)l->unattended_cycles * l->params->loop.period_s < LOOP_ATTENDED_S) return;
+    if (!atomic_exchange_explicit(&l->unattended, true, memory_order_relaxed)) loop_quit(l);
+}
+
 static void hand_over(struct loop *l, const struct cycle *c) {
     while (!ring_push(l->records, c)) {
         if (l->clock.kind == CLOCK_REAL || atomic_load_explicit(&l->abort, memory_order_relaxed)) {
@@ -111,6 +124,7 @@ bool loop_cycle(struct loop *l) {
     if (missed) sample.flags |= SAMPLE_OVERRUN;
     sample.missed = missed;
 
+    watch_attendance(l);
     platform_step(&l->platform, &sample, asked(l), &c);
 
     /* SAFETY: without the supply, or after a failed write, the valves are centred in every cycle

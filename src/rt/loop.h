@@ -34,6 +34,9 @@ struct loop {
     _Atomic bool quit;         /* the loop is to park and end; set by any thread with loop_quit() */
     _Atomic bool abort;        /* the loop is to centre the valves and end now; set by any thread */
     _Atomic bool ended;              /* the last record is in the ring; set by the loop */
+    _Atomic uint32_t attended;       /* number of calls of loop_attend() */
+    _Atomic bool unattended;         /* the loop parked because loop_attend() was not called; set by
+                                      * the loop */
     _Atomic uint64_t lost;   /* number of records lost because the ring was full; set by the loop */
     _Atomic uint64_t acted;          /* packed result of loop_acted(); set by the loop */
     struct clock clock;
@@ -41,6 +44,8 @@ struct loop {
     int64_t deadline_ns;
     int64_t overruns;                /* number of deadlines missed on the real clock */
     bool unwritten;                  /* the last command was not written */
+    uint32_t attended_before;        /* `attended` in the last cycle */
+    int64_t unattended_cycles;       /* number of cycles since `attended` last changed */
     enum realtime_mode mode;
     pthread_t thread;
     sem_t started;
@@ -78,6 +83,13 @@ uint64_t loop_acted_word(const struct loop_acted *acted);
 /* SAFETY: parks in spite of any later request, and ends the loop as soon as the supply is off. Any
  * thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
+
+/* SAFETY: tells the loop that the thread which takes stops has come round; that thread calls this
+ * in each of its rounds. If LOOP_ATTENDED_S pass in cycles without a call, nobody can stop the
+ * platform, whatever holds that thread up, so the loop sets `unattended` and calls loop_quit(). The
+ * time counts from the first call; virtual time, which no thread keeps up with, is not watched. */
+#define LOOP_ATTENDED_S 1.0
+void loop_attend(struct loop *l);
 
 /* Runs one cycle; false after the last. RT: no heap, no lock; only clock and back-end make system
  * calls. */

@@ -406,6 +406,39 @@ def _():
     return said
 
 
+def lingering(seconds):
+    """Returns a TCP connection whose last close() takes that long, because its peer reads nothing, and what has to stay open meanwhile."""
+    listener = socket.create_server(("127.0.0.1", 0))
+    out = socket.create_connection(listener.getsockname())
+    peer, _ = listener.accept()
+    out.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, seconds))
+    out.setblocking(False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            out.send(bytes(1 << 16))
+    return out, (listener, peer)
+
+
+@claim("a client's descriptor holds up whoever drops it: refused by the kernel, or the platform is parked after 1 s")
+def _():
+    run, (out, kept), since = Run(), lingering(20), now_us()
+    with connection() as client:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(99))  # so that the daemon's copy of it is the last one
+        try:
+            socket.send_fds(client, [b"x"], [out.fileno()])
+        except PermissionError:  # Linux 6.16 and later
+            stopped_by(run, signal.SIGTERM)
+            return "refused"
+        finally:
+            out.close()
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        run.ended(3)
+    took_ms = run.parked_after_ms(since)
+    demand(990 <= took_ms <= 1000 + SIGNAL_MS, "parked after", took_ms, "ms")
+    demand("no stop could be taken for 1 s" in run.said(), run.said())
+    return f"{took_ms:.0f} ms"
+
+
 @claim("a stop is taken from a client of a later version, and from one that went away at once")
 def _():
     took = []
