@@ -271,9 +271,9 @@ static void a_loop_whose_stops_nobody_takes_parks_and_ends(void **unused) {
             for (int i = 0; i < 3 * patience; i++) assert_true(bench_cycle(&b) && b.last.state == STATE_READY);
         } else {
             while (bench_cycle(&b)) {
-                assert_int_equal(b.last.state, STATE_PARKING); /* from the first cycle beyond 1 s */
+                assert_int_equal(b.last.state, STATE_PARKING); /* since the first cycle beyond 1 s */
                 assert_true(++n < 5000);
-                if (n == 10) loop_attend(&b.loop); /* too late: the platform is put down all the same */
+                if (n == 10) loop_attend(&b.loop); /* too late: it ends all the same */
             }
             assert_int_equal(b.last.state, STATE_SETTLED);
             assert_int_equal(b.last.first_fault, 0);
