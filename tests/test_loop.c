@@ -270,8 +270,8 @@ static void a_loop_whose_stops_nobody_takes_parks_and_ends(void **unused) {
         if (kinds[k] == CLOCK_VIRTUAL) {
             for (int i = 0; i < 3 * patience; i++) assert_true(bench_cycle(&b) && b.last.state == STATE_READY);
         } else {
-            while (bench_cycle(&b)) {
-                assert_int_equal(b.last.state, STATE_PARKING); /* since the first cycle beyond 1 s */
+            while (bench_cycle(&b)) { /* parks from the first cycle beyond 1 s on */
+                assert_int_equal(b.last.state, STATE_PARKING);
                 assert_true(++n < 5000);
                 if (n == 10) loop_attend(&b.loop); /* too late: it ends all the same */
             }
