@@ -6,8 +6,9 @@
 #include "can_master.h"
 
 /* Layout of can_condition.state, in bits from bit 0 on: 2 for the bus, 7 x 4 for the nodes (3 for
- * CAN_RUNNING - phase, 1 for an active EMCY), 16 for the first EMCY's code, 12 for another master's
- * frame, 3 for the node with a twin, 2 free, 1 for the caller. */
+ * CAN_RUNNING - phase, 1 for an active EMCY), 16 for the first EMCY's code, 12 for the identifier
+ * of another master's frame (can_master.foreign), 3 for the node with a twin, 2 free, 1 for the
+ * caller. */
 enum {
     CONDITION_NODES = 2,
     CONDITION_NODE_BITS = 4,
@@ -63,8 +64,8 @@ static void describe_refusal(uint64_t word, const struct params *params, char *t
                key);
 }
 
-/* Appends a node's problem to the text, such as ", node 3 lost EMCY 0x8250". node: its four bits of
- * can_condition.state; code, refusal: 0 if they are not known or another node's. */
+/* Appends a node's problem to the text, such as ", node 3 lost EMCY 0x8250". node: the node's four
+ * bits of can_condition.state. code, refusal: EMCY code and refusal of this node; 0: not known. */
 static void describe_node(const char *who, unsigned node, unsigned code, uint64_t refusal, const struct params *params, char *text,
                           size_t size) {
     static const char *const phases[] = {[CAN_LOST] = " lost",
@@ -81,7 +82,7 @@ static void describe_node(const char *who, unsigned node, unsigned code, uint64_
 
 void can_condition_describe(struct can_condition c, const struct params *params, char *text, size_t size) {
     static const char *const buses[] = {[CAN_BUS_GOOD] = "", [CAN_BUS_PASSIVE] = ", bus error-passive", [CAN_BUS_OFF] = ", bus-off"};
-    /* has the lowest of the four bits of each expected node */
+    /* the lowest of the four bits of each expected node: all * x stands for "all nodes have x" */
     const unsigned all = 0x1111111 >> CONDITION_NODE_BITS * (CAN_NODES - can_nodes(params));
     unsigned code = c.state >> CONDITION_EMCY & 0xffff, nodes = c.state >> CONDITION_NODES & 0xfffffff;
     unsigned foreign = c.state >> CONDITION_FOREIGN & 0xfff, twin = c.state >> CONDITION_TWIN & 7;

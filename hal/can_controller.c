@@ -24,7 +24,7 @@ const char *can_controller_state(int state) {
     return state >= 0 && state < CAN_STATE_MAX ? names[state] : "unknown";
 }
 
-/* ---- attributes: a header with length and type, then the value, padded to four bytes ---- */
+/* ---- netlink attributes: a header with length and type, then the value, padded to 4 bytes ---- */
 
 struct span {
     const unsigned char *at, *end;
@@ -86,7 +86,7 @@ static void take_link_info(struct span in, struct can_controller *s) {
         if (type == IFLA_INFO_DATA) data = v;
         if (type == IFLA_INFO_XSTATS) statistics = v;
     }
-    /* on other kinds of interfaces these attributes mean something else */
+    /* in an interface of another kind, data and statistics have other contents */
     if (strcmp(s->kind, "can") != 0) return;
     if (data.at) take_can(data, s);
     if (statistics.at) take_device_statistics(statistics, s);

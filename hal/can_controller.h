@@ -17,7 +17,8 @@ enum { CAN_CONTROLLER_ACTIVE, CAN_CONTROLLER_WARNING, CAN_CONTROLLER_PASSIVE, CA
 struct can_controller {
     char kind[16];             /* kind of the interface: "can" has a controller, "vcan" and "vxcan"
                                 * do not */
-    bool known;                 /* there is a controller, so that the members below are valid */
+    bool known;                 /* the interface has a controller; false: the members below are 0,
+                                 * except those of dropped frames */
     uint32_t bitrate_bps;       /* bit rate; 0: not reported by the driver, or not set */
     double sample_point;        /* position of the sample point as a share of a bit; 0: unknown */
     int state;                  /* state of the controller, CAN_CONTROLLER_..., or 4 (stopped) or 5

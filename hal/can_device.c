@@ -34,8 +34,8 @@ static int open_socket(struct can_device *d, const char *interface, struct error
     return can_socket_open(&d->socket, interface, everything, sizeof everything / sizeof *everything, false, false, error);
 }
 
-/* Opens an interface again when it is back; the nodes keep their state, and their watchdogs have
- * centred the valves meanwhile. */
+/* Opens a new socket when an interface that was removed is back. The nodes keep their state;
+ * meanwhile their watchdogs have centred the valves. */
 static void look_after_interface(struct can_device *d, const char *interface, int64_t now_ns) {
     char text[160];
     if (now_ns < d->look_ns || !d->socket.index) return;
@@ -79,8 +79,8 @@ static void valves(const struct can_device *d, double valve[LEGS]) {
     }
 }
 
-/* Handles SYNC: sends the readings of this moment, then simulates the next period with the commands
- * that the SYNC puts into force. */
+/* Handles SYNC: sends the readings at now_ns, then simulates the next period with the commands that
+ * the SYNC puts into force. */
 static void synchronise(struct can_device *d, const struct can_frame *sync, int64_t now_ns) {
     struct hal_sample latched = {0};
     struct hal_command command = {.enable = true};
@@ -91,8 +91,8 @@ static void synchronise(struct can_device *d, const struct can_frame *sync, int6
     }
     flush(d);
     valves(d, command.valve);
-    /* SAFETY: the supply output is off unless a command for it is in force and the heartbeat is
-     * watched, as for a valve */
+    /* SAFETY: can_node_output() is 0, which switches the supply off, unless a command for it is in
+     * force and the heartbeat is watched */
     command.supply = can_node_output(&d->node[CAN_IO - 1]) & OUTPUT_SUPPLY;
     device_live(d->device, &command, now_ns);
 }
@@ -122,13 +122,14 @@ static void receive(struct can_device *d) {
     }
 }
 
-/* Advances time to now_ns, after all frames that came before it were handled. */
+/* Advances nodes and machine to now_ns. All frames that came before now_ns must have been
+ * handled. */
 static void tick(struct can_device *d, int64_t now_ns) {
     double valve[LEGS];
     for (int i = 0; i < CAN_NODES; i++) can_node_tick(&d->node[i], now_ns, &d->out);
     flush(d);
     valves(d, valve);
-    /* SAFETY: a node centres its valve without waiting for a SYNC */
+    /* SAFETY: a valve whose node has a time-out is centred now, not only at the next SYNC */
     device_valves(d->device, valve);
     device_tick(d->device, now_ns);
 }

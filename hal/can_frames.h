@@ -4,11 +4,11 @@
  *   COB-ID       frame      bytes (little-endian)                                           from
  *   000          NMT        command, node (0: all)                                          daemon
  *   080          SYNC       none: latch readings and inputs, apply the commands             daemon
- *   080 + node   EMCY       code u16, error register u8, 5 of the maker                     node
+ *   080 + node   EMCY       code u16, error register u8, 5 bytes of the manufacturer        node
  *   180 + node   TPDO1      position i32 [um], P1 i16 [kPa], P2 i16 [kPa], latched by SYNC  node
  *   187          TPDO1      inputs u8, INPUT_... (types.h), latched by SYNC                 node 7
  *   201          RPDO A     valve commands i16 of nodes 1, 2, 3; +-32767 is full opening    daemon
- *   204          RPDO B     the same of nodes 4, 5, 6                                       daemon
+ *   204          RPDO B     the same for nodes 4, 5, 6                                      daemon
  *   207          RPDO C     outputs u8 of node 7, OUTPUT_...                                daemon
  *   580 + node   SDO reply                                                                  node
  *   600 + node   SDO        expedited only; segments and blocks are answered with an abort  daemon
@@ -175,8 +175,8 @@ struct can_load {
     int cycle_bits;       /* bits of SYNC and of all nodes' TPDOs and RPDOs */
     double heartbeat_bits;/* mean number of bits per cycle of the heartbeats of nodes and daemon */
     double share;         /* share of the cycle's time in which the bus is busy */
-    double limit;         /* largest permitted share; the remainder is left for the loop's own time
-                           * and one unplanned frame */
+    double limit;         /* largest permitted share; the rest of the cycle is for the loop's
+                           * computation and one unplanned frame */
 };
 struct can_load can_load(const struct params *params);
 

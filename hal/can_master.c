@@ -18,7 +18,7 @@ enum { REQUESTS = 5 };
  * a repeated TPDO adds two, a window without one subtracts one; a bus that repeats every fourth
  * frame does not fill the bucket, and a second device fills it in 50 windows. ODD counts excess
  * frames: a heartbeat adds 0.75, any other frame that a single device would not send adds 1, and
- * the bucket drains by one per heartbeat period. */
+ * the bucket drains by one per heartbeat period, so that one device's heartbeats never fill it. */
 enum { TWICE_STEP = 2, TWICE_MAX = 100, ODD_MAX = 6 };
 static const double odd_heartbeat = 0.75, odd_frame = 1.0;
 #define PDO_OFF 0x80000000u
@@ -152,8 +152,8 @@ void can_master_init(struct can_master *m, const struct params *params, uint32_t
 
 static int64_t beats_ns(const struct can_master *m, double beats) { return ns_from_seconds(beats * m->params->can.heartbeat_s); }
 
-/* Adds a frame that a single device would not have sent so soon to the node's leaky bucket. beats:
- * what the frame adds, in heartbeat periods. */
+/* Adds a heartbeat, or a frame that a single device would not have sent, to the node's leaky bucket
+ * of excess frames. beats: amount added, in heartbeat periods. */
 static void odd(const struct can_master *m, struct can_peer *p, double beats, int64_t time_ns) {
     int64_t most_ns = time_ns + beats_ns(m, 2 * ODD_MAX);
     if (p->odd_ns < time_ns) p->odd_ns = time_ns;
@@ -202,8 +202,8 @@ static void heartbeat(struct can_master *m, struct can_peer *p, enum can_state s
     }
 }
 
-/* Handles an EMCY. A node that reports the loss of the daemon has left operational, so it is set up
- * at once, not after its next heartbeat. */
+/* Handles an EMCY; returns false if it is malformed. A node that reports the loss of the daemon has
+ * left operational, so it is set up at once, not after its next heartbeat. */
 static bool emergency(struct can_peer *p, const struct can_frame *f) {
     uint16_t code;
     uint8_t error_register;
@@ -227,9 +227,9 @@ static bool as_it_must_be(const struct step *asked, const struct can_sdo *reply)
     return asked->any || ((reply->size == asked->size || reply->size == 0) && reply->value == asked->value);
 }
 
-/* Handles an SDO reply. Any reply of a lost node starts its set-up, and one that nobody asked for
- * is counted. The expected reply leads to the next step, an abort or another value to a refusal;
- * other replies are ignored. */
+/* Handles an SDO reply. A reply without a request counts as an excess frame. Any reply of a lost
+ * node starts its set-up. The expected reply leads to the next step, an abort or another value to a
+ * refusal; replies for another object are ignored. */
 static void sdo_reply(struct can_master *m, struct can_peer *p, int node, const struct can_sdo *reply, int64_t time_ns) {
     struct step asked;
     if (p->asked) p->asked--;
@@ -357,9 +357,9 @@ void can_master_receive(struct can_master *m, const struct can_frame *f, bool ow
     }
 }
 
-/* Sends the set-up step's request, or repeats it after the time-out; past the last step it starts
- * the node. SAFETY: first the node is brought to pre-operational, where its valve is centred,
- * whatever it was doing. */
+/* Sends the set-up step's request, or repeats it after the time-out; after the last step it starts
+ * the node. SAFETY: before the first step the node is sent to pre-operational, where its valve is
+ * centred. */
 static void drive_setup(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS) return;
@@ -382,8 +382,8 @@ static void drive_setup(struct can_master *m, struct can_peer *p, int node, int6
     p->deadline_ns = now_ns + START_MS * NS_PER_MS;
 }
 
-/* Asks a lost node for any reply: after an unnoticed boot it sends nothing, because its
- * heartbeat is off until it is set up. */
+/* Asks a lost node for any reply, because a node whose boot-up was missed is silent: its heartbeat
+ * is off until its set-up. */
 static void ask(struct can_master *m, struct can_peer *p, int node, int64_t now_ns, struct can_queue *out) {
     struct step step;
     if (now_ns < p->deadline_ns || out->count >= REQUESTS || !setup_step(m, node, 0, &step)) return;
@@ -467,8 +467,8 @@ void can_master_command(struct can_master *m, const struct hal_command *command,
     give(m, command->enable ? command->valve : centre, out);
 }
 
-/* SAFETY: pending changes are dropped: the supply output keeps its level, and without changes the
- * supply goes off. */
+/* SAFETY: pending changes of the supply output are dropped. The output keeps its level, and
+ * without changes, which are the life sign, the machine switches the supply off. */
 void can_master_safe(struct can_master *m, struct can_queue *out) {
     m->due = false;
     give(m, centre, out);
@@ -486,8 +486,8 @@ static void latch(struct can_master *m) {
     m->delivered = false;
 }
 
-/* SAFETY: an unknown input counts as open. Any one frame that shows an input open suffices, even in
- * an incomplete sample. */
+/* SAFETY: an unknown input counts as open. An input also counts as open if any frame since the last
+ * sample shows it open, even in an incomplete window. */
 static void convert_inputs(const struct can_master *m, struct hal_sample *s) {
     const struct can_peer *io = &m->peer[CAN_IO - 1];
     const struct interlock_params *interlocks = &m->params->interlocks;

@@ -13,9 +13,9 @@
  *          running   --no frame for three heartbeat periods-->  lost
  *          any       --boot-up, or EMCY 0x8130 or 0x8250-->     set-up
  *
- * Set-up, in pre-operational: identity, a claim for this master (0x2000:1), watchdogs, SYNC and
- * PDOs; then these settings are read back, and the claim is repeated. SAFETY: a node with other
- * answers is not started.
+ * Set-up, in pre-operational: the master checks the identity, claims the node (0x2000:1), writes
+ * watchdogs, SYNC and PDOs, reads these settings back, and repeats the claim. SAFETY: a node with
+ * other values is not started.
  *
  * SAFETY: one master. CAN frames carry no sender, but echoes of own frames are marked: any other
  * frame that only a master sends makes the next sample SAMPLE_FOREIGN.
@@ -24,32 +24,32 @@
  * The supervisor and the operator decide whether the platform may move again, because every sample
  * is invalid while a node is not running.
  *
- * A cycle: the window of a sample opens with the echo of a SYNC, whose time is the moment at which
- * the bus carried it, and closes with the next echo. If all TPDOs, including the one of the inputs,
- * come in the window, they are a sample, latched at the SYNC. If one is missing, the last complete
- * sample is returned again, stale and older. If the time between two SYNCs differs from the period
- * by more than half a period, the second one's sample is late.
+ * A cycle: the window of a sample opens with the echo of a SYNC, at the moment when the bus carried
+ * it, and closes with the next echo. If all TPDOs, including the one of the inputs, come in the
+ * window, they are a sample, latched at the SYNC. If one is missing, the last complete sample is
+ * returned again, marked stale. If the time between two SYNCs differs from the period by more than
+ * half a period, the sample of the second SYNC is marked late.
  *
  * A TPDO does not show to which SYNC it belongs, and a late TPDO must not be taken for an answer to
  * the next SYNC. So if a TPDO is missing, the next command and SYNC pause for a cycle, in which it
  * can still come into its own window. If it does not, it may come into a later window, so there is
  * a pause after every SYNC until all nodes have answered in the first of the two cycles. Thus all
  * legs of a sample belong to one instant, even with losses or delays of up to two cycles; a leg
- * that is always late halves the rate, and every sample is late.
+ * that is always late halves the rate, and every sample is marked late.
  *
  * A command that is sent inverts the supply output if the loop has changed the requested level
- * since the previous command was sent, once or more often. So the life sign continues if every
- * second cycle pauses.
+ * since the previous command was sent, even if it has changed it back. So the life sign continues
+ * even if every second cycle pauses.
  *
  * SAFETY: one node, one answer. A bus may repeat a frame once; a node that keeps answering twice is
  * two devices with one number, and nobody knows which one is right. Two different TPDOs of a node
  * in one window, or one of a wrong length, make the sample SAMPLE_TWIN, and an input counts as
  * closed only if all TPDOs say so. Weaker signs (equal TPDOs twice in a window, more heartbeats
- * than configured, answers to no request, frames of a wrong length) fill two leaky buckets of the
- * node; while one is full, every sample is SAMPLE_TWIN.
+ * than configured, replies without a request, frames of a wrong length) fill the node's two leaky
+ * buckets; while either is full, every sample is SAMPLE_TWIN.
  *
- * SAFETY: a missing reading is NaN, which the platform handles; an EMCY 0x5000 of the same node is
- * then ignored. Every other active EMCY, and every node that is not running, makes the
+ * SAFETY: a missing reading is NaN, which the limit checks find (platform.h); an EMCY 0x5000 of the
+ * same node is then ignored. Every other active EMCY, and every node that is not running, makes the
  * sample invalid. */
 #ifndef HEXID_CAN_MASTER_H
 #define HEXID_CAN_MASTER_H
@@ -122,8 +122,8 @@ struct can_master {
     enum can_pause pause;      /* whether this window has a pause, or will have one */
     bool punctual;             /* all TPDOs of this window had arrived when its pause began */
     bool centred;              /* the last command centred the valves */
-    bool given, due, level;    /* supply output: last requested level, whether its change is
-                                * still unsent, level sent */
+    bool given, due, level;    /* supply output: level last requested by the loop, whether a
+                                * change of it is still unsent, level last sent */
     struct can_tpdo latched[CAN_NODES]; /* TPDOs of the last complete sample */
     uint64_t latched_sync;     /* number of the SYNC of that sample; 0: none yet */
     int64_t latched_ns, latched_gap_ns;
@@ -163,8 +163,8 @@ bool can_master_misfit(const struct can_master *m);
  * it; 0 if there is none. */
 int can_master_twin(const struct can_master *m);
 
-/* Called when the socket was replaced: the master no longer waits for echoes of frames that the old
- * one sent, and clears the controller's error state. */
+/* Tells the master that the socket was replaced: it no longer waits for echoes of frames sent on
+ * the old socket, and takes the bus as good. */
 void can_master_new_bus(struct can_master *m);
 
 /* Sends commands for six legs, the supply output, then SYNC, whose echo opens the next sample's
@@ -178,8 +178,9 @@ void can_master_safe(struct can_master *m, struct can_queue *out);
  * releases the nodes that this master has claimed. */
 void can_master_leave(const struct can_master *m, struct can_queue *out);
 
-/* Writes the last complete sample to *sample, stale if it was returned before. To be called once a
- * cycle, after can_master_poll(). time_ns is on the frames' clock; the caller sets age_ns. */
+/* Writes the last complete sample to *sample, marked stale if it was returned before. To be called
+ * once a cycle, after can_master_poll(). The sample's time_ns is on the clock of
+ * can_master_receive(); the caller sets age_ns. */
 void can_master_sample(struct can_master *m, struct hal_sample *sample);
 
 /* Current problems of the bus, packed in two words that fit atomic variables; both are 0 if there
@@ -195,8 +196,8 @@ struct can_condition can_master_condition(const struct can_master *m);
  * 0x06090031, value too high"; "" without a problem. */
 void can_condition_describe(struct can_condition condition, const struct params *params, char *text, size_t size);
 
-/* Returns the configured value of an identity object of a node; -1: any. *key: the configuration
- * key; NULL if the object is not part of the identity. */
+/* Returns the configured value of an identity object of a node; -1: any value is accepted. *key
+ * returns the configuration key; NULL if the object is not part of the identity. */
 double can_identity(const struct params *params, int node, uint16_t index, uint8_t sub, const char **key);
 
 #endif

@@ -116,7 +116,7 @@ int can_object_find(const struct can_dictionary *d, uint16_t index, uint8_t sub)
 
 bool can_object_lacks(const struct can_object *o, uint32_t value) { return o->is_signed && value == 1u << (8 * o->size - 1); }
 
-/* True for an identifier that a configurable object must not use (CiA 301, 7.3.5). */
+/* True for an identifier that SYNC and PDOs must not use (restricted COB-IDs, CiA 301, 7.3.5). */
 static bool can_cob_restricted(uint32_t cob) {
     return cob <= 0x07f || (cob >= 0x101 && cob <= 0x180) || (cob >= 0x581 && cob <= 0x5ff) || (cob >= 0x601 && cob <= 0x67f) ||
            (cob >= 0x6e0 && cob <= 0x6ff) || cob >= 0x701;
@@ -151,7 +151,7 @@ static uint32_t refuse_value(const struct can_dictionary *d, const struct can_ob
     case 0x102901: return value == 0 || value == 2 ? 0 : SDO_VALUE;
     case 0x140001:
     case 0x180001: return refuse_cob(value);
-    case 0x140002: return value > 240 && value < 254 ? SDO_VALUE : 0; /* reserved */
+    case 0x140002: return value > 240 && value < 254 ? SDO_VALUE : 0; /* reserved in CiA 301 */
     case 0x160000: return value > CAN_GROUP_NODES ? SDO_MAPPING_LENGTH : 0;
     case 0x160001:
     case 0x160002:

@@ -6,7 +6,7 @@ enum { OWNER_MS = 150 };
 
 static bool pdo_on(uint32_t cob) { return !(cob & PDO_OFF); }
 
-/* True if the node uses this identifier for another object than `index`. */
+/* True if the node uses this identifier for EMCY, SYNC or a PDO other than the object `index`. */
 static bool taken(const struct can_node *n, uint16_t index, uint32_t cob) {
     uint32_t sync = can_node_get(n, 0x1005, 0) & CAN_SFF_MASK, rpdo = can_node_get(n, 0x1400, 1), tpdo = can_node_get(n, 0x1800, 1);
     return cob == can_node_get(n, 0x1014, 0) || (index != 0x1005 && cob == sync) || (index != 0x1400 && cob == rpdo) ||
@@ -24,7 +24,7 @@ static uint32_t refuse_pdo(const struct can_node *n, uint16_t index, uint32_t co
     return taken(n, index, cob) ? SDO_VALUE : 0;
 }
 
-/* Returns the abort code for a write to the mapping at the wrong time; 0 if it is in order. CiA
+/* Returns the abort code for a write to the mapping at the wrong time; 0 if the time is right. CiA
  * 301, 7.5.2.36, has this order: switch the PDO off, set the number of entries to 0, write the
  * entries, then set their number. */
 static uint32_t refuse_mapping(const struct can_node *n, uint8_t sub) {
@@ -141,7 +141,7 @@ void can_server_receive(struct can_node *n, const struct can_frame *f, int64_t n
     reply = request;
     uint32_t abort = known ? serve(n, &request, &reply, now_ns, &first) : SDO_COMMAND;
     if (abort) reply = (struct can_sdo){.kind = SDO_ABORT, .index = request.index, .sub = request.sub, .value = abort};
-    /* requests of segments name no object */
+    /* a request for a segment names no object, so the abort has index 0 */
     if (!known && (specifier == SEGMENT_DOWNLOAD || specifier == SEGMENT_UPLOAD)) reply.index = 0, reply.sub = 0;
     can_queue_push(out, can_frame_sdo_reply(n->id, &reply));
     for (int i = 0; i < first.count; i++) can_queue_push(out, first.frame[i]);

@@ -1,5 +1,5 @@
-/* A raw SocketCAN socket: frames and receive time stamps; nothing blocks. The only file with
- * SocketCAN's API. */
+/* A raw SocketCAN socket: frames and receive time stamps; nothing blocks. No other files of the
+ * back-ends open CAN sockets. */
 #ifndef HEXID_CAN_SOCKET_H
 #define HEXID_CAN_SOCKET_H
 
@@ -24,10 +24,10 @@ struct can_accept {
     unsigned id, mask;
 };
 
-/* Opens a socket. count: at most 32; 0: no data frames are received. With `own`, sent frames come
- * back when the bus has carried them, if the filter accepts them; with `errors`, error frames come
- * too. STATUS_IO with the interface and the remedy: missing, down, not a CAN interface, or not
- * allowed. */
+/* Opens a socket. count: number of filters, at most 32; 0: no data frames are received. With `own`,
+ * sent frames come back when the bus has carried them, if the filters accept them; with `errors`,
+ * error frames come too. Returns STATUS_IO, with the interface and the remedy, if the interface is
+ * missing, down, not a CAN interface, or not permitted. */
 int can_socket_open(struct can_socket *s, const char *interface, const struct can_accept *accept, int count, bool own, bool errors,
                     struct error *error);
 void can_socket_close(struct can_socket *s);
@@ -53,13 +53,13 @@ struct can_arrival {
                              * no echoes, it is always true */
 };
 
-/* RT. Returns the number of frames sent: all, but at most CAN_BATCH, or those before the first that
- * is refused (queue full, bus-off, interface gone). */
+/* RT. Sends the frames, at most CAN_BATCH, in their order. Returns the number sent, which is less
+ * if the kernel refuses a frame (queue full, bus-off, interface gone). */
 int can_socket_send(const struct can_socket *s, const struct can_frame *frame, int count);
 
-/* RT. Returns the number of frames received, in their order; fewer than CAN_BATCH if no more
- * wait (or if one was not a classic frame, which CAN_RAW never delivers); -1: interface down or
- * gone. */
+/* RT. Receives frames in their order and returns their number; fewer than CAN_BATCH if no more
+ * wait; -1: interface down or gone. Frames that are not classic CAN are skipped; CAN_RAW delivers
+ * none. */
 int can_socket_receive(const struct can_socket *s, struct can_arrival arrival[CAN_BATCH]);
 
 int64_t can_realtime_ns(void);

@@ -8,7 +8,8 @@
 #include "plant.h"
 #include "units.h"
 
-enum { CATCH_UP_NS = NS_PER_S / 10 }; /* longest missed time that is simulated afterwards */
+/* Longest time without a call that is simulated at the next call; longer times are skipped. */
+enum { CATCH_UP_NS = NS_PER_S / 10 };
 
 struct device {
     const struct params *params;
@@ -56,7 +57,7 @@ static void live_period(struct device *d) {
 
 /* Simulates up to the period nearest to now. */
 static void live_on(struct device *d, int64_t now_ns) {
-    /* after a long stop and at the start, missed time is not simulated */
+    /* at the start, and after this process was stopped, the time that has passed is skipped */
     if (now_ns - d->lived_ns > CATCH_UP_NS) d->lived_ns = now_ns - period_ns(d);
     while (2 * (now_ns - d->lived_ns) >= period_ns(d)) live_period(d);
 }

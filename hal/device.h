@@ -4,8 +4,8 @@
  * Time: the simulated machine follows the clock in whole periods of the loop, on a grid that
  * follows the commands. A command that is less than half a period early or late counts as on time,
  * so that the results do not contain the host's jitter. A missing command does not stop the
- * machine, and a repeated one takes no time. All times are CLOCK_MONOTONIC and must not
- * decrease. */
+ * machine, and a second command in a period does not advance it. All times are CLOCK_MONOTONIC and
+ * must not decrease. */
 #ifndef HEXID_DEVICE_H
 #define HEXID_DEVICE_H
 
@@ -24,7 +24,7 @@ void device_destroy(struct device *d);
 
 /* Latches lengths, pressures and inputs of the period nearest to now; fills arrays and inputs of
  * the sample. Returns false, with the previous readings, if device_live() has already simulated
- * this period: the request is a repetition, or the one before it came late. */
+ * this period: either this request is a repetition, or the previous request came late. */
 bool device_latch(struct device *d, int64_t now_ns, struct hal_sample *sample);
 
 /* Applies a command (supply output and valves; `enable` is ignored) from the period nearest to now
@@ -46,7 +46,7 @@ bool device_tick(struct device *d, int64_t now_ns);
 void device_set_watchdog(struct device *d, double watchdog_s);
 
 /* A bus on which a device can be served. serve() runs until *stop, and prints a line "plant: ready
- * on ..." when commands are answered. Its address is the URL after "scheme:". */
+ * on ..." when commands are answered. address: part of the URL after "scheme:". */
 struct device_bus {
     const char *scheme, *usage;
     int (*serve)(const char *address, const struct params *params, struct device *d, const _Atomic bool *stop, struct error *error);

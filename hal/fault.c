@@ -4,20 +4,20 @@
  *
  *     --hal 'fault:freeze@12+0.5/3,drop@20+0.02;sim:'
  *
- * samples   stale; late=s (its time stamp); delay=s; lag=s (a delay with fresh time stamps; both
- *           at most 63 cycles); loss=%; repeat and reorder (every other sample, with fresh time
- *           stamps); hang (always the same sample, with fresh time stamps); drop (cannot be read);
- *           twin (two devices answer as one: a second TPDO of a node in one SYNC, a second Modbus
- *           answer; with a leg: for that leg)
+ * samples   stale (the last sample before the fault, marked stale); late=s (older time stamp);
+ *           delay=s (an older sample); lag=s (the same with fresh time stamps; both at most 63
+ *           cycles); loss=%; repeat and reorder (every other sample is the previous one, or the one
+ *           before that, with fresh time stamps); hang (like stale, with fresh time stamps); drop
+ *           (reading fails); twin (two devices answer as one; with a leg: for that leg)
  * lengths   freeze; length=m (offset); drift=m/s; noise=m (uniform, either sign); flip=% of the
  *           samples (inverts one of the 22 lower bits of the length in um); swap (with the next
  *           leg's)
- * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (the same); pressure_freeze;
+ * pressures pressure=Pa (offset of P1); pressure_drift=Pa/s (drift of P1); pressure_freeze;
  *           pressure_swap (P1 with P2); mix (exchanges both with the next leg's); pressure_nan
  * both      nan
  * inputs    emergency_stop, enable, door (opens); supply (its life sign is lost, so the machine
- *           loses its pressure); inputs_on=, inputs_off= (stuck bits of the device's byte of
- *           inputs: 1 to 8 plain, 16 to 128 inverse)
+ *           loses its pressure); inputs_on=, inputs_off= (bits of the device's byte of inputs that
+ *           are stuck at 1 or 0; values 1 to 8: plain contacts, 16 to 128: inverse contacts)
  * valves    deaf (no command can be written, except centring); stuck (does not move, not even to
  *           centre); valve=-1..1 (stuck at this opening)
  */
@@ -43,7 +43,7 @@ struct wrapper {
     int64_t period_ns, now_ns;
     struct hal_sample history[HISTORY]; /* healthy samples; the newest at (reads - 1) % HISTORY */
     int64_t reads;
-    struct hal_command written; /* last command of the loop, without the faults of valves */
+    struct hal_command written; /* last command of the loop, before faults of valves are applied */
     int count;
     struct fault {
         const struct kind *kind;
@@ -215,7 +215,7 @@ static void forced(const struct fault *f, struct hal_command *command) {
         if (hits(f, i)) command->valve[i] = fmax(-1.0, fmin(1.0, f->value));
 }
 
-/* Keeps the supply output at one level. */
+/* Keeps the supply output at one level, so that the life sign is lost. */
 static void unpowered(const struct fault *f, struct hal_command *command) { (void)f, command->supply = false; }
 
 static uint32_t stuck_on(uint32_t bits, uint32_t stuck) { return bits | stuck; }

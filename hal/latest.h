@@ -1,6 +1,6 @@
-/* Passes the newest value from one thread to another; neither ever waits, and values never go back
- * in time. The user has three slots, T slot[LATEST_SLOTS]; this struct records which thread has
- * which slot. One producer, one consumer; RT, signal-safe. */
+/* Passes the newest value from one thread to another; neither ever waits, and no older value comes
+ * after a newer one. The user has three slots, T slot[LATEST_SLOTS]; this struct records which
+ * thread has which slot. One producer, one consumer; RT, signal-safe. */
 #ifndef HEXID_LATEST_H
 #define HEXID_LATEST_H
 

@@ -24,8 +24,8 @@ static int add(struct machine_lock *l, const char *url, const struct host_lock_k
     return STATUS_OK;
 }
 
-/* Locks a serial line by its device number, which links and other device nodes of the line
- * share. */
+/* Locks a serial line by its device number, which is the same for symbolic links to the line and
+ * for other device nodes of it. */
 static int lock_serial(struct machine_lock *l, const char *url, const struct modbus_address_parts *p, struct error *error) {
     struct host_lock_key key;
     struct stat s;

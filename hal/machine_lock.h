@@ -1,5 +1,5 @@
-/* SAFETY: chooses the lock of a machine on this host (host_lock.h): one lock for all names of
- * the same serial line, CAN interface or Modbus address. */
+/* SAFETY: keeps a second process of this host from commanding the same machine (host_lock.h). All
+ * names of one serial line, CAN interface or Modbus address lead to the same lock. */
 #ifndef HEXID_MACHINE_LOCK_H
 #define HEXID_MACHINE_LOCK_H
 

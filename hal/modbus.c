@@ -59,7 +59,7 @@ struct latched {
 
 struct modbus_hal {
     struct hal hal;
-    struct hal_ops ops;      /* hal_modbus, with what this address reopens */
+    struct hal_ops ops;      /* hal_modbus's calls, with `reopens` for this address */
     const struct params *params;
     struct modbus_address_parts address;
     /* the group below is shared by the loop and the Modbus thread */
@@ -82,8 +82,7 @@ struct modbus_hal {
     unsigned unasked;                /* last value of modbus_link_unasked() */
     bool begun;                      /* the loop has posted a command */
     bool put_out;                    /* level of the supply output that was sent last */
-    unsigned changes_seen;           /* value of command_record.changes up to which put_out includes
-                                      * the changes */
+    unsigned changes_seen;           /* command_record.changes of the last command sent */
     double latch_after_s; /* time from the start of sending to the latching; below 0: the middle
                            * of the round trip */
     int64_t good_ns;      /* time at which a second will have passed without failures */
@@ -99,8 +98,9 @@ static const struct command_record centred = {.keeps_supply = true};
 /* Returns the age beyond which a reading, or a command that is not yet sent, is useless. */
 static double timeout_s(const struct params *p) { return p->limits.sensor_age_s; }
 
-/* Returns the time-out of an answer. A serial line does not repeat a lost frame: an answer takes
- * less than one period, so after two periods it will not come, and the next command waits. */
+/* Returns the time-out of an answer. On a serial line a lost frame is not repeated. An answer takes
+ * less than one period there, so after two periods it is lost, and waiting would only delay the
+ * next command. */
 static double answer_timeout_s(const struct modbus_hal *m) {
     return m->address.serial ? fmin(timeout_s(m->params), 2.0 * m->params->loop.period_s) : timeout_s(m->params);
 }
@@ -126,8 +126,9 @@ static void meet_twin(struct modbus_hal *m) {
     failed(m, ENOTUNIQ);
 }
 
-/* Returns the command of a transaction with its level of the supply output. A transaction may carry
- * the commands of two cycles: two changes of the output then count as one, not none. */
+/* Returns the command of a transaction with its level of the supply output. The loop may have
+ * posted two commands since the last transaction: two changes of the output then count as one
+ * change, not as none, so that the life sign goes on. */
 static struct hal_command due_output(struct modbus_hal *m, const struct command_record *c) {
     struct hal_command command = {.supply = m->put_out};
     memcpy(command.valve, c->valve, sizeof command.valve);
@@ -164,7 +165,8 @@ static int exchange(struct modbus_hal *m, const struct command_record *record, s
     return -1;
 }
 
-/* SAFETY: an owner is neither disturbed nor asked to release the machine. */
+/* Refuses a machine that another master owns. SAFETY: that master is neither disturbed nor asked to
+ * release the machine. */
 static int refuse_owned(struct modbus_hal *m, struct error *error) {
     uint16_t owner[2] = {0};
     char who[24] = "";
@@ -215,7 +217,8 @@ static int greet(struct modbus_hal *m, struct error *error) {
 }
 
 static int connect_link(struct modbus_hal *m, struct error *error) {
-    /* long, because nothing moves yet and a device with many clients may be slow */
+    /* longer than in operation, because nothing moves yet and a device with many clients may be
+     * slow */
     static const double greet_timeout_s = 1.0;
     int status = modbus_link_open(&m->link, &m->address, m->params->modbus.unit, greet_timeout_s, error);
     if (status) return status;
@@ -362,8 +365,8 @@ static void release(struct modbus_hal *m) {
     free(m);
 }
 
-/* Repeats a first exchange that is lost or garbled, for half a second: nothing moves yet, and a
- * host or a line that loses one must not keep the machine from starting. */
+/* Makes the first exchange, and repeats it for at most half a second while frames are lost or
+ * garbled: nothing moves yet, and one lost frame must not keep the machine from starting. */
 static int first_exchange(struct modbus_hal *m) {
     int64_t until_ns = monotonic_ns() + NS_PER_S / 2;
     while (exchange(m, &centred, &m->sample[m->newest_sample.back]))

@@ -3,9 +3,9 @@
  * 2.5.1). Pure: the caller buffers the bytes of each connection, so that nothing waits for the rest
  * of a request.
  *
- * libmodbus cannot be used: it blocks until a request is complete, accepts any protocol
- * identifier, length and unit, and derives lengths from functions, so that an unknown function
- * ends the connection. */
+ * libmodbus's server cannot be used: it blocks until a request is complete, accepts any protocol
+ * identifier, length and unit, and derives the length from the function code, so that it closes the
+ * connection after an unknown function. */
 #ifndef HEXID_MODBUS_ADU_H
 #define HEXID_MODBUS_ADU_H
 

@@ -3,9 +3,9 @@
  * SAFETY: no client delays the master or the watchdog. The only wait is at the beginning of each
  * turn(), for at most a millisecond; incomplete requests stay in the buffer of their connection.
  * The owner is served at once; all others, and new connections, once a millisecond in rotation, for
- * at most OTHERS_A_TURN requests and WELCOMES_A_TURN connections. If there is no room, the
- * connection that was idle for longest is closed, never the owner's: the guide's pool of
- * non-priority connections (Messaging on TCP/IP V1.0b, 4.2.1). So a new master has some
+ * at most OTHERS_A_TURN requests and WELCOMES_A_TURN connections. If all places are taken, the
+ * connection that was idle for longest is closed, but never the owner's; this is the pool of
+ * non-priority connections in Messaging on TCP/IP V1.0b, 4.2.1. So a new master has some
  * milliseconds to claim the machine, however many others connect. A client that does not read its
  * answers is disconnected. */
 #include <errno.h>
@@ -215,8 +215,8 @@ struct wait {
                                 * previous turn */
 };
 
-/* Waits at most a millisecond for events: always of the owner and of a serial line, of all others
- * and the listener only if `others`. */
+/* Waits at most a millisecond for events of the owner or of the serial line; with `others`, also
+ * for events of all other clients and for new connections. */
 static void wait_for(const struct modbus_device *d, struct wait *w, bool others, int64_t now_ns) {
     struct adu adu;
     int timeout_ms = 1;

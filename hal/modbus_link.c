@@ -248,7 +248,7 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 static bool echoes(struct modbus_link *link) {
     uint8_t sent[] = {0, 0x03, 0, 0, 0, 2}, heard[sizeof sent];
     size_t count = 0;
-    /* lets a late answer to the previous request pass */
+    /* waits until a late answer to the previous request has come, which cleared() then discards */
     nanosleep(&(struct timespec){.tv_nsec = 50000000}, NULL);
     sent[0] = (uint8_t)modbus_get_slave(context(link));
     if (!link->serial || modbus_send_raw_request(cleared(link), sent, sizeof sent) < 0) return false;

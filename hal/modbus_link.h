@@ -3,8 +3,10 @@
  *
  * Time-outs are for the whole answer: libmodbus restarts its byte time-out with every byte, so that
  * a slow answer, byte after byte, would block a call for ever. The byte time-out is switched off,
- * which makes the response time-out apply to the whole response. Addresses, as in `modbus:ADDRESS`:
- * tcp://HOST:PORT rtu:DEVICE?baud=N (8 data bits, no parity, 1 stop bit; N of modbus_bauds) */
+ * which makes the response time-out apply to the whole response.
+ *
+ * An address, as in `modbus:ADDRESS`, is tcp://HOST:PORT, or rtu:DEVICE?baud=N with 8 data bits, no
+ * parity, 1 stop bit and N one of modbus_bauds. */
 #ifndef HEXID_MODBUS_LINK_H
 #define HEXID_MODBUS_LINK_H
 
@@ -42,7 +44,8 @@ void modbus_link_set_timeout(struct modbus_link *link, double timeout_s);
 /* A serial line is kept silent between the last byte and the next request, first for
  * modbus_silence_s(). This call shortens the silence to modbus_kept_silence_s(). It returns
  * STATUS_USAGE, and names a sufficient loop.period_s, if in both of two tries the device misses a
- * request so soon after an answer. Any other failure is left to operation. */
+ * request that follows an answer after the shorter silence. Other failures are not reported here,
+ * because operation reports them. */
 int modbus_link_keep_silence(struct modbus_link *link, const struct modbus_address_parts *parts, double period_s, struct error *error);
 
 /* Read, write, and write and read registers. They return 0, or -1 and errno. They discard bytes
@@ -55,8 +58,8 @@ int modbus_link_exchange(struct modbus_link *link, int write_address, int writes
 /* Returns when sending of the last request began, after the silence; CLOCK_MONOTONIC. */
 int64_t modbus_link_begun_ns(const struct modbus_link *link);
 
-/* Returns how often a packet as long as an answer came after the request had been answered: a
- * second device answers too. */
+/* Returns how often bytes that are long enough for an answer came after the request had been
+ * answered, which means that a second device answers too. */
 unsigned modbus_link_unasked(const struct modbus_link *link);
 
 /* Notes that the last answer belonged to an earlier request, so that the missing answer may still
@@ -76,13 +79,14 @@ bool modbus_link_gone(int error);
  * be answered next time. */
 bool modbus_link_lost(int error);
 
-/* After a failure: busy is true if the device has another master (exception 6), value if it refuses
- * a value (exception 3). */
+/* After a failure: modbus_link_busy() is true if the device has another master (exception 6),
+ * modbus_link_value() if the device refuses a value (exception 3). */
 bool modbus_link_busy(int error);
 bool modbus_link_value(int error);
 
-/* Describes an errno; an exception's also with cause and remedy. Callers set EBADMSG for an answer
- * to another request, EBUSY for another master and ENOTUNIQ for an unrequested answer. */
+/* Describes an errno value, and for a Modbus exception the cause and the remedy. Callers set
+ * EBADMSG for an answer to another request, EBUSY for another master and ENOTUNIQ for an
+ * unrequested answer. */
 const char *modbus_link_reason(int error);
 
 #endif

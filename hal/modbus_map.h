@@ -1,11 +1,11 @@
 /* Modbus registers <-> values: one table for daemon and device, printed by `hexid doctor
  * --modbus-map`. Pure, RT.
  *
- * A cycle is one transaction, function 23 (read/write multiple registers). Its command comes into
- * force, lengths and pressures of all legs and the inputs are latched together at that instant, and
- * the answer contains them. The command's number is the last register written and the first one
- * read, so that an answer shows its request. Registers have 16 bit; 32-bit values take two, the
- * upper half first. A missing reading is the most negative value of its width. */
+ * A cycle is one transaction, function 23 (read/write multiple registers). At one instant its
+ * command comes into force, and lengths and pressures of all legs and the inputs are latched; the
+ * answer contains them. The command's number is the last register written and the first one read,
+ * so that an answer shows to which request it belongs. Registers have 16 bit; 32-bit values take
+ * two, the upper half first. A missing reading is the most negative value of its width. */
 #ifndef HEXID_MODBUS_MAP_H
 #define HEXID_MODBUS_MAP_H
 

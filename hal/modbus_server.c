@@ -155,8 +155,8 @@ static enum modbus_exception write_few(struct modbus_server *s, const struct mod
     return write_registers(s, from, write, request + 6, now_ns);
 }
 
-/* Writes, then reads. For the owner, readings are latched first, so that the answer contains
- * readings of the time of the request, and the request's command number. */
+/* Function 23: writes, then reads. If the owner writes, the readings are latched first, before the
+ * command simulates the next period; the answer contains them and the command's number. */
 static enum modbus_exception exchange(struct modbus_server *s, const struct modbus_peer *from, const uint8_t *request, int64_t now_ns,
                                       uint8_t *answer, size_t *size) {
     struct span read = get_span(request + 1), write = get_span(request + 5);

@@ -18,7 +18,7 @@ struct sim {
 };
 
 static int sim_open(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error) {
-    (void)address; /* the machine's configuration file; the caller has read it into params */
+    (void)address; /* configuration file of the machine, which the caller has read into params */
     struct sim *s = calloc(1, sizeof *s);
     if (!s) return error_set(error, STATUS_IO, "sim: out of memory");
     s->hal.ops = &hal_sim;
