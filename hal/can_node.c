@@ -154,7 +154,7 @@ static void rpdo(struct can_node *n, const struct can_frame *f, int64_t now_ns, 
     uint32_t entries = can_node_get(n, 0x1600, 0);
     int bytes = 0;
     for (uint32_t i = 0; i < entries; i++) bytes += can_entry_bytes(entry_of(n, 0x1600, i));
-    /* SAFETY: a short RPDO is neither a command nor a life sign. */
+    /* SAFETY: a short RPDO is no command and does not restart the watchdog. */
     if (f->len < bytes) {
         complain(n, CAN_ERROR_RPDO_SHORT, out);
         return;

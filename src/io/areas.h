@@ -1,5 +1,5 @@
-/* Tells the user which piston areas convert pressures into forces (A1 P1 - A2 P2): wrong
- * diameters falsify every force and every explanation of it. */
+/* Tells the user which piston areas convert pressures into forces (A1 P1 - A2 P2), because wrong
+ * diameters make every force wrong, and every result that follows from forces. */
 #ifndef HEXID_AREAS_H
 #define HEXID_AREAS_H
 

@@ -299,9 +299,9 @@ int bus_allow(struct bus *b, const char *addresses, struct error *error) {
 
 int bus_fd(const struct bus *b) { return b->in; }
 
-/* Returns true if the sender is on this host, by addresses that cannot come from outside. The
- * kernel accepts 127.0.0.0/8 and this host's own addresses from no network, and 0.0.0.0 (a sender
- * on a loopback route) only for the groups 224.0.0.0/24. */
+/* Returns true if the sender's address proves that it is on this host. From a network the kernel
+ * accepts neither 127.0.0.0/8 nor this host's own addresses, and it accepts 0.0.0.0, the address of
+ * a sender on a loopback route, only for groups of 224.0.0.0/24. */
 static bool from_this_host(const struct bus *b, const struct sockaddr_in *sender) {
     uint32_t address = ntohl(sender->sin_addr.s_addr), group = ntohl(b->group.sin_addr.s_addr);
     if (address >> 24 == IN_LOOPBACKNET || (address == INADDR_ANY && group >> 8 != INADDR_UNSPEC_GROUP >> 8)) return true;

@@ -2,11 +2,12 @@
  * channels and types). Ordinary threads only, never the loop's; nothing here blocks but bus_wait().
  *
  * This module implements the protocol's short messages itself: a header of eight bytes, the
- * channel's name, the data. liblcm's receiver (1.3.1) reassembles fragments at offsets that the
- * datagrams state, so one datagram of 66 bytes from anybody ends the process; it cannot select
- * senders or channels, and it tests itself for up to ten seconds. Here bus_parse() checks each
- * datagram, fragments are dropped (all of hexid's messages are short), datagrams that were not
- * sent to the group never arrive, and the kernel drops channels that were not asked for. */
+ * channel's name, the data. liblcm's receiver (1.3.1) writes fragments to whatever offsets the
+ * datagrams state, so one datagram of 66 bytes from anybody crashes the process; it cannot select
+ * senders or channels, and its self-test at the start takes up to ten seconds. Here bus_parse()
+ * checks each datagram, fragments are dropped (all of hexid's messages are short), datagrams that
+ * were not sent to the group never arrive, and the kernel drops channels that bus_listen() does not
+ * name. */
 #ifndef HEXID_BUS_H
 #define HEXID_BUS_H
 
@@ -57,11 +58,11 @@ struct bus_route {
 };
 struct bus_route bus_route(const struct bus *bus);
 
-/* Sends a message to the bus. Returns 0, or -1 if the system did not accept it at once: the stream
- * is only for watching, so the caller goes on. Several threads may publish. */
+/* Sends a message to the bus. Returns 0, or -1 if the system did not accept it at once; callers may
+ * ignore that, because the stream is only for watching. Several threads may publish. */
 int bus_publish(struct bus *bus, const char *channel, const void *data, int size);
 
-/* Receives from now on the channels whose names begin with the prefix, of at most 20 letters.
+/* Starts to receive the channels whose names begin with the prefix, of at most 20 letters.
  * SAFETY: a datagram is dropped if it was not sent to the group, or with BUS_THIS_HOST if it comes
  * from an address that is neither this host's nor one of bus_allow(). Returns 0 or STATUS_IO. */
 int bus_listen(struct bus *bus, const char *prefix, enum bus_source source, struct error *error);

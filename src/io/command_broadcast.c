@@ -23,7 +23,7 @@ static void reach(struct command_told *t, enum command command) {
 }
 
 /* Takes one turn with a machine: connects if necessary, and looks for its answer. A connection
- * that was closed to make room is made again in the next turn. */
+ * that the daemon closed to make room for others is made again in the next turn. */
 static void turn(struct command_told *t, enum command command) {
     if (t->client.fd < 0) reach(t, command);
     if (t->client.fd < 0) return;
@@ -44,7 +44,8 @@ static void rest(const struct command_told *told, int count) {
 
 void command_broadcast(enum command command, struct command_told *told, int count, int patience_ms) {
     int64_t end_ms = monotonic_ms() + patience_ms;
-    bool last = false; /* one more look after the patience, in case this process was held up */
+    bool last = false; /* the turn after patience_ms, which finds answers that came while this
+                        * process did not run */
     for (int left = count; left > 0 && !last;) {
         last = monotonic_ms() > end_ms;
         left = 0;

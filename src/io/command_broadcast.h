@@ -1,7 +1,7 @@
 /* Sends a stop or park to several machines at once. SAFETY: a machine that hangs, or is too busy to
- * be reached at once, does not delay the others: each is tried again while the patience lasts and
- * the others' answers come in. Main thread; opens descriptors and closes each as soon as its
- * machine has answered. */
+ * be reached at once, does not delay the others: it is tried again until patience_ms have passed,
+ * and meanwhile the other machines' answers are received. Main thread; opens descriptors and closes
+ * each as soon as its machine has answered. */
 #ifndef HEXID_COMMAND_BROADCAST_H
 #define HEXID_COMMAND_BROADCAST_H
 

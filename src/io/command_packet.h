@@ -2,10 +2,11 @@
  * a socket is untrusted until decoded: decode returns false, and leaves its result alone, unless
  * the packet is whole and valid. Big-endian. Ordinary threads, no heap.
  *
- * request, 16 bytes: "HEXC", version (2), command (1; enum command, 0 with renew), renew (1: 0 or
+ * Numbers in parentheses are the fields' sizes in bytes:
+ * request, 16 bytes: "HEXC", version (2), command (1; enum command, 0 with renew), renew (1; 0 or
  *     1), id (4), zero (4)
  *     COMMAND_SET with new gains continues: digest of the configuration (8), gains that the client
- *     knew (5 x 8), new gains (5 x 8), IEEE 754. Without these bytes it asks for the gains
+ *     knew (5 x 8), new gains (5 x 8), IEEE 754. Without these fields it asks for the gains
  * answer, 512 bytes: "HEXA", version (2), outcome (1), state (1), id (4), lease in ms (4), text
  *     (496, ended by zeros) */
 #ifndef HEXID_COMMAND_PACKET_H
@@ -44,7 +45,7 @@ struct command_answer {
     double lease_s; /* time without renewal after which the machine is parked; 0: no lease */
     enum outcome outcome;
     enum state state;
-    char text[COMMAND_TEXT_SIZE]; /* reason for the outcome, and what to do first */
+    char text[COMMAND_TEXT_SIZE]; /* reason for the outcome, and the remedy */
 };
 
 /* Returns the size of the packet. */

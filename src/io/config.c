@@ -302,8 +302,8 @@ int config_override(struct params *params, const char *name, const char *const *
     bool default_machine = params_mechanism(params)->default_machine;
     int status = apply_settings(params, settings, count, error);
     if (!status && default_machine && !params_mechanism(params)->default_machine) {
-        /* diameters of the default machine do not suit another mechanism; those among the settings
-         * count, in any order */
+        /* diameters of the default machine do not suit another mechanism; the settings are applied
+         * again, so that diameters among them count in any order */
         params->actuator.stated.piston = params->actuator.stated.rod = false;
         status = apply_settings(params, settings, count, error);
     }
@@ -329,7 +329,8 @@ static int read_tests(struct params *params, const char *text, size_t size, cons
     return status;
 }
 
-/* Checks a configuration as config_check() does, but with amplitudes that any machine reaches. */
+/* Checks a configuration as config_check() does, but with the least amplitudes, which any machine
+ * reaches: those of a recording were reached. */
 static int check_recorded(const struct params *params, const char *name, struct error *error) {
     struct params *still = malloc(sizeof *still);
     struct config_key key;
@@ -427,7 +428,7 @@ char *config_text_noted(const struct params *params, const char *head, const str
 
 char *config_text_without(const struct params *params, const char *const *left_out) { return print_text(params, NULL, NULL, 0, left_out); }
 
-/* Escapes bars, which would end a table's cell. */
+/* Escapes vertical bars, which would end a cell of a Markdown table. */
 static void print_cell(FILE *out, const char *text) {
     for (; *text; text++) fprintf(out, *text == '|' ? "\\%c" : "%c", *text);
 }

@@ -22,7 +22,7 @@ int config_load(struct params *params, const char *path, const char *const *sett
 
 /* Makes the checks that only a run needs, since evaluating a log moves nothing. Refuses a mechanism
  * that hexid does not drive; a platform that hangs; limits.length_min_m not below the length of a
- * leg that is fully in; ramps that are too short; and a machine that may move without a controller
+ * fully retracted leg; ramps that are too short; and a machine that may move without a controller
  * for longer than limits.blind_time_s (blind_time.h). Returns 0 or -2. */
 int config_check_motion(const struct params *params, struct error *error);
 
@@ -46,8 +46,8 @@ bool config_sets(const char *const *settings, int count, const char *key);
 int config_take_tests(struct params *params, const char *text, size_t size, const char *name, const char *const *settings, int count,
                       struct error *unreadable, struct error *error);
 
-/* Returns YAML text that config_parse() turns back into the same params, bit for bit; it has only
- * effects that are on. To be freed by the caller. NULL: no memory. */
+/* Returns YAML text that config_parse() turns back into the same params, bit for bit; effects that
+ * are off are left out. To be freed by the caller. NULL: no memory. */
 char *config_text(const struct params *params);
 
 /* Returns the text of config_text() below a comment line, `head`, with notes behind the values of

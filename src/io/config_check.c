@@ -27,8 +27,8 @@ struct checker {
     const char *name;
     struct error *error;
     int status; /* not 0: a requirement is violated */
-    const char *said[SAID]; /* formats of requirements reported so far, each once, for the first
-                             * leg or axis */
+    const char *said[SAID]; /* formats of the requirements reported so far; each is reported only
+                             * for the first leg or axis that violates it */
     int count;
     bool full;
 };
@@ -101,8 +101,8 @@ static void check_leg(struct checker *c, const struct params *p, int i, const st
     require(c, parked >= shortest,
             "motion.park_z_m %g makes leg %d %.4g m long, and its stroke ends at %.4g m (%.4g m at neutral): park higher (smaller z)", drop,
             i + 1, parked, shortest, neutral);
-    /* parked < shortest was refused above; a higher park position makes the leg at least that
-     * long */
+    /* parked < shortest was refused above; the park position that is then chosen makes the leg at
+     * least `shortest` long */
     require(c, fmax(parked, shortest) > l->length_min_m[i],
             "motion.park_z_m %g makes leg %d %.4g m long, limits.length_min_m is %g: lower that below the leg that is in, %.4g m, or park "
             "higher (smaller z)",
@@ -129,7 +129,8 @@ static bool neutral_range(const struct params *p, const struct kinematics *k, co
  * more equal than the stated order and fits the limits: the two lists then probably do not begin
  * with the same leg. The message names that order. */
 static void check_lists(struct checker *c, const struct params *p, const struct kinematics *k) {
-    static const double alike = 0.25; /* largest range, as a share of the stated order's range */
+    static const double alike = 0.25; /* largest range of the legs' lengths in another order, as a
+                                       * share of the range in the stated order */
     struct leg_places order[LEG_PLACES_COMMON];
     double range_m[LEG_PLACES_COMMON][2], least_m;
     char name[LEG_PLACES_NAME];
@@ -149,7 +150,8 @@ static void check_lists(struct checker *c, const struct params *p, const struct 
         name, range_m[best][0], range_m[best][1], range_m[0][0], range_m[0][1]);
 }
 
-/* Checks each leg's stroke and limits. Returns false if the legs cannot move at all. */
+/* Checks each leg's stroke and limits. Returns false if a requirement is violated; the reach of the
+ * tests is then not checked, because it depends on them. */
 static bool check_legs(struct checker *c, const struct params *p) {
     struct kinematics k;
     int wrong = c->count;
@@ -285,14 +287,14 @@ static void check_rest(struct checker *c, const struct params *p) {
     }
 }
 
-static const double height_least_m = 0.05; /* lower, the legs lie in the plane of the joints */
+static const double height_least_m = 0.05; /* with less, the legs lie almost in the joints' plane */
 
 int config_check_motion(const struct params *p, struct error *error) {
     struct checker c = {.name = "not run", .error = error};
     struct blind_time blind = blind_time(p);
     const char *refusal = params_mechanism(p)->refuses.run;
     if (!require(&c, !refusal, "%s", refusal)) return c.status;
-    /* SAFETY: start, parking and end stops are those of a platform that rests on its legs. */
+    /* SAFETY: start, parking and end stops suit only a platform that stands on its legs. */
     require(&c, !params_mechanism(p)->pose || p->geometry.height_m > 0.0,
             "geometry.height_m %g: the platform hangs; hexid moves platforms that stand on their legs, and of others reads recordings",
             p->geometry.height_m);

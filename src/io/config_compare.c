@@ -36,7 +36,7 @@ static bool is_gain(const char *path) {
     return false;
 }
 
-/* FNV-1a, with the text's final zero. */
+/* Continues an FNV-1a hash with a text and its final zero, which separates it from the next one. */
 static uint64_t add_text(uint64_t hash, const char *text) {
     for (const char *c = text;; c++) {
         hash = (hash ^ (unsigned char)*c) * 0x100000001b3u;
@@ -92,7 +92,8 @@ void config_defaults(const struct params *params, char text[CONFIG_DEFAULTS_SIZE
     size_t used = 0;
     text[0] = '\0';
     config_default(&built_in);
-    /* the directions of the joints' axes do not influence pressures */
+    /* other directions of the joints' axes make no other machine, since pressures do not depend on
+     * them */
     built_in.geometry.upper_axis = params->geometry.upper_axis, built_in.geometry.lower_axis = params->geometry.lower_axis;
     if (default_machine && !config_difference(params, &built_in, geometry, &difference)) return;
     for (int i = 0; config_key_at(i, &key); i++) {

@@ -213,7 +213,8 @@ bool config_value_set(const struct config_key *key, const struct config_value *v
     return true;
 }
 
-/* Writes a point before any exponent, because other readers of YAML 1.1 take "5e-05" for a word. */
+/* Writes a decimal point before any exponent, because other readers of YAML 1.1 take "5e-05" for a
+ * word. */
 static int format_number(double number, char *text, size_t size) {
     char plain[32];
     locale_t before = uselocale(c_locale());

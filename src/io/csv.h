@@ -28,9 +28,10 @@
  * doubtful, and hexid gap refuses them. Time may be a time of day.
  *
  * A file may have several columns of time, each for the columns after it; rows may have only some
- * of the channels; a channel may be repeated; a position may be a speed; and files of a directory
- * that share no column except the time are one test. Such channels are brought onto one clock
- * (csv_table.h). MAT and MCAP files are read as tables, too (csv_foreign.h).
+ * of the channels; a slow channel may have its last value in several rows (csv_hold.h); a position
+ * may be given as a speed; and files of a directory that share no column except the time are one
+ * test. Such channels are brought onto one clock (csv_table.h). MAT and MCAP files are read as
+ * tables, too (csv_foreign.h).
  *
  * Columns may stand in any order; a platform's file needs only t_s. A missing column or an empty
  * cell is NaN in the log, and whatever needs it is not evaluated. `flags` (SAMPLE_..., decimal) and

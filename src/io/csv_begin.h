@@ -7,8 +7,9 @@
 
 /* Finds which t_s of the file is t = 0, from its segments (segments.h):
  *
- *   rest, then steady motion   t = 0 is ramp_s / 2 before the middle of the transition, whose
- *                              smooth ends are detected late and early by the same amount.
+ *   rest, then steady motion   t = 0 is ramp_s / 2 before the middle between the two, because the
+ *                              rest is seen to end too late and the steady motion to begin too
+ *                              early by the same time: the ramp is smooth.
  *   no steady motion           t = 0 is the end of the first rest that motion follows; without a
  *                              rest it is the first row.
  *   no rest                    t = 0 is ramp_s before the steady motion, but not before the

@@ -52,18 +52,19 @@ static const struct guess pressures[] = {{"MPa", 1e6}, {"bar", 1e5}, {"psi", 689
 static const struct guess forces[] = {{"kN", 1e3}, {NULL, 0.0}};
 static const struct guess valves[] = {{"percent", 0.01}, {NULL, 0.0}};
 
-/* Greatest amount, or swing, expected of some columns on the configured machine. */
+/* Range in which the greatest amount, or the swing, of some columns lies on the configured
+ * machine. */
 struct expectation {
     bool swing;         /* half the difference of greatest and least value counts, not the greatest
                          * amount */
     double least, most; /* range of plausible values, SI */
-    double usual;       /* usual value; of the possible units, that one is named which brings the
-                         * value nearest to it by ratio */
+    double usual;       /* usual value, SI; the message names the unit under which the value is
+                         * nearest to it, by ratio */
     const char *si;
 };
 
-/* Neighbouring columns; the one with the largest value is judged, because a single one may be
- * dead. */
+/* Neighbouring columns of one kind. Only the one with the largest value is judged, because other
+ * sensors may be dead and read zero. */
 struct group {
     int first, last;
     struct expectation expected;

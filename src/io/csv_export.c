@@ -26,7 +26,8 @@ struct export {
     FILE *file;            /* file of the current test; NULL: there is none */
     char path[PATH_SIZE];
     struct cycle last;
-    double step_s;         /* shortest step between two rows; longer ones may be lost records */
+    double step_s;         /* shortest step between two rows; a longer step may be due to lost
+                            * records */
     struct csv_report *report;
     struct error *error;
 };
@@ -123,7 +124,8 @@ static int take(struct export *e, const struct cycle *c) {
 
 /* Writes the configuration. Joined parts of a run repeat it, since each part begins with it. */
 static int take_config(struct export *e, const char *text, size_t length) {
-    /* the text of a configuration of another version is kept, but the heads lack its values */
+    /* if the text cannot be parsed, because another version wrote it, it is exported all the same,
+     * but the files' heads lack its values */
     struct error ignored;
     if (e->config && strlen(e->config) == length && !memcmp(e->config, text, length)) return STATUS_OK;
     if (e->config)

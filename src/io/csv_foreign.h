@@ -26,11 +26,11 @@ struct csv_width {
     size_t bytes;
 };
 
-/* Makes the texts of a MAT (csv_mat.h) or MCAP file (csv_mcap.h). Any other file counts as its own
- * text: one, whose path is "". Returns -2 or -3 with the file's name. */
+/* Makes the texts of a MAT (csv_mat.h) or MCAP file (csv_mcap.h). Any other file is itself the
+ * text: texts->count is then 1, and the path "". Returns -2 or -3 with the file's name. */
 int csv_foreign_open(const char *path, const struct csv_map *map, struct csv_texts *texts, struct error *error);
 
-/* Frees a text; "" is none. */
+/* Frees the text with this path; does nothing for "". */
 void csv_foreign_close(const char *opened);
 
 /* Ends the last text and begins another. Returns its stream; NULL: see csv_texts_refuse(). */
@@ -54,8 +54,8 @@ bool csv_width_add(struct csv_width *width, const char *name);
 /* Refuses a file with too many columns; returns -2. */
 int csv_width_refuse(const struct csv_width *width, const char *path, struct error *error);
 
-/* Returns true if the map says by their names which columns are wanted, so that the others of a
- * wide file can be left out. A map with numbers of columns needs them all. */
+/* Returns true if the map gives all its columns by their names, so that the other columns of a wide
+ * file can be left out. Columns that the map gives by their numbers need all columns. */
 bool csv_map_names(const struct csv_map *map);
 
 /* Returns true if the map, or hexid's own name, gives the column a meaning. */

@@ -32,8 +32,8 @@ struct csv_column {
 
 extern const struct csv_column csv_columns[CSV_COLUMNS];
 
-/* Returns true if the mechanism has this column; all have time, flags and phase. With one leg its
- * columns have no number. */
+/* Returns true if the mechanism has this column; all mechanisms have time, flags and phase. The
+ * columns of a mechanism with one leg have no leg number in their names. */
 bool csv_column_of(int column, const struct mechanism *mechanism);
 
 /* Finds a column by hexid's own name for it; returns -1 if there is none. The name may end in
@@ -47,8 +47,9 @@ int csv_column_named(const char *name);
 enum csv_named_unit { CSV_UNIT_NONE, CSV_UNIT_FOUND, CSV_UNIT_WRONG };
 
 /* Finds the unit that is part of a foreign name: "Weg [mm]", "Weg (mm)", "Weg / mm", "Weg_mm".
- * Returns CSV_UNIT_WRONG if there are brackets, but no unit in them that the quantity can have,
- * unless it is a share or needs no unit. *unit is SI if none is found. */
+ * Returns CSV_UNIT_WRONG if the name has brackets without a unit that the quantity can have; for a
+ * share, or a column without a quantity, it then returns CSV_UNIT_NONE. *unit is SI if none is
+ * found. */
 enum csv_named_unit csv_unit_of(const char *name, enum csv_quantity quantity, struct csv_unit *unit);
 
 /* Returns the length of a column's name without its unit: 8 for "position_m". */

@@ -9,19 +9,19 @@ static const double MORE = 1.5;       /* a change that no coarse sensor makes ex
 static const double MULTIPLE = 0.05; /* largest distance of a change from a multiple of the step */
 static const double COARSE = 0.95;   /* least share of changes that are such multiples if the sensor
                                       * has a step */
-static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor with unequal steps: of its
-                                                      * changes after two rows and more at least
-                                                      * ALIKE_LEAST differ from their mean by less
-                                                      * than ALIKE of it; of a repeated sinusoid's a
-                                                      * third do */
+static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor counts as one of unequal steps if
+                                                      * a share of at least ALIKE_LEAST of its
+                                                      * changes after two or more rows differs from
+                                                      * their mean by less than ALIKE times the
+                                                      * mean; in a repeated sinusoid a third does */
 static const double LIKE_LEAST = 0.6; /* least share of gaps that have the commonest lengths */
 static const double SHORTER_MOST = 0.05; /* largest share of shorter gaps: no device delivers faster
                                           * than its rate, but clocks slip */
 static const double LONGER_MOST = 0.03; /* largest share of longer gaps if the commonest have one
                                          * and two rows, because values that are equal by chance
                                          * make some gaps of three */
-static const double ROWS_LEAST = 1.5;   /* least mean number of rows for a rate of its own; the grid
-                                         * of rows could not follow a smaller one */
+static const double ROWS_LEAST = 1.5;   /* least mean number of rows with one value of a repeated
+                                         * channel; the grid of rows could not follow fewer */
 
 void csv_hold_take(struct csv_hold *h, double value) {
     double change = fabs(value - h->last);
@@ -35,7 +35,7 @@ void csv_hold_take(struct csv_hold *h, double value) {
 }
 
 /* Returns the largest step of a coarse sensor whose steps differ, as after a calibration curve; 0
- * if the sensor is none. Such a sensor changes by about one step, however many rows have passed
+ * for any other channel. Such a sensor changes by about one step, however many rows have passed
  * since the change before, whereas a repeated channel changes by more when the signal is faster. */
 static double uneven_step(const struct csv_hold *h) {
     double mean = 0.0;
@@ -91,7 +91,7 @@ double csv_hold_rows(const struct csv_hold *h) {
     const struct gaps g = gaps_of(h);
     int all = sum(&g, 1, CSV_GAPS), first = commonest(&g, 2), width = 2;
     if (all < GAPS_LEAST) return 1.0;
-    /* slower devices jitter by a row in either direction */
+    /* a value of three rows or more jitters by a row in either direction, so three lengths count */
     if (first >= 3) first = commonest(&g, 3), width = 3;
     double like = sum(&g, first, first + width), shorter = sum(&g, 1, first), longer = all - like - shorter, mean = 0.0;
     for (int i = first; i < first + width; i++) mean += g.number[i] * i / like;

@@ -1,11 +1,12 @@
 /* Detects a channel that is repeated: the file has a row for each value of one device, and the last
  * value of a slower device is written again in each row (zero-order hold).
  *
- * A coarse sensor repeats values, too, while the signal moves by less than a step a row. But its
- * reading then changes by at most about one step for each row that has passed. So only changes
- * count that are larger, and that follow another such change: if the gaps before them are several
- * rows, and nearly always the same number of rows, the channel is repeated. The sensor's step is
- * the smallest change, if nearly all others are multiples of it. */
+ * A sensor of coarse resolution repeats values, too, while the signal moves by less than one step
+ * of the resolution per row. But its reading then changes by at most about one step for each row
+ * that has passed. So only larger changes count, and only if the change before was larger, too: if
+ * the gap between two such changes is several rows, and nearly always the same number of rows, the
+ * channel is repeated. The sensor's step is the smallest change, if nearly all others are multiples
+ * of it. */
 #ifndef HEXID_CSV_HOLD_H
 #define HEXID_CSV_HOLD_H
 
@@ -18,7 +19,7 @@ enum { CSV_CHANGES = 8192, CSV_GAPS = 512 };
 struct csv_hold {
     int64_t rows, changed_at;
     double last;
-    int changes;                /* number of changes kept, the first ones */
+    int changes;                /* number of changes kept; only the first CSV_CHANGES are */
     double change[CSV_CHANGES]; /* sizes of the changes, and numbers of rows since the change before
                                  * each */
     int gap[CSV_CHANGES];

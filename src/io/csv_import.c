@@ -27,7 +27,8 @@ static const double rate_tolerance = 0.01;  /* largest relative difference betwe
                                              * rate of t_s */
 static const double rate_same = 1e-3; /* relative difference up to which two rates count as equal */
 static const double step_least_s = 1e-4, step_most_s = 0.1; /* range of loop.period_s */
-static const double gap_max_s = 3600.0;     /* limit of tests.duration_s */
+static const double gap_max_s = 3600.0;     /* longest gap between two rows: the limit of
+                                             * tests.duration_s */
 
 struct import {
     const struct csv_source *source;
@@ -107,7 +108,8 @@ static int merge(struct import *im, int file, enum csv_key key) {
     return STATUS_OK;
 }
 
-/* Sets the loop's rate. The simulation keeps its step, and a sample may be one period old. */
+/* Sets the loop's rate, keeps the step of the simulation, and raises limits.sensor_age_s to at
+ * least one period. */
 static void set_rate(struct params *p, double rate_hz) {
     double before_s = p->loop.period_s;
     if (!(fabs(rate_hz * before_s - 1.0) > 1e-6)) return; /* unchanged except for rounding */
@@ -117,9 +119,9 @@ static void set_rate(struct params *p, double rate_hz) {
 }
 
 /* Takes the rate from the times if none is stated, or if the stated one is off by up to
- * rate_tolerance. Rounded times look like lost rows of a higher rate, so a stated rate between
- * the usual and the mean step is kept. A larger difference is refused later; rates outside a
- * loop's range mean another unit of time. */
+ * rate_tolerance. Rounded times look like lost rows of a higher rate, so a stated rate is kept if
+ * its period lies between the usual and the mean step. check_rate() refuses a larger difference;
+ * rates outside a loop's range mean another unit of time. */
 static void take_rate(struct import *im) {
     const struct csv_times *t = &im->times[0];
     double now_s = period_s(im), off = now_s / t->step_s - 1.0;
@@ -294,8 +296,8 @@ static int read_file(struct import *im, int file) {
     return status;
 }
 
-/* Finds t = 0, because a logger's time may start anywhere. If the times leave no room for a
- * ramp-in, the start is found from the motion. */
+/* Finds t = 0, because a logger's time may start anywhere. If the times begin after the ramp-in or
+ * end before it, the start is found from the motion. */
 static int find_zero(struct import *im, int file) {
     const struct csv_head *h = &im->head[file];
     char words[40] = "";
@@ -323,8 +325,9 @@ static bool axis_stated(const struct import *im, enum dof dof, enum csv_key key)
     return false;
 }
 
-/* Writes the file's own frequency and amplitude into the log before its rows. A file that states
- * none gets an entry that says so, and an earlier file's no longer counts. */
+/* Writes the file's own frequency and amplitude into the log before its rows. If the file states
+ * none but another file of its axis does, it writes NaN, so that an earlier file's value no longer
+ * counts. */
 static int write_stated(struct import *im, const struct csv_head *h) {
     static const enum csv_key key_of[CSV_STATED_KEYS] = {CSV_FREQUENCY, CSV_AMPLITUDE};
     char text[CSV_STATED_SIZE];
@@ -358,8 +361,9 @@ static int write_file(struct import *im, int file) {
     return status;
 }
 
-/* Takes a single axis's file that is too short for the ramp and two periods as any motion, not as a
- * test (dof none): as a test it would keep all other files from being read. */
+/* Takes a single axis's file that is too short for the ramp and two periods as any motion (dof
+ * none), not as a test: the configuration would be refused for its short evaluated part, and with
+ * it all other files. */
 static void take_short(struct import *im, int file) {
     struct csv_head *h = &im->head[file];
     const struct csv_times *t = &im->times[file];
@@ -470,7 +474,8 @@ static int unite_parts(struct import *im) {
     return STATUS_OK;
 }
 
-/* Refuses parts of which one turns and another slides. */
+/* Refuses parts of a test if one has units of an axis that turns, another those of one that
+ * slides. */
 static int check_kinds(const struct import *im) {
     const struct csv_head *turning = im->part, *sliding = im->part;
     if (!im->head[0].turns || !im->head[0].slides) return STATUS_OK;
@@ -586,7 +591,8 @@ static char *stated_text(const struct import *im) {
     config_default(&built_in);
     for (size_t i = 0; i < sizeof of / sizeof *of && !im->configured; i++) {
         const char *key = csv_config_key(of[i].key, of[i].from);
-        /* a value that is not the built-in one comes from a default file that was edited */
+        /* a value other than the built-in one is stated in a default configuration that the user
+         * has edited */
         bool stated = set_for(im, of[i].key, of[i].from) ||
                       config_difference(&im->params, &built_in, (const char *const[]){key, NULL}, &difference);
         for (int file = 0; file < im->files; file++) {

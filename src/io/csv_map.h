@@ -1,10 +1,10 @@
 /* Columns under the user's own names: "position=Weg:mm,force=Kraft [kN],t=Zeit:s". On the left is
  * hexid's name of a column (csv.h), with or without its unit. On the right is the name in the file,
  * or #3 for the third column whatever its name, and, after a colon, its unit (csv_units.h):
- * "force=Strom:85.2 N" is a current of which an ampere makes 85.2 N. Without a colon the unit at
- * the end of the name counts ("Weg [mm]", "Weg_mm"), then that of a line of units below the names,
- * else SI. Brackets that contain no unit are refused. "t=#0:2 ms" takes the time from the number of
- * the row. t may be given several times, because a file may have several clocks. Names contain no
+ * "force=Strom:85.2 N" is a current, one ampere of which stands for 85.2 N. Without a colon the
+ * unit at the end of the name counts ("Weg [mm]", "Weg_mm"), then that of a line of units below the
+ * names, else SI. Brackets that contain no unit are refused. "t=#0:2 ms" makes the time 2 ms times
+ * the row's number. t may be given several times, as a file may have several clocks. Names have no
  * comma; a name that contains a colon must be followed by another colon, with or without a unit.
  * Pure; any thread. */
 #ifndef HEXID_CSV_MAP_H

@@ -275,7 +275,8 @@ static int read_all(struct mat *m, int descriptor) {
     return is_own(m) ? write_own(m) : write_vectors(m);
 }
 
-/* Format 7.3 is HDF5. The version stands behind 124 bytes of text: 0x0100 is format 5. */
+/* Refuses formats other than 5; format 7.3 is HDF5. The version follows 124 bytes of text, and is
+ * 0x0100 in format 5. */
 static int check_version(const char *path, int descriptor, struct error *error) {
     unsigned char head[128] = {0};
     bool whole = pread(descriptor, head, sizeof head, 0) == sizeof head;

@@ -2,14 +2,14 @@
  * src/io/csv_*.c.
  *
  * Every real vector becomes a column, also those in structs ("run.force"), in arrays of structs
- * ("signals.2.values") and the columns of a matrix ("data.3"). The vectors of a struct that have
- * the same length stand together, behind the time among them: the vector that --map gives for t, or
- * one that rises and is named t or has the word time in its name. Without one they share the time
- * of other vectors of their length; without that too they are left out, unless no vector has a
- * time: then those of the greatest length are taken. A file of hexid's own (`hexid export --format
- * mat`) becomes its tests. Format 7.3, which is HDF5, is refused with the remedy. If there are more
- * vectors than a CSV text can have columns, or the table would be too large, only those are taken
- * that --map names, and times. */
+ * ("signals.2.values") and the columns of a matrix ("data.3"). Vectors of one struct with the same
+ * length stand together, after the one that is their time: the vector that --map gives for t, or
+ * one that rises and is named t or has the word time in its name. If none of them is a time, they
+ * share the time of other vectors of their length; if there is no such time either, they are left
+ * out. If the file has no time at all, the vectors of the greatest length are taken. A file of
+ * hexid's own (`hexid export --format mat`) becomes its tests. Format 7.3, which is HDF5, is
+ * refused with the remedy. If there are more vectors than a CSV text can have columns, or the table
+ * would be too large, only times and the vectors that --map names are taken. */
 #ifndef HEXID_CSV_MAT_H
 #define HEXID_CSV_MAT_H
 

@@ -22,8 +22,8 @@ enum {
 };
 enum { FOOTER = 2, CHANNEL = 4, MESSAGE = 5, CHUNK = 6, DATA_END = 15 }; /* opcodes */
 static const char time_name[] = "log_time_s";
-static const uint64_t RECORD_MOST = 256u << 20; /* bytes of a record, and of a chunk when it is
-                                                 * unpacked */
+static const uint64_t RECORD_MOST = 256u << 20; /* largest size of a record, and of an unpacked
+                                                 * chunk, bytes */
 
 /* Place of a message's row in the text. */
 struct place {
@@ -31,7 +31,7 @@ struct place {
     long at;
 };
 
-/* Bytes that are being read; `bad` once more was asked for than there is. */
+/* Bytes that are being read; `bad` is set once more bytes are requested than are left. */
 struct bytes {
     const unsigned char *at, *end;
     bool bad;
@@ -59,7 +59,7 @@ struct mcap {
     double value[COLUMNS_MAX]; /* value in the message being read */
     struct place *row;
     size_t rows, capacity;
-    bool unsorted; /* a message was logged before one that the file has earlier */
+    bool unsorted; /* a row has an earlier log time than the row before it */
     struct csv_own own;
 };
 
@@ -283,8 +283,8 @@ static bool copy_sorted(const struct mcap *m, FILE *from, FILE *to) {
     return good;
 }
 
-/* Sorts the rows by time: recorders write messages as they arrive, and merged files one after the
- * other. */
+/* Sorts the rows by log time: a recorder writes messages as they arrive, and a merged file has the
+ * messages of its parts one after the other. */
 static int sort_rows(struct mcap *m) {
     struct csv_texts *t = m->texts;
     if (!m->unsorted) return STATUS_OK;
@@ -305,8 +305,8 @@ static int find_columns(struct mcap *m, FILE *file) {
     return read_file(m, file);
 }
 
-/* Finds the columns, then writes the rows. A file with too many columns has only those that the map
- * names. */
+/* Finds the columns, then writes the rows. If there are too many columns, only those that the map
+ * names are written. */
 static int read_all(struct mcap *m, FILE *file) {
     int status = find_columns(m, file);
     m->wanted_only = m->wide && csv_map_names(m->map);

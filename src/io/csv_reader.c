@@ -71,8 +71,8 @@ static int read_key(struct csv_reader *r, char *comment, struct error *error) {
                                             : csv_text_refuse(&r->in, error, "dof: %.40s: it takes x, y, z, phi, theta, psi or none", text);
 }
 
-/* Notes one of hexid's names with something else in brackets than a unit. That is a mistake unless
- * another column is the one meant, such as "Force (N)" beside "Force (V)". */
+/* Notes a name of hexid's whose brackets contain no unit. It is a mistake unless another column has
+ * the same name with a unit, such as "Force (N)" beside "Force (V)". */
 static void note_unknown_unit(struct csv_reader *r, const char *name) {
     char stem[CSV_ALIAS_SIZE];
     size_t length = strcspn(name, "[(");
@@ -358,7 +358,7 @@ static int read_head(struct csv_reader *r, struct error *error) {
     }
     if (status || !got) return status;
     int line_now = r->in.line;
-    r->in.line = r->head.columns_line + (layout.units_line ? 1 : 0); /* for messages */
+    r->in.line = r->head.columns_line + (layout.units_line ? 1 : 0); /* line named in messages */
     status = finish_columns(r, error);
     r->in.line = line_now;
     return status;
@@ -451,7 +451,7 @@ static char *read_cell(struct csv_reader *r, const struct csv_cell *cell, char *
     return cell->column == CSV_T || possible(cell->column, number) ? end : NULL;
 }
 
-/* Returns true if only an empty cell is left, which a separator at the end of every row makes. */
+/* Returns true if the rest is one empty cell, as after a separator at the end of every row. */
 static bool only_end(const char *rest) { return rest[0] == ',' && rest[1] == '\0'; }
 
 /* Returns true if this cell and all after it are of unknown columns: a row may end before them. */
@@ -460,8 +460,8 @@ static bool none_known(const struct csv_reader *r, int cell) {
     return cell == r->cells;
 }
 
-/* Returns true for a row of channels that are not read, as tables of several topics have them. A
- * row of hexid's own stays: its flags say that nothing came. */
+/* Returns true if no known column but the time has a number in the row, as in tables of several
+ * topics. Rows of hexid's own files are never empty: their flags record that no reading came. */
 static bool is_empty(const struct csv_reader *r, const double value[CSV_COLUMNS]) {
     bool any = r->head.has[CSV_FLAGS_COLUMN];
     for (int i = CSV_T + 1; i < CSV_COLUMNS && !any; i++) any = csv_columns[i].kind == CSV_REAL && !isnan(value[i]);

@@ -78,8 +78,9 @@ int csv_open_as(struct csv_reader **reader, const struct csv_head *head, bool pa
 /* Lists the columns that the head's mechanism could have and the file lacks. */
 void csv_list_missing(struct csv_head *head);
 
-/* Reads the next row in which a column that is read has a number. Returns 1 for a row, 0 at the
- * end, or a negative status. Values are in SI, NaN if missing; reader->clock has the times. */
+/* Reads the next row that has a number in a known column other than the time. Returns 1 for a row,
+ * 0 at the end, or a negative status. Values are in SI, NaN if missing; reader->clock has the
+ * times. */
 int csv_read_values(struct csv_reader *reader, double value[CSV_COLUMNS], struct error *error);
 
 /* Fills a cycle from the values of a row, with state STATE_TESTING and the valves enabled. Numbers

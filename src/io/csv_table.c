@@ -94,15 +94,16 @@ static bool needs_table(const struct gathering *g) {
     if (h->has[CSV_FLAGS_COLUMN]) return false;
     for (int i = 0; i < CSV_COLUMNS; i++) {
         bool sparse = g->series[i].count >= SAMPLES_LEAST && (double)g->series[i].count < SPARSE * (double)g->rows;
-        /* a command alone in its rows comes from another topic than what is measured */
+        /* a sparse command needs no table, unless rows without any measured channel show that it
+         * comes from another topic */
         if (sparse && (is_measured(i) || g->unmeasured)) return true;
         if (is_measured(i) && csv_hold_rows(&g->hold[i]) > 1.0) return true;
     }
     return false;
 }
 
-/* Keeps the samples of a repeated channel at which its value is new. A value that stays for longer
- * than the channel's rate allows was measured again. */
+/* Keeps the samples of a repeated channel at which its value is new. If a value stays for longer
+ * than hold_rows, it was measured again without a change, and that sample is kept, too. */
 static void thin(struct csv_series *s, double hold_rows) {
     int64_t kept = 0, since = 0;
     for (int64_t i = 0; i < s->count; i++) {

@@ -22,10 +22,10 @@ struct csv_table {
 };
 
 /* Looks through the files of a test. If it is one file whose rows can be taken as they stand,
- * *table stays NULL, columns without any number are taken out of the test's head, `whole`, and
- * *empty is the number of cells without a number in the others. Else makes the table, *empty is 0,
- * and the notes get what was done. middle_m: middle of the range of a position that is integrated.
- * Heap. Returns -2 or -3 on failure. */
+ * *table is NULL, columns without any number are taken out of the test's head, `whole`, and *empty
+ * is the number of cells without a number in the other columns. Otherwise makes the table; *empty
+ * is 0, and the notes say what was changed. middle_m: middle of the range of a position that is
+ * integrated. Heap. Returns -2 or -3 on failure. */
 int csv_table_make(struct csv_table **table, struct csv_head *whole, int64_t *empty, const struct csv_head *files, int count,
                    double middle_m, struct csv_map *map, char notes[CSV_NOTES_SIZE], struct error *error);
 

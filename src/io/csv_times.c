@@ -112,8 +112,8 @@ int csv_times_measure(struct csv_times *t, double stated_s, struct error *error)
     if (!(t->step_s >= STEP_LEAST_S)) return STATUS_OK;
     double step_s = refine(t, t->step_s);
     int64_t unexplained = place_rows(t, step_s);
-    /* if the stated step leaves half as many rows unexplained, it is the right one; a small error
-     * of the step does no harm, since the grid follows the rows */
+    /* if the stated step leaves fewer than half as many rows unexplained, it is the right one; a
+     * small error of the step does no harm, since the grid follows the rows */
     if (unexplained && stated_s >= STEP_LEAST_S && 2 * place_rows(t, stated_s) >= unexplained) place_rows(t, step_s);
     t->step_s = span_s / (double)(csv_times_places(t) - 1);
     return STATUS_OK;

@@ -22,9 +22,9 @@ struct csv_times {
 int csv_times_add(struct csv_times *times, double t_s, struct error *error);
 
 /* Computes step and places after the last row. stated_s: the step that the file states, NaN if
- * none. The stated step is used instead of the step of most rows if that halves the number of rows
- * that do not directly follow their predecessor: stamps of 800 Hz in whole milliseconds look like
- * 1000 Hz with lost rows. Returns -3 without memory. */
+ * none. The stated step is used instead of the step of most rows if that more than halves the
+ * number of rows that do not directly follow their predecessor: stamps of 800 Hz in whole
+ * milliseconds look like 1000 Hz with lost rows. Returns -3 without memory. */
 int csv_times_measure(struct csv_times *times, double stated_s, struct error *error);
 
 /* Return the number of grid points from the first row to the last, and the number of those without

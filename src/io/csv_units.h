@@ -6,7 +6,8 @@
  *
  * The unit decides how a column is used. A position in a unit of speed is integrated (csv_speed.h).
  * A position in a unit of angle and a force in a unit of torque belong to an axis that rotates, and
- * are read as at a lever of 1 m: rad as m, N m as N, and kg m2 as kg. Pure; any thread. */
+ * are read as if they acted at a lever of 1 m: rad as m, N m as N, and kg m2 as kg. Pure; any
+ * thread. */
 #ifndef HEXID_CSV_UNITS_H
 #define HEXID_CSV_UNITS_H
 

@@ -11,8 +11,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-static const char operators[] = "hexid"; /* group whose members may command; the service unit runs
-                                          * with it */
+static const char operators[] = "hexid"; /* group whose members may command; the service runs in
+                                          * it */
 
 struct holder {
     struct ucred who; /* credentials at the time of the holder's listen() */
@@ -85,8 +85,8 @@ static void describe(const struct holder *h, char *text, size_t size) {
     else snprintf(text, size, "process %ld of user %ld", (long)h->who.pid, (long)h->who.uid);
 }
 
-/* SAFETY: other slots are checked after this process's own is taken, so that of two processes that
- * start at once one sees the other. */
+/* SAFETY: first takes a slot, then checks the other slots, so that of two processes that start at
+ * once at least one sees the other. */
 int host_lock(const char *url, const struct host_lock_key *key, struct error *doubt, struct error *error) {
     int own_slot, own = take_slot(key, &own_slot), reason = errno;
     char who[100];

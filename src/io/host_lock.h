@@ -1,9 +1,9 @@
 /* SAFETY: one master for each machine on this host, whichever user starts it and however its
  * address is written. Masters on other hosts are refused by the device.
  *
- * A lock is a Unix-domain socket in the abstract namespace of this network namespace: it needs
- * no directory and no file, works in a container and under the unit's filter, and ends with its
- * process. Any user can bind a name, so a lock counts only if its holder may command the
+ * A lock is a Unix-domain socket in the abstract namespace of this network namespace: it needs no
+ * directory and no file, works in a container and under the service unit's restrictions, and ends
+ * with its process. Any user can bind a name, so a lock counts only if its holder may command the
  * machine: root, this user, whoever may write the device file, or, without such a file, members
  * of group hexid. Anybody else is a stranger: the lock is then taken under another of
  * HOST_LOCK_SLOTS names, and the stranger is reported. A stranger who holds all of them leaves

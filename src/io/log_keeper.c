@@ -22,7 +22,7 @@ struct answer {
     char path[PATH_MAX];
 };
 
-/* ---- the process ---- */
+/* ---- the keeper's process ---- */
 
 static int send_answer(int socket, const struct answer *a, int file) {
     _Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof file)] = {0};
@@ -91,8 +91,8 @@ static void serve(int socket, const char *first, int64_t quota_bytes) {
     remove_unused(last);
 }
 
-/* Turns the child into the keeper. It closes the daemon's descriptors, because a bus whose owner
- * has ended must be seen as closed, and blocks all signals, which are for the daemon. */
+/* Turns the child into the keeper. It closes the descriptors inherited from the daemon, so that a
+ * daemon that ends leaves no bus open, and blocks all signals, which are for the daemon. */
 static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
     sigset_t all;
     sigfillset(&all);
@@ -106,7 +106,7 @@ static void become_keeper(int socket, const char *first, int64_t quota_bytes) {
     _exit(0);
 }
 
-/* ---- the other end ---- */
+/* ---- the recorder's end ---- */
 
 /* Waits for an answer and drops it. Returns its size, 0 if the process has ended, -1 if nothing
  * came in time. */

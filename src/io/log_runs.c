@@ -119,7 +119,7 @@ static void take_cycle(struct finder *f, const struct place *c) {
     if (f->known && repeats(c, &f->last) && !other) return;
     if (other) begin(f, c, f->config, f->part);
     else if (f->known && (!follows(c, &f->last) || elsewhere(f, c))) {
-        /* the cycle before c was a stray that came too early */
+        /* the cycle before c was a stray: c does not follow it, but follows the one before it */
         if (f->known == 2 && !follows(c, &f->last) && follows(c, &f->before)) f->strays++, f->last = *c;
         else {
             f->has_candidate = true, f->candidate = *c, f->candidate_told = f->config_at >= 0;

@@ -21,7 +21,7 @@
 
 enum { STATE_MESSAGE_MAX = 600, COMMAND_MESSAGE_MAX = 64 };
 
-/* Casts a constant text for a generated encoder, which lacks const on what it only reads. */
+/* Casts a constant text for a generated encoder, which only reads it but takes a char *. */
 static inline char *lcm_text(const char *constant) { return (char *)(uintptr_t)constant; }
 
 /* Encodes a cycle and returns the message's size. Decoding gives the same values, bit for bit; in

@@ -14,7 +14,7 @@
 
 enum { NONE = -1 };
 
-/* Returns the time within which the manager wants a life sign; 0: it wants none, wants it from
+/* Returns the time within which the manager wants a "WATCHDOG=1"; 0: it wants none, wants it from
  * another process, or the number is invalid. */
 static int64_t watchdog_ns(void) {
     const char *time_us = getenv("WATCHDOG_USEC"), *process = getenv("WATCHDOG_PID");

@@ -1,9 +1,9 @@
 /* Reports to a service manager by systemd's protocol sd_notify(3): datagrams to the socket that
  * $NOTIFY_SOCKET names. Without that variable nothing is sent, which is no error. Nothing here
- * blocks: a datagram that the manager does not accept at once is lost, and the next life sign
- * follows.
+ * blocks: a datagram that the manager does not accept at once is lost, and a later "WATCHDOG=1"
+ * replaces it.
  *
- * SAFETY: the life sign means that cycles came, not that some thread still runs. */
+ * SAFETY: "WATCHDOG=1" means that cycles came, not only that some thread still runs. */
 #ifndef HEXID_NOTIFY_H
 #define HEXID_NOTIFY_H
 
@@ -14,13 +14,13 @@
 
 struct notify {
     int socket;            /* socket to the service manager; -1: there is none */
-    int64_t every_ns;      /* time between two life signs, half of what the manager allows; 0: none
-                            * are wanted */
-    int64_t alive_ns;      /* time of the last life sign, CLOCK_MONOTONIC */
+    int64_t every_ns;      /* time between two "WATCHDOG=1", half of the time that the manager
+                            * allows; 0: it wants none */
+    int64_t alive_ns;      /* time of the last "WATCHDOG=1", CLOCK_MONOTONIC */
     bool ready, stopping;  /* "READY=1" and "STOPPING=1" were already sent */
 };
 
-/* Opens the socket that $NOTIFY_SOCKET names, and takes the time between life signs from
+/* Opens the socket that $NOTIFY_SOCKET names, and takes the time between two "WATCHDOG=1" from
  * $WATCHDOG_USEC if $WATCHDOG_PID is this process or not set. To be called before confine().
  * STATUS_IO: the socket cannot be used; n then sends nothing. */
 int notify_open(struct notify *n, struct error *error);
@@ -28,7 +28,7 @@ int notify_open(struct notify *n, struct error *error);
 /* Sends one or more lines as in sd_notify(3), "READY=1". Any thread. */
 void notify_send(const struct notify *n, const char *lines);
 
-/* Sends a life sign if one is due; to be called for each cycle. One thread. */
+/* Sends "WATCHDOG=1" if it is due; to be called for each cycle. One thread. */
 void notify_alive(struct notify *n);
 
 void notify_close(struct notify *n);

@@ -58,7 +58,7 @@ int output_write(struct output *o, const char *text, struct error *error);
 int output_made(struct output *o, char *text, struct error *error);
 int output_page(struct output *o, int made, char *page, struct error *error);
 
-/* Do what output_write() does in two steps, for output written bit by bit, never in place.
+/* Do what output_write() does in two steps, for output written in pieces, never in place.
  * output_open() returns NULL with an error of status -3, or -2 if the output is no file in a
  * directory. failure: errno of an earlier write; 0: none. output_close() closes the stream and on
  * failure removes the temporary file. */

@@ -1,5 +1,5 @@
-/* Recognises recordings by their content, whatever their names, so that a result never
- * overwrites others' measurements. Ordinary threads. */
+/* Recognises recordings by their content, whatever their names, so that a result never overwrites
+ * measurements. Ordinary threads. */
 #ifndef HEXID_RECOGNISE_H
 #define HEXID_RECOGNISE_H
 

@@ -1,11 +1,11 @@
 /* Reads a trajectory from a CSV file: a line with the names of the columns, then 3 to 500000 rows,
  * each a pose, at increasing times, evenly spaced or not.
  *
- *     t_s,x_m,y_m,z_m,phi_rad,theta_rad,psi_rad      any of the axes, in any order; missing ones
- *     stay at neutral
+ *     t_s,x_m,y_m,z_m,phi_rad,theta_rad,psi_rad
  *
- * Limits: 10 m, pi rad, and 3600 s with all passes. Anything else is refused with file, line and
- * remedy. Main thread. */
+ * The columns may stand in any order; axes without a column stay at neutral. Limits: 10 m, pi rad,
+ * and 3600 s for all passes together. Anything else is refused with file, line and remedy. Main
+ * thread. */
 #ifndef HEXID_TRAJECTORY_FILE_H
 #define HEXID_TRAJECTORY_FILE_H
 

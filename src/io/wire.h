@@ -1,7 +1,7 @@
-/* Reads an LCM message field by field from untrusted bytes: liblcm would allocate its strings, and
- * would believe a length that the message cannot fill. Big-endian, in the order of the .lcm file. A
- * field that runs past the end makes the message bad, and every later field 0 or NULL: `good` is
- * checked once, after the last field. Ordinary threads, no heap. */
+/* Reads an LCM message field by field from untrusted bytes. liblcm is not used, because it
+ * allocates strings, and believes lengths that exceed the message. Big-endian, in the order of the
+ * .lcm file. A field that runs past the end makes the message bad, and every later field 0 or NULL,
+ * so that `good` need be checked only once, after the last field. Ordinary threads, no heap. */
 #ifndef HEXID_WIRE_H
 #define HEXID_WIRE_H
 
