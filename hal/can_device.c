@@ -1,5 +1,5 @@
-/* The device side of can: seven CANopen nodes (can_node.h) on one socket, with the simulated
- * machine behind them. */
+/* The device side of CAN, for `hexid plant`: seven CANopen nodes (can_node.h) on one socket, with
+ * the simulated machine behind them. */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>

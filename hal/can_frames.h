@@ -47,7 +47,8 @@ enum {
 /* Bits of node 7's outputs. */
 enum { OUTPUT_SUPPLY = 1u << 0 };
 
-/* Identifiers of frames (COB-IDs) without the node's number, and masks of their two parts. */
+/* Identifiers of frames (COB-IDs) without the node's number, and the masks of their function code
+ * and node number. */
 enum {
     COB_NMT = 0x000,
     COB_SYNC = 0x080,

@@ -119,7 +119,7 @@ struct can_master {
     int64_t sync_ns, gap_ns;   /* time of the last SYNC's echo, and time from the previous echo to
                                 * it */
     bool doubt;                /* a TPDO of an older window may still arrive */
-    enum can_pause pause;      /* whether this window has a pause, or will have one */
+    enum can_pause pause;      /* this window has no pause, is due to have one, or has had one */
     bool punctual;             /* all TPDOs of this window had arrived when its pause began */
     bool centred;              /* the last command centred the valves */
     bool given, due, level;    /* supply output: level last requested by the loop, whether a

@@ -33,7 +33,7 @@ struct can_queue {
 };
 void can_queue_push(struct can_queue *q, struct can_frame frame);
 
-/* Errors that 0x1001 can show. */
+/* Errors that the error register, 0x1001, shows. */
 enum can_error {
     CAN_ERROR_SENSOR,       /* EMCY 0x5000: a reading is missing */
     CAN_ERROR_HEARTBEAT,    /* EMCY 0x8130: a heartbeat that the node watches is late */

@@ -243,9 +243,9 @@ static const struct command_record *due_command(struct modbus_hal *m) {
     return monotonic_ns() - c->posted_ns <= ns_from_seconds(timeout_s(m->params)) ? c : NULL;
 }
 
-/* SAFETY: before the loop begins, the claim is kept with centred valves, so that no other master
- * takes the machine. Afterwards a silent loop leaves no command to send (NULL), so that the
- * device's watchdog detects it. */
+/* SAFETY: until the loop posts its first command, returns one that centres the valves, which keeps
+ * the claim, so that no other master takes the machine. Afterwards returns NULL, which sends
+ * nothing, if the loop has posted none: the device's watchdog must detect a loop that hangs. */
 static const struct command_record *command_to_send(struct modbus_hal *m) {
     const struct command_record *command = due_command(m);
     m->begun |= command != NULL;

@@ -35,9 +35,8 @@ enum {
                                 * turn; they take a third of a millisecond */
     WELCOMES_A_TURN = 16,
     TURN_NS = NS_PER_S / 1000,
-    TTY_LATENCY_NS = 4 * TURN_NS, /* added to modbus_silence_s() for delays within a frame by
-                                   * adapters (their latency timer, 1 ms if set so) and
-                                   * schedulers */
+    TTY_LATENCY_NS = 4 * TURN_NS, /* added to modbus_silence_s(), because adapters (latency timer,
+                                   * 1 ms if set so) and schedulers make gaps within a frame */
     EMPTY_READS_MAX = 8,       /* number of consecutive reads without bytes after which a line that
                                 * still polls readable counts as lost */
     REOPEN_NS = NS_PER_S,      /* interval between attempts to open a lost line */

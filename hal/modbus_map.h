@@ -48,7 +48,8 @@ enum {
     MODBUS_SILENT = 1u << 0,                    /* status: the watchdog has centred the valves */
     MODBUS_OWNED = 1u << 1,                     /* a master owns the machine and has not been
                                                  * silent for the watchdog's time */
-    MODBUS_WATCHDOG_MIN_MS = 2,                 /* lower limit of device.watchdog_s */
+    MODBUS_WATCHDOG_MIN_MS = 2,                 /* shortest watchdog that the device accepts; also
+                                                 * the lower limit of device.watchdog_s */
 };
 
 struct modbus_register {

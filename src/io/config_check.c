@@ -201,8 +201,8 @@ static void check_limits(struct checker *c, const struct params *p) {
             p->loop.period_s);
 }
 
-/* Returns the distance by which every joint may move from neutral before a leg reaches an end of
- * its stroke or a limit of its length. */
+/* Returns the distance by which the upper joints may move from neutral, in any direction, before a
+ * leg reaches an end of its stroke or a limit of its length. */
 static double room_m(const struct params *p, const struct kinematics *k) {
     double room = (double)INFINITY;
     for (int i = 0; i < LEGS; i++) {

@@ -69,8 +69,8 @@ struct csv_report {
     int64_t lost;          /* number of the tests' cycles without a row */
     char aside[PATH_MAX];  /* import: new name of a log that existed at the output's path; "":
                             * none */
-    int64_t empty;         /* import: number of cells without a number in columns that have some;
-                            * not counted if channels had to be brought onto one clock */
+    int64_t empty;         /* import: number of empty cells in columns that have numbers; 0 if
+                            * channels had to be brought onto one clock */
     int64_t unreadable;    /* export: number of malformed messages on HEXID_STATE */
     bool several;          /* import: files of the same test axis state different frequencies */
     double rate_hz;        /* import: rate of the first file's time stamps, Hz, if it differs from
@@ -92,8 +92,8 @@ struct csv_report {
     char overruled[600];   /* import: values in heads that csv_source.settings overrule */
     char notes[1200];      /* import: changes made to bring channels onto one clock (csv_table.h),
                             * and lines left out */
-    bool turns;            /* import: the axis rotates and is read as at a lever of 1 m
-                            * (csv_units.h) */
+    bool turns;            /* import: the axis rotates; angles and torques are read as lengths and
+                            * forces at a lever of 1 m (csv_units.h) */
     bool no_lengths;       /* import: a platform's file lacks leg lengths */
     char doubtful[CSV_DOUBTS_SIZE]; /* import: columns with values implausible for their names, and
                                      * the units that they might have (csv_doubts.h) */

@@ -82,8 +82,8 @@ static const double TURN_MAX_RAD = 0.6;     /* largest angle that a platform rea
 static const double OF_SUPPLY = 0.6;        /* usual largest pressure as a share of the supply
                                              * pressure; it lies between a half (light load) and
                                              * 1 */
-static const double SUPPLY_MOST = 2.0;      /* a load or the area ratio can raise a pressure to at
-                                             * most this times the supply's */
+static const double SUPPLY_MOST = 2.0;      /* largest pressure to which a load or the area ratio
+                                             * can raise a chamber, over the supply pressure */
 static const double OF_STROKE = 0.1;        /* usual swing of a length, as a share of the stroke, if
                                              * no amplitude is known */
 

@@ -7,7 +7,7 @@
 
 enum { CSV_TEXTS_MAX = 100 };
 
-/* Largest number of bytes of the texts of a file, which are in memory: 50 million numbers. */
+/* Largest size of all texts of a file, bytes: 50 million numbers. They are held in memory. */
 static const int64_t CSV_TEXTS_BYTES = 1 << 30;
 
 /* Texts made from a file. Initialised to zero. */
@@ -33,7 +33,8 @@ int csv_foreign_open(const char *path, const struct csv_map *map, struct csv_tex
 /* Frees the text with this path; does nothing for "". */
 void csv_foreign_close(const char *opened);
 
-/* Ends the last text and begins another. Returns its stream; NULL: see csv_texts_refuse(). */
+/* Ends the last text and begins another. Returns the new text's stream, or NULL on failure, which
+ * csv_texts_refuse() reports. */
 FILE *csv_texts_next(struct csv_texts *texts);
 
 /* Writes a separator (0: none) and a number in its shortest form, nothing for NaN. */

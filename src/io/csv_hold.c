@@ -2,11 +2,12 @@
 
 #include <math.h>
 
-enum { GAPS_LEAST = 12 };            /* number of gaps that a finding needs */
+enum { GAPS_LEAST = 12 };            /* with fewer gaps, a channel never counts as repeated */
 
-static const double MORE = 1.5;       /* a change that no coarse sensor makes exceeds one step for
-                                       * each row by at least this many steps */
-static const double MULTIPLE = 0.05; /* largest distance of a change from a multiple of the step */
+static const double MORE = 1.5;       /* a change is too large for a coarse sensor if it exceeds one
+                                       * step per row of its gap by more than this many steps */
+static const double MULTIPLE = 0.05; /* largest distance of a change from a multiple of the step, as
+                                      * a share of the step */
 static const double COARSE = 0.95;   /* least share of changes that are such multiples if the sensor
                                       * has a step */
 static const double ALIKE = 0.3, ALIKE_LEAST = 0.7; /* a sensor counts as one of unequal steps if

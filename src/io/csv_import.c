@@ -390,8 +390,8 @@ static int check_files(struct import *im) {
     return status;
 }
 
-/* Reads the head of a text that was made from a file or, if `opened` is "", of the file itself. It
- * may be a part of a test. */
+/* Reads the head of a text that was made from a file or, if `opened` is "", of the file itself. The
+ * text may be only a part of a test. */
 static int read_text_head(struct import *im, const char *path, const char *opened, const char *name) {
     struct csv_reader *reader;
     struct csv_head *h = &im->head[im->files];

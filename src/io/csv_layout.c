@@ -17,7 +17,8 @@ struct lines {
     struct line line[LINES];
 };
 
-/* Contents of a line that is split at a separator. */
+/* Number of cells of a line that is split at a separator, and how many of them are numbers, words
+ * and units. */
 struct shape {
     int cells, numbers, words, units;
 };

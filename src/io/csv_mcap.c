@@ -102,8 +102,8 @@ static void take_channel(struct mcap *m, struct bytes b) {
     if (!c->json && !strstr(m->other, encoding)) snprintf(m->other + used, sizeof m->other - used, "%s%s", used ? ", " : "", encoding);
 }
 
-/* Returns the column of a name, a new one until rows are written; -1: it is not wanted, or there
- * are too many. */
+/* Returns the column of a name, and adds it in the passes before rows are written; -1: it is not
+ * wanted, or there are too many columns. */
 static int column_of(struct mcap *m, const char *name) {
     int i = 0;
     while (i < m->columns && strcmp(m->name[i], name)) i++;

@@ -58,8 +58,8 @@ struct csv_reader {
                                               * of units, truncated */
     char unit[CSV_CELLS_MAX][CSV_CELL_UNIT];
     struct csv_clock clock[CSV_CLOCKS];
-    const struct csv_alias *counted; /* entry of the map by which the clock counts rows; NULL: it
-                                      * does not count them */
+    const struct csv_alias *counted; /* entry of the map (t=#0) that makes the row's number the
+                                      * time; NULL: there is none */
     int64_t rows;
     int clock_of[CSV_COLUMNS];     /* clock of each column that is there */
     struct csv_map *map;           /* columns under the user's own names; NULL: there are none */

@@ -27,8 +27,8 @@ enum csv_quantity {
 struct csv_unit {
     double factor, offset; /* SI = factor * value + offset */
     bool speed;            /* the value is the rate of the column's quantity */
-    bool turns;            /* the value is an angle or a torque, in a column for a length or a
-                            * force, too */
+    bool turns;            /* the column is an axis's position or force, and the value an angle, its
+                            * rate or a torque */
 };
 
 extern const struct csv_unit csv_unit_si;

@@ -22,7 +22,8 @@ void json_text_free(struct json_text *j);
 /* Empties the text and clears `failed`. */
 void json_text_restart(struct json_text *j);
 
-/* Append raw bytes, or, for names and numbers of our own, a formatted text of at most 199 bytes. */
+/* Append raw bytes, or, for hexid's own names and numbers, a formatted text of at most 199
+ * bytes. */
 void json_text_add(struct json_text *j, const char *text, size_t length);
 __attribute__((format(printf, 2, 3))) void json_text_say(struct json_text *j, const char *format, ...);
 

@@ -8,10 +8,10 @@
 #include "messages.h"
 #include "units.h"
 
-/* A log is taken for one of two machines if many cycles are strays (decide()): more than
+/* A log counts as a mixture of two machines' cycles if many cycles are strays (decide()): more than
  * STRAYS_MOST, or more than STRAYS_LEAST that make up more than 1 / STRAYS_SHARE of all. Fewer are
- * damage. A log is also taken for one of two machines if more than JUMPS_MOST runs begin without a
- * configuration, or if a previous run continues at least CROSSINGS_LEAST times (crosses()). */
+ * damage. It also counts as a mixture if more than JUMPS_MOST runs begin without a configuration,
+ * or if a previous run continues at least CROSSINGS_LEAST times (crosses()). */
 enum { STRAYS_MOST = 64, STRAYS_LEAST = 3, STRAYS_SHARE = 20, CROSSINGS_LEAST = 2, JUMPS_MOST = 32 };
 static const double CLOCKS_APART_S = 2.0; /* difference between two clocks that is longer than any
                                            * delay of a message */

@@ -30,7 +30,8 @@ void wire_boolean(struct wire *w);
 /* Returns a zero-terminated string inside the message; NULL when bad. */
 const char *wire_string(struct wire *w);
 
-/* Reads the number of elements that follow, each of at least one byte; 0 when bad. */
+/* Reads the number of elements that follow; 0 when bad. A number larger than the bytes that are
+ * left makes the message bad, since each element has at least one byte. */
 int wire_count(struct wire *w);
 
 #endif
