@@ -13,9 +13,9 @@
  * whose watchdog has centred the valve and which ignore commands in pre-operational.
  *
  * A socket is lost with its interface (an adapter was unplugged). A thread of the back-end checks
- * the interface four times a second and opens a socket on the new one with the same name; the loop,
- * which never waits, takes it over. Nodes and platform then are in the same state as after any loss
- * of the bus.
+ * the interface four times a second and opens a socket on the new interface of the same name; the
+ * loop, which never waits, then uses that socket. Nodes and platform are then in the same state as
+ * after any other loss of the bus.
  *
  * SAFETY: one master. Before it sends anything, bring-up listens: a frame that only a master
  * sends ends it, and the running master is not disturbed. Later such a frame, unless it is an
@@ -307,7 +307,7 @@ static int can_read(struct hal *hal, int64_t now_ns, struct hal_sample *sample) 
     int64_t to_loop_ns = now_ns - monotonic_ns();
     take_fresh(c);
     int dead = drain(c);
-    if (dead && c->socket.index) sem_post(&c->look); /* the interface is checked at once */
+    if (dead && c->socket.index) sem_post(&c->look); /* wakes the watch thread */
     c->jammed = c->master.unechoed >= UNECHOED_MAX && monotonic_ns() - c->sent_ns < ns_from_seconds(jam_s);
     if (!c->jammed) dead |= housekeep(c, true);
     note_trouble(c, now_ns);

@@ -114,8 +114,8 @@ static enum packet take_packet(struct command_server *s, struct command_place *c
     unsigned char packet[PACKET_ROOM];
     struct command_request r;
     ssize_t size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
-    /* if the client has not read an answer, the closed connection is reported first; its packets
-     * can still be read afterwards */
+    /* if the client closed the connection with an answer unread, recv() first fails with
+     * ECONNRESET; the client's packets can still be read afterwards */
     if (size < 0 && errno == ECONNRESET) size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return PACKET_NONE;
     if (size <= 0) return PACKET_END;
@@ -133,9 +133,9 @@ static bool serve(struct command_server *s, struct command_place *c, enum comman
 }
 
 /* Closes a connection.
- * SAFETY: stops that wait in it are taken first, also behind up to LAST_PACKETS other packets;
- * nothing that moves is taken. Nothing can be sent to it meanwhile, so no packet is lost without an
- * error of its sender's. */
+ * SAFETY: first takes the stops that wait in it, also behind up to LAST_PACKETS other packets;
+ * takes nothing that moves. From shutdown() on, sending to it fails, so no packet is lost without
+ * an error at its sender. */
 static void dismiss(struct command_server *s, struct command_place *c, enum command_socket kind) {
     c->closing = true;
     shutdown(c->fd, SHUT_RD);
