@@ -14,8 +14,9 @@ struct others {
     struct method_c result;
 };
 
-/* Sums Q(a + 1, x) = Q(a, x) + x^a exp(-x) / Gamma(a + 1), starting from Q(1/2, x) = erfc(sqrt(x))
- * for odd degrees or Q(1, x) = exp(-x) for even ones. */
+/* The probability is Q(degrees / 2, x / 2), Q the regularised upper incomplete gamma function. It
+ * is summed by Q(a + 1, z) = Q(a, z) + z^a exp(-z) / Gamma(a + 1), from Q(1/2, z) = erfc(sqrt(z))
+ * for odd degrees or Q(1, z) = exp(-z) for even ones. */
 double agreement_chi_square_above(double x, int degrees) {
     double half = 0.5 * x, sum = degrees % 2 ? erfc(sqrt(half)) : exp(-half);
     int sign;
@@ -31,8 +32,8 @@ static double deviation(const struct estimate *one, const struct estimate *other
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
-/* Compares a log's values with the estimate from all other logs together. If the others have no
- * solution, nothing is compared. */
+/* Compares a log's values with the estimate from all other logs together. If these have no
+ * solution, no value of the log is compared. */
 static void compare(int logs, const struct agreement_log *log, int l, const struct params *configured, struct others *o,
                     struct agreement *a) {
     struct error none;
@@ -55,8 +56,8 @@ struct joined {
 };
 
 /* Adds a log's determined values, relative to `from`, to the normal equations, weighted by their
- * noise alone. Returns the number of these values, or -1 if their covariance is not positive
- * definite. */
+ * noise alone, because the shared errors are unknowns. Returns the number of these values, or -1 if
+ * their covariance is not positive definite. */
 static int join(const struct agreement_log *log, const struct estimate *from, struct joined *n) {
     double covariance[VALUES * VALUES], difference[VALUES], column[JOINED][VALUES], solved[VALUES], std;
     int at[VALUES], count = 0;

@@ -14,15 +14,16 @@ enum { AGREEMENT_LOGS = 16 };
 /* Number of compared values: entries of the matrix, viscous and dry friction, and springs
  * (equations.h). */
 enum { AGREEMENT_VALUES = UNKNOWN_SYSTEMATIC };
-/* A difference that noise alone makes with a smaller probability is disagreement. The overall test
- * and the test of single values each give a false alarm for one set of logs in a thousand. */
+/* Level of significance: a difference is disagreement if noise alone makes one as large with a
+ * smaller probability. The overall test and the test of single values each give a false alarm for
+ * one set of logs in a thousand. */
 #define AGREEMENT_PROBABILITY 1e-3
 
 struct agreement {
     int logs;
     double deviation[AGREEMENT_LOGS][AGREEMENT_VALUES]; /* NaN: the value is not compared */
-    /* the deviation is less probable than AGREEMENT_PROBABILITY, given the number of compared
-     * values */
+    /* significant at the level AGREEMENT_PROBABILITY, corrected for the number of compared values
+     * (Bonferroni) */
     bool apart[AGREEMENT_LOGS][AGREEMENT_VALUES];
     int compared;                                       /* number of deviations that are not NaN */
     double chi_square;
@@ -42,8 +43,8 @@ struct agreement_log {
     const struct method_c *result;  /* values by method C; NaN if not determined */
 };
 
-/* Compares 2 to AGREEMENT_LOGS logs of one machine, all with this configuration. Returns -3 without
- * memory. */
+/* Compares 2 to AGREEMENT_LOGS logs of one machine, all with this configuration. Returns 0, or -3
+ * if memory is short. */
 int agreement_find(int logs, const struct agreement_log *log, const struct params *configured, struct agreement *a, struct error *error);
 
 /* Place of a deviation. agreement_worst() finds the largest deviation that is not yet `used`, and

@@ -7,7 +7,7 @@
 
 enum { FUNCTIONS = UNKNOWNS - UNKNOWN_BASIS, ITERATIONS = 20 };
 /* First, least and largest size, in units of dry friction. The largest exceeds 1, because
- * neighbouring basis functions may fit a value by opposite signs. */
+ * neighbouring basis functions may fit a curve by large coefficients of opposite sign. */
 static const double SIZE_FIRST = 0.3, SIZE_LEAST = 1e-3, SIZE_MOST = 4.0;
 
 /* Normal equations of the basis functions alone, with all other unknowns eliminated. */

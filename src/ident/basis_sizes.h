@@ -1,6 +1,6 @@
 /* Sizes of the basis functions of dry friction (equations.h): one for each kind of function, common
- * to all six legs. With them a function that no leg needs hardly costs accuracy, and one that the
- * machine has is hardly restrained by its prior.
+ * to all six legs. They are the widths of the functions' priors: a function that no leg needs then
+ * hardly costs accuracy, and one that the machine has is hardly restrained.
  *
  * The coefficients of a kind are draws of mean 0 whose standard deviation is the size times the
  * leg's dry friction. The sizes maximise the likelihood of all logs' data, with all fitted values
@@ -13,8 +13,9 @@
 
 #include "equations.h"
 
-/* Finds the sizes. product: product of the equations, with the priors of all unknowns before
- * UNKNOWN_BASIS added; lower triangle. Returns false if one of these unknowns occurs in no row. */
+/* Finds the sizes. product: X' W X of the equations plus the inverse prior covariance of all
+ * unknowns before UNKNOWN_BASIS; lower triangle. Returns false if one of these unknowns occurs in
+ * no row. */
 bool basis_sizes_find(const struct equations *e, double product[UNKNOWNS][UNKNOWNS], double size[BASIS_SIZE]);
 
 #endif

@@ -6,8 +6,8 @@
 #include "numeric.h"
 #include "params.h"
 
-static const double UNSEEN = 1e-12; /* a reading is ignored if the errors that it measures change it
-                                     * by a variance of less than this share of its noise
+static const double UNSEEN = 1e-12; /* a reading is ignored if its expected variance by the
+                                     * systematic errors is less than this share of its noise
                                      * variance */
 
 void calibration_find(const struct params *params, const struct kinematics *k, struct calibration row[CALIBRATIONS]) {
@@ -46,7 +46,7 @@ static double seen(const struct calibration *row, const double value[UNKNOWN_BAS
     return sum;
 }
 
-/* Subtracts K times `by` from a column. by: h' times the column; for the values, h' x less the
+/* Subtracts K times `by` from a column. by: h' times the column; for the values x, h' x less the
  * reading. */
 static void correct(const double gain[UNKNOWN_BASIS], double by, double column[UNKNOWN_BASIS]) {
     for (int c = 0; c < UNKNOWN_BASIS; c++) column[c] -= gain[c] * by;

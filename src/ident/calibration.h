@@ -10,8 +10,8 @@
  * Each is one linear equation in the systematic errors s, h's = value within a standard deviation.
  * An estimate x of covariance C is corrected by Bayes' rule, the update of a Kalman filter: K = C h
  * / (h' C h + std^2), x + K (value - h'x), and the covariance (1 - K h') C (1 - K h')' + K K'
- * std^2. The scales that attenuation would change (equations.c) are held while the equations are
- * solved, and are corrected here. Pure. */
+ * std^2. The common gains, which attenuation would bias (scale_of() in equations.c), are held at
+ * zero while the equations are solved, and are corrected here. Pure. */
 #ifndef HEXID_CALIBRATION_H
 #define HEXID_CALIBRATION_H
 

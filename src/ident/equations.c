@@ -11,8 +11,8 @@
 
 static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basis function's
                                       * coefficient */
-static const double HELD = 1e6;        /* weight by which a scale is held, as a multiple of the
-                                        * weight of its prior */
+static const double HELD = 1e6;        /* weight of the condition that a scale is zero, as a
+                                        * multiple of the weight of its prior */
 static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior without influence, as a share of the
                                            * data's weight */
 
@@ -65,12 +65,11 @@ double equations_basis_variance(const struct equations *e, int i, const double s
 /* Inverse variance of a prior; 1 for an unknown that does not exist, whose equations are zero. */
 static double inverse_variance(double std) { return std > 0.0 ? 1.0 / square(std) : 1.0; }
 
-/* Finds the direction of the gains of pressures (scale 0) or lengths (1), for one standard
- * deviation of their priors, along which attenuation changes them: mostly the gain that all have in
- * common. Least squares would make the gains too large in this direction, because that makes the
- * noise smaller; and no motion distinguishes a gain that all sensors have in common from a mass and
- * a friction. Therefore the gains are held at zero in this direction, and its prior is an error
- * that all logs share. */
+/* Finds a scale: the direction in which attenuation biases the gains of pressures (scale 0) or of
+ * lengths (1), for one standard deviation of their priors. It is mostly the gain that all sensors
+ * have in common. Least squares would make the gains too large in this direction, because that
+ * makes the noise smaller, and no motion distinguishes a common gain from a mass and a friction.
+ * Therefore the scale is held at zero, and its prior is an error that all logs share. */
 static bool scale_of(const struct equations *e, int scale, double direction[UNKNOWN_BASIS]) {
     int first = scale ? SYSTEMATIC_LENGTH_GAIN : SYSTEMATIC_P1_GAIN, end = scale ? SYSTEMATIC_LENGTH_ZERO : SYSTEMATIC_LENGTH_GAIN;
     double sum = 0.0;
@@ -124,8 +123,8 @@ bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][M
     return ok;
 }
 
-/* Adds the effect of a held scale to the effects of the gains that make it up: as the scale was
- * held at zero, its error is still in the estimate. */
+/* Adds the effect of a held scale to the effects of the gains that make it up. The scale's error is
+ * still in the estimate, because the scale was held at zero. */
 static void add_scale(const struct equations *e, int scale, double factor[UNKNOWNS][UNKNOWNS], struct estimate *estimate) {
     double direction[UNKNOWN_BASIS], solved[UNKNOWNS] = {0};
     if (!scale_of(e, scale, direction)) return;
@@ -160,7 +159,7 @@ static void split(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRI
     memcpy(estimate->common[COMMON_ATTENUATION], solved, sizeof estimate->common[0]);
 }
 
-/* An error that does not exist has no covariance. inverse_variance() gave it 1. */
+/* Clears the covariance of errors that do not exist, to which inverse_variance() gave 1. */
 static void clear_absent(const struct equations *e, struct estimate *estimate) {
     for (int s = 0; s < SYSTEMATICS; s++)
         for (int c = 0; c < UNKNOWN_BASIS && !(e->systematic[s] > 0.0); c++)

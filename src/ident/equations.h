@@ -93,8 +93,8 @@ struct estimate {
     double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */
     double common[COMMON][UNKNOWN_BASIS];        /* change of `value` by each shared error of one
                                                   * standard deviation */
-    double surprise[CALIBRATIONS]; /* reading of each calibration less the one that motion and
-                                    * priors let expect, in standard deviations of the difference;
+    double surprise[CALIBRATIONS]; /* reading of each calibration less the reading predicted from
+                                    * motion and priors, in standard deviations of the difference;
                                     * 0: there was no reading */
 };
 

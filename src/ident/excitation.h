@@ -1,4 +1,4 @@
-/* Predicts how well a test would determine the matrix before it is run: the standard deviations
+/* Predicts, before a test is run, how well it would determine the matrix: the standard deviations
  * that method C would state for a recording of it, simulated on the machine that a survey found.
  * This machine follows its references with the survey's response at each axis's frequency, needs
  * the forces of the configured bodies and of the friction found, and is measured with the noise

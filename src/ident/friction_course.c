@@ -94,8 +94,9 @@ static void find_direction(struct friction_course *c, const struct residual_test
     c->round[leg] = t->spectrum.cycles ? at : (double)INFINITY;
 }
 
-/* Integrates Dahl's law, dz = (direction - z) |dx| / give, over each step of the motion. A cycle
- * starts from the state that repeats, a segment from the state of a leg that slides. */
+/* Integrates Dahl's law, dz = (direction - z) |dx| / give, over each step of the motion. z:
+ * friction as a share of the sliding friction, -1..1. A cycle starts from its periodic state, a
+ * segment from that of a sliding leg. */
 static void find_seal(const struct residual_test *t, const struct motion *m, int leg, double give_m, double z[PHASES]) {
     int n = t->phases;
     bool cycle = t->spectrum.cycles > 0;
@@ -112,8 +113,8 @@ static void find_seal(const struct residual_test *t, const struct motion *m, int
 
 /* Fills the basis functions of a leg's dry friction: higher at low speed (Stribeck); proportional
  * to the pressures; and presliding, the transition from one direction to the other while the seal
- * deforms. Presliding is fitted alone and times functions of speed, because bristles that are
- * stronger when slow, or are damped (LuGre), make the two a product. */
+ * deforms. Presliding is fitted alone and times functions of speed, because both multiply where
+ * bristles are stronger at low speed, or damped (LuGre). */
 static void find_basis(struct friction_course *c, const struct residual_test *t, double load_pa, const struct motion *m, int leg) {
     const struct spectrum *s = &t->spectrum;
     const double *row1 = s->mean[CHANNEL_P1][leg], *row2 = s->mean[CHANNEL_P2][leg];

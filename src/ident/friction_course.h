@@ -6,16 +6,16 @@
  * the higher harmonics of a steady test are mostly noise and would add false reversals of a slow
  * leg. A speed of finitely many harmonics is a mean over some time, its resolution. It also lags
  * where a leg reverses, because a friction F that reverses changes the leg's acceleration a at
- * once, by 2 F / m. The mean then passes zero later than the speed itself: not at all later if F is
- * small against m a, by the whole resolution if the leg stops. So friction is taken to follow the
- * sign of the speed half a resolution later. The series of a segment is no mean cycle: there
- * friction follows the sign of the speed to within one resolution.
+ * once, by 2 F / m. The mean then passes zero later than the speed itself, by zero (if F is small
+ * against m a) to a whole resolution (if the leg stops). So friction is taken to follow the sign of
+ * the speed half a resolution later. A segment's series is no mean cycle: for it no lag is assumed,
+ * and the reversal is uncertain by one resolution to either side.
  *
- * A reversal is blurred by three independent things: the speed's noise; the lag, uniform from zero
- * to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, where friction goes from one
- * direction to the other as all other forces demand. So the mean direction is erf(v / sqrt(2 s^2)),
- * s^2 the sum of the three variances. The direction stays between -1 and 1, so its variance is at
- * most 1 - mean^2, whatever its course.
+ * The instant of a reversal is uncertain for three independent reasons: the speed's noise; the lag,
+ * uniform from zero to the whole resolution; and stick, below INVERSE_DYNAMICS_SLOW_MPS, where
+ * friction takes whatever value balances all other forces. So the mean direction is erf(v / sqrt(2
+ * s^2)), s^2 the sum of the three variances. The direction stays between -1 and 1, so its variance
+ * is at most 1 - mean^2, whatever its course.
  *
  * The errors are correlated in time. Let m be the mean direction, and let friction jump once from
  * -1 to 1 at a random instant of distribution G = (1 + m) / 2, the worst of all monotone courses.

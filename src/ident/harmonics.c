@@ -39,15 +39,16 @@ void harmonics_add(struct harmonics *h, double t_s, const double *values) {
     regressors(h, t_s, row);
     for (int c = 0; c < h->channels; c++) channel[c] = values[c] - h->offset[c];
     for (int c = 0; c < CHANNELS_MAX; c++) h->square[c] += channel[c] * channel[c];
-    /* Whole rows, whose length the compiler knows, take less time than the triangle alone. */
+    /* Whole rows are faster than the lower triangle alone: their length is a compile-time
+     * constant. */
     for (int r = 0; r < h->regressors; r++)
         for (int c = 0; c < COLUMNS; c++) h->product[r][c] += row[r] * row[c];
 }
 
-/* Normal equations with scaled regressors. The drift has unit length; the others are scaled by the
- * length of the constant, so that a sine which is sampled only at its zeros stays short and is
- * noticed. The right-hand sides are the channels, then two unit vectors for the fundamental, whose
- * solutions are two columns of the inverse. */
+/* Normal equations with scaled regressors. The drift is scaled to unit length, all others by the
+ * length of the constant: the column of a sine that is sampled only at its zeros then stays short,
+ * and shows in the condition. The right-hand sides are the channels, then two unit vectors for the
+ * fundamental, whose solutions are two columns of the inverse. */
 struct normal_equations {
     double gram[REGRESSORS_MAX * REGRESSORS_MAX];
     double right[REGRESSORS_MAX * (CHANNELS_MAX + 2)], solution[REGRESSORS_MAX * (CHANNELS_MAX + 2)];

@@ -4,9 +4,10 @@
  *
  * Normal equations are accurate enough here, because the regressors are nearly orthogonal over
  * whole periods. Scaled to unit length, their matrix has a condition below 4 ([1, t] alone has 3.7,
- * for t from 0 to any T), so squaring it costs one digit of sixteen. The test against an orthogonal
- * decomposition in extended precision finds 3e-13 of the amplitude over 600 s. Squaring does lose a
- * small residual: rms and std have a floor of about 1e-8 of the channel's rms. */
+ * for t from 0 to any T), so squaring it costs one digit of sixteen. In the tests the result
+ * differs by 3e-13 of the amplitude from that of an orthogonal decomposition in extended precision,
+ * over 600 s. Squaring loses a residual that is small, however: rms and std have a floor of about
+ * 1e-8 of the channel's rms. */
 #ifndef HEXID_HARMONICS_H
 #define HEXID_HARMONICS_H
 
@@ -22,8 +23,7 @@ struct harmonics {
     int64_t samples;
     double offset[CHANNELS_MAX]; /* first sample of each channel, which is subtracted from all to
                                   * avoid cancellation */
-    /* Row of a regressor: sums of its products with all regressors (lower triangle), then with all
-     * channels. */
+    /* Row of a regressor: sums of its products with all regressors, then with all channels. */
     double product[REGRESSORS_MAX][REGRESSORS_MAX + CHANNELS_MAX];
     double square[CHANNELS_MAX]; /* sum of squares of each channel, less its offset */
 };
@@ -33,8 +33,8 @@ struct harmonics_fit {
     double constant[CHANNELS_MAX], drift_per_s[CHANNELS_MAX];
     double sine[CHANNELS_MAX][HARMONICS_MAX], cosine[CHANNELS_MAX][HARMONICS_MAX];
     double rms[CHANNELS_MAX];    /* rms residual */
-    /* Standard deviation of a coefficient of the fundamental (rms of both), if the residual is
-     * white. */
+    /* Standard deviation of the fundamental's coefficients (rms of sine and cosine), if the
+     * residual is white. */
     double std[CHANNELS_MAX];
     double condition;            /* condition of the regressors' matrix, with scaled columns
                                   * (harmonics.c) */
@@ -46,8 +46,8 @@ void harmonics_reset(struct harmonics *h, double omega, int harmonics, int chann
 /* Adds one sample; all values must be finite. */
 void harmonics_add(struct harmonics *h, double t_s, const double *values);
 
-/* Ends the fit. Returns false, and *fit all NaN, if there are not more samples than unknowns, or if
- * the data cannot distinguish the unknowns (condition above 1e5: too short a time, a harmonic at
+/* Solves the fit. Returns false, and *fit all NaN, if there are not more samples than unknowns, or
+ * if the data cannot distinguish the unknowns (condition above 1e5: too short a time, a harmonic at
  * half the sampling rate). */
 bool harmonics_solve(const struct harmonics *h, struct harmonics_fit *fit);
 

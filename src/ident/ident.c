@@ -8,8 +8,8 @@
 
 enum { CHANNELS = 2 * DOFS };
 
-/* Share of the evaluated part that must be seen in a complete test; the remaining part allows for
- * rounded times. */
+/* Share of the evaluated part that a complete test must cover; less than 1, because recorded times
+ * are rounded. */
 static const double complete_share = 0.999;
 
 const struct ident_entry ident_entries[IDENT_ENTRIES] = {

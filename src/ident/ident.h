@@ -1,12 +1,12 @@
 /* Identification of the inertia matrix from six single-axis sinusoidal tests (Tian 2015;
  * docs/method.md section 4).
  *
- * Cycles go in one at a time, from the daemon or from a log: same code, same order, same bits.
- * Memory is constant: each test is a running least-squares fit. Its forward kinematics starts at
- * the neutral pose with the first evaluated sample, so a log that lacks the time before gives the
- * same bits too. Only cycles of the phase `evaluate` are used; refused ones (refusal.h) are counted
- * and excluded. Ordinary threads; no heap. SI units, rows and columns in the order x y z phi theta
- * psi. */
+ * Cycles go in one at a time, in the same order from the daemon and from a log, so that both give
+ * bit-identical results. Memory is constant: each test is a running least-squares fit. Its forward
+ * kinematics starts at the neutral pose with the first evaluated sample, so a log that lacks
+ * earlier cycles gives the same result. Only cycles of the phase `evaluate` are used; refused ones
+ * (refusal.h) are counted and excluded. Ordinary threads; no heap. SI units, rows and columns in
+ * the order x y z phi theta psi. */
 #ifndef HEXID_IDENT_H
 #define HEXID_IDENT_H
 

@@ -1,8 +1,8 @@
 /* Measured friction of each leg, for plots: its force, less the force that inertia, weight and
  * springs need with the matrix and the springs that method C found (configured values for entries
  * that are not determined). Viscous friction shows as a slope over the leg's rate, dry friction as
- * a step at zero. A steady test yields a mean cycle in the harmonics that method C evaluates, so
- * the step has their overshoot; any other motion yields the middle of each segment. Ordinary
+ * a step at zero. A steady test yields a mean cycle of the harmonics that method C evaluates, so
+ * the step overshoots (Gibbs); any other motion yields the middle of each segment. Ordinary
  * threads; heap. */
 #ifndef HEXID_LEG_FRICTION_H
 #define HEXID_LEG_FRICTION_H

@@ -7,7 +7,7 @@
 #include "params/control.h"
 #include "units.h"
 
-static const double ROUNDING = 1e-9; /* well above the rounding of a gain's square */
+static const double ROUNDING = 1e-9; /* relative allowance for rounding of a gain's square */
 
 static const double SAME_RADPS = 1e-4; /* relative; frequencies nearer to each other count as one */
 
@@ -68,8 +68,8 @@ static void take_gain(struct loop_margin *m, const struct stretch *s) {
 
 /* Updates the phase and delay margins where the magnitude of the gain passes 1, if it does. */
 static void take_phase(struct loop_margin *m, const struct stretch *s) {
-    /* Mostly both gains are on one side of 1. The squares show this in a tenth of the time that
-     * logarithms take. */
+    /* Usually both magnitudes are on one side of 1. The squares show this in a tenth of the time
+     * that logarithms take. */
     double one = squared(s->gain[0]), other = squared(s->gain[1]);
     if (fmin(one, other) > 1.0 + ROUNDING || fmax(one, other) < 1.0 - ROUNDING) return;
 
@@ -149,8 +149,8 @@ static void connected_gain(const struct loop_plant plant[DOFS], const double mix
     }
 }
 
-/* Sorts the values: value[i] becomes the one nearest to known[i] among those that no earlier i has
- * taken. */
+/* Reorders the values: value[i] becomes the one nearest to known[i] among those that no earlier i
+ * has taken. */
 static void follow(const double complex known[DOFS], double complex value[DOFS]) {
     for (int i = 0; i < DOFS; i++) {
         int nearest = i;

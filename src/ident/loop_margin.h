@@ -1,7 +1,7 @@
-/* Gain and phase margins of the loops of the leg modes, broken at the valve commands: kp, ki, kd
- * and kpf all act through the commands. So the margins are also the errors that the loop tolerates
- * in the gain and delay of all valves together. They have a meaning only for a stable loop
- * (loop_poles.h finds whether it is). Ordinary threads, no heap. */
+/* Gain and phase margins of the loops of the leg modes, opened at the valve commands, through which
+ * kp, ki, kd and kpf all act. So the margins are also the errors that the loop tolerates in the
+ * gain and delay of all valves together. They have a meaning only for a stable loop (loop_poles.h
+ * finds whether it is). Ordinary threads, no heap. */
 #ifndef HEXID_LOOP_MARGIN_H
 #define HEXID_LOOP_MARGIN_H
 
@@ -30,12 +30,12 @@ double complex loop_follow(const struct loop_plant *plant, const struct control_
 struct loop_margin loop_margin(const struct loop_plant *plant, const struct control_params *control, double dt_s);
 
 /* Finds the margins of six modes that the weights `mix` (loop_model.h) connect. They are those of
- * the six eigenvalues of the loop's gain, each counted for the mode that it belongs to at the
- * lowest frequency, which is a thousandth of the fastest mode's; the bandwidths are those of the
- * modes alone. If the weights connect no modes, the margins are those of loop_margin(). Returns the
- * number of unstable poles that the connected modes have beyond those of the modes alone (Nyquist:
- * the turns of det(1 + gain) less those of the modes alone); DOFS, with margins of 0, if the
- * eigenvalues cannot be computed. */
+ * the six eigenvalues of the loop's gain matrix. Each eigenvalue counts for the mode that it
+ * belongs to at the lowest frequency, a thousandth of the fastest mode's. The bandwidths are those
+ * of the modes alone. If the weights connect no modes, the margins are those of loop_margin().
+ * Returns the number of unstable poles that the connected modes have beyond those of the modes
+ * alone (Nyquist: from the encirclements by det(1 + gain), less those of the modes alone); DOFS,
+ * with margins of 0, if the eigenvalues cannot be computed. */
 int loop_margins(const struct loop_plant plant[DOFS], const double mix[DOFS][DOFS], const struct control_params *control, double dt_s,
                  struct loop_margin margin[DOFS]);
 

@@ -12,8 +12,8 @@
 #include "units.h"
 #include "vec.h"
 
-static const double FAST_MPS = 1.0; /* speed at which viscous friction is evaluated: at such a speed
-                                     * dry friction no longer changes */
+static const double FAST_MPS = 1.0; /* speed at which viscous friction is evaluated, so high that
+                                     * dry friction no longer depends on speed */
 static const double CENTRE_SHARE = 1e-3; /* a valve is near its centre up to this share of its full
                                           * opening */
 static const double RESTS_PER_S = 1e-3;
@@ -23,9 +23,9 @@ struct rest {
     double p1_pa, p2_pa, opening;
 };
 
-/* Finds a leg's pressures at rest. One chamber takes in as much oil as the other gives off, through
- * two edges of the same opening, so the pressure drops are inversely proportional to the squared
- * gains of the edges. */
+/* Finds a leg's pressures at rest. The oil that leaks through the piston enters one chamber and
+ * leaves the other, through two control edges of the same opening, so the pressure drops are
+ * inversely proportional to the squared gains of the edges. */
 static struct rest rest_of(const struct cylinder_leg *c, const struct mains *mains, double force_n) {
     double a = c->valve_gain[PORT_A], b = c->valve_gain[PORT_B], ratio = (b / a) * (b / a);
     struct rest r[2]; /* solutions with supply pressure at port A, and at port B */

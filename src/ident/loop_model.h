@@ -33,22 +33,23 @@ struct modal;
 
 /* Linearises the machine in this pose. more_delay_s: delay of the commands beyond the configured
  * one (a field bus adds one cycle). Returns false if the supply cannot hold the platform there,
- * there is no such pose, or there are no modes. */
+ * there is no such pose, or its modes cannot be computed. */
 bool loop_place_find(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s);
 
 /* Linearises the machine for a platform that moves about this pose: the valves open by up to
- * `swing` of their full opening on either side of their opening at rest, so that both pairs of
- * edges count. swing 0: as loop_place_find(). */
+ * `swing` of their full opening on either side of their opening at rest, so that both pairs of the
+ * spool's control edges count. swing 0: as loop_place_find(). */
 bool loop_place_find_moving(struct loop_place *place, const struct params *params, const double pose[DOFS], double more_delay_s,
                             double swing);
 
 /* Returns a mode of this place; its `motion` points into the place. */
 struct loop_mode_input loop_place_mode(const struct loop_place *place, int mode);
 
-/* Finds the modes anew after the legs of a place were changed. Returns false if there are none. */
+/* Finds the modes anew after the legs of a place were changed. Returns false if they cannot be
+ * computed. */
 bool loop_place_modes(struct loop_place *place, const struct params *params, const struct modal *modal);
 
-/* Gives the modes these weights. */
+/* Sets place->mix to these weights. */
 void loop_place_weigh(struct loop_place *place, const struct modal *modal);
 
 /* The least damped pole of all modes; if some are unstable, the fastest growing one. */

@@ -125,8 +125,8 @@ static struct delay delay_cycles(double delay_s, double dt_s) {
     return (struct delay){.whole = (int)whole, .part = fmax(cycles - whole, 0.0)};
 }
 
-/* Number of commands in a delay: one for each whole cycle, and one more that still acts in a part
- * of a cycle. */
+/* Number of earlier commands, or lengths, that a delay needs: one for each whole cycle, and one
+ * more for a part of a cycle. */
 static int kept(struct delay d) { return d.whole + (d.part > 0.0); }
 
 /* Fills the rows of the controller's states, and the command, each as a combination of the states
@@ -158,7 +158,7 @@ static void fill_controller(const struct cylinder_loop *c, const struct control_
     error[READ_FORCE] = -kpf * (1.0 - low_pass);
 }
 
-/* Fills the rows of the plant's states for one cycle, in which the older command acts for `part` of
+/* Fills the rows of the plant's states for one cycle, in which the older command acts for d.part of
  * the cycle, then the newer one. */
 static void fill_plant(const struct cylinder_loop *c, double dt_s, struct delay d, const double command[LOOP_POLES],
                        const double error[READINGS], struct cycle_map *m) {

@@ -72,9 +72,9 @@ struct loop_mode {
     double hz, damping; /* lowest oscillating pair of poles; NaN: there is none */
 };
 
-/* Finds the closed loop of a surveyed mode, which must be determined. viscous: viscous friction of
- * each leg, N s/m. The spool is modelled as a critically damped lag; its time is the delay found
- * for the legs, less half a cycle. */
+/* Finds the closed loop of a surveyed mode, which must be determined. gain: as in loop_mode_input.
+ * viscous: viscous friction of each leg, N s/m. The spool is modelled as a critically damped lag;
+ * its time is the delay found for the legs, less the half cycle of holding. */
 struct loop_mode loop_poles(const struct oil_leg leg[LEGS], const struct oil_mode *mode, double gain, const double viscous[LEGS],
                             const struct params *params);
 

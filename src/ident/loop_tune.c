@@ -27,9 +27,9 @@ static const double MODE_DAMPING = 0.06, MODE_SHARE = 0.9; /* least damping of e
                                                             * a mode that has less without a
                                                             * controller must keep the share
                                                             * MODE_SHARE of its own damping */
-static const double PASS_PERIODS = 3.0;    /* time constant tp, as a multiple of 1 / w of the
-                                            * slowest mode: less than 19 degrees of lead are left
-                                            * there */
+static const double PASS_PERIODS = 3.0;    /* time constant tp of the high-pass, as a multiple of 1
+                                            * / w of the slowest mode, at which it then adds less
+                                            * than 19 degrees of lead */
 static const double KFF_LEAST = 0.75, KFF_MOST = 1.3, KFF_STEP = 0.01; /* range of kff, as a
                                                                         * multiple of the value that
                                                                         * follows from the valve's
@@ -154,7 +154,7 @@ static bool find_moving(struct field *f, const struct params *params, const stru
     return true;
 }
 
-/* Least damped pair of poles of a mode. Without one the mode does not oscillate, and counts as
+/* Least damped pair of poles of a mode. A mode without a pair does not oscillate, and counts as
  * critically damped. */
 static struct loop_pole least_damped(const struct field *f, int place, int mode, bool *pair) {
     struct loop_pole pole[LOOP_POLES], least = {.decay_per_s = 1.0};
@@ -208,9 +208,9 @@ static bool field_init(struct field *f, const struct params *params, bool bus, e
 
 /* ---- performance of a controller ---- */
 
-/* Largest opening by which kff is wrong. A leg at speed v needs an opening of v / (its speed at
- * full opening in this direction); kff gives kff v, and an error of position, times kp, must give
- * the difference. */
+/* Largest error of the opening that kff gives. A leg at speed v needs an opening of v / (its speed
+ * at full opening in this direction); kff gives kff v, and an error of position, times kp, must
+ * give the difference. */
 static double missing_opening(const struct field *f, double kff) {
     double out_mps, in_mps;
     speeds(f, &out_mps, &in_mps);
@@ -239,8 +239,8 @@ static double slowest_damping(const struct field *f, int place) {
     return loop_pole_damping(&pole);
 }
 
-/* Finds the margins in a place. Returns false if modes that are stable alone are not so
- * together. */
+/* Finds the margins in a place. Returns false if modes that are stable alone are unstable when the
+ * weights connect them. */
 static bool find_margins(const struct field *f, int place, struct loop_margin margin[DOFS]) {
     return loop_margins(f->plant[place], f->places.place[place].mix, &f->params.control, f->params.loop.period_s, margin) <= 0;
 }
@@ -249,7 +249,8 @@ static bool suffices(const struct loop_margin *m, double delay_s) {
     return fmin(m->gain_db, m->drop_db) >= TUNE_GAIN_DB && m->phase_deg >= TUNE_PHASE_DEG && m->delay_s >= delay_s;
 }
 
-/* True if this mode has its margins; with weights, if all modes of its place have. */
+/* True if this mode has the required margins; if the controller has weights, true if all modes in
+ * this place have them. */
 static bool keeps_margin(const struct field *f, int place, int mode, double delay_s) {
     struct loop_margin m[DOFS];
     if (f->params.control.modal == 0.0) {
@@ -261,8 +262,8 @@ static bool keeps_margin(const struct field *f, int place, int mode, double dela
     return all;
 }
 
-/* True if all modes keep their margins in all places, and this delay. The mode that failed last
- * comes first, because most gains fail in the same one. */
+/* True if all modes in all places have the required margins, and at least this delay margin. The
+ * mode that failed last is checked first, because most gains fail in the same mode. */
 static bool keeps_margins(struct field *f, double delay_s) {
     int each = f->params.control.modal == 0.0 ? 1 : DOFS, modes = DOFS * f->places.count, first = f->failed / each * each;
     for (int i = 0; i < modes; i += each) {
@@ -374,8 +375,8 @@ static struct control_params search(struct field *f, double kff, double tp, doub
     return best;
 }
 
-/* Finds the kff with which the amplitudes of all tests are nearest to their references. Oil that
- * leaks takes a part of a slow flow, so the kff that follows from the speed at full opening is too
+/* Finds the kff with which the amplitudes of all tests are nearest to their references. Leakage
+ * takes a share of a slow flow, so the kff that follows from the speed at full opening is too
  * small. */
 static void match_amplitudes(const struct field *f, struct control_params *g) {
     struct control_params tried = *g;
@@ -403,9 +404,10 @@ static struct control_params find(struct field *f, const struct control_params *
     return weak;
 }
 
-/* Gives the faster modes as much more of kp and ki as the requirements bear. A loop that is faster
- * in all modes bears less delay, and most of what the model of a machine lacks acts as delay. So
- * the gains keep the share TUNE_MODAL_DELAY of the delay margin. */
+/* Finds the largest control.modal, which gives the faster modes more kp and ki, that meets the
+ * requirements. A loop that is faster in all modes tolerates less delay, and most of what the model
+ * of a machine lacks acts as delay. So the gains keep the share TUNE_MODAL_DELAY of the delay
+ * margin. */
 static void raise_modal(struct field *f, struct control_params *g, double damping) {
     struct control_params tried = *g;
     if (!(g->kp > 0.0)) return;

@@ -4,8 +4,8 @@
  * formulas.
  *
  * kff follows from the speed of a leg at full opening, and from the amplitudes that the configured
- * tests then reach. kp is the largest one for which, with ki of TUNE_INTEGRAL of the bandwidth and
- * some kpf, the loop meets four requirements. In every pose every mode has a gain margin of
+ * tests then reach. kp is the largest with which, for some kpf, the loop meets four requirements;
+ * ki is TUNE_INTEGRAL kp times the bandwidth. In every pose every mode has a gain margin of
  * TUNE_GAIN_DB, a phase margin of TUNE_PHASE_DEG at the valve command and stable poles. The slowest
  * mode of the oil has a damping of TUNE_DAMPING wherever the platform is driven. Each mode has a
  * least damping at neutral (MODE_DAMPING in loop_tune.c). The sensors' noise does not shake the
@@ -27,7 +27,7 @@
  * stability of the loop would depend on this mode's damping, which is the least certain value of
  * all */
 #define TUNE_BANDWIDTH (1.0 / 3.0)
-/* least delay that the loop bears with control.modal, as a share of that without */
+/* least delay margin of the loop with control.modal, as a share of the delay margin without it */
 #define TUNE_MODAL_DELAY 0.5
 /* share of limits.following_m that the error of a leg may reach because kff suits only the mean of
  * both directions */
@@ -51,8 +51,8 @@ struct loop_standing {
                                            * accepted */
     struct loop_least amplitude; /* largest error of a mode's amplitude, relative to its reference,
                                   * at the configured tests' frequencies, at neutral */
-    double following_m;          /* error at the fastest motion, because speeds at full opening
-                                  * differ by direction */
+    double following_m;          /* error of a leg's length at the fastest motion, because kff is
+                                  * one value, but the speeds at full opening differ by direction */
     struct loop_mode_standing {  /* modes by ascending frequency, at neutral */
         enum dof dof;
         double oil_hz, oil_damping;       /* without a controller */

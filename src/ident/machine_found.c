@@ -24,8 +24,8 @@ struct found_value found_mean(struct found_value x, double nominal, double toler
 
 static bool determined(struct found_value x) { return isfinite(x.value) && isfinite(x.std); }
 
-/* True if the values are so far from the configured ones that the configuration is of another
- * machine. */
+/* True if the values are so far from the configured ones that the configuration is that of another
+ * machine (machine_found.h). */
 static bool contradicted(int count, const struct found_value x[], const double nominal[], const double tolerance_std[]) {
     double sum = 0.0;
     int degrees = 0;
@@ -37,8 +37,8 @@ static bool contradicted(int count, const struct found_value x[], const double n
     return degrees > 0 && agreement_chi_square_above(sum, degrees) < FOUND_CONTRADICTED;
 }
 
-/* Replaces measured values by their means with the configured ones; std NaN: stays as
- * configured. */
+/* Replaces measured values by their means with the configured ones. A value that is not determined
+ * becomes the configured one, with std NaN. */
 static void weigh(int count, struct found_value x[], const double nominal[], const double tolerance_std[]) {
     bool other = contradicted(count, x, nominal, tolerance_std);
     for (int i = 0; i < count; i++) {
@@ -92,10 +92,10 @@ static const char *const payload_keys[PAYLOAD_VALUES] = {"payload.mass_kg",     
                                                          "payload.inertia_zz_kg_m2", "payload.inertia_xy_kg_m2", "payload.inertia_xz_kg_m2",
                                                          "payload.inertia_yz_kg_m2"};
 
-/* The configured values as payload.h counts them, and the standard deviations of their
- * tolerance. A share of the mass that is elsewhere within the body moves its centre by that
- * share of the radius of gyration, and makes products of inertia of that share of sqrt(I_ii
- * I_jj). */
+/* The configured values as payload.h counts them, and the standard deviations of their tolerance.
+ * The tolerance is a share of the mass. If this share is elsewhere in the body, it moves the centre
+ * by this share of the radius of gyration, and changes products of inertia by this share of
+ * sqrt(I_ii I_jj). */
 static void configured_payload(const struct params *p, double nominal[PAYLOAD_VALUES], double std[PAYLOAD_VALUES]) {
     const struct payload_params *load = &p->payload;
     double share = UNIFORM * p->model.tolerance.mass, xx = load->inertia_xx_kg_m2, yy = load->inertia_yy_kg_m2, zz = load->inertia_zz_kg_m2;
@@ -141,8 +141,8 @@ static void take_payload(struct machine_found *f, const struct params *configure
         return;
     }
     configured_payload(configured, nominal, std);
-    /* With such effects the configured values are not those of the sum that method C found, and get
-     * no weight. */
+    /* Method C found the sum of the configured payload and these effects, so the configured values
+     * alone get no weight. */
     for (int i = 0; i < PAYLOAD_VALUES && twice; i++) std[i] = (double)INFINITY;
     for (int i = 0; i < PAYLOAD_VALUES; i++)
         x[i] = (struct found_value){payload->whole ? payload->nearest[i] : payload->value[i], payload->std[i]};
@@ -261,8 +261,9 @@ static void take_factors(struct machine_found *f, const char *key, double value[
     note_values(f, key, LEGS, x, was);
 }
 
-/* The flow's factor: g / c of a chamber is the valve's gain over the piston's area. The errors of
- * both chambers count as one, because they share length and delay. */
+/* The flow's factor: g / c of a chamber is the valve's gain over the piston's area. The deviations
+ * of both chambers are averaged as fully correlated ones, because the chambers share length and
+ * delay. */
 static struct found_value flow_factor(const struct oil_leg *found, const struct valve_flow *configured) {
     struct found_value by = {.std = isnan(found->stiffness) ? (double)NAN : 0.0};
     for (int i = 0; i < 2; i++) {
@@ -273,8 +274,8 @@ static struct found_value flow_factor(const struct oil_leg *found, const struct 
     return by;
 }
 
-/* Takes the oil's stiffness and the valves' flow. A chamber's pressure changes by c = E A / V for a
- * metre of the piston. */
+/* Takes the oil's stiffness and the valves' flow. A chamber's `push` is E A / V, so its factor is
+ * that of the bulk modulus E. */
 static void take_legs(struct machine_found *f, const struct loop_place *neutral, const struct kinematics *k,
                       const struct loop_survey *survey) {
     const struct tolerance_params *tolerance = &f->params.model.tolerance;
@@ -293,8 +294,8 @@ static void take_legs(struct machine_found *f, const struct loop_place *neutral,
     take_factors(f, "hydraulics.valve_flow_m3_per_s", f->params.hydraulics.valve_flow_m3_per_s, tolerance->valve_gain, flow);
 }
 
-/* Takes the leakage, which is determined where the oil is. It replaces what the effect
- * internal_leakage makes of the configured one. */
+/* Takes the leakage, which is determined where the oil is. It replaces the configured leakage times
+ * the factor of the effect internal_leakage. */
 static void take_leakage(struct machine_found *f, const struct loop_survey *survey) {
     struct hydraulics_params *h = &f->params.hydraulics;
     struct effect_values *effect = &f->params.effects[effect_find("internal_leakage")];

@@ -1,23 +1,22 @@
 /* The configuration of the machine as an identification found it: payload and friction by method C,
  * and by a survey the stiffness of the oil, the valves' gains, the leakage and the delay.
  *
- * A feed-forward is linear in these parameters, so the values with the least expected square of its
- * error are their means given all that is known. A parameter was measured as x with the variance
- * s^2, and the configuration says n, uniform within a tolerance (model.tolerance), with the
- * variance t^2: the mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w s^2.
- * Method C's payload, friction and a survey's oil owe nothing to the configured values, so n counts
- * once.
+ * The error of a feed-forward is linear in these parameters, so its mean square is least with their
+ * means given all that is known. A parameter was measured as x with the variance s^2, and the
+ * configuration says n, uniform within a tolerance (model.tolerance), with the variance t^2: the
+ * mean is n + w (x - n) with w = t^2 / (t^2 + s^2), and its variance w s^2. Method C's payload and
+ * friction and a survey's oil do not depend on the configured values, so n is not counted twice.
  *
  * A stated tolerance may be wrong. The sum of (x - n)^2 / (s^2 + t^2) over a group (the values of
- * the payload, or one parameter of all legs) is a chi-square. If a true configuration has such a
- * large one with less than the probability FOUND_CONTRADICTED, the configuration is that of another
- * payload, oil or seal, and w = 1 for the group. A value that is not determined stays as
+ * the payload, or one parameter of all legs) is a chi-square if it is right. If so large a
+ * chi-square has a smaller probability than FOUND_CONTRADICTED, the configuration is that of
+ * another payload, oil or seal, and w = 1 for the group. A value that is not determined stays as
  * configured.
  *
- * Dry friction has no tolerance. Its mean over both directions is taken, as a constant force of a
- * leg (a pressure's zero, the weight) has opposite signs in them. The six legs' seals are of one
- * make, of an unknown size a: w = a^2 / (a^2 + s^2), a^2 the mean of x^2 - s^2 (empirical Bayes).
- * So friction that is only noise is not compensated. Pure. */
+ * Dry friction has no tolerance. The mean over both directions is used, because a constant error of
+ * a leg's force (a pressure's zero, the weight) cancels in it. The six legs' seals are of one make,
+ * so their frictions have one unknown rms size a: w = a^2 / (a^2 + s^2), a^2 the mean of x^2 - s^2
+ * (empirical Bayes). So friction that is only noise is not compensated. Pure. */
 #ifndef HEXID_MACHINE_FOUND_H
 #define HEXID_MACHINE_FOUND_H
 
@@ -48,15 +47,15 @@ struct machine_found {
                                                  * each */
 };
 
-/* Takes method C's result and solution for a machine with this configuration. */
+/* Fills `found` from method C's result and solution for a machine with this configuration. */
 void machine_found(const struct params *configured, const struct method_c *c, const struct estimate *estimate, struct machine_found *found);
 
 /* True if a log with this configuration is that of a survey (hexid run --survey). */
 bool machine_found_is_survey(const struct params *params);
 
-/* Takes a survey's oil, valves, leakage and delay; after machine_found(). If the configuration is
- * that of the survey's run, the survey's motion is removed from it, so that it has the tests
- * again. */
+/* Adds a survey's oil, valves, leakage and delay to `found`; call it after machine_found(). If the
+ * configuration is that of the survey's run, the survey's motion is removed from it, so that it has
+ * the tests again. */
 void machine_found_survey(const struct loop_survey *survey, struct machine_found *found);
 
 #endif

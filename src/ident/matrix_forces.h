@@ -1,5 +1,5 @@
-/* Leg forces that an inertia matrix at neutral needs, entry by entry: the columns that method C
- * fits, and the forces subtracted from a measured one to show friction. Pure. */
+/* Leg forces that an inertia matrix at neutral needs, entry by entry. Method C fits them as
+ * columns; leg_friction.h subtracts them from the measured force to show friction. Pure. */
 #ifndef HEXID_MATRIX_FORCES_H
 #define HEXID_MATRIX_FORCES_H
 

@@ -4,11 +4,11 @@
 #include <string.h>
 
 enum { TOGETHER = 8 };
-static const double SINGULAR = 1e-14; /* least pivot as a share of its diagonal element; a smaller
-                                       * one is only rounding error */
+static const double SINGULAR = 1e-14; /* least pivot, as a share of its diagonal element before
+                                       * elimination; a smaller one may be rounding error alone */
 
-/* Computes element j of several rows of L at once, so that their sums do not wait for each
- * other. */
+/* Computes element j of several rows of L at once: their sums are independent, so the processor
+ * overlaps them. */
 static inline void column(int j, int row, int rows, double *a, const double *aj) {
     double s[TOGETHER];
     for (int i = 0; i < rows; i++) s[i] = a[i * row + j];
@@ -47,7 +47,7 @@ static void forward(int n, int row, const double *l, int first, double *b) {
 
 void dense_solve(int n, int row, const double *l, double *b) {
     forward(n, row, l, 0, b);
-    /* A column of L' is a row of L, whose elements lie side by side. */
+    /* Column i of L' is row i of L, which is contiguous in memory. */
     for (int i = n - 1; i >= 0; i--) {
         double x = b[i] /= l[i * row + i];
         for (int k = 0; k < i; k++) b[k] -= l[i * row + k] * x;

@@ -5,7 +5,8 @@
 
 #include <stdbool.h>
 
-/* Computes a' b of n values each, as several partial sums that do not wait for each other. */
+/* Computes a' b, n values each. Its partial sums are independent, so the processor overlaps
+ * them. */
 double dense_dot(int n, const double *a, const double *b);
 
 /* Factors A = L L' in place: L replaces the lower triangle of A, and the upper one is not used.

@@ -11,7 +11,8 @@ static void constants(const struct params *params, struct machine *machine) {
         machine->bodies.neutral_length_m[leg] = machine->bodies.middle_length_m[leg] = params->axis.middle_m;
 }
 
-/* Finds the force that the mass, its weight and the effects on it (springs, a lever load) need. */
+/* Finds the force that accelerates the mass, carries its weight and overcomes the effects that act
+ * on it (springs, a lever load). */
 static bool forces(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs, double force_n[LEGS]) {
     const struct machine *m = &d->cylinder.machine;
     double pose[DOFS] = {in->leg[0][0] - d->params->axis.middle_m}, wrench[DOFS] = {0};

@@ -29,8 +29,8 @@ static bool forces(struct inverse_dynamics *d, const struct inverse_dynamics_inp
     return true;
 }
 
-/* Computes the mass that forces along the legs have to accelerate: the inverse of J M^-1 J', which
- * maps these forces to accelerations of the legs. */
+/* Computes the inertia matrix in leg coordinates, (J M^-1 J')^-1. J M^-1 J' maps forces along the
+ * legs to accelerations of the legs. */
 static void leg_mass(const struct params *params, double lambda[LEGS][LEGS]) {
     struct rigid_model rigid;
     struct rigid_state s;
