@@ -28,7 +28,8 @@ static const double FIRST_SHARE = 0.5; /* first guess of dry friction, as a shar
                                         * force's variation */
 static const double STEP = 0.1;        /* step of difference quotients, in standard deviations of
                                         * the errors' priors */
-static const double RIGID = 0.1;       /* least rigidity at which a matrix's entries are free */
+static const double RIGID = 0.1;       /* model.tolerance.rigidity from which on the matrix counts
+                                        * as 21 free entries, not as the ten parameters of a body */
 static const double DOUBT = 0.3;       /* relative error of the attenuation, which is as uncertain
                                         * as a noise variance from twenty cycles */
 static const double MODEL_ERROR = 1e-4; /* error of any model, as a share of the rms of the force's
@@ -59,7 +60,7 @@ struct work {
     struct residual_data data;
     struct rows rows;
     struct rigid_state state[PHASES]; /* states of the platform at the phases of the current test */
-    struct equations *sum;  /* equations of the current pass */
+    struct equations *sum;  /* equations of the current pass, summed over the tests */
     double square;          /* sum of squares of the right-hand side, weighted by the inverse
                              * covariance */
     int count;              /* number of coefficient rows */
@@ -230,9 +231,8 @@ static bool fill_systematic(struct work *w, int test) {
     for (int s = 0; s < SYSTEMATICS; s++) {
         double step = STEP * w->sum->systematic[s], *column = r->column[SYSTEMATIC + s];
         if (!(step > 0.0)) continue;
-        /* The quotient of the measured force is central. The second-order part of a one-sided
-         * quotient would correlate the noise in the column of a skew with the noise in the
-         * right-hand side. */
+        /* The quotient of the measured force is central. The second-order error of a one-sided
+         * quotient would correlate a skew's column with the noise of the right-hand side. */
         measured_off(w, test, s, -step, below_n);
         measured_off(w, test, s, step, above_n);
         for (int row = 0; row < r->count; row++) column[row] = (below_n[row] - above_n[row]) / (2.0 * step);
@@ -251,7 +251,8 @@ static void expect_friction(struct work *w, int pass) {
         double most = 0.0, mean = 0.5 * fabs(w->x[DRY + 2 * k] + w->x[DRY + 2 * k + 1]);
         for (int i = 0; i < w->data.tests; i++) most = fmax(most, residual_variation(&w->data.test[i], CHANNEL_FORCE, k));
         w->sum->dry_n[k] = FIRST_SHARE * sqrt(most);
-        /* A leg that hardly moves may yield any value, so the first guess is an upper limit. */
+        /* The first guess is an upper limit, because the estimate for a leg that hardly moves may
+         * take any value. */
         if (pass) w->sum->dry_n[k] = fmin(w->sum->dry_n[k], mean);
     }
 }
@@ -350,11 +351,11 @@ static void attenuate_lags(struct work *w, const struct residual_test *t, int a,
 }
 
 /* Adds the attenuation of a test: the mean product of the noise in the columns and the noise in the
- * right-hand side. The noise n of a leg's acceleration is in the entries' columns, as T_c n, and
- * with the configured mass in the right-hand side, as -L n. It is also in the columns of errors
- * that change the mass along the legs, as dL n: joints, and zeros and gains of lengths. The noise
- * of a pressure is in the column of its gain and in the right-hand side. Call this after
- * invert(). */
+ * right-hand side. The noise n of a leg's acceleration is in the column of entry c as T_c n, T_c
+ * the leg forces for one unit of the entry, and in the right-hand side as -L n, L the configured
+ * mass along the legs. It is also in the columns of errors that change L, as dL n: joints, and
+ * zeros and gains of lengths. The noise of a pressure is in the column of its gain and in the
+ * right-hand side. Call this after invert(). */
 static void add_attenuation(struct work *w, const struct residual_test *t) {
     for (int a = 0; a < t->size; a++)
         for (int k = 0; k < LEGS; k++) {
@@ -372,10 +373,10 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
         }
 }
 
-/* Adds the variance that rounding errors which repeat cause in a test's sum of squared residuals.
- * They follow from where the lengths lie within the sensor's step. This is one draw for the whole
- * test, and legs that move alike have the same errors; therefore all rows together count as one
- * degree of freedom. Call this after invert(). */
+/* Adds the variance of a test's sum of squared residuals by rounding errors that repeat in every
+ * cycle. These errors follow from where the lengths lie within the sensor's step. This is one draw
+ * for the whole test, and legs that move alike have the same errors; therefore all rows together
+ * count as one degree of freedom. Call this after invert(). */
 static void add_repeating(struct work *w, const struct residual_test *t) {
     double share = 0.0;
     for (int a = 0; a < t->size; a++)
@@ -391,8 +392,8 @@ static void add_repeating(struct work *w, const struct residual_test *t) {
 
 /* Subtracts the attenuation of all unknowns except the gains from the right-hand sides. share:
  * variance of the noise, as a share of the stated one. The attenuation is known only as well as
- * this variance; its uncertainty, which replaces it in e->attenuation, is an error that all logs
- * share. The gains are left out, because their scales are held. */
+ * this variance; its uncertainty, an error that all logs share, replaces it in e->attenuation. The
+ * gains are left out, because their scales are held at zero (equations.c). */
 static void take_attenuation_off(struct equations *e, double share) {
     for (int c = 0; c < UNKNOWNS; c++) {
         if (c >= SYSTEMATIC && c < SYSTEMATIC + SYSTEMATIC_LENGTH_ZERO) continue;
@@ -458,9 +459,9 @@ static int prepare_tests(struct work *w, struct error *error) {
     return ok ? STATUS_OK : error_set(error, STATUS_USAGE, "method C: the configured chambers cannot follow the commands");
 }
 
-/* Finds the weighted sum of squared residuals, y' W y - x' X' W y. As x minimises residuals and
- * prior together, this equals the square of y weighted by the inverse of a covariance that includes
- * the basis functions' prior. */
+/* Finds the weighted sum of squared residuals, y' W y - x' X' W y. Because x minimises residuals
+ * and prior together, this equals y' V^-1 y, V the rows' covariance with the basis functions' prior
+ * added. */
 static void find_rest(struct work *w) {
     /* With the prior that the payload is rigid, the matrix has only the ten parameters of a
      * body. */

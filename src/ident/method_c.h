@@ -24,8 +24,8 @@
  * any other motion. They are linear in the unknowns; generalised least squares with the sensors'
  * covariance, in which a length's noise enters through the acceleration, is maximum likelihood to
  * first order. Near a reversal, where a leg may stick, its friction goes from -r to e by an unknown
- * course. No friction law is assumed there; the covariance includes the variance of the course,
- * which depends on the size of friction, so several passes are made.
+ * course. No friction law is assumed there: the covariance includes the variance of the course.
+ * This variance depends on the size of friction, so several passes are made.
  *
  * The systematic errors of sensors and drawing (systematic.h) are unknowns, too, and the payload
  * counts as one rigid body within model.tolerance.rigidity (payload_prior()). Noise that is in the
@@ -82,7 +82,7 @@ struct method_c {
     struct payload payload;
     struct matrix_at_pose at_pose;
     /* rms residual of the coefficient rows, as a multiple of their noise: about 1 if the model is
-     * right, less with dry friction */
+     * right; less with dry friction, whose variance near reversals is an upper bound */
     double scatter;
 };
 

@@ -12,11 +12,11 @@
 #include "params.h"
 
 static const double UNDETERMINED = 0.2;          /* an entry is determined if its standard deviation
-                                                  * is less than this times sqrt(M_ii M_jj) */
+                                                  * is less than this share of sqrt(M_ii M_jj) */
 static const double UNDETERMINED_FRICTION = 0.1; /* friction is determined if its standard deviation
                                                   * is less than this share of the varying force */
-static const double FREE = 10.0;                 /* rigidity with which a matrix's entries are
-                                                  * free */
+static const double FREE = 10.0;                 /* rigidity so large that the prior of one rigid
+                                                  * body has no effect on the entries */
 static const double UNDETERMINED_SPRING = 0.5;   /* a spring is determined if its standard deviation
                                                   * is less than this share of its prior's */
 

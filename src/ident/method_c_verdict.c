@@ -37,8 +37,8 @@ static bool all_known(const struct method_c *m) {
     return known;
 }
 
-/* Fails a matrix that is not that of one rigid body. It judges only if the data determine all
- * entries, because the noise of an undetermined entry is also in the others. */
+/* Fails a matrix that is not that of one rigid body. A matrix with an undetermined entry is not
+ * judged, because this entry's noise is also in the others. */
 static void check_one_body(const struct method_c_findings *f, double level, struct verdict *v) {
     enum { FREE = MATRIX_ENTRIES - PAYLOAD_VALUES };
     const struct payload *p = &f->result->payload;
@@ -79,8 +79,8 @@ static void check_definite(const struct method_c_findings *f, double level, stru
         verdict_add(v, VERDICT_FAIL, "Mt is not positive definite, by %.1f standard deviations: no inertia matrix", sqrt(chi_square));
 }
 
-/* Fails friction if a true value that is not negative would be measured as low as this with less
- * than the probability `level`. */
+/* Fails friction that is too negative to be chance: true friction of zero or more would be measured
+ * this low with a probability below `level`. */
 static void check_dissipates(double value, double variance, double level, const char *what, int leg, struct verdict *v) {
     double std = sqrt(variance);
     if (0.5 * erfc(-value / std / sqrt(2.0)) >= level) return;
@@ -106,8 +106,9 @@ static void check_friction(const struct method_c_findings *f, double level, stru
 static double above(double z) { return 0.5 * erfc(z / sqrt(2.0)); }
 
 /* Checks that the rows' residuals are noise. Each residual is divided by a deviation that is itself
- * estimated, from the differences of n cycles, so that its square is that of Student's t with n - 1
- * degrees of freedom. Their sum is nearly normal; rounding errors add to its variance. */
+ * estimated from the differences of the cycles, so it is distributed as Student's t with n degrees
+ * of freedom, one less than the cycles. Their sum is nearly normal; rounding errors add to its
+ * variance. */
 static void check_fit(const struct method_c_findings *f, double level, struct verdict *v) {
     double n = f->equations->cycles - 1.0, free = f->equations->free;
     if (!(n > 4.0) || !(free > 0.0)) return;
@@ -122,7 +123,7 @@ static void check_fit(const struct method_c_findings *f, double level, struct ve
                 f->result->scatter, most);
 }
 
-/* Systematic errors as they are known, some without their priors. */
+/* Systematic errors and their covariance; the priors of those that are `freed` are removed. */
 struct errors {
     double value[SYSTEMATICS], covariance[SYSTEMATICS][SYSTEMATICS];
     bool freed[SYSTEMATICS];
@@ -136,8 +137,8 @@ static void take_errors(const struct method_c_findings *f, struct errors *e) {
     }
 }
 
-/* Index of the error that is furthest from zero for its prior; -1: none is too far. The variance of
- * an estimate is the prior variance less the remaining one. */
+/* Index of the error that is furthest from zero for its prior; -1: none is too far. If the priors
+ * are right, an estimate has the prior variance less the posterior one. */
 static int find_furthest(const struct method_c_findings *f, const struct errors *e, double level) {
     int furthest = -1;
     double most = 0.0;
@@ -182,7 +183,7 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     }
 }
 
-/* Fails a calibration whose reading is too far from the one that motion and priors let expect. */
+/* Fails a calibration whose reading is too far from the one predicted from motion and priors. */
 static void check_calibration(const struct method_c_findings *f, double level, struct verdict *v) {
     for (int i = 0; i < CALIBRATIONS; i++) {
         double z = f->estimate->surprise[i];

@@ -5,11 +5,11 @@
  *   fit        residuals of the rows, whose noise is estimated from the cycles: Student's t
  *   systematic no systematic error of sensors and drawing is further from zero than its prior
  *              allows: two-sided normal tests
- *   calibration a known weight and legs on their stops have the readings that motion and priors
- *              let expect: two-sided normal tests
+ *   calibration a known weight and legs on their stops have the readings predicted from motion and
+ *              priors: two-sided normal tests
  *   body       squared distance of the payload from the nearest body of positive density, which is
  *              no farther than the true body: at most a chi-square of ten degrees of freedom
- *   one body   the matrix without its legs is that of one rigid body: chi-square, 21 - 10
+ *   one body   the matrix less the legs' part is that of one rigid body: chi-square, 21 - 10
  *   definite   v' Mt v > 0 for every v: the square of a negative v' Mt v over its variance is at
  *              most a chi-square of 21 (Scheffe), however v was chosen
  *   friction   no leg's viscous or mean dry friction is negative: one-sided normal tests
@@ -37,8 +37,8 @@ struct method_c_findings {
  * wide. */
 struct verdict method_c_verdict(const struct method_c_findings *f);
 
-/* Returns a verdict of not evaluated, for want of a result. reason: why there is none; NULL: method
- * C was not asked. */
+/* Returns the verdict of method C if it has no result: VERDICT_NOT_EVALUATED. reason: why there is
+ * none; NULL: method C was not asked for. */
 struct verdict method_c_no_verdict(const char *reason);
 
 #endif

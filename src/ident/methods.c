@@ -125,8 +125,8 @@ static void fill_b(struct equations *e, const struct test_result *const test[DOF
     }
 }
 
-/* Variance as by row_variance(), plus the effect that a phase error of the tested axis has through
- * the parts in quadrature. */
+/* Variance as by row_variance(), plus the effect of a phase error of the tested axis, which mixes
+ * the parts in quadrature into those in phase. */
 static double row_variance_b(const struct test_result *t, int row, const double m[DOFS]) {
     static const double no_damping[DOFS] = {0};
     double phase_std = t->pose_std[t->dof] / t->achieved_amplitude, w = omega(t);

@@ -2,18 +2,19 @@
  * 16, B1-B3; docs/method.md section 4).
  *
  * x = a sin wt + b cos wt is kept as [a, b]; its derivative is w [-b, a] = w [a b] Q, Q = [0 1; -1
- * 0]. Poses are Euler angles, whose rates equal the body rates only near neutral, and tests are
- * therefore about neutral. At 0.006 rad the two differ by 0.006 of the other angles' rates, which
- * are unwanted motion, below a tenth of the tested angle's rate. This difference is a product of an
- * angle and a rate, which has a fundamental only if one of them has a mean or a higher harmonic.
+ * 0]. Poses are Euler angles, whose rates equal the body rates only near neutral; therefore tests
+ * are about neutral. At 0.006 rad the two rates differ by 0.006 of the other angles' rates, and
+ * these are unwanted motion, below a tenth of the tested angle's rate. The difference is a product
+ * of an angle and a rate, and has a fundamental only if one of them has a mean or a higher
+ * harmonic.
  *
  * Condition numbers are those of the motion matrix with each row divided by the ideal value of its
  * own test (w^2 amplitude, w amplitude): free of units, 1 if every test moves its axis by the
  * commanded amplitude and nothing else.
  *
  * Standard deviations are propagated to first order from those of the fundamental coefficients,
- * channels taken as independent. An entry needs only its own row's wrench and the pose, and the
- * pose's part is small. Pure, no heap. */
+ * channels taken as independent. An entry depends only on the wrench of its own row and on the
+ * pose, whose contribution is small. Pure, no heap. */
 #ifndef HEXID_METHODS_H
 #define HEXID_METHODS_H
 
@@ -32,7 +33,7 @@ struct test_result {
     /* Amplitude of each axis, per cent of the amplitude that its own test commands; 0 for the
      * tested axis. */
     double unwanted_pct[DOFS];
-    int64_t samples, excluded;   /* numbers of samples used, and of samples refused (refusal.h) */
+    int64_t samples, excluded;   /* numbers of samples used, and of samples excluded (refusal.h) */
     double pose[DOFS][2];        /* coefficients [sin, cos] of each axis' fundamental: A_d */
     double wrench[DOFS][2];      /* coefficients [sin, cos] of the wrench's fundamental: H_d */
     double pose_rms[DOFS], wrench_rms[DOFS]; /* rms residuals of the fit */

@@ -13,8 +13,8 @@ static const double PERIOD_S = 4.0, LOW_HZ = 1.0, HIGH_HZ = 32.0;
 /* Frequency of the highest tone, as a share of the loop's rate: a delay of half a cycle is a fifth
  * of a radian there. */
 static const double OF_RATE = 1.0 / 16.0;
-/* Rms rate of the fastest leg, as a share of the highest rate of the legs; peaks are about four
- * times as high. */
+/* Rms rate of the fastest leg, as a share of multisine_rate_limit_mps(); peaks are about four times
+ * as high. */
 static const double SHARE = 1.0 / 25.0;
 static const double neutral[DOFS] = {0};
 
@@ -29,7 +29,8 @@ double multisine_rate_limit_mps(const struct params *p) {
     return least;
 }
 
-/* Gives all tones the same speed of the legs, and scales their sum to SHARE of the highest rate. */
+/* Gives all tones the same speed of the legs, and scales their sum to SHARE of
+ * multisine_rate_limit_mps(). */
 static void scale(struct multisine *m, const struct params *params, double j[LEGS][DOFS]) {
     double most = 0.0, rate_mps = SHARE * multisine_rate_limit_mps(params);
     for (int i = 0; i < m->tones; i++) {
@@ -61,7 +62,7 @@ static double find_peak(const struct multisine *m, double j[LEGS][DOFS]) {
 }
 
 int multisine_init(struct multisine *m, const struct params *params, struct error *error) {
-    /* Axes of successive tones, in an order that makes neighbouring tones move different legs. */
+    /* Axes of successive tones, ordered so that neighbouring tones move different legs. */
     static const enum dof turn[DOFS] = {DOF_X, DOF_PHI, DOF_Y, DOF_THETA, DOF_Z, DOF_PSI};
     struct kinematics k;
     double j[LEGS][DOFS], dt_s = params->loop.period_s;

@@ -45,15 +45,16 @@ struct multisine_mean {
     const struct multisine *multisine;
     struct recording_sample *sample; /* [samples]: mean samples; test_time_s counts from the start
                                       * of a pass */
-    double complex *wave;                     /* [tones][samples]: factors of each tone's amplitude,
-                                               * 2 / samples exp(-i w t) */
+    double complex *wave;                     /* [tones][samples]: weights 2 / samples exp(-i w t),
+                                               * whose sum over a series is a tone's amplitude */
     int passes;                               /* number of passes that were averaged */
     /* rms deviation of single samples from the mean at the same instant of the pass */
     double noise_m[LEGS], noise_pa[2][LEGS];
 };
 
-/* Averages the passes of a recorded test, which begin at the test time begin_s. Returns -2 if some
- * instant has no good sample in any pass, -3 without memory. Free the mean also after an error. */
+/* Averages the passes after the first of a recorded test. The first pass begins at the test time
+ * begin_s. Returns -2 if some instant has no good sample in any pass, -3 without memory. Free the
+ * mean also after an error. */
 int multisine_average(struct multisine_mean *mean, const struct multisine *m, const struct recording_test *test, double begin_s,
                       struct error *error);
 void multisine_free(struct multisine_mean *mean);

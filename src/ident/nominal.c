@@ -8,7 +8,7 @@
  *  q = T a_i  lever arm of the upper joint                          m
  *  j          row of the Jacobian of leg rates, [n', (q x n)']      -, m
  *  g          ma (L-ra)^2 + mb rb^2 + ia + ib, of a turning leg     kg m^2
- *  b = g/L^2  its mass felt at the upper joint, across the leg      kg
+ *  b = g/L^2  the leg's mass felt at the upper joint, across it     kg
  *
  * With M_leg = ma n n' + b (I - n n') and Ja = [I, -q~]:
  *

@@ -82,7 +82,7 @@ static double row_std(const struct leg_data *d, int chamber, int tone, double pu
 }
 
 /* Fills a chamber's equation at a tone, as complex numbers: coefficients of the unknowns, then the
- * right-hand side. The unknown NULL_BIAS is the rest of the null times the gain. */
+ * right-hand side. The unknown NULL_BIAS is the correction of the null times the gain. */
 static void fill_row(const struct leg_data *d, int chamber, int tone, double complex flow, double complex slope,
                      double complex row[UNKNOWNS + 1]) {
     double complex jw = CMPLX(0.0, 2.0 * PI * d->mean->multisine->tone[tone].hz), rate = jw * d->length[tone];
@@ -148,8 +148,9 @@ static void find_flow(struct leg_data *d, int chamber, flow_law *law, double com
     for (int i = 0; i < m->tones; i++) flow[i] = multisine_amplitude(d->mean, i, d->flow);
 }
 
-/* Fits a chamber. The first pass has no null, because the prior needs the gain. The prior's
- * standard deviation is not one that the scatter scales. */
+/* Fits a chamber. The first pass has no null, because the prior needs the gain. The prior's row is
+ * multiplied by the scatter, by which solve() scales all deviations, so that the prior's own stays
+ * as stated. */
 static bool fit_chamber(struct leg_data *d, int chamber, struct fit *fit) {
     int tones = d->mean->multisine->tones;
     double rows[2 * MULTISINE_TONES + 1][UNKNOWNS + 1];
@@ -222,7 +223,8 @@ static void linearise(const struct leg_data *d, int chamber, struct oil_chamber 
                           (2.0 * step_pa);
 }
 
-/* The errors of both chambers count as one, because they share length and delay. */
+/* Finds the oil of one leg. The stiffness's deviation is the sum of both chambers' deviations:
+ * their errors are correlated, because the chambers share length and delay. */
 static void find_leg(struct leg_data *d, struct fit fit[2], struct oil_leg *leg) {
     struct cylinder_areas area = cylinder_areas(&d->params->actuator);
     double a1 = area.a1_m2[d->leg], a2 = area.a2_m2[d->leg];
@@ -255,9 +257,9 @@ static void find_leg(struct leg_data *d, struct fit fit[2], struct oil_leg *leg)
     if (!known) leg->stiffness = leg->stiffness_std = NAN;
 }
 
-/* Variance of the leakage (a - b) A / c between a chamber and supply or tank, by a valve's lap or a
- * seal: the mean of its squares, less that of their errors, over the legs, whose valves and seals
- * are of one make (empirical Bayes). It counts from zero, the leakage of a tight valve. */
+/* Variance, about zero, of the leakage (a - b) A / c between a chamber and supply or tank (a
+ * valve's lap, a seal); a tight valve has zero. It is the mean square over the legs, less that of
+ * the errors (empirical Bayes): valves and seals of all legs are of one make. */
 static double variance_of_lap(const struct cylinder_areas *area, struct fit fit[LEGS][2], const struct oil_leg leg[LEGS]) {
     double sum = 0.0;
     int chambers = 0;
@@ -286,7 +288,7 @@ static void join(struct fit *f, double prior) {
     for (int i = 0; i < UNKNOWNS; i++) f->covariance[i][OWN] = 0.5 * (f->covariance[i][OWN] + f->covariance[i][OTHER]);
 }
 
-/* Finds the leakage of each leg from both chambers, each by its precision. */
+/* Finds the leakage of each leg from both chambers, weighted by their precision. */
 static void find_leakage(const struct cylinder_areas *area, struct fit fit[LEGS][2], struct oil_leg leg[LEGS]) {
     double lap = variance_of_lap(area, fit, leg);
     for (int k = 0; k < LEGS; k++) {

@@ -1,23 +1,22 @@
 /* The oil columns: the stiffness of each leg with its ports shut, found in a survey's data, and the
  * eigenfrequencies that it makes with the platform's inertia.
  *
- * For each chamber, ports and piston (v is the leg's rate, x the valve's opening, a delay after the
- * command):
+ * The pressures of the two chambers obey, with v the leg's rate and x the valve's opening, which is
+ * the delayed command:
  *
  *   P1' = -c1 v + g1 q1 - a1 P1 + b1 P2,   q1 =  x+ sqrt(ps - P1) + x- sqrt(P1 - pt)
  *   P2' =  c2 v + g2 q2 - a2 P2 + b2 P1,   q2 = -x+ sqrt(P2 - pt) - x- sqrt(ps - P2)
  *
  * with x+ = max(x, 0) and x- = min(x, 0). In the steady state of a periodic motion the equations
- * are valid for the complex amplitudes of its tones, whose derivative is a product with i w. The
- * square-root law of the two edges takes the measured pressures, so a command that crosses zero
- * makes no error. From the configuration only the piston's areas and the supply and tank pressure
- * are used. c, g, a, b of each chamber and a null (the valve's opening without a command, as this
- * chamber has it; prior 0 +- 2 %) are fitted by least squares, weighted by the sensors' noise and
- * the error of the square-root law, together with the delay of both. That error is a share of the
- * piston's flow: 2 % while the delay is looked for, then what the residuals show, at most 2 %.
- * Stiffness: k = A1 c1 + A2 c2 (= E (A1^2/V1 + A2^2/V2), volumes with the hoses between valve and
- * chamber). The leakage that a difference of the pressures drives is (a + b) A / 2 c; if all of it
- * is across the piston, a = b.
+ * hold for the complex amplitudes of its tones, a derivative being a factor i w. q1 and q2 are
+ * computed from the measured pressures, so a command that crosses zero makes no error. From the
+ * configuration only the piston's areas and the supply and tank pressure are used. Least squares
+ * finds c, g, a, b of each chamber, a null of each chamber (the valve's opening without a command;
+ * prior 0 +- 2 %), and one delay for both. Its weights follow from the sensors' noise and the error
+ * of the square-root law. This error is a share of the piston's flow: 2 % while the delay is looked
+ * for, then as the residuals show, at most 2 %. Stiffness: k = A1 c1 + A2 c2 (= E (A1^2/V1 +
+ * A2^2/V2), volumes with the hoses between valve and chamber). The leakage driven by the difference
+ * of the pressures is (a + b) A / 2 c; if all of it is across the piston, a = b.
  *
  * Rigid eigenfrequencies at neutral: Mt xddot + J' diag(k) J x = 0. Ordinary threads; heap. */
 #ifndef HEXID_OIL_COLUMNS_H
@@ -45,7 +44,7 @@ struct oil_leg {
     double leakage, leakage_std; /* between the chambers, m^3/(s Pa); NaN if the stiffness is not
                                   * determined */
     double misfit;          /* rms residual of the tones' equations and the prior, as a multiple of
-                             * their standard deviation with an error of 2 % */
+                             * its standard deviation if the square-root law errs by 2 % */
 };
 
 /* Finds the stiffness of each leg. A stiffness is not determined if its standard deviation exceeds

@@ -14,8 +14,8 @@ const char *const payload_names[PAYLOAD_VALUES] = {"mass_kg",          "center_x
 
 enum { BODY = 4, STEPS_MOST = 200 };
 static const double UNDETERMINED_MASS = 0.1; /* nothing is determined if the mass's standard
-                                              * deviation reaches this share of the mass: no centre
-                                              * is known then */
+                                              * deviation reaches this share of the mass: then no
+                                              * centre is known */
 /* A value is determined if its standard deviation is less than this share of the mean principal
  * inertia (inertias), or of the radius of gyration (centres). */
 static const double UNDETERMINED = 0.2;
@@ -51,7 +51,7 @@ static void legs_of(const struct params *params, const struct kinematics *k, dou
 }
 
 /* Adds the covariance by errors of the legs' masses, which are uniform within their tolerance: one
- * error that the rods, or the cylinders, of all legs have in common, and one of each leg. */
+ * error common to all rods, one common to all cylinders, and one of each rod and each cylinder. */
 static void add_legs(const struct params *params, const struct kinematics *k, double covariance[MATRIX_ENTRIES][MATRIX_ENTRIES]) {
     double legs[MATRIX_ENTRIES], share = params->model.tolerance.mass / sqrt(3.0);
     legs_of(params, k, legs);
@@ -163,7 +163,7 @@ static bool step_nearer(double l[PAYLOAD_VALUES], const linear best, double weig
 }
 
 /* Finds the body of positive density that is nearest to the ten numbers `best`. The search starts
- * from a round body of the same mass. */
+ * from a body of the same mass with three equal principal inertias. */
 static void find_nearest(const linear best, double weight[PAYLOAD_VALUES][PAYLOAD_VALUES], linear nearest) {
     double size = sqrt(fmax(fabs(best[4]) + fabs(best[5]) + fabs(best[6]), 1e-6) / 6.0), mass = sqrt(fmax(best[PAYLOAD_MASS], 1e-6));
     double l[PAYLOAD_VALUES] = {size, 0.0, size, 0.0, 0.0, size, 0.0, 0.0, 0.0, mass}, damping = 1e-3;

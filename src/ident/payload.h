@@ -39,8 +39,8 @@ struct payload {
      * `possible`. For a true body it is at most chi-square distributed with ten degrees of
      * freedom. */
     double impossible;
-    /* Rms difference between the matrix and the nearest one that a single rigid body has, in
-     * standard deviations; about 1 if the payload is one body. */
+    /* Rms difference between the payload's part of the matrix and the nearest matrix of one rigid
+     * body, in standard deviations; about 1 if the payload is one body. */
     double misfit;
 };
 

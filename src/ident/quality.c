@@ -16,14 +16,15 @@ const double quality_band_hz[QUALITY_BANDS + 1] = {0.2, 1.0, 5.0, 20.0, 50.0};
 static const double REFERENCE_OFF = 1e-6;
 /* Frequency of the tone from which lag, balance and turn-around are taken. */
 static const double SLOW_HZ = 0.5;
-/* Lag of the second differences: the rounding of the lengths at the window's ends stays small in
- * them, and they reach to 60 Hz. */
+/* Lag of the second differences: so long that the rounding of the lengths at the window's ends
+ * stays small in them, and so short that they reach to 60 Hz. */
 static const double LAG_S = 0.016;
 /* Share of a period to either side of a reversal that belongs to it. */
 static const double REVERSAL = 0.05;
 /* Share of a slope's amplitude within which its two directions are compared. */
 static const double SLOPE_MIDDLE = 0.5;
-/* Share of a slope that the platform follows, at least; a wider play is not measured. */
+/* Share of the reference's displacement that the platform must cover to count as following; a play
+ * too wide for that is not measured. */
 static const double SLOPE_FOLLOWED = 0.5;
 static const double HANN_SQUARE = 1.5; /* mean square of the Hann window 1 - cos */
 
@@ -70,8 +71,8 @@ static void join(struct quality_record *r, int before, int after) {
     }
 }
 
-/* Takes each piece's amplitude from the recorded reference, so that a log keeps its meaning where a
- * later hexid would choose another one. */
+/* Takes each piece's amplitude from the recorded reference, so that an old log keeps its meaning if
+ * a later hexid chooses another amplitude. */
 static int take_reference(const struct quality_record *r, struct quality_plan *plan, struct error *error) {
     for (struct quality_piece *p = plan->piece; p < plan->piece + plan->pieces; p++) {
         double product = 0.0, square = 0.0, off = 0.0;
@@ -159,9 +160,9 @@ static int bin_of(const struct window *w, double hz) {
 
 static double radps_of(const struct window *w, int bin) { return 2.0 * PI * bin / (w->samples * w->step_s); }
 
-/* Fills second differences of the piece's axis over LAG_S. The Fourier sums take them in place of
- * the pose, whose slow drift through the window would spread over all bins; the drift's curvature
- * does not. */
+/* Fills second differences of the piece's axis over LAG_S. They replace the pose in the Fourier
+ * sums, because its slow drift through the window would spread over all bins; in second differences
+ * only the drift's small curvature is left. */
 static void differentiate(const struct quality_piece *p, const struct quality_record *r, int lag, double (*differences)[DOFS]) {
     for (int n = 0; n < p->samples; n++) {
         int at = p->begin + n, before = at < lag ? 0 : at - lag, after = at + lag < r->cycles ? at + lag : r->cycles - 1;
@@ -216,7 +217,7 @@ static struct bins_beside take_bins(const struct window *w, const double (*pose)
 static double peak(const struct window *w, const double *beside, const struct quality_piece *p, double lead_rad, bool reversals) {
     double most = 0.0;
     for (int n = 0; n < w->samples; n++) {
-        /* counts half periods of the answer, whole at its reversals */
+        /* time in half periods of the answer, a whole number at its reversals */
         double half = 2.0 * p->periods * (double)n / w->samples + lead_rad / PI - 0.5;
         if (!reversals || fabs(half - round(half)) <= 2.0 * REVERSAL) most = fmax(most, fabs(beside[n]));
     }
@@ -286,9 +287,9 @@ static double middle_error(const struct quality_piece *p, const struct quality_r
     return sum / count;
 }
 
-/* True if the platform followed the first quarter, from the reference `followed` on, and most of
- * the distance between the two peaks. In a play wider than the triangle it would rest on one side,
- * as if there were no play. */
+/* True if the platform followed within the first quarter, from the reference `followed` on, and
+ * covered at least SLOPE_FOLLOWED of the distance between two peaks. In a play wider than the
+ * triangle the platform would rest on one side, as if there were no play. */
 static bool follows(const struct quality_piece *p, const struct quality_record *r, double followed) {
     int quarter = p->samples / QUALITY_QUARTERS, up = p->begin + quarter, down = up + 2 * quarter;
     double way = r->pose[up][p->dof] - r->pose[down][p->dof];
@@ -307,7 +308,7 @@ static void take_slope(struct quality *q, const struct quality_piece *p, const s
     }
     a->hysteresis = middle_error(p, r, true) - middle_error(p, r, false);
     if (!follows(p, r, a->threshold)) a->threshold = a->hysteresis = (double)NAN;
-    /* with a wider loop the platform does not move yet where the middle begins */
+    /* in a wider loop the platform does not move yet when the reference enters the middle */
     if (a->hysteresis > SLOPE_MIDDLE * p->amplitude) a->hysteresis = (double)NAN;
     a->slope_rate = p->amplitude / (quarter * q->plan.step_s);
 }

@@ -1,10 +1,11 @@
-/* The motion system's quality, measured in a recording of quality_plan.h's motion: the platform's
- * pose by its lengths against the reference at the same instants. The quantities are those of
- * AGARD-AR-144 and of 14 CFR 60 appendix A (3.a to 3.d), defined in docs/qualify.md. A pure
- * function of plan and samples; what was not measured is NaN. Ordinary threads; heap.
+/* Quality of the motion system, measured in a recording of the motion that quality_plan.h plans:
+ * the platform's pose, computed from the lengths, is compared with the reference at the same
+ * instants. The quantities are those of AGARD-AR-144 and of 14 CFR 60 appendix A (3.a to 3.d),
+ * defined in docs/qualify.md. The result depends on plan and samples alone; values that were not
+ * measured are NaN. Ordinary threads; heap.
  *
- * Lengths and angles are m and rad; in quality_check.h's limits, and where a name says so, angles
- * are metres at arm_m. */
+ * Lengths and angles are m and rad; in quality_check.h's limits, and where a name says metres,
+ * angles are multiplied by arm_m. */
 #ifndef HEXID_QUALITY_H
 #define HEXID_QUALITY_H
 
@@ -19,7 +20,7 @@ struct quality_record {
     double (*pose)[DOFS], (*ref)[DOFS], (*length_m)[LEGS];
     bool *there;               /* false: lost or flagged */
     double last_s;             /* test time of the last cycle that was taken */
-    int missing;               /* number of samples that are not there, once settled */
+    int missing;               /* number of missing samples, set by quality_record_settle() */
 };
 
 /* Prepares an empty record. Returns -3 without memory; free it even then. */
@@ -42,12 +43,12 @@ struct quality_tone {
                                 * own axis, each in m or rad */
     double std; /* standard deviation of the own axis's gain, of its real and of its imaginary part;
                  * for a gain near 1 also that of its phase, rad */
-    double coherence; /* share of the answer's mean square that is at the tone, from half of its
+    double coherence; /* share of the tone in the mean square of the answer from half of the tone's
                        * frequency to QUALITY_BAND_HZ */
-    /* acceleration of the answer beside the tone, up to QUALITY_BAND_HZ, over that at the tone.
-     * low: harmonics 2 and 3; high: higher ones; noise: the part that is no harmonic; all rms over
-     * rms. peak: peak of all three over the tone's amplitude. NaN: such harmonics are beyond
-     * QUALITY_BAND_HZ */
+    /* acceleration of the answer beside the tone, that is at all other frequencies up to
+     * QUALITY_BAND_HZ, over that at the tone. low: harmonics 2 and 3; high: higher ones; noise: all
+     * that is no harmonic. These three are rms over rms; peak: peak of their sum over the tone's
+     * amplitude. NaN: such harmonics are beyond QUALITY_BAND_HZ */
     double low, high, noise, peak;
 };
 
@@ -60,8 +61,8 @@ struct quality_axis {
     /* in a slow triangle: displacement of the reference from rest until the platform follows half
      * of it, and width of the hysteresis loop. NaN: more than the triangle can show */
     double threshold, hysteresis;
-    double slope_rate; /* rate of that triangle: a lag T alone is a threshold and a hysteresis of 2
-                        * T times it */
+    double slope_rate; /* rate of the reference in that triangle: a pure lag T appears as a
+                        * threshold, and as a hysteresis, of 2 T slope_rate */
     double lag_s; /* phase over frequency of the 0.5 Hz tone */
     double dead_s, half_s; /* delay at a tenth and at half of a step's height */
     double excursion, rate, accel; /* largest amplitudes reached in sines */
@@ -76,7 +77,7 @@ struct quality {
     double complex leg[LEGS]; /* each leg over its own reference in the 0.5 Hz tone of z */
 };
 
-/* Measures everything. Returns -2 for impossible geometry, -3 without memory. */
+/* Measures all quantities. Returns */
 int quality_measure(struct quality *q, const struct quality_plan *plan, const struct quality_record *record, const struct params *params,
                     struct error *error);
 

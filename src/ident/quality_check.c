@@ -41,7 +41,7 @@ double quality_rest(const struct quality *q, int dof) {
     return sqrt(band[0] * band[0] + band[1] * band[1] + band[2] * band[2]);
 }
 
-/* Measurement, axis and tone of which a check computes its value. */
+/* Arguments of a check's function: measurement, axis and tone. */
 struct subject {
     const struct quality *q, *before;
     int dof, tone;
@@ -73,8 +73,8 @@ static double of_balance(const struct subject *s) {
     return most;
 }
 
-/* Values of which a check takes the worst. OF_LOW_TONES: those of tones up to qualify.up_to_hz;
- * OF_HARMONICS: those of low tones whose second harmonic is in the measured band. */
+/* Set of values whose worst one a check takes. OF_LOW_TONES: of tones up to qualify.up_to_hz;
+ * OF_HARMONICS: of low tones whose second harmonic is in the measured band. */
 enum reach { OF_MACHINE, OF_AXES, OF_TONES, OF_LOW_TONES, OF_HARMONICS };
 
 static bool counts(enum reach reach, double hz, const struct qualify_params *limits) {

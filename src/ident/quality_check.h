@@ -14,8 +14,8 @@ struct quality_check {
     bool least;                     /* the limit is a lower one */
     double value, limit;            /* the worst value, NaN: not measured; limit 0: none */
     bool lacks;                     /* an axis or a tone has no value */
-    enum verdict_status status;     /* VERDICT_NOT_EVALUATED without a limit or any value, and in
-                                     * place of a pass if `lacks` */
+    enum verdict_status status;     /* VERDICT_NOT_EVALUATED if there is no limit or no value, or if
+                                     * `lacks` and the check would pass */
     int dof;                        /* axis of the worst value; -1: none */
     double hz;                      /* frequency of the worst value; NaN: none */
 };
@@ -34,15 +34,16 @@ struct quality_change {
 /* Compares with an earlier measurement, by axis and number of the tone. */
 struct quality_change quality_change(const struct quality *now, const struct quality *before, int dof, int tone);
 
-/* Root mean square of of_noise over all tones: about 1 if nothing but noise differs. NaN: no tone
- * is in both, or there is no noise. */
+/* Root mean square of quality_change.of_noise over all tones: about 1 if nothing but noise differs.
+ * NaN: no tone is in both measurements, or there is no noise. */
 double quality_change_of_noise(const struct quality *now, const struct quality *before);
 
-/* Judges everything. before: NULL without a baseline. */
+/* Makes all checks. before: the earlier measurement (baseline), or NULL. */
 void quality_judge(const struct quality *q, const struct quality *before, const struct qualify_params *limits,
                    struct quality_check check[QUALITY_CHECKS]);
 
-/* FAIL if any check fails; NOT_EVALUATED if there is no limit at all, or no value for one. */
+/* FAIL if any check fails; else NOT_EVALUATED if no check has a limit, or if one that has a limit
+ * was not evaluated; else PASS. */
 enum verdict_status quality_verdict(const struct quality_check check[QUALITY_CHECKS]);
 
 /* Rms acceleration at rest from 0.2 to 20 Hz, m/s^2 or rad/s^2. */

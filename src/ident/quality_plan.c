@@ -27,12 +27,13 @@ static const double LEAD_BELOW_HZ = 1.5, LEAD_S = 1.5;
  * pieces use; REACH_SHARE is for the long and the fast ones. AGARD-AR-144 takes a tenth for
  * describing functions. */
 static const double TONE_SHARE = 0.1, STEP_SHARE = 0.2, SLOPE_SHARE = 0.005, REACH_SHARE = 0.5;
-/* Share of the rate that a stop's ramp-out adds to the motion that goes on under it. */
+/* Share of the highest rate that a stop's ramp-out may add: the motion goes on while its amplitude
+ * is ramped out. */
 static const double STOP_SHARE = 0.3;
-/* Acceleration of the legs in tones and steps, at most, over limits.oscillation_mps2. */
+/* Largest acceleration of the legs in tones and steps, as a multiple of limits.oscillation_mps2. */
 static const double OF_OSCILLATION = 2.0;
-/* Share of limits.oscillation_mps2 by which an answer may exceed its reference, by the linear
- * loop's prediction. */
+/* Share of limits.oscillation_mps2 by which the rms acceleration of an answer may exceed that of
+ * its reference, as the linear loop predicts it. */
 static const double OF_ALLOWED = 0.7;
 /* Largest angle of a long motion: 20 degrees, well before legs meet. */
 static const double ANGLE_MOST_RAD = 0.35;
@@ -50,7 +51,7 @@ struct response {
                        * harmonics of a fast motion, may excite it */
 };
 
-/* Largest amplitude with which a mode answers its reference. */
+/* Largest amplitude of a mode's answer at this frequency, relative to its reference. */
 static double resonance(const struct response *r, double hz) {
     double most = 0.0;
     for (int mode = 0; mode < DOFS; mode++) {
@@ -76,9 +77,9 @@ static bool find_response(struct response *r, const struct params *params, bool 
 
 /* SAFETY: the monitor of oscillations stops a motion whose rms acceleration exceeds 1.8 times the
  * reference's by limits.oscillation_mps2, and a resonance rings on when the reference has faded
- * out. Returns the amplitude of the reference's acceleration at which the rms of an answer that is
- * larger by the factor `answers` exceeds the reference's by OF_ALLOWED of that limit; infinite if
- * the answer is not larger. */
+ * out. Returns the largest safe amplitude of the reference's acceleration: the rms of an answer
+ * that is `answers` times as large then exceeds the reference's by OF_ALLOWED of that limit.
+ * Infinite if the answer is not larger. */
 static double accel_allowed_mps2(double answers, const struct params *params) {
     return answers > 1.0 ? sqrt(2.0) * OF_ALLOWED * params->limits.oscillation_mps2 / (answers - 1.0) : HUGE_VAL;
 }
@@ -111,8 +112,8 @@ static bool reaches(const struct kinematics *k, enum dof dof, double displacemen
     return true;
 }
 
-/* Largest displacement that is reached to both sides, in steps of a hundredth of that by the
- * Jacobian at neutral; an angle is at most ANGLE_MOST_RAD. */
+/* Largest displacement that is reached to both sides, in steps of a hundredth of the one that the
+ * Jacobian at neutral predicts; an angle is at most ANGLE_MOST_RAD. */
 static double find_reach(const struct kinematics *k, enum dof dof, const struct room *r) {
     double most_m = REACH_SHARE * r->stroke_m, step = most_m / r->leg_per_unit / 100.0, reach = 0.0;
     for (int i = 1; i <= 100 && reaches(k, dof, i * step, most_m) && reaches(k, dof, -i * step, most_m); i++) reach = i * step;
@@ -205,7 +206,8 @@ static double way_m(const struct quality_plan *plan, enum dof dof, const struct 
     return most;
 }
 
-/* No amplitude is safe if the linear loop is not known, or resonates without bound. */
+/* Returns -2 if a piece has no safe amplitude: the legs have no room, or the linear loop resonates
+ * without bound. */
 static int check_amplitudes(const struct quality_plan *plan, struct error *error) {
     for (const struct quality_piece *p = plan->piece; p < plan->piece + plan->pieces; p++)
         if (p->dof != DOF_NONE && !(p->amplitude > 0.0 && isfinite(p->amplitude)))
@@ -246,8 +248,9 @@ int quality_plan(struct quality_plan *plan, const struct params *params, bool bu
         add_slope(plan, (enum dof)dof, &r);
         add_steps(plan, (enum dof)dof, &r);
         add_reach(plan, (enum dof)dof, &r);
-        /* SAFETY: the planned displacement counts, not the free stroke. That of a sine is bounded
-         * by its rate over its frequency, so slow legs have a bounded ramp-out, too. */
+        /* SAFETY: a shorter ramp-out would move the legs too fast in a stop. The planned
+         * displacement counts, not the free stroke. A sine's displacement is bounded by its rate
+         * over its frequency, so slow legs have a bounded ramp-out, too. */
         plan->ramp_out_s = fmax(plan->ramp_out_s, RAMP_OUT_RATE * way_m(plan, (enum dof)dof, &r) / (STOP_SHARE * r.rate_mps));
     }
     free(response);

@@ -34,8 +34,8 @@ void rest_take(struct rest *r, const struct cycle *c);
 
 struct rest_found rest_find(const struct rest *r, const struct params *params);
 
-/* Writes the readings of legs on their stops into the section `found`, if the configuration has
- * their lengths there (actuator.retracted_m). */
+/* Writes the errors of the legs' readings on their stops, reading less actuator.retracted_m, into
+ * the section `found`. Does nothing if actuator.retracted_std_m is 0 or the rest was too short. */
 void rest_note_stops(const struct rest_found *r, struct params *params);
 
 #endif

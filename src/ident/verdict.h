@@ -52,7 +52,7 @@ struct verdict verdict_of_matrix(const struct params *params, const struct ident
  * verdicts in `v`; and judges methods A, modified A and B by method C, where that passes
  * (checks.symmetry_pct). A motion that method C refused is not evaluated, unless its tests are
  * complete but shorter than method C needs (RECORDING_CYCLES): then a note says so. If the
- * recording contradicts the configured machine, no method is evaluated, and the run neither. */
+ * recording contradicts the configured machine, neither a method nor the run is evaluated. */
 void verdict_of_run(struct verdicts *v, const struct params *params, const struct identification *id, const struct run_facts *facts);
 
 /* Adds a reason to a verdict. NOT_EVALUATED replaces a pass; FAIL outweighs both. */

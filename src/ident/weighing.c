@@ -14,9 +14,11 @@ static const double SPAN_S = 0.02; /* time over which a leg's sense of motion is
 static const double COURSE = 0.2;  /* relative error of the mean dry friction, because its course
                                     * near a reversal is unknown */
 static const double LIKELY = 0.2;  /* a weight is refused if its reading is off by this share of it,
-                                    * which is no sensor's error, or is as uncertain as that */
-static const double NO_DRIFT = 5.0; /* a change of a pressure at rest by more than this many
-                                     * standard deviations is no drift of the zeros */
+                                    * more than any sensor's error, or has a standard deviation of
+                                    * this share */
+static const double NO_DRIFT = 5.0; /* a zero does not drift by more than this many standard
+                                     * deviations; a larger change of a pressure at rest has another
+                                     * cause */
 static const double BROKEN_OFF = 0.01; /* a test is left out if its numbers of samples in the two
                                         * logs differ by more than this share */
 

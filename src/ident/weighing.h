@@ -2,13 +2,13 @@
  * without and with it. Inertia and viscous friction are in neither mean. The zeros of the pressures
  * are the same in both, except for their drift, which the readings at rest show (rest.h). The dry
  * friction of a leg is the same as long as it moves in one direction. But a loaded leg extends for
- * another share of the time, so the change of that share, times the friction that method C found,
- * is subtracted. Besides the weight, the difference contains the gains of the pressures:
+ * another share of the time: the friction that method C found, times the change of this share, is
+ * subtracted. Besides the weight, the difference contains the gains of the pressures:
  *
  *   m = -sum over legs of n_z (A1 dP1 - A2 dP2) / g,      n the leg's direction, z down
  *
- * where d is the difference of the means over a test. For gains 1 + g1 and 1 + g2 the reading m of
- * a weight M is off by
+ * where dP is the mean over a test with the weight less that without it. For gains 1 + g1 and 1 +
+ * g2 the reading m of a weight M is off by
  *
  *   m / M - 1 = sum of (h1 g1 + h2 g2),   h1 = -n_z A1 dP1 / (g M),   h2 = n_z A2 dP2 / (g M)
  *

@@ -22,9 +22,9 @@ enum { WITNESS_READINGS = 3, WITNESS_TERMS = 3 };
 
 /* Change of one signal, a length or a force, from block to block. */
 struct wander {
-    double first;                /* first value, subtracted from all, because a constant would leave
-                                  * a rest in the sine and cosine terms: a block is no whole number
-                                  * of samples */
+    double first;                /* first value, subtracted from all: a block is no whole number of
+                                  * samples, so a constant would leave a remainder in the sine and
+                                  * cosine terms */
     /* sum: of the current block. low, high: extremes over whole blocks. */
     double sum[WITNESS_TERMS], low[WITNESS_TERMS], high[WITNESS_TERMS];
 };
@@ -56,12 +56,12 @@ struct testimony {
                                   * sample */
 };
 
-/* Starts a test. moves: legs whose length is to change by more than its sensor's resolution;
- * lengths of other legs may stand still. */
+/* Starts a test. moves: legs whose length must change in every period; lengths of other legs may
+ * stand still. */
 void witness_reset(struct witness *w, double frequency_hz, double period_s, const bool moves[LEGS]);
 
-/* Adds one evaluated sample, since_s after the first one. In place of a bad sample (not `good`) the
- * last good one is counted again: a fault must not hide behind the few samples that it spoils. */
+/* Adds one evaluated sample, since_s after the first one. A bad sample (not `good`) is replaced by
+ * the last good one, so that a fault shows even if the samples that it spoils are excluded. */
 void witness_add(struct witness *w, double since_s, const struct hal_sample *sample, const double force_n[LEGS], bool good);
 
 struct testimony witness_says(const struct witness *w);
