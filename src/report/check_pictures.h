@@ -7,8 +7,8 @@
 /* Plots a struct survey (page_script of page.h) over the test's time: one panel for each kind of
  * channel with data; without a pose, lengths and reference share a panel. With more than 1000
  * samples, a curve is the band from minimum to maximum. The background is grey at rest and blue in
- * steady motion, where longer segments carry their frequency. Writes nothing for a test without a
- * sample. */
+ * steady motion; longer segments are labelled, steady ones with their frequency. Writes nothing for
+ * a test without a sample. */
 void check_picture(FILE *script, const void *survey);
 
 #endif

@@ -25,10 +25,11 @@ struct combination {
     struct verdict verdict;           /* result of combination_verdict() */
 };
 
-/* Judges several logs by all other members of `c`. The verdict fails if the logs disagree, and
- * names the values that are apart (at most eight), or the worst value if none is; it also fails if
- * a log's own verdict fails, or c->method_c does. Otherwise it is not evaluated if entries remain
- * undetermined, the logs have no determined value in common, or c->method_c is not evaluated. */
+/* Computes the verdict on several logs from all other members of `c`. The verdict fails if the logs
+ * disagree, and names the values that are apart (at most eight), or the worst value if none is; it
+ * also fails if a log's own verdict fails, or c->method_c does. Otherwise it is not evaluated if
+ * entries remain undetermined, the logs have no determined value in common, or c->method_c is not
+ * evaluated. */
 struct verdict combination_verdict(const struct combination *c);
 
 /* Prints a table with one column for each log, one for all logs together and one for half the

@@ -38,7 +38,7 @@ static json_t *apart(const struct agreement *a) {
 
 char *combination_json(const struct combination *c) {
     const struct agreement *a = &c->agreement;
-    json_object_seed(1); /* a fixed seed keeps jansson from /dev/urandom */
+    json_object_seed(1); /* a fixed seed keeps jansson from opening /dev/urandom */
     json_t *logs = json_array();
     for (int l = 0; l < c->logs; l++) logs = report_append(logs, log_json(&c->log[l]));
     json_t *agreement = report_set(report_set(report_agreement(a), "apart", apart(a)), "deviations", deviations(a));

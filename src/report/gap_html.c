@@ -24,8 +24,8 @@ static const char *const kickers[GAP_VERDICTS] = {
     [GAP_PARTLY_NAMED] = "Missing in the model, beside something that no law makes",
 };
 
-/* How many of the effects found the configuration already has, with another size. If an effect is
- * in doubt, SOME_GIVEN stands for all of them too. */
+/* How many of the effects found the configuration already has, but with another size: none, some or
+ * all. If the result is ambiguous, SOME_GIVEN is used even for all. */
 enum given { NONE_GIVEN, SOME_GIVEN, ALL_GIVEN };
 
 static enum given given(const struct gap_result *r) {

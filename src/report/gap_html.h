@@ -8,8 +8,8 @@
 struct gap_report {
     const struct gap_result *result;
     const struct recording *measured;
-    /* waves of the report's figures: from simulations in closed loop if the result is simulated,
-     * otherwise from the measured motion */
+    /* waves for the report's figures: simulated in closed loop if result->simulated, otherwise
+     * computed for the measured motion */
     const struct waves *waves;
     const struct waves *motion;       /* waves by waves_motion(), for the plots of force */
     const char *const *measured_file; /* [runs]: file names for the heading */

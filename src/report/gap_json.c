@@ -49,8 +49,8 @@ static json_t *statements(const struct gap_result *r) {
     return array;
 }
 
-/* Returns for each channel the rms difference that remains on held-out data, with the squared noise
- * floor subtracted from its square. */
+/* Returns for each channel the rms difference above the noise floor on held-out data: the root of
+ * its square less the squared noise floor. */
 static json_t *remaining(const struct gap_result *r) {
     json_t *object = json_object();
     for (int ch = 0; ch < GAP_CHANNELS; ch++) {

@@ -214,8 +214,8 @@ void section_loops(struct page *p, const struct gap_report *report) {
 
 /* --- disagreement map */
 
-/* Returns the difference that has the full colour, as a share of the channel's variation: the
- * largest difference, or the largest noise of a sample if that is larger. */
+/* Returns the difference that is drawn in the darkest colour, as a share of the channel's
+ * variation: the largest difference, or the largest noise of a sample if that is larger. */
 static double full_colour(const struct waves *w) {
     double full = 0.0;
     for (int ch = 0; ch < GAP_CHANNELS; ch++)

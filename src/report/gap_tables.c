@@ -108,8 +108,8 @@ static int first_named(const struct gap_result *r) {
     return 0;
 }
 
-/* Returns the outcome of a candidate in words, or "". A candidate that ranks before all named
- * effects gets the reason why it is not named. */
+/* Returns the outcome of a candidate in words, or "". For a candidate that ranks before all named
+ * effects it is the reason why it is not named. */
 static const char *fate(const struct gap_result *r, int place) {
     int effect = r->candidate[place].effect;
     if (is_named(r, effect)) return "named";

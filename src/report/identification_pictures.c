@@ -89,8 +89,8 @@ static void test_row(FILE *script, const struct recording_sample *s, const doubl
     fputc('\n', script);
 }
 
-/* Writes columns: time in s; pose and reference in mm and mrad; forces in N. Refused samples, and
- * samples whose lengths no pose has, leave a gap in pose and forces. */
+/* Writes columns: time in s; pose and reference in mm and mrad; forces in N. Excluded samples, and
+ * samples with lengths that no pose has, leave a gap in pose and forces. */
 static void test_data(FILE *script, const struct picture_test *p, const struct kinematics *k) {
     const struct recording_test *t = &p->log->recording->test[p->test];
     double pose[DOFS] = {0};
@@ -142,7 +142,7 @@ void picture_test(FILE *script, const void *subject) {
     struct error error;
     int axis = t->dof != DOF_NONE, panels = axis ? 2 : 3;
     plot_begin(script, 540, axis ? 380 : 520);
-    /* gnuplot draws nothing from these first lines alone, and the page says so */
+    /* from the lines of plot_begin() alone gnuplot draws nothing; the page then says so */
     if (kinematics_init(&k, p->log->params, &error)) return;
     test_data(script, p, &k);
     plot_panels(script, 0.13, p->from_s, p->from_s + p->seconds);

@@ -27,13 +27,13 @@ struct identification_log {
     int64_t cut;                  /* byte up to which the log could be read; -1: to its end */
     const struct params *params;
     const char *config;           /* the parameters, as text of a configuration */
-    bool sinusoids;               /* the tests move one axis after another, which methods A and B
-                                   * require */
+    bool sinusoids;               /* the tests are sinusoids of one axis after another, which
+                                   * methods A and B require */
     const struct identification *id;
     const struct verdicts *verdicts;
     struct loop_statistics loop;
-    /* complete tests, as method C used them: any other motion is cut into segments; a motion that
-     * was evaluated in parts only from the end of its last full part */
+    /* complete tests, as method C used them; any other motion is cut into segments. If a long
+     * motion was evaluated in parts, only its rest after the last full part is here. */
     const struct recording *recording;
     struct identification_motion motion;
     const int64_t *refused;       /* [REFUSALS]: number of samples in the evaluated parts that were

@@ -137,8 +137,9 @@ void identification_at_pose_print(FILE *out, const struct matrix_at_pose *at) {
     if (at->determined) print_matrix(out, at->mt);
 }
 
-/* Marks the axes that must move more before an entry is determined: those of its row and column
- * whose own inertia is not determined, or both axes if both inertias are determined. */
+/* Marks the axes that must move more before an entry is determined: of the axes of its row and its
+ * column, those whose own inertia (diagonal entry) is not determined; both axes if both inertias
+ * are determined. */
 static void note_missing(const struct method_c *c, int row, int column, bool missing[DOFS]) {
     bool still[2] = {isnan(c->matrix.mt[row][row]), isnan(c->matrix.mt[column][column])}, none = !still[0] && !still[1];
     missing[row] = missing[row] || still[0] || none;

@@ -6,8 +6,8 @@
 
 #include "ident.h"
 
-/* Return the number of decimals for a matrix, by its smallest diagonal entry, and for one value:
- * three, or for a magnitude below one as many as four significant figures take, at most six. */
+/* Return a number of decimals, for a matrix by its smallest diagonal entry, or for one value. It is
+ * three; for a magnitude below one it is as many as show four significant figures, at most six. */
 int identification_decimals(const double mt[DOFS][DOFS]);
 int identification_decimals_of(double value);
 

@@ -10,7 +10,8 @@
 struct quality_report {
     const char *version, *log, *law;    /* hexid's version, name of the log, control.law */
     const char *baseline;               /* name of the baseline; NULL: none */
-    struct quality quality, before;     /* before: the baseline's, as far as its JSON has it */
+    struct quality quality, before;     /* before: that of the baseline; values that its JSON lacks
+                                         * are NaN */
     struct quality_check check[QUALITY_CHECKS];
     struct qualify_params limits;
 };
