@@ -8,8 +8,8 @@
 
 #include "loop_survey.h"
 
-/* Means over several draws of the noise: a single draw errs by 10 %, because noise and the dry
- * friction found vary. */
+/* Means over several draws of the noise: the result of a single draw errs by 10 %, because the
+ * noise, and the dry friction found from it, vary. */
 struct excitation {
     /* Largest standard deviation of an entry, in per cent of sqrt(M_ii M_jj); infinite if some
      * entry is not determined. */

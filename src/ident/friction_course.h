@@ -1,4 +1,4 @@
-/* Knowledge of dry friction before any force is evaluated: each leg's direction of motion, how
+/* Dry friction as far as the motion alone determines it: each leg's direction of motion, how
  * certain it is, and the basis functions of dry friction beside a constant for each direction. All
  * values are for one newton of dry friction.
  *
@@ -53,8 +53,8 @@ double friction_course_load(const struct residual_data *d);
  * All tests need the same value, so that they have one Coulomb friction in common. */
 void friction_course_find(struct friction_course *c, const struct residual_test *t, double load_pa);
 
-/* Computes the covariance of the coefficient row of a leg's dry friction by its uncertain
- * direction, for one N^2 of dry friction. */
+/* Computes the covariance that the uncertain direction gives to the coefficient row of a leg's dry
+ * friction, for a dry friction of 1 N. */
 void friction_course_covariance(const struct friction_course *c, const struct residual_test *t, int leg,
                                 double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]);
 

@@ -31,7 +31,7 @@ struct loop_found loop_found(const struct loop_place *neutral, const struct para
 double loop_found_factor(double found, double configured);
 
 /* Corrects the legs of a place, and finds its modes anew. modal: the modes' weights. Returns false
- * if there are no modes. */
+ * if the modes cannot be computed. */
 bool loop_found_correct(const struct loop_found *found, struct loop_place *place, const struct params *params, const struct modal *modal);
 
 #endif

@@ -29,7 +29,7 @@ static double complex pressure_gain(const struct control_params *g, double radps
     return g->kpf * (1.0 - low_pass) * (1.0 - back) / (1.0 - (1.0 - low_pass) * back);
 }
 
-/* The plant's sampled frequency nearest to this one. */
+/* The point of the plant's frequency response nearest to this frequency. */
 static const struct loop_answer *nearest(const struct loop_plant *p, double radps) {
     const struct loop_answer *found = p->answer;
     for (int i = 1; i < LOOP_ANSWERS; i++)

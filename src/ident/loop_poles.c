@@ -209,7 +209,8 @@ int loop_poles_all(const struct loop_leg leg[LEGS], const struct loop_mode_input
     return count;
 }
 
-/* Solves a x = b for the plant's states in place, by elimination with pivots. */
+/* Solves a x = b for the plant's states by elimination with pivots. x holds b before and the
+ * solution after; a is overwritten. */
 static void solve(double complex a[PLANT][PLANT], double complex x[PLANT]) {
     for (int i = 0; i < PLANT; i++) {
         int pivot = i;

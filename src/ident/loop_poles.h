@@ -30,7 +30,7 @@ struct loop_mode_input {
     double gain; /* factor of kp, ki and kd in this mode (modal.h) */
 };
 
-/* A pole of the sampled loop, as a rate in continuous time. */
+/* A pole of the sampled loop, converted to continuous time: s = -decay_per_s + i radps. */
 struct loop_pole {
     /* decay_per_s: negative if the pole's motion grows. radps: from 0 to half the sampling
      * frequency. */

@@ -16,7 +16,7 @@ struct loop_survey {
                                                * oscillate */
     /* Amplitude of every axis at each tone, relative to the reference of the tone's own axis. */
     double complex follow[MULTISINE_TONES][DOFS];
-    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms noise of a sample, from its differences between
+    double noise_m[LEGS], noise_pa[2][LEGS];  /* rms noise of a sample, from differences between the
                                                * passes */
     double mean_pa[2][LEGS];
 };

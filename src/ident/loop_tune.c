@@ -188,8 +188,8 @@ static bool take_survey(struct field *f, const struct modal *modal, const struct
 }
 
 /* Fills a field whose configured machine is set. params: the machine that was found. survey: NULL:
- * it is the configured one. Returns false if the supply cannot hold the platform, or a place has no
- * modes. */
+ * it is the configured one. Returns false if the supply cannot hold the platform, or the modes of a
+ * place cannot be computed. */
 static bool field_init(struct field *f, const struct params *params, bool bus, enum loop_part part, const struct loop_survey *survey) {
     struct modal modal;
     f->params = *params;
@@ -336,8 +336,8 @@ static struct control_params gains_of(const struct field *f, double kff, double 
     return g;
 }
 
-/* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: not even
- * the least kp does, or kp cannot reach least_kp. */
+/* Finds the largest kp with which the gains meet the requirements, for this kpf; kp = 0: the least
+ * kp that is tried does not meet them, or least_kp, the best kp so far, does not. */
 static struct control_params best_of_kpf(struct field *f, double kff, double tp, double kpf, double damping, double least_kp) {
     const struct required required = {.damping = damping};
     double most = TUNE_BANDWIDTH * kff * f->plant[0][0].oil_radps, low = most / KP_RANGE, high = most;

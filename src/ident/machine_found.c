@@ -14,7 +14,7 @@
 #include "valve_flow.h"
 
 static const double UNIFORM = 0.57735026918962576; /* standard deviation of a uniform error, as a
-                                                    * share of its largest, 1 / sqrt(3) */
+                                                    * share of its largest value, 1 / sqrt(3) */
 static const double DELAY_MOST_S = 0.1;            /* largest control.delay_s */
 
 struct found_value found_mean(struct found_value x, double nominal, double tolerance_std) {
@@ -184,7 +184,7 @@ static void take_viscous(struct machine_found *f, const struct params *configure
     }
     weigh(LEGS, x, was, std);
     for (int leg = 0; leg < LEGS; leg++) f->params.hydraulics.viscous_n_s_per_m[leg] = fmax(rounded(x[leg]), 0.0);
-    f->params.effects[effect].on = false; /* its part is in the sum now */
+    f->params.effects[effect].on = false; /* the value found includes this effect's part */
     note_values(f, "hydraulics.viscous_n_s_per_m", LEGS, x, was);
 }
 

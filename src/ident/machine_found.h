@@ -8,8 +8,8 @@
  * friction and a survey's oil do not depend on the configured values, so n is not counted twice.
  *
  * A stated tolerance may be wrong. The sum of (x - n)^2 / (s^2 + t^2) over a group (the values of
- * the payload, or one parameter of all legs) is a chi-square if it is right. If so large a
- * chi-square has a smaller probability than FOUND_CONTRADICTED, the configuration is that of
+ * the payload, or one parameter of all legs) is a chi-square if the tolerance is right. If so large
+ * a chi-square has a smaller probability than FOUND_CONTRADICTED, the configuration is that of
  * another payload, oil or seal, and w = 1 for the group. A value that is not determined stays as
  * configured.
  *

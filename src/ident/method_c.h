@@ -11,9 +11,10 @@
  * if model.tolerance allows any, with a prior of that width: at a single frequency they equal an
  * inertia of -K / w^2. `rest` is small near neutral and computed from the configured bodies:
  * velocity terms, the change of Mt with the pose, the legs' weight. If the payload differs from the
- * configured one, the difference of its weight is part of the entries' columns, so its stiffness is
- * not mistaken for inertia, which it is in method A. Effects in the configuration are left out. The
- * ripple that held commands leave in synchronous samples is subtracted (residual_staircase).
+ * configured one, the difference of its weight is part of the entries' columns, so the stiffness by
+ * this weight is not mistaken for inertia, as it is in method A. Effects in the configuration are
+ * left out. The ripple that held commands leave in synchronous samples is subtracted
+ * (residual_staircase).
  *
  * Three kinds of dry friction are fitted beside the constants (friction_course.h): friction that
  * depends on speed (Stribeck, six basis functions), on the pressures, or on a seal that deforms

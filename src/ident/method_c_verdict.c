@@ -88,8 +88,8 @@ static void check_dissipates(double value, double variance, double level, const 
                 leg + 1, -value / std);
 }
 
-/* A constant error of the force enters both directions of dry friction with opposite signs, so
- * their mean is free of it. */
+/* Checks viscous friction, and the mean dry friction of both directions: a constant error of the
+ * force enters these with opposite signs, so their mean is free of it. */
 static void check_friction(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct estimate *e = f->estimate;
     for (int leg = 0; leg < LEGS; leg++) {

@@ -16,7 +16,7 @@
  *
  * All checks together fail at most METHOD_C_FALSE_ALARMS of true results. Each check has an equal
  * share of this probability (Bonferroni), and a check of several values divides its share among
- * them. A further check is a further row of the table in the .c file; the shares follow. Pure, no
+ * them. A new check is a new row of the table in the .c file, which also sets the shares. Pure, no
  * heap. */
 #ifndef HEXID_METHOD_C_VERDICT_H
 #define HEXID_METHOD_C_VERDICT_H
@@ -33,8 +33,8 @@ struct method_c_findings {
     const double (*nominal)[DOFS]; /* configured inertia matrix at neutral */
 };
 
-/* Judges a result of method_c_solve(). Undetermined values are judged too; their covariance is
- * wide. */
+/* Judges a result of method_c_solve(). Undetermined values are judged, too, with their wide
+ * covariance. */
 struct verdict method_c_verdict(const struct method_c_findings *f);
 
 /* Returns the verdict of method C if it has no result: VERDICT_NOT_EVALUATED. reason: why there is

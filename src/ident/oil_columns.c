@@ -32,8 +32,8 @@ struct leg_data {
     double complex length[MULTISINE_TONES], pressure[2][MULTISINE_TONES];
     double *flow;           /* [samples]: flow into the chamber; also scratch for other series */
     double *opening;        /* [samples]: delayed command */
-    /* The opening without a command and the error of the square-root law that each chamber has, as
-     * far as they are found. */
+    /* Null (opening without a command) and error of the square-root law of each chamber, as found
+     * so far. */
     double null_bias[2], flow_error[2];
 };
 
@@ -194,8 +194,8 @@ static double find_delay(struct leg_data *d, struct fit fit[2]) {
     return isfinite(least) ? 0.5 * (low + high) : (double)NAN;
 }
 
-/* Fits a chamber again, because the law is not linear in the null, and with the error of the law
- * that the residuals show. */
+/* Fits a chamber again about the null found so far, because the law is not linear in it. The error
+ * of the law is then the one that the residuals show. */
 static void refit(struct leg_data *d, int chamber, struct fit *fit) {
     for (int i = 0; i < REFITS; i++) {
         d->null_bias[chamber] += fit->value[NULL_BIAS] / fit->value[GAIN];

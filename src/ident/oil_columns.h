@@ -29,8 +29,8 @@ struct oil_chamber {
     double gain, own, other;/* g of the chamber's law, sqrt(Pa)/s; then a and b, 1/s */
     double flow_std;        /* relative standard deviation of g / c, the flow that moves the
                              * piston */
-    /* Derivatives of P' at the mean command and pressures: by the opening, Pa/s, and by minus the
-     * chamber's own P, 1/s. */
+    /* At the mean command and pressures: open is the derivative of P' by the opening, Pa/s; sag is
+     * minus the derivative of P' by the chamber's own P, 1/s. */
     double open, sag;
 };
 

@@ -313,7 +313,7 @@ static void take_slope(struct quality *q, const struct quality_piece *p, const s
     a->slope_rate = p->amplitude / (quarter * q->plan.step_s);
 }
 
-/* Time, s, from sample 0 until x first has passed this share of the height, interpolated between
+/* Time, s, from sample 0 until x first passes this share of the height, interpolated between
  * samples; NaN: it never does. */
 static double passes(const struct quality_plan *plan, const double (*x)[DOFS], int dof, int count, double from, double height,
                      double share) {

@@ -74,10 +74,11 @@ struct quality {
     int missing; /* samples that were interpolated */
     struct quality_tone tone[DOFS][QUALITY_TONES];
     struct quality_axis axis[DOFS];
-    double complex leg[LEGS]; /* each leg over its own reference in the 0.5 Hz tone of z */
+    double complex leg[LEGS]; /* amplitude of each leg over that of its own reference, in the 0.5 Hz
+                               * tone of z */
 };
 
-/* Measures all quantities. Returns */
+/* Measures all quantities. Returns -2 for impossible geometry, -3 without memory. */
 int quality_measure(struct quality *q, const struct quality_plan *plan, const struct quality_record *record, const struct params *params,
                     struct error *error);
 

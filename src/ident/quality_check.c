@@ -6,8 +6,8 @@
 #include "numeric.h"
 #include "units.h"
 
-/* Two tones are the same if their frequencies differ by at most this share; tones are placed on
- * whole loop periods, so frequencies differ a little. */
+/* Two tones are the same if their frequencies differ by at most this share; a tone lasts a whole
+ * number of loop periods, so its frequency changes a little with loop.period_s. */
 static const double SAME_FREQUENCY = 0.02;
 /* Two tones are comparable if their amplitudes differ by at most this share, because the describing
  * function of a nonlinear machine depends on the amplitude. */

@@ -18,10 +18,11 @@ static const double OF_RATE = 1.0 / 16.0;
 static const double LEAST_STEP_S = 5e-4;
 /* Longest cycle: half its rate is the highest frequency at which noise is measured. */
 static const double MOST_STEP_S = 0.01;
-/* A tone has this many periods, and lasts this long, at least. */
+/* A tone has at least this many periods, and lasts at least this long. */
 static const int LEAST_PERIODS = 2;
 static const double LEAST_TONE_S = 2.0;
-/* The controller's integral settles in about kp / ki, 2 s as shipped: slow tones wait for it. */
+/* The controller's integral settles in about kp / ki, 2 s as shipped. So a tone below LEAD_BELOW_HZ
+ * runs for LEAD_S before it is evaluated. */
 static const double LEAD_BELOW_HZ = 1.5, LEAD_S = 1.5;
 /* Shares of the legs' free stroke and highest rate (steps and slopes: of the rate only) that the
  * pieces use; REACH_SHARE is for the long and the fast ones. AGARD-AR-144 takes a tenth for
@@ -186,7 +187,8 @@ static void add_steps(struct quality_plan *plan, enum dof dof, const struct room
                                      .ramp_in = cycles_of(BEFORE_S, plan->step_s)});
 }
 
-/* Adds the motions that show what is reached: far, and fast. */
+/* Adds the long and the fast motion, which show the excursion, rate and acceleration that are
+ * reached. */
 static void add_reach(struct quality_plan *plan, enum dof dof, const struct room *r) {
     double rate = REACH_SHARE * r->rate_mps / r->leg_per_unit, hz = rate / (2.0 * PI * r->reach);
     struct quality_piece far = sine(plan, QUALITY_LONG, dof, fmin(fmax(hz, LONG_LEAST_HZ), FAST_HZ), 1);

@@ -40,17 +40,17 @@ struct quality_piece {
     double amplitude;          /* m or rad */
     int periods;               /* periods of a sine in its samples */
     int begin, samples;        /* evaluated cycles, counted from the motion's start */
-    int ramp_in, lead;         /* cycles before them: ramp-in (rest before slope and steps), then
-                                * sine at full amplitude */
-    int ramp_out;              /* cycles after them */
+    int ramp_in, lead;         /* cycles before the evaluated ones: ramp-in (rest before slope and
+                                * steps), then sine at full amplitude */
+    int ramp_out;              /* cycles after the evaluated ones */
 };
 
 struct quality_plan {
-    double step_s;             /* cycle of the loop */
+    double step_s;             /* period of the loop */
     double arm_m;              /* kinematics.arm_m: angles count as lengths at the upper joints */
     int tones;                 /* tones of each axis */
     double ramp_out_s;         /* least tests.ramp_out_s with which any stop is slow enough */
-    int cycles;                /* duration of the motion */
+    int cycles;                /* duration of the motion in periods of the loop */
     int pieces;
     struct quality_piece piece[QUALITY_PIECES];
 };

@@ -37,8 +37,8 @@ static struct weighing_test *place(struct weighing *w, const struct cycle *c) {
     return &w->test[i];
 }
 
-/* Finds the lift of each leg for one unit of its force. Returns false if no pose has these
- * lengths. */
+/* Finds the upward force of each leg on the platform for one unit of its force. Returns false if no
+ * pose has these lengths. */
 static bool lifts(const struct kinematics *k, const double length_m[LEGS], double pose[DOFS], double lift[LEGS]) {
     double j[LEGS][DOFS];
     if (!fk_solve(k, length_m, pose).converged) return false;

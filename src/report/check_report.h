@@ -23,8 +23,9 @@ struct check_report {
     /* Keys that have a default value instead of this machine's own (config_defaults()); "" if there
      * are none, or without pressures. */
     char defaults[CONFIG_DEFAULTS_SIZE];
-    char zero[CHECK_LIST_SIZE];  /* value of t_s in each CSV file at which the test begins (t = 0),
-                                  * as found from the motion, in the form of struct csv_report */
+    char zero[CHECK_LIST_SIZE];  /* value of t_s in each CSV file at which the ramp-in begins (t =
+                                  * 0), as found from the motion, in the form of struct
+                                  * csv_report */
     /* Tests that `hexid gap` excludes, because their evaluated part has no sample: "y, phi"; with
      * several logs "b.lcm: y; ...". */
     char left_out[CHECK_LIST_SIZE];

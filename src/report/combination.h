@@ -32,8 +32,8 @@ struct combination {
  * evaluated. */
 struct verdict combination_verdict(const struct combination *c);
 
-/* Prints a table with one column for each log, one for all logs together and one for half the
- * latter's 95 % interval, with a star at values that are apart; then agreement and verdict. */
+/* Prints a table with one column for each log, one for all logs together and one for the half width
+ * of its 95 % interval, with a star at values that are apart; then agreement and verdict. */
 void combination_table_print(FILE *out, const struct combination *c);
 
 /* Returns the result as JSON, schema hexid.identifications/1: "logs", each a hexid.identification/1

@@ -19,8 +19,8 @@ struct picture {
 
 /* The functions below take a struct picture; they have the type page_script (page.h).
  *
- * Plots a channel's waveform, and below it measurement less model, with the noise of a sample as a
- * band. */
+ * picture_wave() plots a channel's waveform, and below it measurement less model, with the noise of
+ * a sample as a band. */
 void picture_wave(FILE *script, const void *picture);
 
 /* Plot over the measured velocity: picture_force_loop() the forces, picture_rest_loop() the

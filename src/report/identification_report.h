@@ -33,7 +33,7 @@ struct identification_log {
     const struct verdicts *verdicts;
     struct loop_statistics loop;
     /* complete tests, as method C used them; any other motion is cut into segments. If a long
-     * motion was evaluated in parts, only its rest after the last full part is here. */
+     * motion was evaluated in parts, only what came after its last full part is here. */
     const struct recording *recording;
     struct identification_motion motion;
     const int64_t *refused;       /* [REFUSALS]: number of samples in the evaluated parts that were
