@@ -15,9 +15,9 @@ static const double SEAL_TIME_S = 2e-4; /* a rod, however fast, needs at least t
                                          * deflect its seals */
 static const double MAKE_UP_TIME_S = 1e-3;
 static const double VACUUM_PA = -101325.0;
-static const double SOFTEST = 0.01;        /* least pressure above vacuum with which the oil's
-                                            * softening is computed, as a share of the tank's above
-                                            * vacuum; beta then is 1e-4 of the oil's */
+static const double SOFTEST = 0.01;        /* lowest ratio of the pressure above vacuum to the
+                                            * tank's above vacuum with which softening is computed;
+                                            * beta is there 1e-4 of the oil's */
 static const double DENSITY_KG_PER_M3 = 870.0, VISCOSITY_M2_PER_S = 4e-5;
 static const double SHORTEST_HOSE_M = 0.2;
 /* HOSE_TIME_S is 1 / 5000 rad/s, the highest natural frequency of a hose with a chamber at the

@@ -6,6 +6,7 @@
  *  P1, P2  chamber pressures, rodless and rod side, gauge     Pa
  *  x, o    spool position, -1..1, and the valve's opening     -
  *  u       valve command, -1..1                               -
+ *  beta, c bulk modulus of the oil, leakage of the piston     Pa, m^3/(s Pa)
  *  V1, V2  chamber volumes: dead volume + A1 s, A2 (stroke-s) m^3   (s = stroke used)
  *
  *  xddot = w^2 (u + bias - x) - 2 zeta w xdot, |x| <= 1, |xdot| <= the servo's limit
@@ -14,14 +15,14 @@
  *             o < 0: supply -> port B (P2), port A (P1) -> tank
  *  P1dot = beta/V1 (Q1 - A1 v - c (P1 - P2)),  P2dot = beta/V2 (Q2 + A2 v + c (P1 - P2))
  *
- *  zdot = (v - |v| z) / d                                 z: deflection of the seals (Dahl),
- *             d at least the rod's path in 0.2 ms
+ *  zdot = (v - |v| z) / d    z: relative deflection of the seals (Dahl); d: path over which they
+ *                            deflect, at least the rod's path in 0.2 ms
  *
  * Below a drop of 10 kPa the orifice is laminar: an odd cubic that has the root's value and slope
- * at 10 kPa, so that nothing changes above it. That limit rises for a wide-open valve on a nearly
- * empty chamber, so that no chamber fills faster than a substep of 0.25 ms resolves. Below tank
- * pressure air leaves the oil, and beta falls with the square of the pressure above vacuum. A check
- * valve admits oil from the tank within a millisecond: a chamber whose piston is pulled stays
+ * at 10 kPa, so that nothing changes above it. This limit of 10 kPa rises for a wide-open valve on
+ * a nearly empty chamber, so that no chamber fills faster than a substep of 0.25 ms resolves. Below
+ * tank pressure air leaves the oil, and beta falls with the square of the pressure above vacuum. A
+ * check valve admits oil from the tank within a millisecond: a chamber whose piston is pulled stays
  * between tank pressure and vacuum, as behind an anti-cavitation valve.
  *
  * A hose of length l and bore d between a port and its chamber is one cell: at the port its
@@ -29,7 +30,7 @@
  * laminar resistance 128 mu l/(pi d^4), rho = 870 kg/m^3, mu/rho = 4e-5 m^2/s. The gauge sits at
  * the port. A hose below 0.2 m counts as 0.2 m. A too small inertance is raised, so that the
  * natural frequency with a chamber at a tenth of its stroke is at most 5000 rad/s, which steps of
- * 0.5 ms resolve: a short wide hose is then a volume of oil. */
+ * 0.5 ms resolve. A short wide hose then acts like a mere volume of oil. */
 #ifndef HEXID_CYLINDER_H
 #define HEXID_CYLINDER_H
 
@@ -37,7 +38,8 @@
 
 struct cylinder_state {
     double p1_pa, p2_pa, spool, spool_rate;
-    double deflection;        /* deflection of the seals: -1 sliding in, 1 sliding out */
+    double deflection;        /* relative deflection z of the seals: -1 while the rod slides in, 1
+                               * while it slides out */
 };
 
 struct hose_state {

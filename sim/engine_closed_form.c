@@ -162,8 +162,8 @@ static double slide(struct closed_form *e, double h, const struct drive *drive, 
     return h;
 }
 
-/* Finishes a step with too many events and ignores further ones. The error is less than a substep's
- * friction, and the engine can never hang. */
+/* Finishes a step with too many events and ignores further ones. The error is less than the impulse
+ * of friction over a substep, and the engine can never hang. */
 static void slide_on(struct closed_form *e, double h, const struct drive *drive) {
     closed_form_rk4(e, &e->state, h, drive, &e->state);
     closed_form_rates(e, &e->state, e->rate);
@@ -173,8 +173,8 @@ static void slide_on(struct closed_form *e, double h, const struct drive *drive)
     }
 }
 
-/* Returns the direction of a rod. A rod at rest stays there while its other axial forces are within
- * its friction. */
+/* Returns the direction of a rod. A rod at rest stays there while the sum of its other axial forces
+ * is within the limits of its friction. */
 static int rod_direction(const struct closed_form *e, const struct instant *now, int k) {
     double rate = e->state.rods.rate_mps[k], least, most;
     leg_limits(e, k, &least, &most);

@@ -183,8 +183,8 @@ static void step_bodies(struct engine_ode *e, double dt_s, const double force_n[
     }
 }
 
-/* Makes one RK4 step of the hydraulics, while each leg moves evenly from its old to its new
- * length. */
+/* Makes one RK4 step of the hydraulics, while each leg moves at constant speed from its old to its
+ * new length. */
 static void step_hydraulics(struct engine_ode *e, double dt_s, const double valve[LEGS], struct hydraulics_state *s) {
     double from_m[LEGS], middle_m[LEGS], to_m[LEGS], rate_mps[LEGS];
     for (int i = 0; i < LEGS; i++) {
@@ -288,8 +288,8 @@ static void truth(const struct engine *base, const struct hydraulics_state *s, s
 
 static void supply(struct engine *base, double share) { ((struct engine_ode *)base)->model.supply_share = share; }
 
-/* Refuses bodies without mass or inertia, on which ODE asserts; the closed form takes legs that
- * weigh nothing. */
+/* Refuses bodies without mass or inertia, because ODE's assertions fail on them. The closed-form
+ * engine takes legs without mass. */
 static int bodies_check(const struct params *params, struct error *error) {
     struct machine m;
     machine_init(&m, params);

@@ -29,8 +29,8 @@ static void flows(const struct cylinder_model *m, const struct hydraulics_state 
     }
 }
 
-/* Finds the back pressure that drives its own flow through the return hose. The flow falls with the
- * pressure, so there is exactly one (Illinois rule). */
+/* Finds the back pressure that the legs' flow causes in the return hose, by the Illinois rule. The
+ * flow falls as the back pressure rises, so exactly one pressure fits. */
 static void balance_tank(const struct cylinder_model *m, const struct hydraulics_state *s, const double length_m[LEGS],
                          struct mains *mains) {
     double resistance = m->machine.supply.tank_resistance_pa_s_per_m3, base_pa = mains->tank_pa, supply, flow;

@@ -1,8 +1,9 @@
 /* The hydraulics of all legs as one system: the cylinders (cylinder.h), the hoses between valve and
  * chamber, and the mains that all valves share. Pure, RT.
  *
- * Mains: supply = Ps - Rs q with qdot = (Qs - q) / 10 ms if Rs is not 0; tank = Pt + Rt Qt at every
- * instant. Qs and Qt are sums over the legs. */
+ * Mains: Qs and Qt are the sums of the legs' flows from the supply and to the tank. Supply pressure
+ * = Ps - Rs q, where q is Qs lagged by 10 ms, qdot = (Qs - q) / 10 ms; tank pressure = Pt + Rt Qt,
+ * without a lag. */
 #ifndef HEXID_HYDRAULICS_H
 #define HEXID_HYDRAULICS_H
 
@@ -10,7 +11,7 @@
 
 struct hydraulics_state {
     struct cylinder_state cylinder[LEGS];
-    /* the members below are used only if the model is extended */
+    /* the members below are used only if cylinder_model.extended is true */
     struct hose_state hose[LEGS][PORTS];
     double supply_m3_per_s; /* flow from the supply after its lag */
 };
@@ -18,7 +19,8 @@ struct hydraulics_state {
 /* Puts all hoses at the pressure of their chamber, without flow in them or from the supply. */
 void hydraulics_rest(struct hydraulics_state *s);
 
-/* Drive of pistons and valves: lengths and rates of the legs up to the rods' ends, and commands. */
+/* Inputs of each leg: its length up to the rod's end, the rate of that length, and the valve's
+ * command, -1..1. */
 struct hydraulics_input {
     const double *length_m, *rate_mps, *valve;
 };

@@ -3,9 +3,9 @@
  * n and L are the leg's direction and length (rigid.h), v the velocity of its upper joint. The
  * first axis E is fixed in the base or the platform; the second one, E x n / s with s = |E x n|, in
  * the cylinder or rod. W = n x v / L is the leg's angular velocity across its axis, w the angular
- * velocity of the base (0) or of the platform. The two rates are (W - w) d with
- * d1 = (E - n (n.E)) / s^2 and d2 = E x n / s. Spin about n, which the rod is free to take, drops
- * out of both. */
+ * velocity of the base (0) or of the platform. The two rates are (W - w) . d with d1 = (E - n
+ * (n.E)) / s^2 and d2 = E x n / s. Spin about n, which the rod is free to take, drops out of
+ * both. */
 #ifndef HEXID_JOINT_AXES_H
 #define HEXID_JOINT_AXES_H
 

@@ -21,7 +21,7 @@ struct sensor_path {
 /* Returns the time constant of a lag with this cut-off frequency; 0 from 100 kHz on. */
 static inline double sensor_lag_s(double cutoff_hz) { return cutoff_hz < 1e5 ? 1.0 / (2.0 * PI * cutoff_hz) : 0.0; }
 
-/* Effects that are on and have a certain hook, in the table's order. */
+/* Effects that are on and have a certain hook, in the order of effect_table. */
 struct active {
     int count;
     struct {
@@ -97,10 +97,11 @@ struct machine {
 /* Prepares a machine; params must outlive it. */
 void machine_init(struct machine *m, const struct params *params);
 
-/* Adds systematic errors to the paths of the sensors; machine_init() adds those of params. The
- * younger of lengths and pressures are taken to be of the instant of the commands, so the residuals
- * have a kink where the skew changes its sign. The pipes are no part of the paths: a simulation has
- * their volume (cylinder.c), but not their inertia. */
+/* Adds systematic errors to the paths of the sensors; machine_init() adds those of params. A
+ * positive skew delays the lengths, a negative one the pressures and forces; readings that are not
+ * delayed belong to the instant of the commands. So the residuals have a kink where the skew
+ * changes its sign. Pipes do not change the paths: a simulation has their volume (cylinder.c), but
+ * not their inertia. */
 void machine_add_errors(struct machine *m, const struct sensor_errors *errors);
 
 /* Checks that the machine can exist. Returns 0, or -2 if not: effects make a mass, an inertia or a
@@ -116,7 +117,7 @@ struct friction machine_joint_friction(const struct machine *m, int leg, double 
  * base. ahead_m: distance of the rod ahead of its place in a joint without backlash. The force is
  * zero between the flanks. The flanks are softer than steel, so that a substep of 0.25 ms resolves
  * them: a rod oscillates on one at 400 Hz, rebounds with 0.43 of its speed and rests after 7 ms.
- * machine_ahead: place of the rod at rest under this contact force. */
+ * machine_ahead: distance ahead_m of a rod at rest under this contact force. */
 bool machine_has_play(const struct machine *m, int leg);
 double machine_contact(const struct machine *m, int leg, double ahead_m, double ahead_mps);
 double machine_ahead(const struct machine *m, int leg, double contact_n);

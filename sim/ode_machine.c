@@ -205,7 +205,7 @@ static void make_universal(struct ode_machine *m, dBodyID one, dBodyID two, cons
     dJointSetUniversalAxis2(joint, axis2[0], axis2[1], axis2[2]);
 }
 
-/* Makes a universal joint that also slides along the leg. */
+/* Makes a universal joint that also slides along the leg, for a leg with backlash. */
 static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, const dVector3 point, const dVector3 axis1,
                        const dVector3 axis2, const dVector3 along) {
     dJointID joint = dJointCreatePU(m->world, NULL);
@@ -217,7 +217,7 @@ static void make_loose(struct ode_machine *m, dBodyID rod, dBodyID platform, con
 }
 
 /* Makes a joint for joint friction. The universal joint has motors of its own, but with a separate
- * joint ODE solves for the pistons first, twice as fast if all stick. */
+ * joint ODE solves for the pistons first, which is twice as fast if all stick. */
 static dJointID make_rub(struct ode_machine *m, dBodyID one, dBodyID two, const dVector3 axis1, const dVector3 axis2) {
     dJointID joint = dJointCreateAMotor(m->world, NULL);
     dJointAttach(joint, one, two);
@@ -238,8 +238,9 @@ static dJointID make_piston(struct ode_machine *m, dBodyID cylinder, dBodyID rod
     return joint;
 }
 
-/* Makes a leg's joints. A joint at the base and a loose one have the leg's part as their first body
- * (ODE wants a moving body first), so their axes 1 and 2 in ODE are our second and first. */
+/* Makes a leg's joints. A joint at the base and a joint with backlash have the leg's part as their
+ * first body (ODE wants a moving body first), so their axes 1 and 2 in ODE are our second and
+ * first. */
 static void make_joints(struct ode_machine *m, int leg, bool rub) {
     dBodyID platform = m->body[PLATFORM], cylinder = m->body[CYLINDER + leg], rod = m->body[ROD + leg];
     dVector3 a, along, first_upper, second_lower, second_upper;

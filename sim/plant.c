@@ -132,8 +132,8 @@ static int settle(struct plant *plant, struct error *error) {
 
 /* Returns dt^2 times the stiffness plus dt times the damping of a rod's fastest oscillation, kg.
  * With backlash the rod swings on oil at its stiffest and on a flank, damped by viscous friction;
- * seals are always counted, and the bound's factor of two covers their double stiffness after a
- * reversal. */
+ * seals are always counted, and the factor of two in rods_resolved() covers their double stiffness
+ * after a reversal. */
 static double rings_kg(const struct plant *plant, int leg) {
     const struct machine *m = &plant->cylinder.machine;
     const struct cylinder_leg *c = &plant->cylinder.leg[leg];

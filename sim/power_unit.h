@@ -3,8 +3,8 @@
  *
  * SAFETY: the relay closes only while the level of the life sign changes; a daemon that is dead,
  * hangs, or stops the life sign on purpose loses the supply. Then the dump valve empties the
- * accumulator, p = share Ps, dshare/dt = -share / 20 ms; with the relay closed the pump fills it
- * evenly in 0.2 s. The switch closes at 80 % of Ps and opens at 60 %. */
+ * accumulator, p = share Ps, dshare/dt = -share / 20 ms; with the relay closed the pump fills it at
+ * a constant rate in 0.2 s. The switch closes at 80 % of Ps and opens at 60 %. */
 #ifndef HEXID_POWER_UNIT_H
 #define HEXID_POWER_UNIT_H
 

@@ -199,8 +199,8 @@ static void add_axial_mass(const struct rigid_legs *legs, const double axial[LEG
     }
 }
 
-/* Adds sum f [I, -rho~; rho~, -rho~ rho~] to the lower triangle of the mass matrix: moments of f
- * about the origin of {M}. */
+/* Adds sum f [I, -rho~; rho~, -rho~ rho~] to the lower triangle of the mass matrix. Its elements
+ * are moments of f, zeroth to second, about the origin of {M}. */
 static void add_transverse_mass(const struct rigid_legs *legs, const double f[LEGS], double mass[DOFS][DOFS]) {
     const double *x = legs->rho[0], *y = legs->rho[1], *z = legs->rho[2];
     double s = 0.0, sx = 0.0, sy = 0.0, sz = 0.0, xx = 0.0, yy = 0.0, zz = 0.0, xy = 0.0, yz = 0.0, zx = 0.0;
@@ -284,8 +284,8 @@ void rigid_energy(const struct rigid_model *m, const struct rigid_state *s, doub
     *potential_j = -m->machine.bodies.gravity_mps2 * depth - m->neutral_potential;
 }
 
-/* Solves J' f = -load through J J' f = -J load: legs that hold the platform at all are far from
- * singular. */
+/* Solves J' f = -load through J J' f = -J load. Squaring J costs no accuracy that matters, because
+ * legs that can hold the platform are far from singular. */
 bool rigid_holding_forces(const struct rigid_model *m, const double pose[DOFS], double force_n[LEGS]) {
     struct rigid_state s;
     struct rigid_legs legs;

@@ -45,7 +45,8 @@ void sensors_rest(struct sensors *s, const struct exact *exact) {
     for (int i = 0; i < s->kept; i++) s->past[i] = *exact;
 }
 
-/* Returns the output of a first-order lag, exact for a value that changes evenly over the step. */
+/* Returns the output of a first-order lag, exact for an input that changes linearly over the
+ * step. */
 static double lagged(double before, double from, double to, double lag_s, double dt_s) {
     /* lag of the output behind a ramp after a long time: rate times lag */
     double left = exp(-dt_s / lag_s), trail = (to - from) * lag_s / dt_s;

@@ -22,8 +22,8 @@ struct sensors {
     uint64_t random;   /* state of the random generator splitmix64 */
     bool history;      /* a sensor has a lag or a delay, so that sensors_follow() is needed */
     struct exact lagged, last;
-    int kept, newest;  /* number of instants in `past`, a substep apart; 0: no sensor has a delay.
-                        * Index of the newest */
+    int kept, newest;  /* number of instants in `past`, a substep apart (0: no sensor has a delay),
+                        * and the index of the newest */
     struct exact *past;
 };
 

@@ -4,8 +4,9 @@
 
 #include "vec.h"
 
-static const double DEPENDENT = 1e-12;  /* a row counts as linearly dependent if its part outside
-                                         * the basis has at most this share of its square */
+static const double DEPENDENT = 1e-12;  /* a row counts as linearly dependent if the square of its
+                                         * part outside the basis is at most this share of the row's
+                                         * square */
 static const double GIVES_WAY = 1e-6;  /* acceleration from which on friction gives way, m/s^2 or
                                         * rad/s^2: far above the solver's error, far below any real
                                         * motion (0.5 um after 1 s) */
@@ -62,7 +63,8 @@ static double complementarity(const struct point *p, int count) {
 }
 
 /* Computes a Newton step towards complementarity `target` at every limit: (I + sum y y'/d) dx =
- * -sum y rho/d, df = -(rho + y.dx)/d. */
+ * -sum y rho/d, change = -(rho + y.dx)/d, with y a coordinate's row, d its stiffness[] and rho its
+ * residual[]. */
 static void newton(const struct stick_coordinate *c, const struct point *p, int count, double target, double *change) {
     struct factor6 metric = {0};
     double step[DOFS] = {0}, stiffness[STICK_MAX], residual[STICK_MAX];
@@ -83,7 +85,8 @@ static void shorten(double value, double change, double *length) {
     if (value + *length * change < 0.0) *length = -value / change;
 }
 
-/* Steps forces and multipliers along their changes, to just before the nearest limit. */
+/* Adds the changes to forces and multipliers, shortened so that all stay just inside their
+ * limits. */
 static void advance(struct point *p, int count, double target, const double *change) {
     double extend[STICK_MAX], retract[STICK_MAX], length = 1.0 / 0.99;
     for (int k = 0; k < count; k++) {

@@ -2,10 +2,10 @@
  * supply. Neither is an effect of the catalogue, so they test the diagnosis with causes that it
  * does not know. For the ODE engine. Pure, RT.
  *
- * Base: rigid, translates without rotation, mass mb from sim.base_mass_kg. In its own frame every
- * body feels -a_b, and with P the momentum of the bodies there, (mb + M) a_b = -dP/dt - k x_b - c
- * v_b,  k = (mb + M) w^2, c = 0.1 (mb + M) w, w from sim.base_hz, M the mass of all that moves.
- * Pump: supply = Ps + ripple sin(2 pi f t). */
+ * Base: a rigid body of mass mb = sim.base_mass_kg, which translates without rotation. In the
+ * base's frame every other body feels the acceleration -a_b. With M the mass and P the momentum of
+ * these bodies in that frame, (mb + M) a_b = -dP/dt - k x_b - c v_b, k = (mb + M) w^2, c = 0.1 (mb
+ * + M) w, w from sim.base_hz. Pump: supply = Ps + ripple sin(2 pi f t). */
 #ifndef HEXID_SURROUNDINGS_H
 #define HEXID_SURROUNDINGS_H
 

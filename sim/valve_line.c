@@ -36,7 +36,8 @@ static double arriving(const struct valve_line *l, int leg, int substep) {
     const struct params *p = l->machine->params;
     double cycles = l->machine->timing.command_delay_s[leg] / p->loop.period_s, delay = fmin(cycles, l->kept - 2.0);
     if (!(delay > 0.0)) return l->sent[l->newest][leg];
-    /* start of the substep a delay ago, in substeps since the newest command */
+    /* instant at which the command that arrives now was sent, in substeps after the newest one was
+     * sent */
     double start = substep - delay * p->sim.substeps;
     double cycle = floor(start / p->sim.substeps), change = (cycle + 1.0) * p->sim.substeps - start;
     int at = (l->newest + (int)cycle + 2 * l->kept) % l->kept, next = (at + 1) % l->kept;

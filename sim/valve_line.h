@@ -5,17 +5,17 @@
 
 #include "machine.h"
 
-/* Number of commands in 0.1 s, the longest delay, at 10 kHz, the fastest loop, with a margin; a
- * longer delay is cut. */
+/* Number of stored commands: 0.1 s (the longest delay) times 10 kHz (the fastest loop), and a
+ * margin; a longer delay is shortened to what is stored. */
 enum { VALVE_LINE_COMMANDS = 1024 };
 
 struct valve_line {
     const struct machine *machine;
-    double memory[EFFECTS_MAX][LEGS]; /* memory of the effects' command hooks, as in
+    double memory[EFFECTS_MAX][LEGS]; /* memory of the effects' command hooks, in the order of
                                        * machine->command */
     int kept, newest;
-    double sent[VALVE_LINE_COMMANDS][LEGS]; /* sent commands, each held for one cycle; `newest` is
-                                             * the index of the last of `kept` */
+    double sent[VALVE_LINE_COMMANDS][LEGS]; /* ring buffer of the last `kept` commands, one a cycle;
+                                             * `newest` is the index of the latest */
 };
 
 /* Prepares a line; machine must outlive it. */
@@ -30,7 +30,7 @@ void valve_line_hold(struct valve_line *l, const double valve[LEGS]);
 void valve_line_send(struct valve_line *l, const double valve[LEGS]);
 
 /* Gives the commands that arrive over a substep of the current cycle. If a command changes within
- * the substep, its mean is given, which moves the spool equally. */
+ * the substep, its mean over the substep is given, because that moves the spool as far. */
 void valve_line_receive(struct valve_line *l, int substep, double valve[LEGS]);
 
 #endif

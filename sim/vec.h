@@ -40,7 +40,8 @@ static inline void factor6(struct factor6 *f) {
     }
 }
 
-/* Replaces x by C^-1 x. For x = C' v the metric of M becomes the Euclidean one. */
+/* Replaces x, a row or a force, by C^-1 x. An acceleration a is whitened as C' a instead, whose
+ * square is a' M a. */
 static inline void whiten6(const struct factor6 *f, double x[6]) {
     for (int i = 0; i < 6; i++) {
         for (int k = 0; k < i; k++) x[i] -= f->c[i][k] * x[k];
@@ -48,7 +49,7 @@ static inline void whiten6(const struct factor6 *f, double x[6]) {
     }
 }
 
-/* Computes x := C'^-1 x. */
+/* Replaces x by C'^-1 x: a whitened acceleration C' a becomes a. */
 static inline void unwhiten6(const struct factor6 *f, double x[6]) {
     for (int i = 5; i >= 0; i--) {
         for (int k = i + 1; k < 6; k++) x[i] -= f->c[k][i] * x[k];

@@ -37,8 +37,8 @@ const struct effect cylinder_dahl_friction = {
                            .typical = 2e-4,
                            .per_leg = true,
                            .shapes_law = true}},
-    .parallel_to = {"axis.force_offset_n"}, /* similar if friction is stronger in one
-                                                      * direction */
+    .parallel_to = {"axis.force_offset_n"}, /* friction that is stronger in one direction looks like
+                                             * it */
     .contains = {&cylinder_coulomb_friction},      /* limit of this effect for a short distance_m */
     .told_apart = {{.from = &cylinder_coulomb_friction,
                     .record = "`--tests z --set tests.amplitude_m=0.001`",

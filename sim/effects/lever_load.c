@@ -5,7 +5,7 @@
 enum { SLOPE, BEND, TURN };
 
 /* Returns sin(a) / a for square = a^2, and sinh(a) / a for square = -a^2; analytic in `square`. The
- * latter is constant beyond a = 30, so that no number is infinite. */
+ * argument of sinh is limited to a = 30, so that no result is infinite. */
 static double sinc(double square) {
     double a = fmin(sqrt(fabs(square)), square > 0.0 ? HUGE_VAL : 30.0);
     if (a < 1e-3) return 1.0 - square / 6.0;

@@ -4,7 +4,8 @@
 
 enum { RATE };
 
-static const double NONE_PER_S = 1e4; /* neutral value of the rate, which is no limit */
+static const double NONE_PER_S = 1e4; /* neutral value of the rate: the spool's speed is not
+                                       * limited */
 
 static void machine(const struct effect_values *v, struct machine *m) {
     for (int leg = 0; leg < LEGS; leg++)
