@@ -10,8 +10,8 @@ static const double CLIPPED = 0.12;
 /* A channel is clipped if the number of samples at its largest value exceeds this times the number
  * that a sinusoid of the same resolution has there. */
 static const double CLIPPED_TIMES = 2.0;
-/* An end stop, not friction, stopped the leg if its mean step onto the largest length exceeds this
- * share of its largest step. */
+/* An end stop, not friction, stopped the leg if its mean change on arrival at the largest length
+ * exceeds this share of its largest change between two samples. */
 static const double ABRUPT = 0.3;
 
 static const size_t STRIDE = sizeof(struct recording_sample) / sizeof(double);

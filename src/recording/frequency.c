@@ -8,9 +8,9 @@
 
 static const double OF_FREQUENCY = 0.5;  /* no other frequency is searched if more than this share
                                           * of the variance is at the stated one */
-static const double SEARCH_S = 10.0;     /* longest part that is searched for a frequency, unless it
-                                          * has fewer than SEARCH_CYCLES: an hour would take too
-                                          * long */
+static const double SEARCH_S = 10.0;     /* length of the part that is searched for a frequency,
+                                          * because an hour would take too long; it is longer if
+                                          * SEARCH_CYCLES cycles need more */
 /* The legs follow the reference if their frequencies differ by less than this share; it is not 0,
  * because the legs may still be settling. */
 static const double FOLLOWED = 1e-3;
@@ -78,7 +78,8 @@ static double search(const struct recording_test *t, struct signals of, double s
     return hz;
 }
 
-/* Error of a frequency, Hz, from the phase between two halves of the span, each of whole cycles. */
+/* Error of a frequency, Hz, from the phase shift between the span's halves, each cut to whole
+ * cycles. */
 static double turn(const struct recording_test *t, struct signals of, double hz, double start_s, double span_s) {
     double half_s = floor(0.5 * span_s * hz) / hz;
     double along = 0.0, across = 0.0;

@@ -17,7 +17,7 @@ static const double MULTIPLE = 0.05;    /* a difference counts as a multiple of 
 static const double MULTIPLES = 0.95;   /* share of the differences that must be multiples of the
                                          * smallest */
 static const double STEPS_MOST = 1e6;   /* a difference of more steps counts as no multiple, because
-                                         * any number would be near one */
+                                         * any number would be near a multiple */
 
 /* Rms of the white noise: from the median over blocks of the mean square of fourth differences. NaN
  * without five successive finite values. */

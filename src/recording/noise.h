@@ -7,8 +7,9 @@
 
 struct noise {
     /* White noise, from fourth differences, as the median over time: motion slower than a tenth of
-     * the sampling rate hardly counts. It is at least the quantisation noise, step / sqrt(12), and
-     * equal to it if no five successive values are finite. NaN if then no step is found either. */
+     * the sampling rate hardly counts. It is at least the quantisation noise, step / sqrt(12).
+     * Without five successive finite values it is the quantisation noise, or NaN if no step is
+     * found. */
     double rms;
     /* Resolution of the sensor: at least 95 % of the differences are multiples of it; 0 if none is
      * found. */

@@ -11,8 +11,8 @@
 struct params;
 
 enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
-#define RECORDING_CLOCK_TOLERANCE 1e-4 /* relative difference between two clocks that their crystals
-                                        * explain */
+#define RECORDING_CLOCK_TOLERANCE 1e-4 /* largest relative difference between two clocks that their
+                                        * crystals explain */
 #define RECORDING_FASTEST_HZ 40.0 /* fastest motion that any platform makes */
 
 struct recording_sample {

@@ -5,7 +5,7 @@
 #include "recording.h"
 
 struct sampling {
-    double step_s;    /* sampling period, lost samples left out */
+    double step_s;    /* sampling period; a gap counts as the number of periods that it spans */
     double jitter_s;  /* rms deviation of the steps from step_s; gaps do not count */
     int64_t lost;     /* number of samples missing in gaps */
     double gap_s;     /* longest time between two samples */

@@ -29,8 +29,8 @@ static const double CYCLES_LEAST = 4.0;
 /* In steady motion, successive cycles differ by at most this share of the motion's rms, beyond the
  * noise. They may differ by more, up to SEARCHED, if all cycles of the run do so (RESTLESS). */
 static const double ALIKE = 0.05;
-/* While the period is searched, successive cycles may differ by this share of the motion's rms: a
- * period error adds 2 pi times its relative size. */
+/* While the period is searched, successive cycles may differ by this share of the motion's rms,
+ * because an error of the trial period adds 2 pi times its relative size. */
 static const double SEARCHED = 0.2;
 /* Tolerance factor on the mean square difference of a run's cycles, because some loops oscillate
  * slightly in addition to their motion. */
@@ -41,23 +41,23 @@ static const double LAG_RATIO = 1.005;   /* ratio of successive trial periods */
 /* In steady motion, the mean square difference of successive cycles is at most this share of the
  * motion's variance, whatever the noise. */
 static const double MOTION = 0.25;
-/* Largest relative change of period from the first to the second half of a run; a sweep that is cut
- * off at ALIKE has 8e-3. */
+/* Largest relative change of period from the first to the second half of a run; the part of a sweep
+ * whose cycles are within ALIKE changes by 8e-3. */
 static const double SWEEP = 3e-3;
 static const double SWELL = 0.1;         /* largest relative change of amplitude from the first to
                                           * the second half of a run */
 /* Least share of a cycle's points that must be measured in this cycle and in the next one; also the
  * least share of a rest's points that must be measured. */
 static const double COMPARED = 0.25;
-/* Tolerance of a change between halves of a run, in standard deviations of the estimates, which
- * follow from the scatter of the cycles. */
+/* Tolerance added to SWEEP and SWELL, in standard deviations of the change between the halves,
+ * which follow from how much the run's cycles differ. */
 static const double UNSURE = 2.0;
 /* A longer period is preferred if it lengthens the run by this factor; a multiple of the true
  * period lengthens it by less. */
 static const double LONGER_BY = 1.1;
 enum { WINDOW_POINTS = 64 };             /* points compared in a cycle; those between are skipped */
 enum { PARTS = 32 };                     /* fractions of a period that are tried: 1/32 to 1/2 */
-enum { DEPTH = 64 };                     /* depth of the search on both sides of a longer run */
+enum { DEPTH = 64 };                     /* greatest depth of recursion in find_steady() */
 
 struct grid {
     int count, legs;
@@ -93,7 +93,7 @@ static bool grid_alloc(struct grid *g) {
     return there;
 }
 
-/* Fills the grid points from *next up to the second of two instants by linear interpolation. */
+/* Fills the grid points from *next up to the instant at[1], on the line through two values. */
 static void lay_line(struct grid *g, int leg, const double at[2], const double value[2], int *next) {
     double slope = at[1] > at[0] ? (value[1] - value[0]) / (at[1] - at[0]) : 0.0;
     for (; *next < g->count && g->start_s + *next * g->step_s <= at[1]; ++*next)

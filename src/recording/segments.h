@@ -11,7 +11,7 @@ enum segment_kind {
      * range. */
     SEGMENT_REST,
     /* At least four cycles of one frequency and amplitude, which differ by noise and at most 5 %
-     * beyond it. More, up to 20 %, is allowed if all cycles of the run differ alike. */
+     * beyond it. They may differ by up to 20 % if all cycles of the segment do so. */
     SEGMENT_STEADY,
     SEGMENT_MOVING, /* all other motion */
     SEGMENT_KINDS
@@ -32,7 +32,7 @@ struct segments {
     struct segment *segment;
 };
 
-/* Splits all samples of the test, not only its evaluated part. Bad samples count as lost. Times
+/* Splits all samples of the test, not only its evaluated part. Refused samples count as lost. Times
  * must increase. With fewer than ten good samples the result is one moving segment. Returns -3
  * without memory. */
 int segments_find(struct segments *p, const struct recording_test *test, int legs, struct error *error);

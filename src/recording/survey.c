@@ -10,8 +10,8 @@
 #include "noise.h"
 #include "params.h"
 
-static const double FULL_SCALE = 0.999; /* last count of a pressure sensor, as a share of its full
-                                         * scale */
+static const double FULL_SCALE = 0.999; /* a reading from this share of the full scale on is a
+                                         * pressure sensor's last count: it saturates */
 
 const char *const survey_names[SURVEY_KINDS] = {"length", "reference", "p1", "p2", "force", "command"};
 
