@@ -21,7 +21,7 @@ struct inverse_dynamics {
     struct cylinder_model cylinder;
     struct rigid_state state;   /* last pose, from which the search for the next one starts */
     double window_s;            /* dry friction is averaged over this time about each instant,
-                                 * because a reversal falls between two instants */
+                                 * because a reversal may fall between two instants */
     double speed_std_mps[LEGS]; /* standard deviations of the legs' measured speeds */
     double force_std_n[LEGS];   /* standard deviation of each leg's friction as it follows from the
                                  * balance of forces; 0 after init */
@@ -55,7 +55,8 @@ bool inverse_dynamics_bodies(struct inverse_dynamics *d, const double leg[LEGS][
  * singular. */
 bool inverse_dynamics_along_legs(double j[LEGS][DOFS], double wrench[DOFS]);
 
-/* Finds the leg forces of each unit wrench. False: J is singular. */
+/* Finds the leg forces that make each unit wrench: force_n[i] makes component i. False: J is
+ * singular. */
 bool inverse_dynamics_unit_wrenches(double j[LEGS][DOFS], double force_n[DOFS][LEGS]);
 
 /* Measured values at an instant. */

@@ -24,7 +24,7 @@ static const double FLOOR = 0.02;
  * one such deviation. */
 static const double PRIOR = 0.5, PRIOR_COST = 0.02;
 /* An order refutes the stated one if its unexplained share is less than DECISIVE times the stated
- * order's, which counts as at most 1 (of another machine it is more), and if the stated order's
+ * order's, which counts as at most 1 (it exceeds 1 for another machine), and if the stated order's
  * share exceeds UNEXPLAINED, more than any sensor's error or friction causes. */
 static const double DECISIVE = 0.25, UNEXPLAINED = 0.05;
 /* An order cannot be distinguished from the best one if the share that it leaves unexplained is at

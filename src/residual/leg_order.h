@@ -1,5 +1,6 @@
-/* Do lengths, forces and drawing belong together? Legs that are exchanged, counted from another
- * one, or counted backwards are found from lengths and forces alone, without reference or command.
+/* Checks whether lengths, forces and drawing (the positions of the joints) number the legs alike.
+ * Legs that are exchanged, counted from another one, or counted backwards are found from lengths
+ * and forces alone, without reference or command.
  *
  * Near neutral the forces along the legs and the legs' motion l obey
  *

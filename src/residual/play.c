@@ -51,7 +51,7 @@ static void tell_flanks(const struct play_motion *m, int leg, double std_n, stru
     }
 }
 
-/* Marks a leg's flank as unsure (0) at instants within the resolution of a change of flank. */
+/* Marks a leg's flank as unsure (0) at instants within resolution_s of a change of flank. */
 static void leave_unsure(const struct play_motion *m, int leg, struct instant at[PHASES]) {
     int flank[PHASES], reach = (int)lround(m->resolution_s / m->step_s);
     for (int i = 0; i < m->phases; i++) {

@@ -3,23 +3,23 @@
  *
  * A rod's own balance of forces gives the contact force; its sign shows the flank on which the rod
  * lies. The joint may be loose if this force is too small to have a sure sign, or changes sign
- * within the time that the series cannot resolve. If u are the legs whose joints may be loose, M
- * the inertia of the platform without rods, and the imbalance the hydraulic force less friction,
- * less the force that the bodies need for the motion of the rods, then each rod moves ahead of its
- * joint with
+ * within the time that the series cannot resolve. Let u be the legs whose joints may be loose, M
+ * the inertia of the platform along the legs, without rods, and the imbalance the hydraulic force
+ * less friction, less the force that the bodies would need to follow the rods. Then the rods of u
+ * move ahead of their joints with
  *
  *   ahead'' = -M_uu^-1 imbalance_u
  *
  * This is integrated twice from flank to flank where the backlash exceeds the path that noise of
  * the forces makes. So the measured forces show when a joint knocks. A simulation could not predict
- * it, because it depends on a few newtons. Pure. */
+ * this instant, because it depends on a few newtons. Pure. */
 #ifndef HEXID_PLAY_H
 #define HEXID_PLAY_H
 
 #include "inverse_dynamics.h"
 #include "types.h"
 
-/* Mean square of the noise of a path of n steps between two fixed ends, [n][leg]. push_n2s4: by the
+/* Mean square noise of a rod's path of n steps between two fixed ends, [n][leg]. push_n2s4: by the
  * noise of each leg's force, integrated twice. length_m2: by the noise of its length. */
 struct play_noise {
     double push_n2s4[PHASES + 1][LEGS], length_m2[PHASES + 1][LEGS];

@@ -24,8 +24,8 @@ static const double TURNED_RAD = 0.3;   /* no motion has a mean pose that is tur
 static const double SENSOR_SCALE = 0.06; /* a difference of force and weight may come from wrong
                                           * scales of the sensors if it is less than this share of
                                           * the sum of the chambers' forces */
-static const double SUPPLY_MOST = 1.04;  /* a pressure above this times the supply's is an error,
-                                          * unless it lasts for moments only */
+static const double SUPPLY_MOST = 1.04;  /* a chamber may exceed this times the supply pressure in
+                                          * at most 2 % of the samples */
 /* The force works against the motion if the mean power is less than a share of rms force times rms
  * speed. The share is -WITHOUT_LOSS if force and acceleration agree, -AGAINST_SPRING if a spring
  * makes them disagree, WITH_LOSS if they look like the configured mass with the wrong sign. */

@@ -16,18 +16,18 @@ const char *const reference_names[DOFS] = {"ref_x_m", "ref_y_m", "ref_z_m", "ref
  * share of the most that it moves them along any axis. */
 static const double MOVED = 1e-3;
 /* The lengths do not follow the reference if reference and rate explain less than FOLLOWS of the
- * lengths' squares, or if the reference alone explains less than FOLLOWS of that: it lags by more
- * than 45 degrees, or what it explains is noise. */
+ * lengths' squares, or if the reference alone explains less than FOLLOWS of that part: then the
+ * lengths lag by more than 45 degrees, or the explained part is noise. */
 static const double FOLLOWS = 0.5;
 /* Another drawing refutes the stated one if its unexplained share is less than DECISIVE times the
  * stated one's, and if the stated one's exceeds UNEXPLAINED, or MOST if not both planes move
- * (struct work). Motion of other axes of 10 %, which a loop may have, leaves 0.01. */
+ * (struct work). A loop may move the other axes by 10 %, which leaves 0.01 unexplained. */
 static const double UNEXPLAINED = 0.01, MOST = 0.5, DECISIVE = 0.25;
 /* Drawings cannot be distinguished from the best one if the share that they leave unexplained is at
  * most ALIKE times the best one's, plus SAME. */
 static const double ALIKE = 1.3, SAME = 2e-3;
-/* Part of the reference's square that is added to a normal equation's diagonal, so that axes that
- * move as one have a solution. */
+/* Relative increase of the normal equations' diagonal, so that they have a solution even if axes
+ * move as one. */
 static const double RIDGE = 1e-9;
 
 /* Regressor i is the reference along axis i, and regressor RATES + i its rate. */
@@ -65,7 +65,8 @@ static void undo(const struct drawing *d, const double center_m[2], double joint
     }
 }
 
-/* Computes the Jacobian at neutral of the machine that the drawing shows turned or mirrored. */
+/* Computes the Jacobian at neutral of the machine, if the drawing shows it turned or mirrored by
+ * d. */
 static void jacobian_of(const struct work *w, const struct drawing *d, double j[LEGS][DOFS]) {
     static const double neutral[DOFS] = {0};
     struct kinematics k = w->drawn;
@@ -73,7 +74,8 @@ static void jacobian_of(const struct work *w, const struct drawing *d, double j[
     ik_jacobian(&k, neutral, j);
 }
 
-/* Solves for the gains of the regressors in `used`. Returns the explained squares. */
+/* Solves for the gains of the regressors in `used`. Returns the sum of squares that they
+ * explain. */
 static double gains(const struct work *w, double (*normal)[REGRESSORS], const double with[REGRESSORS], const bool used[REGRESSORS],
                     double gain[REGRESSORS]) {
     double a[REGRESSORS * REGRESSORS] = {0}, b[REGRESSORS] = {0}, x[REGRESSORS], explained = 0.0;

@@ -1,7 +1,7 @@
-/* Do the lengths follow the reference by the drawing as it is stated? If the drawing is turned
- * about z or mirrored in a plane through z, the same six lengths give the same pose, turned or
- * mirrored, so that no length and no force shows the error. A comparison with the reference shows
- * it, and also another order of the legs.
+/* Checks whether the lengths follow the reference if the stated drawing, the configured positions
+ * of the joints, is right. If the drawing is turned about z or mirrored in a plane through z, the
+ * same six lengths give the same pose, turned or mirrored, so that no length and no force shows the
+ * error. A comparison with the reference shows it, and also a wrong order of the legs.
  *
  * Near neutral the lengths about their means are l = J (G r + H r'). J is the Jacobian of a
  * drawing, r the reference about its mean and r' its rate. No loop follows exactly, so each axis
@@ -11,10 +11,10 @@
  * true drawing, whatever the loop's gains and lags.
  *
  * Each order of the legs, each angle of a turn and each plane of a mirror is tried. The stated
- * drawing is refuted if one of them explains decisively more. If x and y do not move independently,
- * or phi and theta do not (on a circle they do not), motion of other axes, or a reference about
- * another point, looks much like a turn; then the stated drawing must also leave most of the motion
- * unexplained. Any thread, no heap. */
+ * drawing is refuted if one of them explains decisively more. Motion of other axes, or a reference
+ * about another point, looks much like a turn if x and y do not move independently, as on a circle,
+ * or phi and theta do not. Then the stated drawing is refuted only if it also leaves most of the
+ * motion unexplained. Any thread, no heap. */
 #ifndef HEXID_REFERENCE_MATCH_H
 #define HEXID_REFERENCE_MATCH_H
 

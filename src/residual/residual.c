@@ -184,8 +184,9 @@ static void add_forces(const struct run *r, double weight, double sum_n[LEGS]) {
  * rule. */
 static double mean_weight(int substeps, int j) { return (!j || j == substeps ? 1.0 : j % 2 ? 4.0 : 2.0) / (3.0 * substeps); }
 
-/* Takes a step of the measured drift off the pressures. The flows make this drift as well as the
- * mean cycle; without it the simulated pressures repeat, as the mean cycle does. */
+/* Subtracts one step of the measured drift from the pressures. The simulated flows cause drift and
+ * mean cycle alike; with the drift subtracted the pressures repeat, as the measured mean cycle
+ * does. */
 static void take_drift_off(struct run *r, double dt_s) {
     for (int k = r->cylinder.first; k < r->cylinder.legs; k++) {
         double *chamber[PORTS] = {&r->state.cylinder[k].p1_pa, &r->state.cylinder[k].p2_pa};

@@ -53,8 +53,8 @@ struct residual_test {
     struct spectrum spectrum;
     int legs;                    /* number of legs of the mechanism; coefficients of the others are
                                   * zero */
-    /* pressures: they are measured, not a force. chambers: commands are measured as well, so that
-     * the chambers' pressures are evaluated. */
+    /* pressures: pressures are measured, and no force. chambers: commands are measured as well, so
+     * that the chambers' pressures are evaluated. */
     bool pressures, chambers;
     int harmonics;               /* harmonics of the motion's series */
     int size;                    /* coefficients in a row, at most RESIDUAL_SIZE */
@@ -100,7 +100,7 @@ struct residual_test {
                                   * sample */
     double *valve;               /* [lead + samples][leg]: commands */
     double *dither;              /* [samples][leg]: noise of the sent commands, which their mean
-                                  * cycle lacks; NULL: valve includes it */
+                                  * cycle lacks; NULL: `valve` includes it */
     double *projection;          /* [size][fitted]: matrix from simulated samples to a coefficient
                                   * row */
 };

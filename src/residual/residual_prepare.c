@@ -193,8 +193,8 @@ static double sampled_s(const struct recording_test *test, double t_s) {
     return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
-/* Length of the record, s, before a segment's first simulated sample: at most LEAD_S, and up to the
- * first gap backwards. */
+/* Length of record, s, that can be used before a segment's first simulated sample: it goes back to
+ * the nearest gap, and is at most LEAD_S. */
 static double lead_s(const struct recording_test *test, double first_s) {
     double gap_s = residual_gap_s(test->segment_s, recording_step_s(test)), from_s = first_s;
     int i = test->first;
@@ -357,7 +357,7 @@ static bool wanted(const struct recording_test *test, enum cycles which) {
 double residual_margin_s(double segment_s) { return OVERLAP * segment_s; }
 
 double residual_gap_s(double segment_s, double step_s) {
-    /* shorter by one step, since a segment begins at a sampling instant */
+    /* one step is subtracted, because a segment begins at a sampling instant */
     return fmax(STRETCH * ((1.0 + 2.0 * OVERLAP) * segment_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
 }
 

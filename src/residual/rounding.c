@@ -8,8 +8,8 @@
 #include "units.h"
 
 enum { BISECTIONS = 30, SIZES = 7 };
-static const double WEAK = 1e-6; /* share of 1 / 12, the mean square of all errors, below which a
-                                  * tone does not count */
+static const double WEAK = 1e-6; /* a tone does not count if its mean square is less than this share
+                                  * of 1 / 12, the mean square of all rounding errors in steps^2 */
 static const double SURE = 3.0;  /* a harmonic that exceeds this many of its standard deviations is
                                   * motion, not rounding error */
 
@@ -79,7 +79,7 @@ void rounding_in_step(const struct rounding *r, int harmonics, const double *row
     memset(variance, 0, (size_t)(1 + 2 * harmonics) * sizeof *variance);
     if (!(r->step > 0.0) || r->places < 1) return;
     double shaken = shaking(r->scatter / r->step), mean_square[ROUNDING_TONES];
-    int tones = 0; /* the tones up to the last that counts */
+    int tones = 0; /* number of tones up to the last one that counts */
     for (int k = 0; k < ROUNDING_TONES; k++) {
         double s = 0.0, c = 0.0;
         for (int i = 0; i < r->cycles; i++) {

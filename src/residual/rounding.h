@@ -6,15 +6,15 @@
  * .. . Variation from cycle to cycle weakens the mean of a tone (dither). Noise of standard
  * deviation s weakens tone k by the factor exp(-2 (pi k s / step)^2); drift weakens it by the mean
  * of exp(2 pi i k drift / step) over all cycles. Noise and drift must be treated separately: a
- * machine drifts by steps only while it settles, and the longer the test, the more cycles come
- * after that.
+ * machine drifts by whole steps of the sensor only while it settles, and most cycles of a long test
+ * come after that.
  *
  * The position of x within a step counts as unknown, so that the phase of each tone is random. The
  * place of the motion's peaks within a step counts as unknown, too, because the mean cycle contains
  * the errors that are sought. Apart from that the mean cycle decides how much of a tone falls on
- * each harmonic: a sinusoid of amplitude A spreads the tone over the harmonics up to
- * z = 2 pi k A / step (Bessel functions), most of it just below z, where the motion reverses.
- * N samples a cycle fold the harmonics above N / 2 back onto lower ones. Pure. */
+ * each harmonic: a sinusoid of amplitude A spreads the tone over the harmonics up to z = 2 pi k A /
+ * step (Bessel functions), most of it just below z, where the motion reverses. N samples a cycle
+ * fold the harmonics above N / 2 back onto lower ones. Pure. */
 #ifndef HEXID_ROUNDING_H
 #define HEXID_ROUNDING_H
 

@@ -1,9 +1,9 @@
 /* Fourier series of the values that a test's sensors read, with the sensors' errors undone. Pure.
  *
  * A steady test is never quite periodic: the controller creeps towards the mean pose, and chambers
- * whose valves hardly open take seconds to settle. The series leave this drift out, but it moves
- * oil, so its slopes are kept, too: without the slopes the mean pressures of legs of 125 mm that
- * creep by 0.07 mm/s were 6 kPa off. */
+ * whose valves hardly open take seconds to settle. The series leave this drift out. Its slopes are
+ * kept separately, because a piston that creeps displaces oil: without them the mean pressures of
+ * pistons of 125 mm diameter that creep by 0.07 mm/s were 6 kPa off. */
 #ifndef HEXID_SERIES_H
 #define HEXID_SERIES_H
 
@@ -24,7 +24,7 @@ struct series {
 void series_undo(const struct machine *m, const struct residual_test *t, struct series *rows);
 
 /* Finds the series of the hydraulic force on a leg's rod, from the chambers' pressures or from the
- * force sensor, less the constant error axis.force_offset_n if the mechanism has one. */
+ * force sensor, less the constant error axis.force_offset_n if the mechanism has a force sensor. */
 void series_push(const struct cylinder_model *m, const struct residual_test *t, const struct series *rows, int leg,
                  double force_n[SPECTRUM_SIZE]);
 

@@ -11,7 +11,7 @@
 enum {
     SAMPLES_PER_HARMONIC = 3,
     SPEED_POINTS = 64,
-    SLOWEST = 2,         /* number of periodogram bins, over the cycles, that count as slow */
+    SLOWEST = 2,         /* lowest bins of the periodogram over the cycles, which lasting() uses */
 };
 static const double RIDGE_PER_SAMPLE = 1e-9; /* ridge per sample on the diagonal of the normal
                                               * equations: above rounding, below any signal */

@@ -1,6 +1,6 @@
 /* A test as harmonics of its frequency: means over some of its cycles, and the spread of single
- * cycles about the means. From the spread follow the noise and its correlation between successive
- * cycles; rounding errors of a motion that drifts slowly are correlated. Errors that repeat in
+ * cycles about the means. The noise and its correlation between successive cycles follow from the
+ * spread; rounding errors of a motion that drifts slowly are correlated. Errors that repeat in
  * every cycle (rounding.h) do not show in the spread. Pure.
  *
  * A coefficient row is [constant, sin wt, cos wt, sin 2wt, ...], t the test time. */
@@ -41,10 +41,10 @@ struct spectrum {
 
 typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
 
-/* Measures the mean cycle of a steady sinusoid over the cycles `which`, of the first CYCLES_MAX
- * whole cycles; the drift is that of all of these. room: receives the coefficients of the averaged
- * cycles, from index 0. False: fewer than two cycles of `which` are complete; a complete cycle has
- * nine tenths of its samples good and no long gap. */
+/* Measures the mean cycle of a steady sinusoid over those of the first CYCLES_MAX whole cycles that
+ * are in `which`; the drift is that of all these whole cycles. room: receives the coefficients of
+ * the averaged cycles, from index 0. False: fewer than two cycles of `which` are complete; a
+ * complete cycle has nine tenths of its samples good and no long gap. */
 bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, enum cycles which);
 
 /* Fits a Fourier series to any motion by least squares, over the samples with from_s <= t <=

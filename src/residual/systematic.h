@@ -1,7 +1,8 @@
-/* Systematic errors of a machine's sensors and drawing. Nobody knows them, and each is therefore an
- * unknown of every estimate from measured motion, with a normal prior of mean zero. The standard
- * deviation of the prior is stated in model.tolerance; 0 means that there is no such error, and
- * sensors that are exact (sensors.enabled false) have none.
+/* Systematic errors of a machine's sensors and of its drawing, the configured positions of the
+ * joints. Nobody knows these errors, and each is therefore an unknown of every estimate from
+ * measured motion, with a normal prior of mean zero. The standard deviation of the prior is stated
+ * in model.tolerance; 0 means that there is no such error, and sensors that are exact
+ * (sensors.enabled false) have none.
  *
  *   gain   reading = (1 + gain) pressure, for each sensor; a force sensor has the gain of P1
  *   length reading = length + zero + gain (length - neutral length), for each leg
@@ -96,8 +97,7 @@ void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMAT
 void systematic_series(const struct cylinder_model *m, const struct residual_test *t, struct series *rows);
 
 /* Converts a coefficient row of a leg's difference `one` P1 - `other` P2 from the chambers to the
- * gauges: takes off the factor by which systematic_series() raises the noise of each
- * coefficient. */
+ * gauges: divides each coefficient by the factor by which systematic_series() raises its noise. */
 void systematic_read_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double one, double other, double *row);
 
 /* Mass along a leg that is equivalent to the oil in one metre of its pipes, kg/m. */

@@ -9,8 +9,8 @@
 #include "params.h"
 #include "units.h"
 
-/* Factor on the model error of mean pressures. The commands' noise is averaged away here, but a
- * real spool rectifies it where it crosses zero. */
+/* Factor on the model error of mean pressures. The mean cycle lacks the commands' noise, but a real
+ * spool that crosses zero rectifies this noise. */
 static const double STATIC_ERROR = 3.0;
 static const double UNSTEADY = 10.0; /* the state is unsteady if a mean pressure changes from cycle
                                       * to cycle by more than this times its noise */
@@ -19,7 +19,7 @@ static const double FORCE_SENSOR_ERROR = 5e-3; /* error of a force sensor, as a 
                                                 * drive is known no better */
 
 enum { INSTANTS = 16 };                /* instants of a period at which chambers are linearised */
-static const double STEP_PA = 1e3, STEP_MPS = 1e-4; /* changes in their difference quotients */
+static const double STEP_PA = 1e3, STEP_MPS = 1e-4; /* steps of the difference quotients */
 
 /* Replaces the lower triangle of the covariance C by the inverse of its Cholesky factor. */
 static void invert3(double c[RESIDUALS][RESIDUALS]) {

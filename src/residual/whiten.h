@@ -18,7 +18,7 @@ struct whitener {
     int values;                                                /* number of evaluated residuals */
 };
 
-#define NOISE_ALONE 1e-6 /* model_error that leaves only the sensors' noise */
+#define NOISE_ALONE 1e-6 /* model_error so small that only the sensors' noise counts */
 
 /* Makes the whitener of a test. model_error: share of each channel's rms variation that counts as
  * noise, because every model has an error of this size. The force of a sensor or drive has the
