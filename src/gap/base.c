@@ -72,8 +72,8 @@ static struct variable effect_variable(const struct params *model, const struct 
 }
 
 /* Lists the errors of the sensors. Their priors are those of `hexid identify`, and a deviation
- * beyond SENSOR_MOST standard deviations is no tolerance any more. Lags and pipes are never below
- * zero, because the series cannot undo a sensor that is ahead. */
+ * beyond SENSOR_MOST standard deviations is not within the tolerance. Lags and pipes are never
+ * below zero, because the series cannot undo a sensor that is ahead. */
 static int sensor_variables(const struct params *model, bool pressures, struct variable *v) {
     double std[SYSTEMATICS];
     int n = 0, first;

@@ -13,9 +13,9 @@ static const double TONE_TOLERANCE = 0.1;   /* a tone in simulation is the measu
                                              * frequencies differ by less than this share; a loop
                                              * that oscillates in both does so at nearly the same
                                              * frequency */
-static const double TONE_EXCITED = 0.5;     /* a simulated tone counts from this share of a measured
-                                             * tone's least power, because another run may excite
-                                             * the same resonance less */
+static const double TONE_EXCITED = 0.5;     /* a simulated tone counts from this share of the power
+                                             * that a measured tone needs, because another run may
+                                             * excite the same resonance less */
 
 int compare_check(const struct params *params, const struct recording *measured, struct error *error) {
     const struct recording_measured *m = &measured->measured;

@@ -70,8 +70,8 @@ static bool driver_init(struct driver *d, const struct params *p, const struct k
     return true;
 }
 
-/* Starts the filters at this sample, as if the law had been driving. The integrator's unknown value
- * is a constant in all commands. */
+/* Starts the filters at this sample, as if the law had commanded the valves before. The
+ * integrator's unknown value is a constant in all commands. */
 static void driver_begin(struct driver *d, const struct recording_sample *s, const double ref_m[LEGS], const double force_n[LEGS]) {
     double seen_m[LEGS];
     modal_lengths(&d->modal, ref_m, s->length_m, seen_m);

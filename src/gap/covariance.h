@@ -1,6 +1,6 @@
-/* Covariance of white residuals in which no model is exact. Besides the noise, whose variance is 1,
- * each value has a remainder that no law of the catalogue explains. The remainder has three parts
- * of unknown size.
+/* Covariance of white residuals that allows for models that are not exact. Besides the noise, whose
+ * variance is 1, each value has a remainder that no law of the catalogue explains. The remainder
+ * has three parts of unknown size.
  *
  *   spread   differs from one repetition of the motion to the next; its spectrum, by channel and
  *            band of frequency, is that of the residuals under the reference (covariance_init)
@@ -16,7 +16,8 @@
 #include "diagnose.h"
 
 struct covariance_size {
-    double spread, repeats; /* as multiples of the size that the residuals of the reference show */
+    double spread, repeats; /* as multiples of the size that the residuals of the reference model
+                             * show */
     double law;             /* error of the laws, as a share of a family's contribution, in addition
                              * to their own law_error */
 };
@@ -32,7 +33,7 @@ struct covariance {
 };
 
 /* Finds the covariance. reference: a diagnosis whose whiteners contain noise alone; its model is
- * the reference. data: the residuals that the covariance is for. */
+ * the reference model. data: the residuals that the covariance is for. */
 void covariance_init(struct covariance *c, const struct diagnosis *reference, const struct fit_data *data);
 void covariance_free(struct covariance *c);
 

@@ -8,9 +8,9 @@
 #include "memory.h"
 
 static const double RIDGE_SHARE = 1e-4; /* ridge, as a share of each diagonal element of the Gram
-                                         * matrix (Levenberg 1944), so that noise moves the
-                                         * linearised base by at most 50 standard deviations of a
-                                         * column */
+                                         * matrix (Levenberg 1944), so that noise moves a variable
+                                         * of the linearised base by at most 50 times the standard
+                                         * deviation that it has when fitted alone */
 enum { BASE_ITERATIONS = 6 };
 
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model) {

@@ -7,7 +7,7 @@
 #include "hypothesis.h"
 #include "params.h"
 
-/* Penalty for each parameter, in white squares: about ln of the number of values. */
+/* Penalty for each parameter, in squared white residuals: about ln of the number of values. */
 #define DIAGNOSIS_PENALTY 8.0
 
 struct diagnosis {
@@ -23,9 +23,9 @@ struct diagnosis {
                                           * the added effects */
     struct variable variable[FIT_VARIABLES];
     double std[FIT_VARIABLES];
-    double square, held_square;          /* sums of white squares of the model, on fitted and on
-                                          * held-out cycles; square includes the penalty of the
-                                          * priors of effects and of sensors' errors */
+    double square, held_square;          /* sums of squared white residuals of the model, on fitted
+                                          * and on held-out cycles; square includes the penalty of
+                                          * the priors of effects and of sensors' errors */
     double *column;                      /* [variables][values]: Jacobian of the white residuals at
                                           * the model */
     double *gram;             /* [variables][variables]: Gram matrix of the columns, with a ridge */
@@ -47,8 +47,8 @@ void diagnosis_free(struct diagnosis *d);
  * priors are widened in proportion, because the white residuals then have too little weight. */
 void diagnosis_estimate(struct diagnosis *d);
 
-/* Sum of white squares on the held-out cycles; INFINITY if the model cannot make the measured
- * motion. */
+/* Sum of squared white residuals on the held-out cycles; INFINITY if the model cannot make the
+ * measured motion. */
 double diagnosis_held_square(const struct diagnosis *d, const struct params *model);
 
 /* Adds a hypothesis' effect and refits, starting from `model`. On failure returns false and leaves
@@ -61,9 +61,9 @@ bool diagnosis_add(struct diagnosis *d, const struct hypothesis *h, const struct
 bool diagnosis_assume(struct diagnosis *d, int effects, const struct hypothesis *h, const struct params *model);
 
 /* Removes an added effect and refits the remaining variables. Returns true if the effect is not
- * needed: the white squares rise by less than `most` on the held-out cycles, and by less than
- * `most` plus the penalty for its parameters on the fitted ones. Otherwise restores everything and
- * returns false. */
+ * needed: the squared white residuals rise by less than `most` on the held-out cycles, and by less
+ * than `most` plus the penalty for its parameters on the fitted ones. Otherwise restores everything
+ * and returns false. */
 bool diagnosis_drop(struct diagnosis *d, int addition, double most);
 
 #endif

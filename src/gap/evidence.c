@@ -62,7 +62,8 @@ void linearised_free(struct linearised *l) {
 }
 
 /* Columns of the values and of the covariance's features, each for one standard deviation of its
- * prior, and the residuals; both in units of the noise together with the remainder. */
+ * prior, and the residuals. Both are divided by the standard deviation of noise and remainder
+ * together. */
 struct problem {
     int n, rows;
     double *column, *white, log_variance;

@@ -10,9 +10,9 @@ struct linearised {
     int rows, variables;
     double *white;  /* [rows]: residuals in units of the noise */
     double *column; /* [variables][rows]: Jacobian of the residuals */
-    /* for each variable: 1 / standard deviation of its prior, or, if the prior is uniform, of a
-     * normal one with the same density; distance of its value from the prior's mean, 0 if the prior
-     * is uniform */
+    /* For each variable. inverse_std: 1 / standard deviation of its prior, or, if the prior is
+     * uniform, of a normal distribution with the same density. off: distance of its value from the
+     * prior's mean; 0 if the prior is uniform */
     double inverse_std[FIT_VARIABLES], off[FIT_VARIABLES];
     bool uniform[FIT_VARIABLES];
     double least[FIT_VARIABLES], most[FIT_VARIABLES]; /* distances of the value from the lower end
@@ -21,8 +21,8 @@ struct linearised {
     int one_sided; /* number of variables whose prior is half a normal distribution */
 };
 
-/* Takes the linearisation of a diagnosis. variance: variances of its whiteners, relative to those
- * of the noise, [values]. */
+/* Takes the linearisation of a diagnosis. variance: [values], the variances that its whiteners
+ * assume, relative to those of the noise. */
 void linearised_init(struct linearised *l, const struct diagnosis *d, const struct covariance *c, const double *variance);
 void linearised_free(struct linearised *l);
 

@@ -362,9 +362,9 @@ bool fit_raw(const struct fit_data *d, const struct params *model, double *raw) 
     return raw_residual(d, model, EQUATIONS_ALL, ALL_LEGS, raw);
 }
 
-/* Returns the penalty of the priors, in white squares. If `counted`, it is that of effects and of
- * penalised base variables, which fit_result.square includes; otherwise it is that of all other
- * base variables. */
+/* Returns the penalty of the priors, in squared white residuals. If `counted`, it is that of
+ * effects and of penalised base variables, which fit_result.square includes; otherwise it is that
+ * of all other base variables. */
 static double prior_cost(const struct params *model, int variables, const struct variable *v, bool counted) {
     double sum = 0.0;
     for (int i = 0; i < variables; i++)
@@ -383,11 +383,12 @@ struct descent {
     enum residual_equations equations;  /* equations of the residuals that the variables move */
     int leg;                            /* the only leg whose residuals the variables move, or
                                          * ALL_LEGS */
-    /* residuals at the model; square: their sum of white squares, with the penalty of the priors */
+    /* residuals at the model; square: their sum of squared white residuals, with the penalty of the
+     * priors */
     double square, *raw, *white;
 };
 
-/* Sum of white squares with the penalty of the priors, for the residuals in s->white. */
+/* Sum of squared white residuals with the penalty of the priors, for the residuals in s->white. */
 static double objective(const struct descent *s, const struct params *model) {
     double cost = prior_cost(model, s->variables, s->v, false) + prior_cost(model, s->variables, s->v, true);
     return linear_square(s->d->values, s->white, s->linear) + cost;
@@ -416,9 +417,9 @@ struct step {
 };
 
 /* Solves a step whose diagonal is raised by the share `damping` (Marquardt 1963). Without damping
- * the step is Gauss and Newton's; the more there is, the shorter is the step, first along
- * directions on which the residuals hardly depend. The linear part is not damped, because its x is
- * no step but a value, and the residuals are linear in it. */
+ * the step is a Gauss-Newton step. Damping shortens it, first along directions on which the
+ * residuals hardly depend. The linear part is not damped, because its x is no step but a value, and
+ * the residuals are linear in it. */
 static bool solve_step(const struct step *p, double damping, double *x, double *std) {
     double h[COLUMNS_MAX * COLUMNS_MAX], g[COLUMNS_MAX];
     memcpy(h, p->h, (size_t)(p->n * p->n) * sizeof *h);

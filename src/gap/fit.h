@@ -1,7 +1,8 @@
-/* Fits model parameters to white residuals inside a box, by Gauss-Newton with steps damped until
- * they improve the fit. An active set keeps variables at the bounds of the box. During the search
- * only the errors of sensors, and variables that are PARALLEL_DRAWN (hypothesis.h), have a prior in
- * the base, so that no other prior decides for or against an effect. Ordinary threads; heap. */
+/* Fits model parameters to white residuals inside a box, by Gauss-Newton steps that are damped
+ * until they improve the fit. An active set keeps variables at the bounds of the box. During the
+ * search only the errors of sensors, and variables that are PARALLEL_DRAWN (hypothesis.h), have a
+ * prior in the base, so that no other prior decides for or against an effect. Ordinary threads;
+ * heap. */
 #ifndef HEXID_FIT_H
 #define HEXID_FIT_H
 
@@ -83,9 +84,9 @@ bool fit_box(int n, int values, const double *residual, const double *const *col
 struct fit_result {
     bool ok;                            /* false: the model at the start cannot make the measured
                                          * motion */
-    double square;                      /* sum of white squares at the end, with the penalty of the
-                                         * priors of effects, of penalised base variables and of the
-                                         * linear part */
+    double square;                      /* sum of squared white residuals at the end, with the
+                                         * penalty of the priors of effects, of penalised base
+                                         * variables and of the linear part */
     double std[FIT_VARIABLES];
 };
 
@@ -103,14 +104,14 @@ struct linear_part {
     const struct fit_prior *prior;
     double *x;                          /* [n]: start of the solution and result, change of the
                                          * variables from the model */
-    double worth;             /* least predicted gain, in white squares, for which another step is
-                               * taken */
+    double worth;             /* least predicted gain, in squared white residuals, for which another
+                               * step is taken */
 };
 /* Gram matrix of the columns, [n][n]. */
 void fit_gram(int n, int values, const double *column, double *gram);
 
-/* Sum of white squares of a model, with the linear part at its optimum and the penalty of its
- * priors; INFINITY if the model cannot make the measured motion. raw, white: set to the model's
+/* Sum of squared white residuals of a model, with the linear part at its optimum and the penalty of
+ * its priors; INFINITY if the model cannot make the measured motion. raw, white: set to the model's
  * residuals without the linear part. */
 double fit_start(const struct fit_data *d, const struct params *model, int variables, const struct variable *v,
                  const struct linear_part *linear, double *raw, double *white);

@@ -59,7 +59,7 @@ static void read_remainder(const struct diagnosis *d, struct gap_result *r, stru
     m->after = d->held_square, m->beyond_laws = goodness_beyond_laws(d), m->noise = goodness_noise(d);
 }
 
-/* True if all effects of the second result are also the first one's. */
+/* True if all effects of the second result are among those of the first. */
 static bool includes(const struct gap_result *a, const struct gap_result *b) {
     int common = 0;
     for (int i = 0; i < a->effects; i++)

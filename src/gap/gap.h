@@ -22,9 +22,10 @@ struct gap_options {
  * that is done. */
 void gap_progress(const struct gap_options *options, const char *step, double share);
 
-/* Runs the whole diagnosis. measured must have passed recording_check, as must validate, another
- * log, which may be NULL. waves: filled if the result is simulated, otherwise left as it was; freed
- * by the caller; may be NULL. Returns 0 or a negative status. */
+/* Runs the whole diagnosis. validate: another log, which judges the result in place of the held-out
+ * cycles, or NULL. Both logs must have passed recording_check. waves: filled if the result is
+ * simulated, otherwise left as it was; freed by the caller; may be NULL. Returns 0 or a negative
+ * status. */
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *result, struct waves *waves, struct error *error);
 

@@ -42,20 +42,21 @@ struct gap_effect {
                                            * that disappeared when this one was added. By sets of
                                            * effects: share of the gap above noise that the effect
                                            * explains alone */
-    double z;                             /* strength of evidence: square root of the gain in white
-                                           * squares on all cycles, less the penalty of the effect's
-                                           * priors; with several effects, of the gain when this one
-                                           * was added. By sets of effects: root of twice the log
-                                           * evidence that is lost without the effect. Clock skew:
-                                           * its deviation in standard deviations */
+    double z;                             /* strength of evidence: square root of the gain in
+                                           * squared white residuals on all cycles, less the penalty
+                                           * of the effect's priors; with several effects, of the
+                                           * gain when this one was added. By sets of effects: root
+                                           * of twice the log evidence that is lost without the
+                                           * effect. Clock skew: its deviation in standard
+                                           * deviations */
     char evidence[GAP_TEXT];
 };
 
 /* An effect that was tried in the first round, with the best choice of legs. */
 struct gap_candidate {
     int effect, pattern;
-    double gain;     /* gain in white squares on the fitted cycles, less the penalty for its
-                      * parameters */
+    double gain;     /* gain in squared white residuals on the fitted cycles, less the penalty for
+                      * its parameters */
     double z;        /* z as in gap_effect; a trial that gained little in its first steps was not
                       * fitted further */
     double share_explained; /* share of the squared gap that the effect explains alone, on held-out
@@ -90,7 +91,7 @@ struct gap_place {
     enum gap_channel channel;
     const char *feature; /* motion feature that the gap follows most: static, velocity_reversal,
                           * spool_reversal, one_direction, peak_speed, peak_acceleration */
-    double share;        /* share of this place in the sum of white squares */
+    double share;        /* share of this place in the sum of squared white residuals */
 };
 
 /* Size of a difference between model and measurement. overall: root mean square over the channels

@@ -8,16 +8,16 @@
 /* Mean white square on held-out cycles above which more than noise is left. */
 enum { LEFT_WHITE = 2 };
 
-/* Possible error of the laws of all effects, given or found, in white squares over the held-out
- * cycles: the share law_error (effect.h) of each effect's contribution. The error of a law is the
- * same in all cycles, so averaging does not reduce it. An effect that explains no more than this
- * error explains nothing. */
+/* Possible error of the laws of all effects, given or found, in squared white residuals over the
+ * held-out cycles: the share law_error (effect.h) of each effect's contribution. The error of a law
+ * is the same in all cycles, so averaging does not reduce it. An effect that explains no more than
+ * this error explains nothing. */
 double goodness_law_error(const struct diagnosis *d);
 
-/* White squares on held-out cycles, divided by the most that noise and laws (at four times their
- * error) explain. Above 1 a part remains that neither explains. The error of a leg's friction law
- * is allowed in every value of the leg, because a seal's friction varies along the stroke.
- * INFINITY: the model cannot make the measured motion. */
+/* Sum of squared white residuals on held-out cycles, divided by the most that noise and laws (at
+ * four times their error) explain. Above 1 a part remains that neither explains. The error of a
+ * leg's friction law is allowed in every value of the leg, because a seal's friction varies along
+ * the stroke. INFINITY: the model cannot make the measured motion. */
 double goodness_beyond_laws(const struct diagnosis *d);
 
 /* Computes what goodness_beyond_laws() returns, but for any `rows` white values: their squares
@@ -28,7 +28,7 @@ double goodness_beyond_laws(const struct diagnosis *d);
  * others. */
 double goodness_weigh(int rows, const double *white, const double *noise, const double *law);
 
-/* Largest sum of white squares on held-out cycles that noise alone gives. */
+/* Largest sum of squared white residuals on held-out cycles that noise alone gives. */
 double goodness_noise(const struct diagnosis *d);
 
 #endif

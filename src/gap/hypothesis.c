@@ -12,8 +12,8 @@ static const double LEFT = 0.1; /* least share of a mass, an inertia or a fricti
 
 #define DIFFER(member) (memcmp(&a->member, &b->member, sizeof a->member) != 0)
 
-/* True if the effect changes the forces that a motion needs. Without a pose a mechanism has mass,
- * weight and friction only. */
+/* True if the effect changes the forces that a motion needs. A mechanism without a pose, a single
+ * axis, has mass, weight and friction only. */
 static bool moves_force(const struct params *model, const struct effect *e, const struct machine *a, const struct machine *b) {
     if (e->leg_friction || e->wrench) return true;
     return params_mechanism(model)->pose ? e->joint_friction || DIFFER(bodies) : DIFFER(bodies.payload_kg) || DIFFER(bodies.gravity_mps2);

@@ -36,9 +36,8 @@ bool hypothesis_at(const struct hypothesis *h, double strength, struct params *m
 enum parallel { PARALLEL_NOT, PARALLEL_DRAWN, PARALLEL_SAME };
 enum parallel hypothesis_parallel(const struct hypothesis *h, const struct variable *base);
 
-/* Gives a friction one value for both directions, for a machine whose force has an unknown
- * constant. Returns false if the effect has no pair of directions, or if the legs are not all
- * alike. */
+/* Gives a friction one value for both directions, for a machine with an unknown constant force.
+ * Returns false if the effect has no pair of directions, or if the legs are not all alike. */
 bool hypothesis_make_symmetric(struct hypothesis *h);
 
 /* True if the strength of a friction is a force. A dry friction that is stronger in one direction

@@ -16,9 +16,10 @@ static const double OFFSET_SIGMAS = 6.0, /* a constant force, or a difference of
 static const double SHARE_MAX = 0.3;      /* largest share of the squared gap that a simulation with
                                            * the effects may leave without being refuted */
 static const double FLOORS_MAX = 2.0;      /* the result is refuted if the remaining gap, in
-                                            * simulation or under the measured motion, exceeds this
-                                            * multiple of the noise floor, LEFT_MAX and LEFT_SHARE.
-                                            * In simulation VISIBLE and SHARE_MAX suffice, too */
+                                            * simulation or under the measured motion, exceeds all
+                                            * three: this multiple of the noise floor, LEFT_MAX and
+                                            * LEFT_SHARE. A gap in simulation above both VISIBLE and
+                                            * SHARE_MAX refutes it, too */
 static const double LEFT_MAX = 0.02;   /* a remaining gap refutes only if it exceeds this share of
                                         * the measured variation; it decides where there is hardly
                                         * any noise */

@@ -5,15 +5,16 @@
 
 #include "gap_result.h"
 
-/* Sums of white squares on the held-out cycles, where noise gives about 1 for each value. */
+/* Sums of squared white residuals on the held-out cycles, where noise gives about 1 for each
+ * value. */
 struct remainder {
     int values;
     /* before: sum under the base without effects, less the expected sum of noise. after: sum with
      * the effects. */
     double before, after;
     double noise;              /* largest sum that noise alone gives */
-    double beyond_laws;        /* white squares, divided by the most that noise and errors of the
-                                * laws explain (goodness_beyond_laws) */
+    double beyond_laws;        /* squared white residuals, divided by the most that noise and errors
+                                * of the laws explain (goodness_beyond_laws) */
 };
 
 /* Fills verdict, reason and next_experiment of a result that is otherwise complete. */

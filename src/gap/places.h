@@ -5,8 +5,8 @@
 
 #include "diagnose.h"
 
-/* Finds the places with the largest shares of the model's white squares on held-out cycles, largest
- * first. Returns their number. */
+/* Finds the places with the largest shares of the model's squared white residuals on held-out
+ * cycles, largest first. Returns their number. */
 int places_find(const struct diagnosis *d, const struct recording *recording, const struct params *model,
                 struct gap_place place[GAP_PLACES]);
 

@@ -268,7 +268,7 @@ static void add_rows(struct sums *sums, int gap_channel, const struct residual_t
         double noise = square(t->spectrum.noise[channel][leg]);
         left += (t->spectrum.cycles - 1) * square(t->spectrum.std[channel][leg][0]) + noise, left_over += noise;
     }
-    /* constants count fully, because both sides have the measured motion */
+    /* constants count fully, because the model has the measured motion, too */
     add(&sums->difference, gap_channel, left_over, 0.0);
     add(&sums->noise, gap_channel, left, 0.0);
     sums->variation[gap_channel] += residual_variation(t, channel, leg);

@@ -13,13 +13,13 @@
 #include "memory.h"
 #include "trials.h"
 
-/* A machine without hidden effects gives the luckiest of some forty effects a gain of 5 to 10 on
- * held-out cycles (make bench-gap). */
-static const double GAIN_MIN = 28.0;       /* least evidence for an effect, in white squares on
-                                            * fitted and held-out cycles together, after the
-                                            * parameters' penalty: odds of 5000 to one after the
-                                            * choice among some 250 hypotheses; z = 6 for one
-                                            * parameter */
+/* On a machine without hidden effects the best of some forty effects gains 5 to 10 on held-out
+ * cycles by chance (make bench-gap). */
+static const double GAIN_MIN = 28.0;       /* least evidence for an effect, in squared white
+                                            * residuals on fitted and held-out cycles together,
+                                            * after the parameters' penalty: odds of 5000 to one
+                                            * after the choice among some 250 hypotheses; z = 6 for
+                                            * one parameter */
 static const double UNCLEAR_GAIN = 144.0;  /* least evidence for a further effect that has rivals,
                                             * because an error of the laws may imitate any of them;
                                             * z = 12 */
@@ -29,17 +29,18 @@ static const double RIVAL_GAIN = 16.0;     /* a candidate that is behind the bes
                                             * evidence than this is no rival: odds of 3000 to one, z
                                             * = 4; the error of the law counts if it is larger */
 
-/* Most rounds of the search: twice as many as four effects need if each is added once, and judged
- * again beside those added later, without a replacement. */
+/* Most rounds of the search. Four effects need half of them if each is added once and judged again
+ * beside those added later, and none is replaced. */
 enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
 
 static double excess(double square, int values) { return fmax(square - values, 0.0); }
 
-/* z of a trial: square root of its gain in white squares on all cycles, less the penalty of the
- * priors. */
+/* z of a trial: square root of its gain in squared white residuals on all cycles, less the penalty
+ * of the priors. */
 static double likelihood(const struct diagnosis *d, const struct trial *t) { return sqrt(fmax(d->square - t->square + t->held_gain, 0.0)); }
 
-/* Possible error of a trial's evidence by its effect's law, in white squares over all cycles. */
+/* Possible error of a trial's evidence by its effect's law, in squared white residuals over all
+ * cycles. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
 /* Mean white square with a trial, at least 1; noise gives about 1. A remaining gap makes all
@@ -78,8 +79,8 @@ static double dry_friction(const struct params *model, double speed_mps) {
 }
 
 /* True if an effect of this model is a friction that mostly disappears where a leg surely slides.
- * The data do not show it, because a leg that may stick absorbs any error of the force balance,
- * such as a force sensor's. rest: the model without the effect. */
+ * The data do not show it, because the friction of a leg that may stick takes up any error of the
+ * force balance, such as a force sensor's. rest: the model without the effect. */
 static bool held_only(int effect, const struct params *model, const struct params *rest) {
     double sliding_mps = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
     if (!effect_table[effect]->leg_friction) return false;
@@ -268,8 +269,8 @@ struct revision {
     struct gap_effect effect;
     struct hypothesis hypothesis;
     struct params model;           /* model with the removed effect */
-    double square;                 /* sum of white squares, over all cycles, of the model with the
-                                    * removed effect, plus the effect's penalty */
+    double square;                 /* sum of squared white residuals, over all cycles, of the model
+                                    * with the removed effect, plus the effect's penalty */
 };
 
 /* Records that an effect was judged, or is about to be, beside all that are added. */

@@ -15,8 +15,8 @@
 enum { WIDTH = 3, BRANCHES = 5, SETS_MAX = 64, SIZES_MAX = 80 };
 
 /* Effort of the search: how many sets of a size are extended, by how many effects each, and how
- * often the search is repeated with a better reference. Six legs have so many equations that one
- * narrow search finds the effects; even so it takes a hundred times as long. */
+ * often the search is repeated with a better reference model (covariance.h). Six legs have so many
+ * equations that one narrow search finds the effects; even so it takes a hundred times as long. */
 struct effort {
     int width, branches, rounds;
 };
@@ -31,7 +31,7 @@ static const double WIDER = 10.0;       /* factor on the prior standard deviatio
 static const double OWN_SIZE = 3.0;     /* prior standard deviation of an axis's value, as a
                                          * multiple of the value that would make the gap alone */
 static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before a set is the
-                                         * reference */
+                                         * reference model */
 static const double UNLIKELY = 12.0;    /* a set of two or more effects is extended only if its log
                                          * evidence is less than this behind the best */
 static const double MORE = 3.0;         /* log of the odds, 20 to 1, by which a set must be ahead of
@@ -99,8 +99,8 @@ static void restore_noise(struct comparison *s) {
     memcpy(s->d->held_out.whitener, s->held_out.whitener, (size_t)s->held_out.residual->tests * sizeof *s->held_out.whitener);
 }
 
-/* Makes the diagnosis, whose whiteners contain noise alone, the reference of the covariance, and
- * adds the remainder to these whiteners. */
+/* Makes the model of the diagnosis, whose whiteners contain noise alone, the reference model of the
+ * covariance, and adds the remainder to these whiteners. */
 static void take_reference(struct comparison *s, double spread) {
     struct diagnosis *d = s->d;
     covariance_free(&s->covariance);
@@ -141,9 +141,9 @@ static void widen(struct diagnosis *d) {
 }
 
 /* Makes the priors of masses, frictions and springs of one axis OWN_SIZE times as wide as values
- * that would make the gap by themselves. The typical sizes are those of a platform: a joint of 0.1
- * N m would have to pay for a prior of a kilonewton with each effect, and a sensor's scale, which
- * is the same on all machines, would be cheaper than the mass. */
+ * that would make the gap by themselves. The typical sizes are those of a platform. For a joint of
+ * 0.1 N m a prior of a kilonewton would lower the evidence of each effect, and a sensor's scale,
+ * whose prior is the same on all machines, would then win against the mass. */
 static void scale_priors(const struct comparison *s, struct linearised *l) {
     if (!params_mechanism(s->d->given)->force_sensor) return;
     for (int i = 0; i < l->variables; i++) {
@@ -215,9 +215,9 @@ static bool acts(const struct set *s) {
     return all;
 }
 
-/* True if a parameter of a law's form, or a sensor's error, is at the end of its range. Either the
- * law has then become the law of another effect, which is its limiting case, or the fit has gone
- * astray; and a sensor is not as wrong as that. */
+/* True if a parameter of a law's form, or a sensor's error, is at the end of its range. Then the
+ * law has become that of its limiting case, which is another effect, or the fit has gone astray, or
+ * the sensor would be implausibly wrong. */
 static bool at_end(const struct set *s) {
     bool end = false;
     for (int i = 0; i < s->effects; i++)
@@ -458,8 +458,8 @@ static void add_statement(const struct comparison *s, struct gap_result *r, stru
     r->statement[r->statements++] = one;
 }
 
-/* Fills the statements: first the sure ones, an effect if it is sure, otherwise its family if that
- * is; then the likeliest others. Returns the number of sure ones. */
+/* Fills the statements: first the sure ones, which are an effect if it is sure, otherwise its
+ * family if the family is sure; then the likeliest others. Returns the number of sure ones. */
 static int state_all(const struct comparison *s, struct gap_result *r) {
     enum { LIKELIEST = 3 };
     struct gap_statement effect[EFFECTS_MAX], family[EFFECT_FAMILIES];
@@ -569,9 +569,9 @@ static int sensors_last(struct gap_result *r, int sure) {
 }
 
 /* Fits the sure statements. With one leg, errors of sensors and clocks are left out if a remainder
- * is left, unless they are all, or an effect is in doubt. Their laws are exact, so beside a
- * remainder they stand for something else, such as a damper's elastic mount. Returns the number of
- * statements that were fitted; 0 if the fit failed. */
+ * is left, unless there is no other statement, or an effect is in doubt. Their laws are exact, so
+ * beside a remainder they stand for something else, such as a damper's elastic mount. Returns the
+ * number of statements that were fitted; 0 if the fit failed. */
 static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct set *one) {
     if (!fit_sure(s, r, sure, one)) return 0;
     bool remainder = params_legs(s->d->given) == 1 && leaves(s, &s->d->model);
@@ -601,8 +601,8 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     return settled;
 }
 
-/* Takes the best set as the reference, and weighs all sets anew. Returns false without a set, or if
- * the model with the best one cannot be fitted. */
+/* Makes the model of the best set the reference model, and weighs all sets anew. Returns false
+ * without a set, or if the model with the best one cannot be fitted. */
 static bool better_reference(struct comparison *s) {
     restore_noise(s);
     if (!s->sets || !assume(s->d, &s->set[0])) return false;

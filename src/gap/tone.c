@@ -22,8 +22,8 @@ static const double TONE_POWER_ONE = 30.0;  /* least power of a tone with a sing
                                              * multiple of the power of white noise in a bin; the
                                              * strongest of 20,000 bins of noise has 10 */
 
-/* Fills `rest` with the samples of a channel less their mean cycle, constant and trend; bad samples
- * count as 0 before the trend is removed. */
+/* Fills `rest` with the samples of a channel less their mean cycle, constant and trend; refused
+ * samples count as 0 before the trend is removed. */
 static void leave_rest(const struct spectrum *s, const struct recording_test *t, enum channel channel, int leg, double *rest) {
     int n = t->end - t->first;
     double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, value[3];

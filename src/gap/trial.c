@@ -8,7 +8,8 @@
 
 static const double IDLE = 1e-6;         /* a strength of an effect does nothing if it changes the
                                           * sum of squares by less than this share */
-static const double DOUBTLESS_GAIN = 36.0; /* gain in white squares that is beyond doubt: z = 6 */
+static const double DOUBTLESS_GAIN = 36.0; /* gain in squared white residuals that is beyond doubt:
+                                            * z = 6 */
 static const double BEND = 0.1;          /* a law counts as proportional if its deviation from
                                           * proportionality is less than this share of the change
                                           * that the effect makes, both rms */
@@ -19,7 +20,7 @@ enum { SCREEN_ITERATIONS = 1, SCREEN_BENT = 3, TRIAL_ITERATIONS = 6, POLISH_ITER
 
 enum { WEAK, TYPICAL, STARTS = 7 };
 /* strengths at which a trial may start, as multiples of the typical strength. Several are tried,
- * because a limit acts always or never outside a range of strengths */
+ * because a limit, as of a rate, that acts always or never has no gradient */
 static const double start_strength[STARTS] = {[WEAK] = 0.1, [TYPICAL] = 1.0, -0.1, -1.0, 0.3, 10.0, -10.0};
 
 /* True if the effect is proportional to its strength, by the white residuals without the effect,
@@ -36,8 +37,8 @@ static bool in_proportion(int values, const double *without, const double *weak,
 /* The best start of a trial so far, among the possible ones. */
 struct start {
     struct params *model;
-    double square;      /* sum of white squares with the linear part at its optimum; HUGE_VAL: there
-                         * is no start yet */
+    double square;      /* sum of squared white residuals with the linear part at its optimum;
+                         * HUGE_VAL: there is no start yet */
     /* raw: raw residuals of the best start, NULL if they are not computed; other: work space for
      * the residuals of the next one */
     double *raw;

@@ -6,8 +6,8 @@
 #include "diagnose.h"
 #include "params.h"
 
-#define TRIAL_LEAST 4.0 /* a gain up to this, in white squares on fitted or held-out cycles, is
-                         * noise */
+#define TRIAL_LEAST 4.0 /* a gain up to this, in squared white residuals on fitted or held-out
+                         * cycles, is noise */
 #define TRIAL_KEPT 0.5  /* share of a gain that the held-out cycles must confirm; otherwise they
                          * contradict it */
 
@@ -15,7 +15,8 @@ struct trial {
     const struct hypothesis *hypothesis;
     bool ok;
     struct params model;                 /* the current model plus the hypothesis, as fitted */
-    double square, held_square;    /* sums of white squares of this model, as in struct diagnosis */
+    double square, held_square;    /* sums of squared white residuals of this model, as in struct
+                                    * diagnosis */
     double parameters;                   /* number of parameters that the data determine; the others
                                           * stay at their priors and explain nothing (effective
                                           * number of parameters, MacKay 1992) */
@@ -31,8 +32,8 @@ struct trial {
                         * linearly */
 };
 
-/* Evidence for a trial, which decides between candidates: its gains over all cycles, in white
- * squares. */
+/* Evidence for a trial, which decides between candidates: its gains over all cycles, in squared
+ * white residuals. */
 static inline double trial_evidence(const struct trial *t) { return t->gain + t->held_gain; }
 
 /* Gain on the fitted cycles without the penalty for parameters, for comparisons in which the
@@ -54,8 +55,8 @@ void trial_polish(const struct diagnosis *d, struct trial *t);
 
 /* True if the held-out cycles contradict the gain of a trial that is not polished, although the
  * gain on the fitted cycles is beyond doubt. The base of such a trial was moved linearly, but its
- * columns change with the effect: for example, a spring's force at rest is its stiffness times the
- * shift that the joints cause. */
+ * Jacobian changes with the effect. For example, a spring's force at rest is its stiffness times
+ * the shift that the joints cause. */
 bool trial_contradicted(const struct trial *t);
 
 /* Gain of a trial; 0 if it is contradicted, because its gain is not confirmed, and -HUGE_VAL if it

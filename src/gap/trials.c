@@ -167,9 +167,9 @@ static double shared_gain(const struct trial *trial, int count) {
 
 /* Polishes the finalists one after the other, each with all threads, and sorts all trials, the best
  * first. For each of the best few effects, finalists are the trial with the best choice of legs and
- * any trial whose gain is near that one's. A contradicted trial is a finalist if its gain exceeds
- * `worth` by more than twice shared_gain(), and if TRIAL_KEPT of its gain exceeds that of its
- * effect's first finalist. worth: gain above which trials were fitted further. */
+ * all trials whose gain is near that trial's. A contradicted trial is a finalist if its gain
+ * exceeds `worth` by more than twice shared_gain(), and if TRIAL_KEPT of its gain exceeds that of
+ * its effect's first finalist. worth: gain above which trials were fitted further. */
 static void finish(const struct diagnosis *d, double worth, struct trial *trial, int count) {
     struct trial *finalist = memory_get((size_t)count, sizeof *finalist);
     int effects = 0, finalists = 0, others = 0;
