@@ -57,7 +57,8 @@ static struct stick_coordinate at_rest(const struct closed_form *e, struct insta
     return c;
 }
 
-/* Holds the coordinates that have stopped. Returns their number. */
+/* Holds the coordinates that have stopped. Returns the number of those that were not held
+ * before. */
 static int arrest(struct closed_form *e) {
     int more = 0;
     for (int i = 0; i < e->sticks; i++) {

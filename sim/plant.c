@@ -144,8 +144,8 @@ static double rings_kg(const struct plant *plant, int leg) {
     return dt_s * (dt_s * ((play ? oil + machine_flank(m, leg) : 0.0) + seals) + (play ? drag : 0.0));
 }
 
-/* Refuses a leg whose moving mass is too small for the substeps: that of the rod, and without
- * backlash also a sixth of the payload. The engines are stable down to half the mass that is
+/* Refuses a leg whose moving mass is too small for the substeps. This is the mass of the rod and,
+ * without backlash, a sixth of the payload. The engines are stable down to half the mass that is
  * demanded. */
 static int rods_resolved(const struct plant *plant, struct error *error) {
     const struct machine *m = &plant->cylinder.machine;

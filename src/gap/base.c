@@ -30,7 +30,7 @@ struct base_entry {
 #define UNSTATED(tolerance) 0, tolerance, 0
 #define DIFFERENCE(tolerance, member) 0, tolerance, offsetof(struct params, member)
 
-/* Entries of every mechanism; its masses come before them. */
+/* Entries of every mechanism; the variables of its masses are listed before these. */
 static const struct base_entry entries[] = {
     {EACH(hydraulics.viscous_n_s_per_m), STATED(viscous), EQUATIONS_FORCE},
     {EACH(hydraulics.bulk_modulus_pa), STATED(bulk_modulus), EQUATIONS_PRESSURE},

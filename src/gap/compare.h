@@ -8,7 +8,7 @@
 
 struct gap_options;
 
-/* Checks whether the recorded loop can be closed again in simulation. Returns 0, or -2 with the
+/* Checks whether the recorded tests can be simulated in closed loop. Returns 0, or -2 with the
  * reason why not. */
 int compare_check(const struct params *params, const struct recording *measured, struct error *error);
 

@@ -3,7 +3,7 @@
  * has three parts of unknown size.
  *
  *   spread   differs from one repetition of the motion to the next; its spectrum, by channel and
- *            band of frequency, is that of the residuals under the reference (covariance_init)
+ *            band of frequency, is that of the reference model's residuals (covariance_init)
  *   repeats  is a smooth function of position and speed, on a single axis; it is the same in all
  *            pieces of a record that repeat a motion, so many pieces are no more evidence than one
  *   law      is a share of the contribution of each family of effects, as no law is exact

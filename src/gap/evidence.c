@@ -20,9 +20,9 @@ static void compress(const struct covariance *c, const double *from, const doubl
         if (c->evaluated[i]) to[n++] = from[i] * (scale ? sqrt(scale[i]) : 1.0);
 }
 
-/* 1 / standard deviation of a normal distribution whose highest density is the prior's density at
- * this value. The reciprocal of the value, such as a lag, has half a normal distribution, three
- * times as wide as its typical size, because such constants do not grow with the machine. */
+/* 1 / standard deviation of a normal distribution whose highest density equals the prior's density
+ * at this value. The prior of the value's reciprocal, such as a lag, is half a normal distribution,
+ * three times as wide as the typical size, because such constants do not grow with the machine. */
 static double reciprocal_density(const struct effect_key *k, double value) {
     double wide = 3.0 * fabs(1.0 / k->typical - 1.0 / k->neutral), off = (1.0 / value - 1.0 / k->neutral) / wide;
     return 2.0 * exp(-0.5 * off * off) / (wide * value * value);

@@ -31,7 +31,8 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
         const struct effect *e = effect_table[r->effect[i].effect];
         struct effect_values *values = &r->model.effects[r->effect[i].effect];
         *values = r->effect[i].values;
-        /* an effect of no strength also loses the other parameters of its law */
+        /* if the strength is zero, the parameters of the law's form get their neutral values,
+         * too */
         if (!effect_acts(e, values)) effect_at(e, 0.0, values);
     }
 }

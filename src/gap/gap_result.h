@@ -170,8 +170,8 @@ struct gap_result {
     double controller_difference;         /* rms part of the commands that the configured controller
                                            * does not reproduce, as a share of the rms of their
                                            * variation; NaN: not known */
-    double white_before, white_after;     /* mean white square on held-out cycles, without and with
-                                           * the effects found; noise gives 1 */
+    double white_before, white_after;     /* mean squared white residual on held-out cycles, without
+                                           * and with the effects found; noise gives 1 */
     bool matrices;                        /* the next three are valid: inertia matrices by method A,
                                            * as measured and as simulated */
     double measured_mt[DOFS][DOFS], before_mt[DOFS][DOFS], after_mt[DOFS][DOFS];
@@ -199,8 +199,8 @@ double gap_deviation(const struct gap_effect *effect, int key, int leg);
 const char *gap_statement_name(const struct gap_statement *statement);
 const char *gap_statement_level(const struct gap_statement *statement);
 
-/* Returns the family that the verdict states in place of an effect, "" if it states none; and the
- * verdict's probability, NaN if it was not computed. */
+/* Returns the family that the verdict states in place of an effect, "" if it states none.
+ * gap_certainty(): the verdict's probability, NaN if it was not computed. */
 const char *gap_family_name(const struct gap_result *result);
 double gap_certainty(const struct gap_result *result);
 

@@ -5,7 +5,8 @@
 
 #include "diagnose.h"
 
-/* Mean white square on held-out cycles above which more than noise is left. */
+/* Mean squared white residual on held-out cycles above which more than noise is left; noise gives
+ * about 1. */
 enum { LEFT_WHITE = 2 };
 
 /* Possible error of the laws of all effects, given or found, in squared white residuals over the

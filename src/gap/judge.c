@@ -21,8 +21,8 @@ static const double FLOORS_MAX = 2.0;      /* the result is refuted if the remai
                                             * LEFT_SHARE. A gap in simulation above both VISIBLE and
                                             * SHARE_MAX refutes it, too */
 static const double LEFT_MAX = 0.02;   /* a remaining gap refutes only if it exceeds this share of
-                                        * the measured variation; it decides where there is hardly
-                                        * any noise */
+                                        * the measured variation; this limit decides where there is
+                                        * hardly any noise */
 static const double LEFT_SHARE = 0.1;      /* a remaining gap refutes only above this share of the
                                             * squared gap; less may be an error of the model */
 static const double PARTLY_LEFT = 0.5;     /* largest share of the squared gap that partly_named may
@@ -144,14 +144,14 @@ static bool unknown(struct gap_result *r, const struct remainder *m) {
     return true;
 }
 
-/* Possible error of the weight on a single axis: twice its tolerance. */
+/* Possible error of the weight on a single axis, N: twice the tolerance of its mass. */
 static double weight_tolerance_n(const struct params *p) {
     return 2.0 * p->model.tolerance.mass * fabs(p->axis.mass_kg * p->axis.gravity_mps2);
 }
 
 /* Finds a dry friction (Coulomb or Dahl) that clearly differs between the directions, on a machine
- * whose leg may have an unknown constant force. It then looks like a symmetric friction beside that
- * force. Returns NULL if there is no such friction. */
+ * whose leg may have an unknown constant force. Such a friction looks like a symmetric one beside
+ * that force. Returns NULL if there is no such friction. */
 static const struct gap_effect *one_sided(const struct gap_result *r) {
     const struct params *p = &r->model;
     double weight_n = weight_tolerance_n(p);

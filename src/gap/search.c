@@ -27,7 +27,8 @@ static const double REMAINDER_SHARE = 0.2; /* share of the held-out excess over 
                                             * must explain */
 static const double RIVAL_GAIN = 16.0;     /* a candidate that is behind the best one by more
                                             * evidence than this is no rival: odds of 3000 to one, z
-                                            * = 4; the error of the law counts if it is larger */
+                                            * = 4; the error of the law is the limit if it is
+                                            * larger */
 
 /* Most rounds of the search. Four effects need half of them if each is added once and judged again
  * beside those added later, and none is replaced. */
@@ -43,8 +44,8 @@ static double likelihood(const struct diagnosis *d, const struct trial *t) { ret
  * cycles. */
 static double law_error(const struct trial *t) { return pow(effect_table[t->hypothesis->effect]->law_error, 2.0) * trial_evidence(t); }
 
-/* Mean white square with a trial, at least 1; noise gives about 1. A remaining gap makes all
- * evidence less certain. */
+/* Mean squared white residual with a trial, at least 1; noise gives about 1. A remaining gap makes
+ * all evidence less certain. */
 static double dispersion(const struct diagnosis *d, const struct trial *t) {
     return fmax((t->square + t->held_square) / (d->fit.evaluated + d->held_out.evaluated), 1.0);
 }

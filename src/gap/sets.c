@@ -29,11 +29,12 @@ static const double NEGLIGIBLE = 0.01;  /* an effect that is less probable than 
 static const double WIDER = 10.0;       /* factor on the prior standard deviations of the search,
                                          * because machines of other people may be of any size */
 static const double OWN_SIZE = 3.0;     /* prior standard deviation of an axis's value, as a
-                                         * multiple of the value that would make the gap alone */
+                                         * multiple of the value that would make the whole gap by
+                                         * itself */
 static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before a set is the
                                          * reference model */
 static const double UNLIKELY = 12.0;    /* a set of two or more effects is extended only if its log
-                                         * evidence is less than this behind the best */
+                                         * evidence is behind the best one's by less than this */
 static const double MORE = 3.0;         /* log of the odds, 20 to 1, by which a set must be ahead of
                                          * its limiting case to be preferred */
 static const double EMPIRICAL = 0.05;   /* least law_error of an effect that may leave a remainder
@@ -48,8 +49,8 @@ struct set {
     struct hypothesis hypothesis[GAP_EFFECTS];
     struct params model;
     struct linearised linear;
-    /* evidence: log evidence, as a mean over the sizes, plus log_prior; log_evidence: for each
-     * size, without log_prior; probability: among all sets that are kept */
+    /* evidence: log of the mean evidence over the sizes of the remainder, plus log_prior.
+     * log_evidence: at each size, without log_prior. probability: among all sets that are kept */
     double log_prior, evidence, probability;
     double log_evidence[SIZES_MAX];
 };
@@ -61,7 +62,8 @@ struct comparison {
     struct covariance covariance, held_covariance;
     double *variance;               /* [values]: variances of the whiteners in d, relative to those
                                      * of noise */
-    double gap;                     /* rms of the residuals without any effect, over the noise's */
+    double gap;                     /* rms of the residuals without any effect, in units of the
+                                     * noise */
     int sizes;
     struct covariance_size size[SIZES_MAX];
     double weight[SIZES_MAX];       /* probability of each size */

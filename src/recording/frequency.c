@@ -7,7 +7,7 @@
 #include "units.h"
 
 static const double OF_FREQUENCY = 0.5;  /* no other frequency is searched if more than this share
-                                          * of the variance is at the stated one */
+                                          * of the variance is at near_hz */
 static const double SEARCH_S = 10.0;     /* length of the part that is searched for a frequency,
                                           * because an hour would take too long; it is longer if
                                           * SEARCH_CYCLES cycles need more */

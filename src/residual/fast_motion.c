@@ -8,8 +8,8 @@
 static const double OF_PERIOD = 1.0 / 12.0, /* half-width of a node's window, as a share of the
                                              * series' shortest period */
     SAMPLES = 3.0,                          /* least half-width of a node's window, in samples */
-    NODES_APART = 0.25,                     /* distance of neighbouring nodes, as a share of that
-                                             * half-width */
+    NODES_APART = 0.25,                     /* distance of neighbouring nodes, as a share of the
+                                             * window's half-width */
     SPREAD_LEAST = 0.06; /* no node is fitted unless the variance of the samples' times, in squares
                           * of the half-width, exceeds this. The variance is 0.13 with samples on
                           * both sides, and 0.04 at a record's end, where a node would be off by

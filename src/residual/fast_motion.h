@@ -15,8 +15,8 @@ struct fast_motion {
     int nodes;                   /* number of nodes; 0: no fast motion */
     /* test time of the first node, and time from node to node */
     double first_s, step_s;
-    struct rods_motion *node;    /* [nodes]: value and slope at each: of a line fitted there, or of
-                                  * a cubic across a gap */
+    struct rods_motion *node;    /* [nodes]: value and slope at each node, from a line fitted there,
+                                  * or from a cubic across a gap */
 };
 
 /* Fits the fast motion from from_s to until_s. Cubics bridge gaps between good samples. False: no

@@ -114,8 +114,9 @@ double inverse_dynamics_direction(double value, double rate, double window_s) {
     return value / swing;
 }
 
-/* Returns the speed below which a leg may be held: below INVERSE_DYNAMICS_SLOW_MPS, if a reversal
- * is nearer than the harmonics can resolve, or if the speed is lost in its noise. */
+/* Returns the speed below which a leg may be held. It is the largest of INVERSE_DYNAMICS_SLOW_MPS,
+ * the speed that the leg reaches within resolution_s after a reversal, and SPEED_STDS times the
+ * speed's noise. */
 static double slow_mps(const struct inverse_dynamics *d, int leg, double acceleration) {
     return fmax(fmax(fabs(acceleration) * d->resolution_s, SPEED_STDS * d->speed_std_mps[leg]), INVERSE_DYNAMICS_SLOW_MPS);
 }

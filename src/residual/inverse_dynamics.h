@@ -23,8 +23,8 @@ struct inverse_dynamics {
     double window_s;            /* dry friction is averaged over this time about each instant,
                                  * because a reversal may fall between two instants */
     double speed_std_mps[LEGS]; /* standard deviations of the legs' measured speeds */
-    double force_std_n[LEGS];   /* standard deviation of each leg's friction as it follows from the
-                                 * balance of forces; 0 after init */
+    double force_std_n[LEGS];   /* standard deviation by noise of each leg's friction, where it is
+                                 * computed from the balance of forces; 0 after init */
     double resolution_s;        /* a quarter period of the motion's highest harmonic: the harmonics
                                  * do not resolve the motion within this time of a reversal, so a
                                  * leg may be held there. If it is 0, instants near a reversal are

@@ -17,7 +17,7 @@ enum quantity { LENGTH, RATE, ACCELERATION, SIGN, FORCE, QUANTITIES };
 enum { ALL = QUANTITIES * LEGS, BODY = 10, VISCOUS = BODY, DRY = VISCOUS + LEGS, UNKNOWNS = DRY + LEGS };
 enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
 
-/* Error of any model, as a share of the force's rms variation. */
+/* Least error that any model is assumed to have, as a share of the force's rms variation. */
 static const double FLOOR = 0.02;
 /* PRIOR: standard deviation of each of the payload's ten numbers, as a share of the configured
  * mass, moment or inertia. PRIOR_COST: rise of the unexplained share for each number that is off by
@@ -266,7 +266,7 @@ static double unexplained(const struct work *w, const struct leg_places *lengths
 static double apart(const double a[3], const double b[3]) { return sqrt(square(a[0] - b[0]) + square(a[1] - b[1]) + square(a[2] - b[2])); }
 
 /* True if the drawing with its legs in this order is the same up to a rotation or a reflection,
- * because all distances between its joints are the same. */
+ * that is, if all distances between its joints are the same. */
 static bool symmetric(const struct kinematics *k, const struct leg_places *order) {
     static const double same_m = 1e-4;
     for (int a = 0; a < LEGS; a++)
@@ -322,7 +322,7 @@ bool leg_order_of_drawing(const struct params *params, const double length_m[LEG
 
 /* Orders of both channels, and the share of the varying force that they leave unexplained. */
 struct candidate {
-    struct leg_places of[2]; /* of the lengths and of the forces */
+    struct leg_places of[2]; /* orders of the lengths and of the forces */
     double share;
 };
 
@@ -362,9 +362,9 @@ static enum target target_of(const struct candidate *c) {
     return leg_places_stated(&c->of[1]) ? OF_LENGTHS : leg_places_stated(&c->of[0]) ? OF_FORCES : OF_BOTH;
 }
 
-/* Writes the first order of each target that explains as much as the best one. A further such order
- * of a target is not listed: it is taken to differ by a symmetry of the machine, and the text says
- * that there are such orders. others: the machine has a symmetry. */
+/* Writes, for the lengths, the forces and both, the first order that explains as much as the best
+ * one. A further such order is not listed: it is taken to differ by a symmetry of the machine, and
+ * the text says that there are such orders. others: the machine has a symmetry. */
 static void describe_all(const struct candidate *c, int candidates, const char *force, double best, bool others,
                          char text[LEG_ORDER_TEXT]) {
     int named[TARGETS] = {0};
@@ -384,8 +384,8 @@ static void describe_all(const struct candidate *c, int candidates, const char *
     if (others) snprintf(text + used, LEG_ORDER_TEXT - used, ", or what a symmetry of the machine makes of it");
 }
 
-/* Rates the common orders of each target; for both channels it leaves out the symmetries of the
- * machine. Returns the number of candidates. */
+/* Rates the common orders, each applied to the lengths, to the forces and to both; to both it does
+ * not apply symmetries of the machine. Returns the number of candidates. */
 static int rate_common(const struct work *w, const struct kinematics *k, struct candidate *candidate) {
     struct leg_places order[LEG_PLACES_COMMON];
     int n = 0;
@@ -404,7 +404,7 @@ static double least_share(const struct candidate *c, int candidates, double leas
     return least;
 }
 
-/* Number of exchanges of two legs that lead to both orders. */
+/* Number of exchanges of two legs that make both orders from the stated one. */
 static int exchanges(const struct candidate *c) { return leg_places_exchanges(&c->of[0]) + leg_places_exchanges(&c->of[1]); }
 
 /* Replaces a candidate by one that explains more, or as much with fewer exchanges. */
@@ -412,8 +412,8 @@ static void prefer(struct candidate *best, const struct candidate *c) {
     if (explains_more(c, best) || (!explains_more(best, c) && exchanges(c) < exchanges(best))) *best = *c;
 }
 
-/* Rates all 720 orders of each target, from `order`, whose first `leg` places are settled, and
- * keeps the best of each. */
+/* Rates all 720 orders, starting from `order`, whose first `leg` places are settled, and keeps the
+ * best one for the lengths, the forces and both. */
 static void rate_all(const struct work *w, const struct leg_places *order, int leg, struct candidate best[TARGETS]) {
     const struct leg_places *stated = &best[OF_LENGTHS].of[1];
     if (leg == LEGS && leg_places_stated(order)) return;
@@ -428,9 +428,9 @@ static void rate_all(const struct work *w, const struct leg_places *order, int l
     }
 }
 
-/* Finds the best of all orders for each target. If none of them is decisive, lengths and forces may
- * be in two different orders, which are found from these by further exchanges. Returns the number
- * of candidates. */
+/* Finds the best of all orders for the lengths, the forces and both. If none of them is decisive,
+ * lengths and forces may be in two different orders, which are found from these by further
+ * exchanges. Returns the number of candidates. */
 static int rate_rare(const struct work *w, double decisive, struct candidate best[TARGETS]) {
     struct leg_places order[LEG_PLACES_COMMON];
     leg_places_common(order);

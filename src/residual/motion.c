@@ -19,8 +19,8 @@ static const double CYCLE = 0.5;          /* least amplitude of each cycle, as a
                                            * cycles' mean amplitude */
 static const double FREQUENCY = 0.1;      /* relative tolerance of the stated frequency: covers
                                            * errors of clock or typing, not another test */
-/* Lower limit of a segment's highest frequency; it makes segments of 3 s. Only segments that must
- * cover a long record are longer. */
+/* Lower limit of a segment's highest frequency, which makes the segment 3 s long. Only segments
+ * that must cover a long record are longer. */
 static const double BAND_LEAST_HZ = 2.75;
 static const double BAND_OF_RATE = 1.0 / 8.0; /* highest frequency of a segment, as a share of the
                                                * sampling rate: a segment then has more than
@@ -54,8 +54,8 @@ static const double TURN_LEAST = 0.5;     /* least change of speed that counts a
                                            * of the rms speed */
 static const double GAPS = 2.0;           /* a window of the periodogram is excluded if it lasts
                                            * longer than this times the time that its samples take
-                                           * without gaps: half of it is then gaps, across which no
-                                           * motion continues */
+                                           * without gaps: then half of it is gaps, and no motion
+                                           * continues across a gap */
 enum { PER_CYCLE = 16, SEGMENTS = 48, SEGMENTS_NEEDED = 6, SEGMENT = 1024, WINDOWS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
@@ -272,7 +272,7 @@ static double speed_of(const struct recording_test *t, int leg, double from_s, d
     return n > 1.0 && determinant > 0.0 ? (n * xy - x1 * y1) / determinant : (double)NAN;
 }
 
-/* True if the speed of a leg may change within one of the segment's gaps, more sharply than in a
+/* True if the speed of a leg may change more sharply within one of the segment's gaps than in a
  * motion of the mean frequency. The series bridges a gap only if the motion continues as before. */
 static bool hides_turn(const struct cut *c, const struct cut_segment *p, double omega, double speed) {
     const struct recording_test *t = c->test;

@@ -98,14 +98,14 @@ static double way_noise_m2(const struct play_motion *m, const struct instant at[
     return sum;
 }
 
-/* Share s, 0..1, with which the integrated path is used. far_m: distance that the rod goes. The
- * path follows the noise of the residuals: under white forces this lowers their sum of squares by
- * the share 2 s - 5/3 s^2, so that a joint without backlash would seem to have some. A rod that
- * crosses to the other flank raises the sum again: its straight path alone adds the share 0.27 r^2,
- * where r^2 is the mean square of a place in the backlash, half^2 / 3, divided by the noise's mean
- * square. With s rising from 0 at r = 1.2 to 1 at r = 2.4, a crossing adds more than following the
- * noise takes off. A rod that returns to its flank adds nothing, so its path must itself go that
- * far from the flank. */
+/* Share s, 0..1, with which the integrated path is used. far_m: how far the rod goes; half the
+ * backlash if it crosses. The path follows the noise of the residuals: if the noise of the forces
+ * is white, this lowers the residuals' sum of squares by the share 2 s - 5/3 s^2, so that a joint
+ * without backlash would seem to have some. A rod that crosses to the other flank raises the sum
+ * again: its straight path alone adds the share 0.27 r^2, where r^2 is the mean square of a place
+ * in the backlash, half^2 / 3, divided by the noise's mean square. With s rising from 0 at r = 1.2
+ * to 1 at r = 2.4, a crossing adds more than following the noise takes off. A rod that returns to
+ * its flank adds nothing, so its path must itself go that far from the flank. */
 static double seen(double noise_m2, double far_m) {
     double least_m = SEEN * sqrt(3.0 * noise_m2);
     return least_m > 0.0 ? fmin(fmax(far_m / least_m - 1.0, 0.0), 1.0) : 1.0;

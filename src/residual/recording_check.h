@@ -10,9 +10,9 @@ enum { RECORDING_CYCLES = 6 };
 
 /* Checks the last run; call it after each run. It settles the recording (recording_settle), sets
  * the tests' frequencies to the measured ones and cuts motions that are not steady sinusoids into
- * segments (motion_cut). 0, or -2 with the reason, for example: no test, too short, all zero, a
- * sensor that does not change or is clipped, lengths that no pose of this machine has, a leg's sign
- * wrong, two legs exchanged, or forces out of all proportion; -3: no memory. */
+ * segments (motion_cut). Returns 0, or -2 with the reason, for example: no test, too short, all
+ * zero, a sensor that does not change or is clipped, lengths that no pose of this machine has, a
+ * leg's sign wrong, two legs exchanged, or forces out of all proportion; -3: no memory. */
 int recording_check(struct recording *r, struct error *error);
 
 /* Marks those segments of the last run that are mostly noise (REFUSED_NOISE), so that residuals

@@ -20,8 +20,8 @@ static const double MOVED = 1e-3;
  * lengths lag by more than 45 degrees, or the explained part is noise. */
 static const double FOLLOWS = 0.5;
 /* Another drawing refutes the stated one if its unexplained share is less than DECISIVE times the
- * stated one's, and if the stated one's exceeds UNEXPLAINED, or MOST if not both planes move
- * (struct work). A loop may move the other axes by 10 %, which leaves 0.01 unexplained. */
+ * stated one's, and if the stated one's exceeds UNEXPLAINED, or MOST if work.planes is false. A
+ * loop may move the other axes by 10 %, which leaves 0.01 unexplained. */
 static const double UNEXPLAINED = 0.01, MOST = 0.5, DECISIVE = 0.25;
 /* Drawings cannot be distinguished from the best one if the share that they leave unexplained is at
  * most ALIKE times the best one's, plus SAME. */
@@ -221,8 +221,8 @@ static double find_explainable(struct work *w) {
     return sum;
 }
 
-/* True if the reference moves along two axes, and the motion along one is not that along the other
- * with a gain and a lag, as on a circle. */
+/* True if the reference moves along two axes independently: the motion along one is not the motion
+ * along the other with a gain and a lag, as it is on a circle. */
 static bool apart(const struct work *w, const bool moved[DOFS], int one, int other) {
     const double (*s)[REGRESSORS] = w->square;
     if (!moved[one] || !moved[other]) return false;
@@ -306,7 +306,8 @@ static void describe_signs(const bool against[DOFS], char *text, size_t size) {
     snprintf(text + used, size - (size_t)used, " %s wrong", count > 1 ? "are" : "is");
 }
 
-/* Appends "; or " unless the text is empty. Returns its end; left: room from there on. */
+/* Appends "; or " unless the text is empty. Returns the end of the text; left: room from there
+ * on. */
 static char *or_else(char text[REFERENCE_MATCH_TEXT], size_t *left) {
     size_t used = strlen(text);
     if (used) strncat(text, "; or ", REFERENCE_MATCH_TEXT - 1 - used);

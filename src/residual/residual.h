@@ -37,7 +37,8 @@ enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
 #define RESIDUAL_SETTLE_S 0.1 /* run-up of the simulated chambers. They start with the measured
                                * pressures, and have forgotten this start after 30 ms */
-double residual_margin_s(double segment_s); /* record that a segment needs on either side, s */
+double residual_margin_s(double segment_s); /* length of record that a segment needs on either side,
+                                             * s */
 double residual_gap_s(double segment_s, double step_s); /* longest time without a good sample that a
                                                          * segment may have, s */
 
@@ -115,8 +116,9 @@ struct residual_data {
     struct residual_test *test;
 };
 
-/* Makes the tables of each test from the cycles or segments of `which`. 0, -2 (fewer than two whole
- * cycles, or too many samples missing) or -3 (no memory). Call residual_free in any case. */
+/* Makes the tables of each test from the cycles or segments of `which`. Returns 0, -2 (fewer than
+ * two whole cycles, or too many samples missing) or -3 (no memory). Call residual_free in any
+ * case. */
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error);
 void residual_free(struct residual_data *d);
 

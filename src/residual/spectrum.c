@@ -116,7 +116,8 @@ static enum refusal fit_cycle(const struct spectrum *s, const struct recording_t
     return REFUSED_NOT;
 }
 
-/* The whole cycles of a test: those that are averaged from the front, the others from the end. */
+/* The whole cycles of a test. Those that are averaged are stored from the front of the arrays, the
+ * others from their end. */
 struct cycles_of_test {
     int averaged, all;
     double place[CYCLES_MAX]; /* number of the cycle */
@@ -277,7 +278,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
         }
 }
 
-/* Fits all whole cycles of the test. False: less than two are to be averaged. */
+/* Fits all whole cycles of the test. False: fewer than two are to be averaged. */
 static bool fit_cycles(const struct spectrum *s, const struct recording_test *t, enum cycles which, struct cycles_of_test *c,
                        spectrum_cycle *row) {
     double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t), period_s = 2.0 * PI / s->omega, one[SPECTRUM_SIZE];
