@@ -1,9 +1,9 @@
 /* Effects of the plant: properties of a real machine that the base model lacks. Each is one file in
- * sim/effects/, named after the effect; make collects them into effect_table, so that a new effect
- * is only a new file. The simulator applies them with either engine, and the gap workflow diagnoses
- * with them, so that the physics of an effect and its relations to others are written once. All
- * hooks are pure functions of their arguments, any thread, RT. Every effect is off until one of its
- * keys is set. */
+ * sim/effects/, named after the effect; make collects them into effect_table, so that adding an
+ * effect means adding one file. The simulator applies them with either engine, and `hexid gap`
+ * diagnoses with the same files, so that the physics of an effect and its relations to others are
+ * written once. All hooks are pure functions of their arguments, any thread, RT. Every effect is
+ * off until one of its keys is set. */
 #ifndef HEXID_EFFECT_H
 #define HEXID_EFFECT_H
 
@@ -23,8 +23,8 @@ struct effect_key {
                         * plainly, far from breaking the machine */
     bool per_leg;      /* the key may be a list of six values */
     bool shapes_law;   /* the key only shapes the law; another key sets the strength */
-    bool reciprocal;   /* the effect grows with the reciprocal of the value, as for a lowest
-                        * frequency or a softest oil */
+    bool reciprocal;   /* the effect grows with the reciprocal of the value, as for a lag's corner
+                        * frequency or the bulk modulus of oil with air */
 };
 
 /* Values of an effect's keys, value[key][leg]. All six values of a key are equal unless the
@@ -40,14 +40,14 @@ struct leg_motion {
                          * would move it */
     double speed_mps;   /* speed of the motion, >= 0 */
     double p1_pa, p2_pa;
-    double deflection;  /* deflection of the seals: -1 sliding in .. 1 sliding out; 0 without
-                         * seals */
+    double deflection;  /* deflection of the seals, relative to that at which they slide: -1
+                         * retracting .. 1 extending; 0 without seals */
     double a1_m2, a2_m2; /* piston areas, rodless and rod side */
 };
 
-/* Resistance to motion. The sums of the dry and of the viscous parts over all effects and the
- * configuration are >= 0. A body at rest stays at rest under any load up to the dry part; the
- * viscous part vanishes at rest. */
+/* Resistance to motion. Dry and viscous part are sums over all effects and the configuration, and
+ * each sum is >= 0. A body at rest stays at rest under any load up to the dry part; the viscous
+ * part vanishes at rest. */
 struct friction {
     double dry;     /* dry part: N along a leg, or N m about a joint's axis */
     double viscous; /* viscous part at this speed, in the unit of `dry`; not a coefficient */
@@ -61,11 +61,11 @@ struct effect_experiment {
     const struct effect *from; /* the other effect; NULL if `from_parameter` is set */
     const char *from_parameter; /* name of the base parameter, "axis.force_offset_n"; NULL if `from`
                                  * is set */
-    const char *record;        /* instructions for the measurement; options of `hexid run` are in
-                                * backquotes, and the new log is given to `hexid gap` with the same
-                                * --set */
-    const char *record_axis;   /* instructions for one axis, which hexid does not drive; NULL:
-                                * `record` applies */
+    const char *record;        /* instructions for the measurement, with the options of `hexid run`
+                                * in backquotes; `hexid gap` reads the new log with the same --set
+                                * options */
+    const char *record_axis;   /* instructions for a machine of one axis, which hexid does not
+                                * drive; NULL: `record` applies to it, too */
     const char *shows;         /* reason why the measurement tells them apart: "a delay's phase
                                 * grows with frequency" */
 };
@@ -96,7 +96,7 @@ struct effect {
     enum effect_family family;
     const char *plain;      /* everyday name of the effect: "a tilt of the base" */
     const char *law;        /* the effect's law in one line, with the formula */
-    const char *signature;  /* where the effect can be seen: channel, harmonic, feature */
+    const char *signature;  /* place where the data show the effect: channel, harmonic, feature */
     double law_error;       /* expected error of this law on a real machine, as a share of the
                              * effect's own contribution */
     bool one_axis;          /* hexid gap looks for the effect only if the machine has one axis */
@@ -109,8 +109,8 @@ struct effect {
      * names in src/gap/base.c and src/residual/systematic.c. hypothesis_parallel()
      * (src/gap/hypothesis.h) decides which of them are fitted beside the effect. */
     const char *parallel_to[EFFECT_TIES];
-    /* Limiting cases of this effect; a case that explains the data as well is preferred to the
-     * effect. */
+    /* Effects that are limiting cases of this one; if such a case explains the data as well, it is
+     * preferred. */
     const struct effect *contains[EFFECT_TIES];
     /* Experiments that distinguish this effect from others. An experiment for two effects stands in
      * the file of the one that was written later, so that a new effect changes no other file; if

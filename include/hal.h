@@ -15,9 +15,9 @@
 struct params;
 struct hal; /* each back-end embeds this as its first member */
 
-/* A back-end that loses its connection opens one of these again while the machine is driven:
- * nothing, internet sockets, its serial device, or its CAN socket after the interface was removed
- * and made again. */
+/* Device that a back-end opens again after it has lost its connection while the machine is driven:
+ * none, internet sockets, its serial device, or its CAN socket (after the interface was removed and
+ * created again). */
 enum hal_reopens { HAL_REOPENS_NOTHING, HAL_REOPENS_SOCKETS, HAL_REOPENS_SERIAL, HAL_REOPENS_CAN };
 
 struct hal_ops {

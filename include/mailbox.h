@@ -12,7 +12,8 @@ struct mailbox {
     _Atomic uint64_t word; /* the request's id in the upper half, its command in the lower */
 };
 
-/* Posts a request and returns its id. Gains of a COMMAND_SET are put into a gains_box before. */
+/* Posts a request and returns its id. Before a COMMAND_SET the caller puts the new gains into a
+ * gains_box. */
 static inline uint32_t mailbox_post(struct mailbox *m, enum command command) {
     uint64_t old = atomic_load_explicit(&m->word, memory_order_relaxed), next;
     do next = (((old >> 32) + 1) << 32) | (uint32_t)command;
@@ -26,9 +27,9 @@ static inline struct request mailbox_read(const struct mailbox *m) {
     return (struct request){.id = (uint32_t)(word >> 32), .command = (enum command)(word & 0xffffffffu)};
 }
 
-/* Gains from one writer thread to other threads: new ones to the loop, beside a mailbox, and
- * present ones from the loop. The version is odd during a write and changes with each, so that a
- * reader detects a mixture of two writes. */
+/* Passes gains from one writer thread to other threads: new gains to the loop, beside a mailbox, or
+ * the present gains from the loop. The version is odd during a write and changes with each write,
+ * so that a reader detects a mixture of two writes. */
 struct gains_box {
     _Atomic uint32_t version;
     _Atomic double value[LOOP_GAINS];

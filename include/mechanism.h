@@ -37,32 +37,34 @@ struct mechanism {
     /* Properties. */
     int legs;                  /* number of its legs, at most LEGS; if there is only one, texts name
                                 * no leg, and the names of CSV columns have no leg number */
-    int axes;                  /* number of axes of its reference, which are the first ones of
-                                * dof_names; of an effect with a key for each axis, only the keys of
-                                * these axes are used */
+    int axes;                  /* number of axes of its reference, the first ones of dof_names; if
+                                * an effect has a key for each axis, only the keys of these axes are
+                                * used */
     bool pose;                 /* its six legs carry a body on joints, so that their lengths
                                 * determine a pose of six axes; joints, inertias and geometry then
                                 * count. Without a pose, the length is the position on the axis */
-    bool default_machine;      /* the built-in configuration is of this mechanism; for another one,
-                                * diameters of cylinders count only if the configuration states
-                                * them */
-    bool force_sensor;         /* a force sensor may replace its pressures; the sensor has a lag
-                                * (axis.force_lag_s) and a constant error (axis.force_offset_n) */
-    bool short_strokes;        /* its strokes are so short that instants near a reversal may be left
-                                * out (inverse_dynamics.h, resolution_s) */
+    bool default_machine;      /* the built-in configuration describes this mechanism; for any other
+                                * mechanism, cylinder diameters count only if the configuration
+                                * states them */
+    bool force_sensor;         /* recordings may have a measured force in place of the pressures;
+                                * the force sensor has a lag (axis.force_lag_s) and a constant error
+                                * (axis.force_offset_n) */
+    bool short_strokes;        /* its strokes are so short that the evaluation may leave out
+                                * instants near a reversal (inverse_dynamics.h, resolution_s) */
     struct mechanism_mass masses[MECHANISM_MASSES];
     const char *csv_column;    /* CSV column that all recordings of this mechanism have, and no
                                 * others; NULL: there is no such column */
 
-    /* Refusals: the reason and the remedy; NULL: it does not refuse. */
+    /* Reason and remedy with which the mechanism refuses each of these uses; NULL: it does not
+     * refuse. */
     struct {
-        const char *run;       /* being driven by hexid; if refused, the controller of its
-                                * recordings is unknown */
+        const char *run;       /* to be driven by hexid; a mechanism that refuses this has
+                                * recordings of an unknown controller */
         const char *survey;    /* `run --survey` */
         const char *identify;  /* identification of an inertia matrix */
         const char *replay;    /* a simulation of the recorded tests in closed loop */
         const char *no_column; /* a CSV file without csv_column */
-        const char *axis;      /* a CSV file of a test of an axis that it does not have */
+        const char *axis;      /* a CSV file of a test on an axis that this mechanism lacks */
     } refuses;
 
     /* Words. */
@@ -81,8 +83,8 @@ struct mechanism {
      * to the legs' geometry if the mechanism has a pose. Returns false if no pose has these
      * lengths. */
     bool (*forces)(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, struct rigid_legs *legs, double force_n[LEGS]);
-    /* Finds the mass matrix in the space of the legs at neutral, kg: forces along the legs per
-     * acceleration of the legs. */
+    /* Finds the mass matrix in the space of the legs at neutral, kg: leg forces per leg
+     * acceleration. */
     void (*leg_mass)(const struct params *params, double lambda[LEGS][LEGS]);
 };
 

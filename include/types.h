@@ -19,8 +19,9 @@ extern const char *const dof_names[DOFS + 1]; /* names of the axes, ended by NUL
 enum {
     SAMPLE_STALE = 1u << 0,   /* no new sample since the cycle before: device_seq repeats or steps
                                * back */
-    SAMPLE_LATE = 1u << 1,    /* age too large, or time since the previous latching off the period,
-                               * by more than half a period */
+    SAMPLE_LATE = 1u << 1,    /* the sample is older than usual for the back-end, or the time since
+                               * the previous latching differs from the period, by more than half a
+                               * period */
     SAMPLE_DROPPED = 1u << 2, /* one or more samples between the last one and this one are
                                * missing */
     SAMPLE_INVALID = 1u << 3, /* a value is not finite or implausible, a device reports an error, or

@@ -2,9 +2,9 @@
 #ifndef HEXID_PARAMS_CHECKS_H
 #define HEXID_PARAMS_CHECKS_H
 
-struct check_params { /* limits in percent unless the name has a unit; a verdict beyond one of them
-                       * is fail. amplitude_pct, unwanted_pct and symmetry_pct count only where
-                       * methods A and B are judged */
+struct check_params { /* limits in percent unless the name has a unit; a run beyond one of them has
+                       * the verdict fail. amplitude_pct, unwanted_pct and symmetry_pct count only
+                       * where methods A and B are judged */
     double amplitude_pct; /* difference between achieved and commanded amplitude, as a share of the
                            * commanded one */
     double unwanted_pct;         /* motion of another axis in a test, as a share of that axis's own
@@ -15,13 +15,14 @@ struct check_params { /* limits in percent unless the name has a unit; a verdict
                                    * periods of a test */
     double reference_off_m;       /* mean deviation of a leg's length from its reference in a test,
                                    * either sign */
-    double force_wander_n;        /* largest change, between periods of a test, of the mean or the
-                                   * fundamental of a leg's force; of the mean also between tests */
+    double force_wander_n;        /* largest change of the mean or the fundamental of a leg's force
+                                   * between periods of a test, and of the mean also between
+                                   * tests */
     double period_s;             /* longest loop.period_s; the steps of a slower command distort the
                                   * matrix */
-    double symmetry_pct;       /* |Mt - Mt'| divided by the root of the product of the diagonal
-                                * entries; the same of the difference from method C's matrix where
-                                * method C passes */
+    double symmetry_pct;       /* largest |Mt - Mt'| of an entry, divided by the root of the product
+                                * of its two diagonal entries; where method C passes, the same limit
+                                * applies to the difference from its matrix */
 };
 
 #endif

@@ -12,8 +12,8 @@ struct control_params {           /* gains of the controller; src/core/pid.h has
                                    * part: 1/m, 1/(m s), s/m */
     double modal;                 /* exponent, 0 to 1, by which kp, ki and kd grow with a mode's
                                    * frequency (src/core/modal.h) */
-    double kff;                   /* gain of the reference's leg rate, s/m */
-    double kpf;                   /* gain of the high-passed leg force, 1/N */
+    double kff;                   /* feed-forward gain of the leg's reference rate, s/m */
+    double kpf;                   /* feedback gain of the high-passed leg force, 1/N */
     double tf, tp;                /* time constants of the filters of derivative and force, s */
     double integral_limit;        /* largest integral part, as a share of full opening */
     double output_limit;          /* largest output, as a share of full opening */

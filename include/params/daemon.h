@@ -8,7 +8,7 @@
 #include "params/text.h"
 
 struct security_params {
-    bool confine;                 /* take rights in the system from the running daemon
+    bool confine;                 /* restrict the system calls of the running daemon
                                    * (src/rt/confine.h) */
 };
 

@@ -22,8 +22,8 @@ struct geometry_params {          /* geometry of the legs' joints, Tian 2015 Tab
      * down. */
     struct leg_vectors upper, lower; /* positions of the joints, m; if not given, they are on a
                                       * circle, by the radii and angles above */
-    struct leg_vectors upper_axis, lower_axis; /* direction of each universal joint's first axis,
-                                                * the one that is fixed in platform or base, of any
+    struct leg_vectors upper_axis, lower_axis; /* direction of each universal joint's axis that is
+                                                * fixed in platform or base, as a vector of any
                                                 * length; if not given, the axis is level and
                                                 * tangential to the joint circle */
 };

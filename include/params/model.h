@@ -2,8 +2,9 @@
 #ifndef HEXID_PARAMS_MODEL_H
 #define HEXID_PARAMS_MODEL_H
 
-struct tolerance_params {         /* deviations of the model's parameters up to which hexid gap
-                                   * reports no finding; relative unless the name has a unit */
+struct tolerance_params {         /* deviations of the model's parameters up to which `hexid gap`
+                                   * reports no finding; relative to the parameter unless the name
+                                   * has a unit */
     double mass;                  /* tolerance of every mass and inertia */
     double viscous, bulk_modulus, leakage, valve_gain;
     double rigidity;              /* standard deviation of the payload's departure from one rigid

@@ -13,9 +13,11 @@ struct qualify_params {
     double rest_mps2;                      /* rms acceleration at rest, 0.2 to 20 Hz */
     double turn_around_mps2;
     double threshold_m, hysteresis_m, dead_s;
-    double balance_pct;                    /* largest difference of a leg from the legs' mean */
+    double balance_pct;                    /* largest difference of a leg's response (amplitude and
+                                            * phase) from the mean of all legs */
     double excursion_m, rate_mps, accel_mps2; /* least values that every axis must reach */
-    double repeat_mps2;                    /* difference from the baseline, as an acceleration */
+    double repeat_mps2;                    /* difference of a tone from the baseline measurement, as
+                                            * an acceleration */
 };
 
 #endif

@@ -6,10 +6,11 @@ enum engine_kind { ENGINE_ODE, ENGINE_CLOSED_FORM };
 
 struct sim_params {
     enum engine_kind engine;
-    int substeps;                 /* integration steps per cycle; one is at most 0.25 ms long */
-    double base_hz, base_mass_kg; /* natural frequency of the base on its springs, and its mass
-                                   * (sim/surroundings.h); 0 Hz: the base is rigid; ENGINE_ODE
-                                   * only */
+    int substeps;                 /* integration steps per cycle; each must be at most 0.25 ms
+                                   * long */
+    double base_hz, base_mass_kg; /* natural frequency of the base and all that moves on the base's
+                                   * springs, and mass of the base (sim/surroundings.h); 0 Hz: the
+                                   * base is rigid; ENGINE_ODE only */
     double ripple_pa, ripple_hz;  /* amplitude and frequency of the pump's pressure ripple;
                                    * ENGINE_ODE only */
     double smooth_friction_mps;   /* speed v0 of a friction without stick, F tanh(v / v0), in the
