@@ -1,41 +1,43 @@
 /* The blind time of a configuration: the longest time that the machine can move without a working
  * controller, from the moment at which the controller dies or loses its inputs until the valves are
- * centred. Single failures are assumed; consequences of the failure count, independent further
- * failures do not. Symbols:
+ * centred. One failure is assumed: its consequences count, a second independent failure does not.
+ * Symbols:
  *
  *     T  loop.period_s          A  limits.sensor_age_s     B  limits.bad_cycles
  *     N  loop.overrun_limit     W  device.watchdog_s
  *     t  1 ms: interval at which a device checks its watchdog
  *
- * Transport. A command may be under way for A. CAN: command, SYNC and readings travel together, and
- * readings older than A are faults (platform.c, judge_common()). Modbus: a command that has waited
- * for A is not sent (modbus.c, due_command()), and no answer is waited for longer (timeout_s()).
+ * Transport. A command takes at most A to arrive. CAN: command, SYNC and readings travel together,
+ * and readings older than A are faults (platform.c, judge_common()). Modbus: hexid does not send a
+ * command that has waited for A (modbus.c, due_command()), and waits for an answer no longer than A
+ * (timeout_s()).
  *
  * dead: the daemon is killed or stopped. Its last command reaches the device within A; the device
- * holds it for W (can_node.c, expired(); device.c, centre_ns) and checks every t.
+ * holds that command for W (can_node.c, expired(); device.c, centre_ns) and checks W every t.
  *     A + W + t
  *
- * deaf: readings no longer come, but commands still go. The last readings are used until they are
- * older than A; then the command is held for B cycles (supervisor_judge()) and the valves are
- * centred (loop_cycle() calls the back-end's safe()) by a command that is under way for A. The age
- * is checked once a cycle.
+ * deaf: readings no longer arrive, but commands are still sent. The last readings are used until
+ * they are older than A; then the command is held for B cycles (supervisor_judge()), and the valves
+ * are centred (loop_cycle() calls the back-end's safe()) by a command that takes up to A to arrive.
+ * The age is checked once a cycle.
  *     A + (B + 1) T + A
  * Commands that cannot be written count as bad samples at once (loop.c, unwritten), and the valves
  * are then centred no later than in "dead".
  *
  * late: the loop stops for a while and comes back. After up to N - 1 deadlines missed in a row it
- * goes on, and the command jumps; the Nth is a fault in its first cycle (platform.c,
- * count_overruns()). That cycle's command is under way for A. The device's watchdog may be shorter,
- * but is not counted, since the returning loop does not know that it has expired.
+ * continues, and its command jumps; with N it finds a fault in the first cycle after the stop
+ * (platform.c, count_overruns()). That cycle's command takes up to A to arrive. The device's
+ * watchdog may be shorter, but is not counted, because the returning loop does not know whether it
+ * has expired.
  *     (N + 1) T + A
  *
- * mute: CAN only. Commands of some legs do not arrive. Their nodes centre after W and report it
- * (EMCY) within t; the following samples are bad, and the other legs are centred after B cycles,
- * effective with the next SYNC.
+ * mute: CAN only. Commands of some legs do not arrive. The nodes of these legs centre their valves
+ * after W and report it (EMCY) within t. From then on samples are bad, and the other legs are
+ * centred after B cycles, with effect from the next SYNC.
  *     W + t + (B + 2) T
  *
- * can.heartbeat_s is in none of the sums: a lost node or daemon is noticed by its missing PDOs
- * first. */
+ * can.heartbeat_s is in none of the sums: missing PDOs show earlier than missing heartbeats that a
+ * node or daemon is lost. */
 #ifndef HEXID_BLIND_TIME_H
 #define HEXID_BLIND_TIME_H
 

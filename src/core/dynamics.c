@@ -5,9 +5,9 @@
 #include "lin.h"
 #include "params.h"
 
-static const double LEAST_PIVOT = 1e-3; /* smallest pivot of J in elimination, angles in units of
-                                         * 1/arm_m; 0.2 or more in the workspaces of the shipped
-                                         * machines */
+static const double LEAST_PIVOT = 1e-3; /* smallest pivot of J that counts as regular, angles in
+                                         * units of 1/arm_m; the shipped machines have 0.2 or more
+                                         * in their workspaces */
 
 void dynamics_init(struct dynamics *d, const struct params *params, const struct kinematics *kinematics) {
     const struct actuator_params *a = &params->actuator;
@@ -41,14 +41,14 @@ static inline void add_cross(const double a[3], const double b[3], double sum[3]
     sum[2] += a[0] * b[1] - a[1] * b[0];
 }
 
-/* The platform as a rigid body: attitude, angular rate w and its derivative, in {B}. */
+/* Rotation of the platform: attitude, angular rate w and its derivative, in {B}. */
 struct turn {
     double t[3][3], rate[3], accel[3];
 };
 
-/* Computes attitude, rate and acceleration. With e1 = T x, e2 = Rz y and z the axes of the angles'
- * rates: w = phi' e1 + theta' e2 + psi' z, and e1' = (theta' e2 + psi' z) x e1, e2' = psi' z x
- * e2. */
+/* Computes attitude, rate and acceleration. The rates of phi, theta and psi act about the axes e1 =
+ * T x, e2 = Rz y and z: w = phi' e1 + theta' e2 + psi' z, and e1' = (theta' e2 + psi' z) x e1, e2'
+ * = psi' z x e2. */
 static void turn_of(double motion[MOTION_ORDERS][DOFS], struct turn *w) {
     const double *b = &motion[MOTION_POSE][3], *rate = &motion[MOTION_RATE][3], *accel = &motion[MOTION_ACCEL][3];
     double sine, cosine;
@@ -95,9 +95,9 @@ static void platform_wrench(const struct dynamics *d, double motion[MOTION_ORDER
     for (int i = 0; i < DOFS; i++) wrench[i] -= springs[i];
 }
 
-/* Adds leg i. row: set to its row of J. wrench: gains the force across the leg that swings it, with
- * the moment of this force. course: set to the leg's length, rate and acceleration, and to the
- * force along the leg that its own rod needs. v is L', square is |n'|^2. */
+/* Adds leg i. row: set to its row of J. wrench: the force across the leg that makes it swing is
+ * added, with its moment. course: set to the leg's length, rate and acceleration, and to the force
+ * along the leg that its own rod needs. v is L', square is |n'|^2. */
 static void add_leg(const struct dynamics *d, int i, double motion[MOTION_ORDERS][DOFS], const struct turn *w, double row[DOFS],
                     double wrench[DOFS], struct leg_course *course) {
     const double *a = d->kinematics->upper[i], *b = d->kinematics->lower[i];

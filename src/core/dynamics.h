@@ -1,8 +1,9 @@
 /* Inverse dynamics of platform and legs over the whole workspace: leg forces that a motion needs,
- * without friction. Newton and Euler for the platform, the legs' equations from their kinetic
- * energy. Constants are those of the machine with its effects (sim/machine.h), such as a payload's
- * mass and centre, a tilt, or springs on the platform; the joints are the configured ones. This
- * module shares no equation of motion with sim/ and src/residual. Pure, RT, no heap.
+ * without friction. The platform has the Newton-Euler equations; the legs' equations follow from
+ * their kinetic energy. The constants include the configured effects (sim/machine.h), such as a
+ * payload's mass and centre, a tilt, or springs on the platform; the joints are at their configured
+ * positions. This module shares no equation of motion with sim/ and src/residual. Pure, RT, no
+ * heap.
  *
  *  symbol    meaning                                                 unit    frame
  *  c, w      origin of {M}; angular rate                             m, 1/s  {B}
@@ -20,7 +21,8 @@
  *     J' h = [p - F + sum R;  I w' + w x I w + s x p - M + sum q x R]
  *     f    = h + ma (L'' - (L-ra) |n'|^2 - g n.z)
  *
- * h is the force on the platform along the leg, f that of the oil less friction; z points down. */
+ * h is the force on the platform along the leg, f the force of the oil less friction, z the unit
+ * vector down. */
 #ifndef HEXID_DYNAMICS_H
 #define HEXID_DYNAMICS_H
 
@@ -33,15 +35,15 @@ struct dynamics {
     double mass_kg, gravity_mps2[3]; /* g z, in {B} */
     double inertia_kg_m2[3][3];      /* payload's, about its mass centre, axes of {M} */
     double center_m[3];              /* payload's mass centre in {M} */
-    struct active wrench;            /* effects that push the platform */
+    struct active wrench;            /* effects that exert a wrench on the platform */
     struct {
         double rod_kg, rod_center_m;    /* ma, ra */
         double moment_kg_m;             /* mb rb */
-        double inertia_kg_m2;           /* mb rb^2 + ia + ib, with what effects add */
+        double inertia_kg_m2;           /* mb rb^2 + ia + ib, plus the effects' additions */
     } leg[LEGS];
 };
 
-/* Motion of the legs, and the force of the oil less friction that it needs. */
+/* Motion of the legs, and the force (of the oil less friction) that this motion needs. */
 struct leg_course {
     double length_m[LEGS], rate_mps[LEGS], accel_mps2[LEGS], force_n[LEGS];
 };
@@ -49,13 +51,13 @@ struct leg_course {
 /* Prepares the constants; params and kinematics must outlive them. */
 void dynamics_init(struct dynamics *d, const struct params *params, const struct kinematics *kinematics);
 
-/* Computes the legs' course in a motion of the pose (up to its accelerations). Returns false if the
- * legs do not determine the platform in this pose (singular), or if a number is not finite. */
+/* Computes the motion and force of the legs from pose, rates and accelerations. Returns false if
+ * the legs do not determine the platform in this pose (singular), or if a number is not finite. */
 bool dynamics_solve(const struct dynamics *d, double motion[MOTION_ORDERS][DOFS], struct leg_course *course);
 
-/* Finds the inertia of platform and legs in leg coordinates at neutral: force of leg [i] for an
- * acceleration of leg [j], kg. Returns false if the legs do not determine the platform there, or a
- * number is not finite. Not RT. */
+/* Finds the inertia matrix of platform and legs at neutral in leg coordinates, kg: element [i][j]
+ * is the force of leg i per acceleration of leg j. Returns false if the legs do not determine the
+ * platform there, or a number is not finite. Not RT. */
 bool dynamics_inertia(const struct params *params, const struct kinematics *kinematics, double inertia[LEGS][LEGS]);
 
 #endif

@@ -14,7 +14,7 @@
 enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 
 struct failure {
-    uint32_t fault;       /* one of FAULT_...; 0: the supervisor does not detect this failure */
+    uint32_t fault;       /* one of FAULT_...; 0: this failure is no fault of the supervisor */
     const char *name;     /* fault's name or words, as the operator sees them */
     const char *what;     /* the failure in words */
     const char *detected; /* check that detects the failure */
@@ -23,13 +23,14 @@ struct failure {
     const char *platform; /* the platform's reaction in words */
     const char *cause;    /* likely causes of the failure */
     const char *remedy;   /* steps before the platform may move again */
-    const char *least_key, *most_key; /* keys of the fault's limits; NULL: no such limit */
+    const char *least_key, *most_key; /* configuration keys of the fault's lower and upper limit;
+                                       * NULL: there is no such limit */
     const char *unit;     /* unit of the measured value in messages; NULL: nothing is measured */
     double per_si;        /* factor that converts SI to that unit */
 };
 
-/* Table of failures, ended by a row without a name. Faults come first, and causes come before the
- * consequences that are seen in the same cycle. */
+/* Table of failures, ended by a row without a name. Rows with a fault come first. A cause comes
+ * before its consequences, because several faults of one cycle are named by their first row. */
 extern const struct failure failure_table[];
 
 /* Returns the first row with one of these faults; NULL if there is none. */
@@ -46,8 +47,9 @@ uint32_t failures_with(enum reaction reaction, uint32_t faults);
 enum { FAULT_TEXT_SIZE = 64 };
 void fault_describe(uint32_t first_fault, uint32_t faults, char text[FAULT_TEXT_SIZE]);
 
-/* Writes the measured value and its limit, as "12.4 mm, limit 10 mm (limits.following_m)"; for a
- * contradiction of inputs their names; or "" if nothing was measured. Returns text. */
+/* Writes the measured value and its limit, as "12.4 mm, limit 10 mm (limits.following_m)"; for
+ * contacts that contradict each other the names of the inputs; "" if nothing was measured. Returns
+ * text. */
 enum { FAULT_MEASURE_SIZE = 144 };
 const char *fault_measured(uint32_t first_fault, const struct fault_measure *measure, char text[FAULT_MEASURE_SIZE]);
 

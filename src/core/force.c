@@ -3,7 +3,7 @@
 #include "params.h"
 #include "units.h"
 
-/* control.kpf is reduced where the oil is stiffer than this times its stiffness at neutral. All
+/* Stiffness of the oil, as a multiple of that at neutral, above which control.kpf is reduced. All
  * tests of the shipped machines stay below it. */
 static const double stiffer_most = 1.5;
 

@@ -1,5 +1,5 @@
 /* Leg forces from pressures: f = A1 P1 - A2 P2, positive if it pushes the platform away from the
- * base; and the stiffness of the oil. Pure, RT. */
+ * base; and the cut of the force feedback where the oil is stiff. Pure, RT. */
 #ifndef HEXID_FORCE_H
 #define HEXID_FORCE_H
 
@@ -23,9 +23,9 @@ static inline double leg_force(const struct cylinder_areas *a, int leg, double p
  * proportion. */
 struct oil_column {
     double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
-    double least_m, most_m;        /* leg lengths at the end stops */
-    double most_stiff_per_m;       /* kpf is reduced where stiffness over bulk modulus exceeds this;
-                                    * in m */
+    double least_m, most_m;        /* leg lengths at the two end stops */
+    double most_stiff_per_m;       /* kpf is reduced where the oil's stiffness, divided by its bulk
+                                    * modulus, exceeds this, m */
 };
 void oil_columns_init(struct oil_column column[LEGS], const struct params *params, const struct kinematics *k);
 

@@ -1,8 +1,8 @@
-/* The controller's gains that may be changed while it runs, and by how much at once. SAFETY: a
- * change is of a factor of 1.4 at most, half of a margin of 6 dB, so that neither a slip of the
- * hand nor a client that computes nothing makes another controller at once; a gain that is 0 stays
- * 0, and none becomes 0. Whether the loop is stable with the new gains is for the client to compute
- * before it asks (src/cli/command_set.h). Pure, RT. */
+/* Gains of the controller that may be changed while it runs, and the limits of one change. SAFETY:
+ * one change multiplies or divides a gain by 1.4 at most, half of a margin of 6 dB, so that neither
+ * a typing error nor a client that computes nothing changes the controller much at once; a gain
+ * that is 0 stays 0, and none becomes 0. The client computes whether the loop is stable with the
+ * new gains before it asks (src/cli/command_set.h). Pure, RT. */
 #ifndef HEXID_GAINS_H
 #define HEXID_GAINS_H
 
@@ -11,7 +11,7 @@
 
 enum { GAIN_KP, GAIN_KI, GAIN_KD, GAIN_KFF, GAIN_KPF };
 
-#define GAINS_FACTOR 1.4 /* largest factor of a change: half of a margin of 6 dB */
+#define GAINS_FACTOR 1.4 /* largest factor of one change: 3 dB, half of a gain margin of 6 dB */
 #define GAINS_REST_S 1.0 /* shortest time between two changes */
 
 /* Configuration keys of the gains, and the largest value of each, as in the key table. */
@@ -22,8 +22,8 @@ struct gains gains_of(const struct control_params *control);
 void gains_apply(const struct gains *gains, struct control_params *control);
 bool gains_equal(const struct gains *a, const struct gains *b);
 
-/* Returns the index GAIN_... of the first gain that must not change from `from` to `to` in one
- * step, by its range or by its factor; LOOP_GAINS if all may. NaN is refused. */
+/* Returns the index GAIN_... of the first gain whose change from `from` to `to` is refused, because
+ * of its range or its factor; LOOP_GAINS if none is refused. NaN is refused. */
 int gains_refused(const struct gains *from, const struct gains *to);
 
 #endif

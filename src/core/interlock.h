@@ -1,5 +1,5 @@
-/* The machine's digital inputs: which must be closed, their names, and the fault that an open
- * one causes. Pure, RT. */
+/* The machine's digital inputs: which of them must be closed, their names, and the fault that an
+ * open input causes. Pure, RT. */
 #ifndef HEXID_INTERLOCK_H
 #define HEXID_INTERLOCK_H
 
@@ -35,22 +35,24 @@ uint32_t interlock_bits(const struct interlock_params *p, uint32_t closed);
 /* Reads the inputs from bits 0..7; without p->antivalent bits 4..7 are ignored. */
 struct interlock_reading interlock_read(const struct interlock_params *p, uint32_t bits);
 
-/* Number of cycles in a row in which each input has contradicted itself. */
+/* Number of cycles in a row in which the two contacts of each input have contradicted each
+ * other. */
 struct interlock_watch {
     int64_t cycles[INPUTS];
 };
 
-/* Counts a cycle in which these inputs (INPUT_...) contradict themselves. Returns the wired inputs
- * that have contradicted themselves for longer than p->discrepancy_s; shorter contradictions are
- * normal, because contacts do not switch at the same instant. */
+/* Counts a cycle in which the two contacts of these inputs (INPUT_...) contradict each other.
+ * Returns the wired inputs whose contacts have done so for longer than p->discrepancy_s; shorter
+ * contradictions are normal, because contacts do not switch at the same instant. */
 uint32_t interlock_contradicts(struct interlock_watch *w, const struct interlock_params *p, uint32_t contradicted, double period_s);
 
 /* Returns the bits INPUT_... of the wired inputs. */
 uint32_t interlock_wired(const struct interlock_params *p);
 
-/* Returns the wired inputs that are open; INPUT_SUPPLY only while the supply is on (`powered`).
- * inputs: the closed ones. SAFETY: while the supply is off, pressure sets INPUT_LINGERS if pressure
- * switch and supply output are wired: a relay is welded, or the dump valve is stuck. */
+/* Returns the wired inputs that are open; INPUT_SUPPLY counts only while the supply is on
+ * (`powered`). inputs: the closed ones. SAFETY: while the supply is off, pressure adds
+ * INPUT_LINGERS if pressure switch and supply output are wired, because then a relay is welded or
+ * the dump valve is stuck. */
 uint32_t interlock_wrong(const struct interlock_params *p, bool powered, uint32_t inputs);
 
 /* Returns true if any input or output is wired, so that there is a device to talk to. */
@@ -65,8 +67,8 @@ const char *interlock_why(uint32_t wrong);
 /* Lists inputs by name: "emergency stop, door". */
 void interlock_names(uint32_t inputs, char *text, size_t size);
 
-/* Lists wired and missing inputs, and the supply output among them: "emergency stop, door; NOT
- * WIRED, so not watched: enable switch". Returns true if all are wired. */
+/* Lists wired and missing inputs, and likewise the supply output: "emergency stop, door; NOT WIRED,
+ * so not watched: enable switch". Returns true if all are wired. */
 bool interlock_describe(const struct interlock_params *p, char *text, size_t size);
 
 #endif

@@ -15,16 +15,17 @@
  *  E       angular velocity = E [phi theta psi]dot     -     {B} */
 
 static const double tolerance_m = 1e-13;
-static const double last_step_m = 1e-7; /* Newton step after which the remaining error (about its
-                                         * square over arm_m) is below the tolerance */
+static const double last_step_m = 1e-7; /* length of a Newton step below which the error after it
+                                         * (about the step squared over arm_m) is below the
+                                         * tolerance */
 
-static const double LEG_THIN = 0.01;   /* two legs collide if their axes come nearer than this share
-                                        * of the shorter leg's neutral length, as no leg is
-                                        * thinner */
-static const double LEG_MIDDLE = 0.45; /* share of a leg's length on either side of its middle
-                                        * that counts for collisions */
+static const double LEG_THIN = 0.01;   /* two legs collide if their centre lines come nearer than
+                                        * this share of the shorter leg's neutral length; no leg is
+                                        * thinner than that */
+static const double LEG_MIDDLE = 0.45; /* part of a leg that counts for collisions, on either side
+                                        * of its middle, as a share of its length */
 /* Sine of the smallest angle between a joint's axis and its leg at neutral. The angle is 20
- * degrees, because a leg swings by up to 10. */
+ * degrees, because a leg swings by up to 10 degrees. */
 static const double AXIS_ACROSS = 0.35;
 static const double AXIS_LEAST = 1e-6; /* shortest vector that has a direction */
 
@@ -80,8 +81,8 @@ static inline void cross(const double a[3], const double b[3], double c[3]) {
 
 static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/* Returns true if two legs collide at neutral, except at their ends, because two legs may share a
- * joint. Parallel legs do not collide: comparisons with NaN are false. */
+/* Returns true if two legs collide at neutral. Their ends do not count, because two legs may share
+ * a joint. Parallel legs do not collide: they give NaN, with which comparisons are false. */
 static bool legs_cross(const struct kinematics *k, int one, int other) {
     double u[3], v[3], between[3], normal[3], moment[3];
     for (int r = 0; r < 3; r++) {
@@ -99,7 +100,7 @@ static bool legs_cross(const struct kinematics *k, int one, int other) {
     return inside && distance_m < LEG_THIN * fmin(k->neutral_length_m[one], k->neutral_length_m[other]);
 }
 
-/* Refuses axes fixed in platform or base that lie along their leg. */
+/* Refuses a joint's axis, fixed in platform or base, that lies nearly along its leg. */
 static int check_axes(const struct kinematics *k, const char *key, const struct leg_vectors *axis, struct error *error) {
     for (int i = 0; i < LEGS && axis->given; i++) {
         double leg[3], across[3];

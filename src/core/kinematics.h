@@ -19,20 +19,20 @@ struct kinematics {
 
 struct fk_result {
     int iterations;       /* number of Newton steps taken */
-    double residual_m;    /* largest length error at the last pose of the iteration; after a last
-                           * step of at most 0.1 um, an estimate: its square over arm_m */
-    double pivot_ratio;   /* smallest pivot of the last step's matrix in elimination, as a share of
-                           * the largest, angles in units of 1/arm_m: 1 .. 0 (singular); 1 if no
-                           * step was needed */
+    double residual_m;    /* largest length error at the last pose of the iteration; if the last
+                           * step was at most 0.1 um, an estimate of it: that step squared over
+                           * arm_m */
+    double pivot_ratio;   /* smallest over largest pivot of the last step's matrix, angles in units
+                           * of 1/arm_m: from 1 down to 0 (singular); 1 if no step was needed */
     bool converged;
 };
 
 /* Fills in joints and neutral lengths, without checks. */
 void kinematics_place(struct kinematics *k, const struct params *params);
 
-/* Does what kinematics_place() does, with checks: the neutral pose lies within the legs' strokes
- * and is not singular, no two legs collide, and no joint's axis is along its leg. Returns -2 and
- * the key to change otherwise. */
+/* Fills in joints and neutral lengths, and checks that the neutral pose lies within the legs'
+ * strokes and is not singular, that no two legs collide, and that no joint's axis is along its leg.
+ * Returns -2 with the key to change if a check fails. */
 int kinematics_init(struct kinematics *k, const struct params *params, struct error *error);
 
 /* Leg lengths at the ends and the middle of the stroke. */
@@ -46,8 +46,8 @@ void rotation_from_angles(double phi, double theta, double psi, double t[3][3]);
 /* Computes the leg lengths of a pose. */
 void ik_lengths(const struct kinematics *k, const double pose[DOFS], double length_m[LEGS]);
 
-/* Computes the Jacobian of the leg rates against the twist [velocity; angular velocity in {B}]. Row
- * i is [n_i', (T a_i x n_i)']. */
+/* Computes the Jacobian that converts the twist to leg rates; the twist is [velocity; angular
+ * velocity in {B}]. Row i is [n_i', (T a_i x n_i)']. */
 void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]);
 
 /* Computes the pose of given leg lengths by Newton's method, from the start value in `pose` (the

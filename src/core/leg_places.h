@@ -1,5 +1,5 @@
-/* Orders of six legs: which channel, or which joint of a list, belongs to which leg. Any thread, no
- * heap. */
+/* Orders of the six legs: which channel, or which joint in a list, belongs to which leg. Any
+ * thread, no heap. */
 #ifndef HEXID_LEG_PLACES_H
 #define HEXID_LEG_PLACES_H
 
@@ -11,8 +11,9 @@ struct leg_places {
 
 enum { LEG_PLACES_COMMON = 1 + 15 + 5 + 6, LEG_PLACES_NAME = 80 };
 
-/* Lists the orders that occur most: first the stated one, place[k] = k, then 15 exchanges of two
- * legs, 5 orders counted on from another leg, 6 counted backwards. */
+/* Lists the orders that occur most: first the stated one, place[k] = k; then 15 with two legs
+ * exchanged, 5 counted on from another place, place[k] = first + k modulo 6, and 6 counted
+ * backwards, first - k. */
 void leg_places_common(struct leg_places list[LEG_PLACES_COMMON]);
 
 /* Returns the order with the places of two legs exchanged. All 720 orders are at most five

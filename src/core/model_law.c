@@ -6,14 +6,13 @@
 #include "params.h"
 
 static const double RETURN_S = 0.5; /* time over which the law takes over from the PID */
-static const double GOOD_S = 1.0;   /* after a doubt, the law takes over again only after this time
-                                     * without doubts */
-static const double FADE_S = 0.05;  /* time constant with which a hand-over's difference fades; an
-                                     * integrator would keep the difference after the motion has
-                                     * reversed */
-static const double REVERSAL_CYCLES = 1.0; /* tau, in cycles: a reversal of dry friction then takes
+static const double GOOD_S = 1.0;   /* time without doubts after which the law takes over again */
+static const double FADE_S = 0.05;  /* time constant with which the jump of the feed-forward at a
+                                     * hand-over decays; if the integral absorbed the jump, it would
+                                     * still be there after the motion has reversed */
+static const double REVERSAL_CYCLES = 1.0; /* tau in cycles; dry friction then reverses in about
                                             * four cycles, which the valve can follow */
-static const double SLOW_MPS = 2e-4; /* v0: below this speed a leg may stick, and its reference does
+static const double SLOW_MPS = 2e-4; /* v0; below this speed a leg may stick, and its reference does
                                       * not determine the direction of its friction */
 
 /* Refuses a delay that is longer than the law can look ahead. */
@@ -57,7 +56,7 @@ void model_law_reset(struct model_law *law) {
     memset(law->sent, 0, sizeof law->sent);
 }
 
-/* Returns the friction that a leg has in this course, N, positive against extension. */
+/* Returns the friction of a leg in this motion, N; positive values act against extension. */
 static double friction_n(const struct model_law *law, int leg, const struct leg_course *c) {
     double rate = c->rate_mps[leg], speed = fabs(rate), tau_s = REVERSAL_CYCLES * law->params->loop.period_s;
     double sense = tanh(rate / (SLOW_MPS + tau_s * fabs(c->accel_mps2[leg])));
@@ -73,7 +72,7 @@ static double friction_n(const struct model_law *law, int leg, const struct leg_
     return copysign(fmax(sum.viscous, 0.0), rate) + sum.dry * sense + sum.elastic;
 }
 
-/* Computes the legs' course ahead_s from now, with friction in its forces. */
+/* Computes the legs' motion and forces, friction included, for the time ahead_s from now. */
 static bool course_at(const struct model_law *law, const struct reference *r, double ahead_s, struct leg_course *c) {
     double motion[MOTION_ORDERS][DOFS];
     reference_motion(r, &law->params->tests, law->params->loop.period_s, ahead_s, motion);
@@ -83,13 +82,14 @@ static bool course_at(const struct model_law *law, const struct reference *r, do
     return isfinite(sum);
 }
 
-/* Advances a low-pass with the time constant of the PID's force filter; it starts settled. */
+/* Advances a low-pass with the time constant of the PID's force filter; unless `settled`, it starts
+ * at x. */
 static void low_pass(const struct model_law *law, bool settled, double x, double *low) {
     double tp_s = law->params->control.tp, dt_s = law->params->loop.period_s;
     *low = settled ? *low + dt_s / (tp_s + dt_s) * (x - *low) : x;
 }
 
-/* Takes the pressures that are valid readings, and advances the low-passes of the forces. Returns
+/* Stores the pressures that are valid readings, and advances the low-passes of the forces. Returns
  * DOUBT_PRESSURE if a pressure is no valid reading. */
 static uint32_t take_pressures(struct model_law *law, const struct model_law_input *in, const struct leg_course *now) {
     uint32_t doubts = 0;
@@ -108,15 +108,15 @@ static uint32_t take_pressures(struct model_law *law, const struct model_law_inp
     return doubts;
 }
 
-/* Returns the opening that a leg was sent `cycles` cycles ago, 1 or more. */
+/* Returns the opening that was sent to a leg `cycles` cycles ago, at least 1. */
 static double sent(const struct model_law *law, int leg, int cycles) {
     return law->sent[leg][(law->newest + MODEL_DELAY_CYCLES - cycles + 1) % MODEL_DELAY_CYCLES];
 }
 
-/* Returns the pressures of a leg in the middle of the time in which this cycle's command acts: the
- * present ones, advanced with the reference's motion at the openings that earlier cycles have sent.
- * The command of k cycles ago acts until delay - (k - 1) dt from now; the last one stands in for
- * this cycle's, which is not known yet. */
+/* Predicts the pressures of a leg for the middle of the time in which this cycle's command acts:
+ * the present pressures, advanced with the reference's motion at the openings that earlier cycles
+ * have sent. The command of k cycles ago acts until delay - (k - 1) dt from now. This cycle's
+ * command is not known yet, so the last one is used in its place. */
 static struct oil_state predict(const struct model_law *law, int leg, const struct leg_course *now, const struct leg_course *from) {
     double dt_s = law->params->loop.period_s, passed_s = 0.0;
     struct oil_state oil = {.p1_pa = law->p1_pa[leg],
@@ -131,8 +131,8 @@ static struct oil_state predict(const struct model_law *law, int leg, const stru
     return oil;
 }
 
-/* Computes the opening of a leg from its courses at the begin and at the end of the time in which
- * the command acts. Returns DOUBT_... */
+/* Computes the opening of a leg from the motions `from` and `to` at the beginning and at the end of
+ * the time in which the command acts. Returns 0 or DOUBT_... */
 static uint32_t open_valve(struct model_law *law, int leg, const struct leg_course *now, const struct leg_course *from,
                            const struct leg_course *to) {
     double dt_s = law->params->loop.period_s;

@@ -1,10 +1,10 @@
 /* The control law `model`: feed-forward through the machine's own dynamics and flow equations, and
  * the leg controller of pid.h for deviations from the feed-forward (docs/control.md).
  *
- * The reference is known ahead of time. So the force and the length of each leg are known at the
- * begin and at the end of the time in which this cycle's command acts. Their differences give the
- * mean rates of force and length, and valve_flow.h the opening for both, at pressures predicted
- * from the measured ones for the middle of that time:
+ * The reference is known ahead of time, and with it the force and the length of each leg at the
+ * beginning t1 and at the end t2 of the time in which this cycle's command acts. Their differences
+ * give the mean rates of force and length. For these two rates valve_flow.h gives the opening o, at
+ * pressures that are predicted from the measured ones for the middle of that time:
  *
  *     t1 = now + delay, t2 = t1 + dt            delay: of spool and command, mean of all legs
  *     f(t)  = force by dynamics.h + friction(L', L'')
@@ -13,15 +13,15 @@
  *
  * where fr = f(now) is the reference force, frlp is fr behind the same low-pass as flp, and s is
  * that of pid.h. The command is valve_flow_command() of u, clamped to +-output_limit. Dry friction
- * F counts as F tanh(L' / (v0 + tau |L''|)): a reversal takes about 4 tau, and a leg at rest has no
- * dry friction in its reference.
+ * F enters the reference force as F tanh(L' / (v0 + tau |L''|)): its reversal takes about 4 tau,
+ * and it is 0 for a leg at rest.
  *
  * Doubts: if a pressure is no valid reading, a pose is singular or not finite, or a command beyond
  * +-output_limit is needed (the supply is too low), the law hands over to the PID in that cycle
- * without a bump: the difference of the two feed-forwards fades with the time constant FADE_S. The
- * law takes over again, over the time RETURN_S (both in model_law.c), once all inputs have been
- * good for a second. SAFETY: the supervisor's limits and the limit of the output apply to either
- * law. RT, no heap, pure. */
+ * without a bump: the difference of the two feed-forwards decays with the time constant FADE_S.
+ * Once all inputs have been good for a second, the law takes over again gradually, in the time
+ * RETURN_S (both in model_law.c). SAFETY: the supervisor's limits and the limit of the output apply
+ * to either law. RT, no heap, pure. */
 #ifndef HEXID_MODEL_LAW_H
 #define HEXID_MODEL_LAW_H
 
@@ -54,26 +54,27 @@ struct model_law {
             const struct effect *effect;
             const struct effect_values *values;
         } of[EFFECTS_MAX];
-    } friction;              /* effects that are friction along the legs, and are on */
+    } friction;              /* effects that are on and add friction along the legs */
     double delay_s;          /* delay from the sample to the spool's motion, mean of all legs */
     int delay_cycles;        /* delay_s, rounded up to whole cycles */
     double area_m2[2][LEGS]; /* piston areas, rodless and rod side */
     /* state */
     double p1_pa[LEGS], p2_pa[LEGS];      /* last trusted pressures */
     double force_ref_lp_n[LEGS];          /* low-passed reference force frlp */
-    double excess_lp_n[LEGS];             /* difference of the measured from the reference force,
-                                           * low-passed */
+    double excess_lp_n[LEGS];             /* measured less reference force, low-passed */
     double varying_ref_n[LEGS];           /* reference force less its low-passed value frlp */
-    bool settled[LEGS];                   /* the filters have begun since model_law_reset() */
-    double bump[LEGS];                    /* part of the jumps at hand-overs that has not faded
-                                           * yet */
+    bool settled[LEGS];                   /* the low-passes of this leg have a value since
+                                           * model_law_reset() */
+    double bump[LEGS];                    /* part of the feed-forward's jumps at hand-overs that has
+                                           * not decayed yet */
     double opening[LEGS];                 /* opening o of the last step */
-    double sent[LEGS][MODEL_DELAY_CYCLES]; /* openings sent in the last cycles, a ring */
-    int newest;              /* place of the newest of them */
+    double sent[LEGS][MODEL_DELAY_CYCLES]; /* openings of the last cycles' commands, a ring
+                                            * buffer */
+    int newest;              /* index of the newest element of `sent` */
     double share;            /* share of this law in the feed-forward; the PID has the remaining
                               * share */
-    double handed_over;      /* share that the PID took over in this cycle */
-    double good_s;           /* time since the last doubt */
+    double handed_over;      /* share of the feed-forward that the PID took over in this cycle */
+    double good_s;           /* time without doubts since the last one */
     uint32_t doubts;         /* DOUBT_... that came up since the law last had its full share */
 };
 
@@ -81,14 +82,16 @@ struct model_law {
  * the delay is longer than MODEL_DELAY_CYCLES. */
 int model_law_init(struct model_law *law, const struct params *params, const struct kinematics *k, struct error *error);
 
-/* Restarts without a bump: the law takes over from the PID over the time RETURN_S (model_law.c). */
+/* Restarts the law: the PID drives first, and the law takes over from it in the time RETURN_S
+ * (model_law.c). */
 void model_law_reset(struct model_law *law);
 
 /* Inputs of a cycle. */
 struct model_law_input {
     const struct reference *reference; /* reference_step() has been called for this cycle */
     const double *p1_pa, *p2_pa;       /* measured pressures of the legs */
-    uint32_t suspect;                  /* fault_leg() of legs whose pressures are no readings */
+    uint32_t suspect;                  /* fault_leg() of legs whose pressures are no valid
+                                        * readings */
 };
 
 /* Computes openings and reference forces for this cycle. */
@@ -103,7 +106,7 @@ void model_law_hold(struct model_law *law);
 double model_law_command(struct model_law *law, const struct control_params *gains, int leg, struct pid *pid, double ref_m, double length_m,
                          double force_n);
 
-/* Returns the words for the first of these doubts; "none" for 0. */
+/* Returns a description of the first of these doubts; "none" for 0. */
 const char *model_law_doubt(uint32_t doubts);
 
 #endif

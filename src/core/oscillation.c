@@ -11,12 +11,13 @@
 
 static const double lag_s = 0.016, block_s = 0.05, slow_s = 0.05;
 /* Largest white noise that is subtracted from commanded, opened and forced, as a multiple of
- * limits.oscillation_mps2: a command that alternates every cycle looks like noise, too. */
+ * limits.oscillation_mps2. It is limited because a command that alternates in every cycle looks
+ * like noise, too. */
 static const double white_most = 2.0;
 
-/* Steps of the readings are subtracted as this share of lag^-3 times the mean square over one
- * cycle. Isolated steps would need a share of 1, white noise one of 1 / lag; slow quantised
- * readings lie between. */
+/* The readings' steps contribute to `measured` this share of lag^-3 times the mean square of the
+ * second difference over one cycle, which is subtracted. The share would be 1 for isolated steps
+ * and 1 / lag for white noise; slow quantised readings lie in between. */
 static const double steps_share = 0.5;
 
 enum { WHITE_CYCLES = 400, FOURTH_DIFFERENCE_SQUARES = 1 + 16 + 36 + 16 + 1 };
@@ -42,8 +43,8 @@ static double valve_lags(double speed_mps, double follows, double period_s, doub
     return (*valve_mps - before) / period_s;
 }
 
-/* Returns the mean square of the acceleration from white commands: the sum of squares of the
- * impulse response. */
+/* Returns the mean square of the acceleration that white commands of variance 1 cause, which is the
+ * sum of squares of the impulse response. */
 static double white_gain(double follows, double period_s) {
     double half = 0.0, valve = 0.0, sum = 0.0;
     for (int n = 0; n < WHITE_CYCLES; n++) {
@@ -99,10 +100,11 @@ void oscillation_reset(struct oscillation *o, const double pose[DOFS]) {
     o->found_mps2 = o->allowed_mps2 = 0.0;
 }
 
-/* Returns the place of the pose of `ago` cycles before the newest. */
+/* Returns the index of the pose that is `ago` cycles older than the newest. */
 static int place(const struct oscillation *o, int ago) { return o->newest - ago + (o->newest < ago ? o->past : 0); }
 
-/* Returns the squared norm of the second difference over `lag` cycles, of all six coordinates. */
+/* Returns the squared norm, over all six coordinates, of the second difference with a step of `lag`
+ * cycles. */
 static double second_difference(const struct oscillation *o, double (*past)[DOFS], int lag) {
     const double *now = past[o->newest], *then = past[place(o, lag)], *before = past[place(o, 2 * lag)];
     double square = 0.0, dt_s = lag * o->period_s;
@@ -131,8 +133,8 @@ static double fourth_difference(double past[5], double now) {
     return past[0] - 4.0 * past[1] + 6.0 * past[2] - 4.0 * past[3] + past[4];
 }
 
-/* Adds the squared acceleration that these openings of the valves correspond to, its noise part,
- * and each leg's own. */
+/* Adds to *square the squared acceleration of the platform that these valve openings correspond to,
+ * to *white its noise part, and to leg_square that of each leg. */
 static void take_valves(const struct oscillation *o, struct oscillation_valves *v, const double opening[LEGS], double *square,
                         double *white, double leg_square[LEGS]) {
     double mps2[DOFS] = {0}, fourth_mps[DOFS] = {0};
@@ -179,8 +181,7 @@ static void take_force(struct oscillation *o, const double force_n[LEGS]) {
     }
 }
 
-/* Returns the root of the second smallest mean square, which four of the five blocks reach or
- * exceed. */
+/* Returns the root of the second smallest mean square, which four of the five blocks reach. */
 static double four_of_five(const double square[OSCILLATION_BLOCKS]) {
     double least = (double)INFINITY, second = (double)INFINITY;
     for (int n = 0; n < OSCILLATION_BLOCKS; n++) {

@@ -1,4 +1,4 @@
-/* The leg controller as sampled with period dt; the command is held until the next sample
+/* The controller of a leg, sampled with period dt; its command is held until the next sample
  * (docs/method.md section 5).
  *
  *     e     = Lref - L
@@ -10,8 +10,8 @@
  *           to +-output_limit
  *
  * The order is as given: I, d and flp are updated before u is computed. f = A1 P1 - A2 P2 in
- * newton, L in metres, u -1..1; s = 1 except near the ends of the stroke (oil_feedback_cut). RT,
- * pure. */
+ * newton, L in metres, u -1..1; s = 1 except near the ends of the stroke (1 - oil_feedback_cut()).
+ * RT, pure. */
 #ifndef HEXID_PID_H
 #define HEXID_PID_H
 
@@ -21,11 +21,12 @@ struct control_params;
 
 struct pid {
     double integral;       /* integral part I of the output, as a share of full opening */
-    double derivative_mps; /* derivative part's filtered rate d */
+    double derivative_mps; /* filtered rate d of the error, for the derivative part */
     double force_lp_n;     /* low-passed leg force flp */
     double error_m;        /* error of the previous step, e_prev */
     double ref_m;          /* reference of the previous step, Lref_prev */
-    double feedback_cut;   /* 1 - s; the caller sets it before a step, and pid_reset() makes it 0 */
+    double feedback_cut;   /* 1 - s; the caller sets it before each step, pid_reset() sets it to
+                            * 0 */
     double output;         /* output u of the last step */
     bool saturated;        /* the last output u, or the command that law `model` made from it, was
                             * clamped */
@@ -44,14 +45,13 @@ double pid_step_forward(struct pid *c, const struct control_params *g, double dt
 /* Readings of a leg whose reference rests. */
 struct pid_reading {
     double length_m, force_n;
-    double ref_force_n; /* varying force that the reference itself needs; kpf feeds back only the
-                         * difference from it. 0 with law `pid` */
+    double ref_force_n; /* high-passed force that the reference itself needs; kpf feeds back only
+                         * the difference from it. 0 with law `pid` */
 };
 
-/* Prepares a change of gains while the reference rests, without a bump: the integral makes up for
- * the change of the other parts, so that the next step with this reading and the gains `to` has the
- * output that the gains `from` would have given. Returns false, and changes nothing, if the
- * integral would exceed its limit. */
+/* Prepares a bumpless change of gains while the reference rests: changes the integral so that the
+ * next step, with this reading and the gains `to`, has the output that the gains `from` would have
+ * given. Returns false, and changes nothing, if the integral would exceed its limit. */
 bool pid_change(struct pid *c, const struct control_params *from, const struct control_params *to, double dt_s,
                 const struct pid_reading *reading);
 

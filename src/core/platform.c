@@ -8,15 +8,15 @@
 #include "params.h"
 #include "units.h"
 
-static const double HELD = 0.1; /* largest error of a leg that is held at rest, as a share of
-                                  * limits.following_m */
+static const double HELD = 0.1; /* largest error of a leg with which the gains may change at
+                                 * neutral, as a share of limits.following_m */
 
 enum {
     GOOD_SAMPLES = 50,  /* number of consecutive good samples after which the sensors are trusted */
     INIT_PATIENCE = 1000,  /* level of the bucket of bad samples at which a fault is latched while
                             * waiting for the sensors */
-    INIT_CYCLES = 2 * INIT_PATIENCE, /* number of cycles that the sensors have to become good; after
-                                      * that one bad sample is a fault */
+    INIT_CYCLES = 2 * INIT_PATIENCE, /* number of cycles in which the sensors must become good;
+                                      * after them a single bad sample is a fault */
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error) {
@@ -46,8 +46,8 @@ uint32_t platform_wrong(const struct platform *p) {
 /* NaN is never inside */
 static bool inside(double x, double lo, double hi) { return x >= lo && x <= hi; }
 
-/* SAFETY: returns SAMPLE_STALE for a device's count that has not increased. A hanging device may
- * repeat its last sample with fresh time stamps; only its own count shows that. */
+/* SAFETY: returns SAMPLE_STALE if the device's count has not increased, else 0. A hanging device
+ * may repeat its last sample with fresh time stamps; only its own count shows that. */
 static uint32_t count_says(struct platform *p, const struct hal_sample *in) {
     if (in->flags & SAMPLE_IO) return 0;
     bool anew = in->device_seq == 0 || (int64_t)(in->device_seq - p->device_seq) > 0;
@@ -64,13 +64,13 @@ static double age_s(const struct platform *p, const struct hal_sample *in) {
 /* Result of judging a sample by the limits. */
 struct judgement {
     uint32_t faults;              /* FAULT_... bits and the bits of their legs */
-    uint32_t asked;               /* the fault that is to be measured; 0: none */
-    double beyond;           /* how far the furthest value of the asked fault is beyond its limit */
+    uint32_t asked;               /* fault whose furthest value `measure` gets; 0: none */
+    double beyond;           /* excess of that furthest value over its limit */
     struct fault_measure measure; /* leg, value and limit of that furthest value */
 };
 
-/* Judges one value by its limits. leg is -1 for a value that belongs to no leg. NaN counts as
- * furthest beyond a limit. */
+/* Judges one value by its limits. leg: -1 for a value that belongs to no leg. NaN counts as
+ * infinitely far beyond a limit. */
 static inline void judge(struct judgement *j, uint32_t fault, int leg, double value, double least, double most) {
     if (inside(value, least, most)) return;
     j->faults |= fault | (leg < 0 ? 0 : fault_leg(leg));
@@ -97,16 +97,17 @@ static void judge_legs(struct judgement *j, const struct platform *p, const stru
         judge(j, FAULT_PRESSURE_SENSOR, i, in->p2_pa[i], l->pressure_min_pa, l->pressure_max_pa);
         judge(j, FAULT_STROKE, i, length_m, l->length_min_m[i], l->length_max_m[i]);
         if (p->good_seq >= 0) judge(j, FAULT_LEG_RATE, i, fabs(length_m - p->length_m[i]) / elapsed_s, 0.0, l->leg_rate_mps);
-        /* NaN is judged as a pressure fault, not as a force fault */
+        /* a force of NaN comes from a pressure of NaN, which is a pressure fault already */
         if (!isnan(force_n)) judge(j, FAULT_FORCE, i, force_n, -l->force_n, l->force_n);
-        /* SAFETY: with the supply on, a stuck spool moves its leg even before driving. */
+        /* SAFETY: with the supply on, a stuck spool moves its leg even before the valves are
+         * driven. */
         if (powers) judge(j, FAULT_FOLLOWING, i, fabs(p->leg_ref_m[i] - length_m), 0.0, l->following_m);
         if (drives) judge(j, FAULT_STANDSTILL, i, p->still_high_m[i] - p->still_low_m[i], 0.0, l->standstill_m);
     }
 }
 
 static void judge_common(struct judgement *j, const struct platform *p, const struct hal_sample *in) {
-    /* rounded to whole nanoseconds, because the age is too */
+    /* rounded to whole nanoseconds like the age, so that an age at the limit is no fault */
     double oldest_s = seconds_from_ns(ns_from_seconds(p->params->limits.sensor_age_s));
     judge(j, FAULT_SENSOR_AGE, -1, age_s(p, in), 0.0, oldest_s);
     judge(j, FAULT_OVERRUN, -1, p->overruns, 0.0, nextafter(p->params->loop.overrun_limit, 0.0));
@@ -114,7 +115,8 @@ static void judge_common(struct judgement *j, const struct platform *p, const st
     judge(j, FAULT_OSCILLATION, -1, p->oscillation.found_mps2, 0.0, p->oscillation.allowed_mps2);
 }
 
-/* Judges a sample by all limits, but not the legs of a sample with SAMPLE_IO. */
+/* Judges a sample by all limits. The legs' limits are left out if the sample has SAMPLE_IO, because
+ * nothing was read. */
 static struct judgement judge_sample(const struct platform *p, const struct hal_sample *in, uint32_t asked) {
     struct judgement j = {.asked = asked, .measure = {.leg = -1, .value = (double)NAN, .limit = (double)NAN}};
     judge_common(&j, p, in);
@@ -122,7 +124,7 @@ static struct judgement judge_sample(const struct platform *p, const struct hal_
     return j;
 }
 
-/* Returns the largest length error, m, at which forward kinematics gives up. */
+/* Returns the largest length error, m, that remains when forward kinematics gives up. */
 static double misfit_m(const struct platform *p, const struct hal_sample *in) {
     double pose[DOFS];
     memcpy(pose, p->pose, sizeof pose);
@@ -138,8 +140,8 @@ static struct fault_measure measure_of(const struct platform *p, const struct ha
     return m;
 }
 
-/* SAFETY: returns the faults of open interlocks. An open one is a fault while the supply is on;
- * otherwise it only prevents `engage`. In STATE_PRESSURISING await_pressure() judges the
+/* SAFETY: returns the faults of open interlocks. An open interlock is a fault while the supply is
+ * on; otherwise it only prevents `engage`. In STATE_PRESSURISING await_pressure() judges the
  * pressure. */
 static uint32_t interlock_doubts(const struct platform *p) {
     enum state state = p->supervisor.state;
@@ -147,13 +149,13 @@ static uint32_t interlock_doubts(const struct platform *p) {
     return interlock_faults(platform_wrong(p) & ~(state == STATE_PRESSURISING ? INPUT_SUPPLY : 0u));
 }
 
-/* SAFETY: decides whether the controller trusts a sample. Returns FAULT_... bits and those of
+/* SAFETY: decides whether the controller trusts a sample. Returns FAULT_... bits and the bits of
  * the legs concerned; 0 for a good sample. */
 static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     uint32_t suspect = in->flags & SAMPLE_FOREIGN ? FAULT_MASTER : 0;
     if (in->flags & SAMPLE_TWIN) suspect |= FAULT_TWIN | (in->twins << FAULT_LEG_SHIFT & FAULT_LEGS);
     if (p->contradicted) suspect |= FAULT_ANTIVALENCE;
-    /* checked even if no sample was read */
+    /* overruns are checked even if no sample was read */
     if (p->overruns >= p->params->loop.overrun_limit) suspect |= FAULT_OVERRUN;
     if (in->flags & SAMPLE_UNWRITTEN) suspect |= interlock_doubts(p);
     if (in->flags & SAMPLE_IO) return suspect | FAULT_IO;
@@ -164,9 +166,9 @@ static uint32_t doubts(const struct platform *p, const struct hal_sample *in) {
     return suspect;
 }
 
-/* SAFETY: updates the range of each leg's reference since its length last changed. No other check
- * detects a transducer whose reading is stuck: its leg runs away while the reading and the other
- * legs look right. */
+/* SAFETY: updates the range of each leg's reference since the leg's length reading last changed. No
+ * other check detects a transducer whose reading is stuck: its leg runs away while the reading and
+ * the other legs look right. */
 static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     for (int i = 0; i < LEGS && !(in->flags & SAMPLE_IO); i++) {
         double ref_m = p->leg_ref_m[i];
@@ -177,16 +179,16 @@ static void watch_standstill(struct platform *p, const struct hal_sample *in) {
     }
 }
 
-/* SAFETY: counts deadlines missed in a row, whether the loop was late repeatedly or away for
- * long: by then a device's watchdog may have centred the valves without the loop's knowledge, so
+/* SAFETY: counts deadlines missed in a row, in one long delay or in several late cycles. At the
+ * limit a device's watchdog may already have centred the valves without the loop's knowledge, so
  * the previous command must not be continued. */
 static void count_overruns(struct platform *p, const struct hal_sample *in) {
     int64_t count = p->overruns + in->missed, limit = p->params->loop.overrun_limit;
     p->overruns = in->missed > 0 ? (int)(count < limit ? count : limit) : 0;
 }
 
-/* Computes the leg forces. A leg with doubtful pressures keeps its last force: the high-pass filter
- * in the controller then lets the force's share of the command decay to zero. */
+/* Computes the leg forces. A leg with doubtful pressures keeps its last force, so that the
+ * controller's high-pass filter lets the force feedback decay to zero. */
 static void observe_forces(struct platform *p, const struct hal_sample *in, uint32_t suspect) {
     for (int i = 0; i < LEGS; i++)
         if (!(suspect & fault_leg(i))) p->force_n[i] = leg_force(&p->areas, i, in->p1_pa[i], in->p2_pa[i]);
@@ -197,8 +199,8 @@ static void observe_inputs(struct platform *p, const struct hal_sample *in) {
     p->contradicted = interlock_contradicts(&p->watch, &p->params->interlocks, in->contradicted, p->params->loop.period_s);
 }
 
-/* Takes pose and leg forces from a sample that the controller can use. Returns the faults that
- * it shows. */
+/* Takes pose and leg forces from a sample, unless it has a fault that stops. Returns the faults of
+ * the sample. */
 static uint32_t observe(struct platform *p, const struct hal_sample *in) {
     count_overruns(p, in);
     watch_standstill(p, in);
@@ -217,12 +219,11 @@ static uint32_t observe(struct platform *p, const struct hal_sample *in) {
 }
 
 /* Returns the level of the leaky bucket at which bad samples become a fault. A level of 1 tolerates
- * no bad sample. SAFETY: it applies to two masters, because neither knows where the platform goes
- * next, and to switches, because a person operated them on purpose. It also applies to faults that
- * have been observed for long enough before: an oscillation, contacts that contradict each other,
- * and, except in STATE_INIT, overruns. A device whose samples are alternately good and bad never
- * fills a bucket, so after INIT_CYCLES its first bad sample ends the wait for it and names the
- * fault. */
+ * no bad sample. SAFETY: it is 1 for two masters, because neither knows where the platform goes
+ * next, and for switches, because a person operated them on purpose. It is also 1 for faults that
+ * were observed for long enough before: an oscillation, contacts that contradict each other, and,
+ * except in STATE_INIT, overruns. In STATE_INIT a device whose samples are alternately good and bad
+ * would never fill the bucket, so after INIT_CYCLES one bad sample is enough for a fault. */
 static int patience(const struct platform *p, uint32_t suspect) {
     const uint32_t means_it = FAULT_EMERGENCY_STOP | FAULT_ENABLE | FAULT_DOOR | FAULT_ANTIVALENCE;
     if (suspect & (FAULT_MASTER | FAULT_OSCILLATION | means_it)) return 1;
@@ -289,7 +290,7 @@ static void enter(struct platform *p, const struct transition *row) {
     case STATE_INIT: supervisor_clear(&p->supervisor); break;
     case STATE_SETTLED:
         p->automatic = p->automatic && row->from == STATE_INIT;
-        /* bad samples that were tolerated in STATE_INIT do not count from here on */
+        /* bad samples that STATE_INIT tolerated no longer count */
         p->supervisor.bad = p->supervisor.doubtful = 0;
         break;
     case STATE_ENGAGING: engage(p); break;
@@ -301,7 +302,7 @@ static void enter(struct platform *p, const struct transition *row) {
         test_begin(p);
         break;
     case STATE_PARKING:
-        /* if a test is ramped out first, the move down begins after that */
+        /* if a test must be ramped out first, ended() begins the move down */
         if (!row->ramp_out) move_to(p, p->params->motion.park_z_m, p->params->motion.park_s);
         break;
     default: p->automatic = false; break;
@@ -319,7 +320,7 @@ static bool apply(struct platform *p, enum trigger trigger) {
     return true;
 }
 
-/* Chooses the next step when a move or a test has ended. */
+/* Chooses what follows when a move or a test has ended. */
 static void ended(struct platform *p, enum reference_mode was) {
     switch (p->supervisor.state) {
     case STATE_TESTING:
@@ -348,7 +349,7 @@ static struct reference_sample refer(struct platform *p) {
     return s;
 }
 
-/* Computes a leg's valve command by the configured law. length_m: from modal_lengths(). */
+/* Computes a leg's valve command by the configured law. length_m: length from modal_lengths(). */
 static double leg_command(struct platform *p, int leg, double length_m) {
     const struct params *c = p->params;
     if (c->control.law == CONTROL_MODEL)
@@ -382,21 +383,21 @@ static void rest(struct platform *p) {
     memcpy(p->ref, p->pose, sizeof p->ref);
 }
 
-/* SAFETY: toggles the supply output while the supply is to be on: a life sign that ends with the
- * daemon and with a fault that stops. */
+/* SAFETY: toggles the supply output in every cycle in which the supply is to be on. This life sign
+ * ends when the daemon dies or a fault stops the platform. */
 static void power(struct platform *p) {
     if (supervisor_powers(p->supervisor.state)) p->command.supply = !p->command.supply;
 }
 
-/* Reacts to the faults: stops at once, or parks the platform while a fault is latched. */
+/* Reacts to faults: stops the platform at once, or parks it while another fault is latched. */
 static void react(struct platform *p, enum reaction reaction) {
     if (reaction == REACTION_STOP) apply(p, TRIGGER_FAULT);
     else if (p->supervisor.faults) apply(p, TRIGGER_PARK);
 }
 
-/* Ends STATE_PRESSURISING once there is pressure and the sample is good. Without an input for
- * pressure, it counts as there after interlocks.pressure_s, or at once if no supply output is
- * wired. Returns FAULT_SUPPLY if there is no pressure in time, otherwise 0. */
+/* Ends STATE_PRESSURISING once there is pressure and the sample is good. If no pressure switch is
+ * wired, pressure counts as present after interlocks.pressure_s, or at once if no supply output is
+ * wired, either. Returns FAULT_SUPPLY if there is no pressure in time, otherwise 0. */
 static uint32_t await_pressure(struct platform *p, bool good) {
     const struct interlock_params *i = &p->params->interlocks;
     bool over = in_state_s(p) >= i->pressure_s;
@@ -406,9 +407,9 @@ static uint32_t await_pressure(struct platform *p, bool good) {
     return over && !there ? FAULT_SUPPLY : 0;
 }
 
-/* SAFETY: true if gains may change: nothing moves or is to move, the sample is not doubtful, and no
- * fault is latched. While held at neutral, no output is saturated, and the error of every leg is at
- * most HELD times limits.following_m. */
+/* SAFETY: returns true if gains may change: the platform is settled or held at neutral, the sample
+ * is not doubtful, and no fault is latched. At neutral also no output may be saturated, and the
+ * error of every leg must be at most HELD times limits.following_m. */
 static bool at_rest(const struct platform *p, uint32_t suspect) {
     if (suspect || p->supervisor.faults) return false;
     if (p->supervisor.state == STATE_SETTLED) return true;
@@ -418,7 +419,7 @@ static bool at_rest(const struct platform *p, uint32_t suspect) {
     return true;
 }
 
-/* Changes the gains without a bump, of all legs or of none. Returns false if they may not change
+/* Changes the gains of all legs without a bump, or of none. Returns false if they may not change
  * now. Under the law `model` kpf feeds back only the difference from the reference force. */
 static bool change_gains(struct platform *p, const struct gains *gains, uint32_t suspect) {
     struct gains from = gains_of(&p->control);
@@ -451,7 +452,8 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     bool sets = request.command == COMMAND_SET && request.id != s->request_id;
     enum trigger asked = commanded(p, request);
     if (sets) p->request_taken = change_gains(p, &request.gains, suspect);
-    /* SAFETY: nothing is started on a doubtful sample, whose inputs are doubtful too. */
+    /* SAFETY: engage and start have no effect with a doubtful sample, because its inputs are
+     * doubtful, too. */
     if (asked != TRIGGER_NONE) p->request_taken = !(suspect && begins(asked)) && apply(p, asked);
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
@@ -462,7 +464,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     if (s->first_fault != headline) p->measure = measure_of(p, in, s->first_fault);
     react(p, reaction);
     if (s->good >= GOOD_SAMPLES) apply(p, TRIGGER_SENSORS_GOOD);
-    /* a cause that still stands latches the fault again, so the reset had no effect */
+    /* a cause that persists has latched the fault again, so the reset had no effect */
     if (asked == TRIGGER_RESET && s->state == STATE_FAULT) p->request_taken = false;
     p->ticks++;
 
@@ -490,7 +492,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
                           .test = -1,
                           .dof = DOF_NONE};
     out->in.flags |= stale | (platform_wrong(p) ? SAMPLE_OPEN : 0);
-    /* the identifier must not use samples that the controller doubts */
+    /* the identification must not use samples that the controller doubts */
     if (suspect) out->in.flags |= SAMPLE_INVALID;
     if (ref.phase != PHASE_NONE) out->test = test, out->dof = dof, out->phase = ref.phase, out->test_time_s = ref.test_time_s;
     memcpy(out->ref, p->ref, sizeof out->ref);

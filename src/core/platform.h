@@ -1,5 +1,5 @@
-/* The controller: one pure function from sample and request to command. Replay, tests and hexid
- * gap call it too. RT, no heap. */
+/* The controller: platform_step(), one pure function from sample and request to command. Replay,
+ * tests and `hexid gap` call it, too. RT, no heap. */
 #ifndef HEXID_PLATFORM_H
 #define HEXID_PLATFORM_H
 
@@ -17,8 +17,9 @@
 
 struct platform {
     const struct params *params;
-    const struct trajectory *trajectory; /* motion in place of the sinusoids, NULL: none; set
-                                          * between platform_init() and the first step */
+    const struct trajectory *trajectory; /* trajectory that replaces the sinusoids of the tests,
+                                          * NULL: none; the caller sets it between platform_init()
+                                          * and the first step */
     struct kinematics kinematics;
     struct cylinder_areas areas;
     struct oil_column column[LEGS];
@@ -28,16 +29,17 @@ struct platform {
     struct pid pid[LEGS];
     struct modal modal;
     struct model_law model;      /* used with control.law model */
-    struct control_params control; /* present gains; the configured ones until they are changed */
+    struct control_params control; /* present gains, initially the configured ones */
     int64_t set_seq;             /* cycle in which the gains were last changed; -1: never */
     /* the group below comes from earlier samples */
-    double pose[DOFS];           /* the pose, from which the next forward kinematics starts */
+    double pose[DOFS];           /* last pose found, the start value of the next forward
+                                  * kinematics */
     double length_m[LEGS], force_n[LEGS]; /* leg lengths, and leg forces from the last trusted
                                            * pressures */
-    double still_m[LEGS];        /* length in the previous sample */
+    double still_m[LEGS];        /* length of each leg in the previous sample */
     double still_low_m[LEGS], still_high_m[LEGS]; /* range of the leg's reference since the length
                                                    * in the samples last changed */
-    int64_t good_seq, good_ns;   /* cycle of the last good sample (-1: none yet), and its time */
+    int64_t good_seq, good_ns;   /* cycle and time of the last good sample; cycle -1: none yet */
     uint64_t device_seq;         /* the device's count in the previous sample */
     int64_t anew_seq;            /* cycle in which the device's count last increased */
     struct fault_measure measure; /* value and limit of supervisor.first_fault */
@@ -51,17 +53,18 @@ struct platform {
     /* state of the controller, and progress through the list of tests */
     int test;                    /* index of the current or next test */
     int64_t ticks;               /* number of cycles in this state */
-    bool stopping;               /* a stop has ended the latest tests, or is ending them */
+    bool stopping;               /* the latest tests were ended by a stop, or are being ramped out
+                                  * by one */
     bool request_taken;          /* the last request had an effect */
-    bool automatic;              /* engages, tests and parks without requests; false once parked,
-                                  * after a stop, a park or a fault, and if an input is wrong while
-                                  * settled */
+    bool automatic;              /* the platform engages, tests and parks without requests; becomes
+                                  * false when it has parked, after a stop, a park or a fault, and
+                                  * if an input is wrong while it is settled */
     int64_t seq;
 };
 
 int platform_init(struct platform *p, const struct params *params, struct error *error);
 
-/* Returns the inputs that are wrong in this state: INPUT_... (interlock_wrong()). */
+/* Returns the inputs INPUT_... that are wrong in the present state (interlock_wrong()). */
 uint32_t platform_wrong(const struct platform *p);
 
 /* Computes one cycle. SAFETY: out->out.enable is false and all valves are 0 in every state in which

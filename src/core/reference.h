@@ -12,15 +12,15 @@
  *     travel  10 q^3 - 15 q^4 + 6 q^5 of the distance D in T seconds: rate at most 15/8 D / T,
  *             acceleration at most 10/sqrt(3) D / T^2.
  *
- * Each part is as long as the limits require, and both together at least as long as requested.
- * Distance, rate and acceleration are norms of the origin's coordinates, m, and the angles times
- * arm_m. A rate or acceleration above its limit at the start decreases from there.
+ * Each part is as long as the limits require, and both together last at least as long as requested.
+ * Distance, rate and acceleration are norms over the origin's coordinates, m, and the angles times
+ * arm_m. If rate or acceleration exceed their limits at the start, they decrease from there.
  *
  * A test's ramps are 3q^2 - 2q^3.
  *
- * Test time is 0 at the start of the ramp-in: [-settle, 0) hold neutral, [0, ramp) ramp-in, [ramp,
- * ramp+duration) evaluated, then ramp-out and one last cycle at neutral. All instants are whole
- * cycles. ref = envelope(t) motion(t), where the motion is one of
+ * Test time is 0 at the start of the ramp-in: [-settle, 0) is held at neutral, [0, ramp) is the
+ * ramp-in, [ramp, ramp+duration) is evaluated, then follow the ramp-out and one last cycle at
+ * neutral. All instants are whole cycles. ref = envelope(t) motion(t), where the motion is one of
  *
  *     a sinusoid           amplitude sin(2 pi f t), with the axis's amplitude and f
  *     a multisine          the sinusoids of all axes of tests.order at once
@@ -38,12 +38,12 @@ enum reference_mode { REFERENCE_HOLD, REFERENCE_MOVE, REFERENCE_TEST };
 
 struct reference {
     enum reference_mode mode;
-    int64_t ticks;               /* cycles since the start of the move, or of the test's ramp-in;
-                                  * a count keeps time exact */
-    double from[DOFS], to[DOFS]; /* ends of a move; a hold stays at `to` */
+    int64_t ticks;               /* number of cycles since the start of the move, or of the test's
+                                  * ramp-in; counting avoids rounding errors of the time */
+    double from[DOFS], to[DOFS]; /* start and end of a move; a hold stays at `to` */
     double rate_from[DOFS], accel_from[DOFS]; /* rate and acceleration at the start of a move */
     double brake_s, travel_s;    /* durations of the two parts of a move */
-    double turn[DOFS];           /* pose between the two parts */
+    double turn[DOFS];           /* pose at which braking ends and travel begins */
     enum dof dof;                /* axis that is tested; DOF_NONE: several axes */
     const struct trajectory *trajectory; /* trajectory of the test; NULL: none */
     int64_t ramp_out_tick;       /* cycle at which a test's ramp-out begins */
@@ -65,24 +65,24 @@ struct move_limits {
     double arm_m;                /* kinematics.arm_m, which converts angles to lengths */
 };
 
-/* Pose, rate and acceleration from which a move starts: those of the previous cycle. */
+/* Reference pose, rate and acceleration of the previous cycle, from which a move starts. */
 struct move_start {
     const double *pose, *rate, *accel; /* arrays of DOFS values */
 };
 
-/* Begins a move to rest at `to`, which is reached exactly. */
+/* Begins a move that comes to rest exactly at `to`. */
 void reference_move(struct reference *r, const struct move_start *from, const double to[DOFS], const struct move_limits *limits);
 
 /* Returns the duration of a move between the parked pose and neutral: asked_s, or longer if the
  * limits require it. */
 double reference_park_s(const struct motion_params *motion, double asked_s);
 
-/* Returns the duration of a run that is not stopped, from the request for the supply to the parked
+/* Returns the duration of a run that is not stopped early, from STATE_SETTLED to the parked
  * platform. A trajectory counts with tests.duration_s. */
 double reference_run_s(const struct motion_params *motion, const struct test_params *tests);
 
-/* Begins a test. dof: the axis of its sinusoid; DOF_NONE: the trajectory, which must outlive the
- * test, or a multisine if t->multisine; otherwise the test holds neutral. */
+/* Begins a test. dof: axis of its sinusoid. With DOF_NONE the test follows the trajectory, which
+ * must outlive the test; if that is NULL, a multisine if t->multisine, else it stays at neutral. */
 void reference_test(struct reference *r, enum dof dof, const struct trajectory *trajectory, const struct test_params *t, double dt_s);
 
 /* Ends a test early: its ramp-out begins, while its motion continues. Has no effect on a hold or a
@@ -91,11 +91,11 @@ void reference_stop(struct reference *r);
 
 struct reference_sample reference_step(struct reference *r, const struct test_params *t, double dt_s);
 
-/* Computes pose, rate, acceleration and jerk by their formulas, for the time ahead_s >= 0 after the
- * pose that reference_step() returned last. No request is assumed meanwhile: after the end of a
- * move or test the reference holds. For ahead_s = 0 the pose is that pose, to the last bit. The
- * acceleration is continuous in a move; in a test it jumps at both ends of a ramp. The jerk jumps
- * wherever two polynomials meet. */
+/* Computes pose, rate, acceleration and jerk by their formulas for the instant ahead_s >= 0 after
+ * the pose that reference_step() returned last. It assumes that no request comes in between: after
+ * the end of a move or test the reference holds. With ahead_s = 0 it returns that last pose to the
+ * last bit. The acceleration is continuous in a move; in a test it jumps at both ends of a ramp.
+ * The jerk jumps wherever two polynomials meet. */
 void reference_motion(const struct reference *r, const struct test_params *t, double dt_s, double ahead_s,
                       double motion[MOTION_ORDERS][DOFS]);
 

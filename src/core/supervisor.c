@@ -75,9 +75,9 @@ void supervisor_clear(struct supervisor *s) {
     s->good = s->bad = s->doubtful = 0;
 }
 
-/* SAFETY: counts a sample in a leaky bucket; returns true if the fault latches. The bucket rises by
- * one with each bad sample and falls by one with each good one. At `limit` the fault latches; below
- * it the command is held. A limit of 1 tolerates no bad sample. */
+/* SAFETY: counts a sample in a leaky bucket; returns true if the faults are to be latched. The
+ * bucket rises by one with each bad sample and falls by one with each good one. At `limit` the
+ * faults latch; below it the last command is held. A limit of 1 tolerates no bad sample. */
 static bool full(int *bucket, uint32_t suspect, int limit) {
     if (suspect) *bucket += *bucket < limit;
     else *bucket -= *bucket > 0;
@@ -89,8 +89,8 @@ enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit
     bool stop = full(&s->bad, stops, limit), park = full(&s->doubtful, parks, limit);
     s->good = suspect ? 0 : s->good + (s->good < INT_MAX);
     if (!stop && !park) return REACTION_NONE;
-    /* The first fault is the headline, unless a fault stops the platform while it is being
-     * parked for another. */
+    /* The first fault is the headline. If a fault stops the platform while it is being parked
+     * because of another fault, the fault that stops becomes the headline. */
     if (!s->first_fault || (stop && failures_with(REACTION_PARK, s->first_fault))) s->first_fault = failure_of(stop ? stops : parks)->fault;
     s->faults |= (stop ? stops : 0) | (park ? parks : 0) | (suspect & FAULT_LEGS);
     return stop ? REACTION_STOP : REACTION_PARK;

@@ -1,13 +1,15 @@
-/* The supervisor: a table of states, triggers and next states, and the bucket that turns bad
+/* The supervisor: a table of states, triggers and next states, and the leaky buckets that turn bad
  * samples into a latched fault. Pure, RT.
  *
  *   init -> settled -> pressurising -> engaging -> ready -> testing -> ready -> parking -> settled
  *   any -> fault -> (reset) init
  *
- * A stop in testing has a row that keeps the state: the test ramps out, and its end leads to ready.
+ * A stop while testing leaves the state unchanged: the test is ramped out, and its end leads to
+ * ready.
  *
- * init: valves centred, waiting for plausible sensors. settled: put down, valves centred, supply
- * off. pressurising: the supply is put on, valves centred. ready: held at neutral. */
+ * init: valves centred, waiting for plausible sensors. settled: platform put down, valves centred,
+ * supply off. pressurising: supply on without pressure yet, valves centred. ready: platform held at
+ * neutral. */
 #ifndef HEXID_SUPERVISOR_H
 #define HEXID_SUPERVISOR_H
 
@@ -41,14 +43,14 @@ struct transition {
     enum state from;
     enum trigger trigger;
     enum state to;                /* the next state; `from` if the state does not change */
-    bool ramp_out;                /* the running test is ramped out early first */
+    bool ramp_out;                /* the running test is first ramped out early */
 };
 
 /* Returns the row for a trigger in a state; NULL: the trigger has no effect there. */
 const struct transition *supervisor_find(enum state state, enum trigger trigger);
 
-/* Returns the words for the operator: why a command has no effect in this state and with these
- * wrong inputs (interlock.h), and which step comes first. */
+/* Returns a message for the operator: why a command has no effect in this state and with these
+ * wrong inputs (interlock.h), and what must be done first. */
 const char *supervisor_advice(enum state state, uint32_t wrong, enum command command);
 
 /* Returns true if the valves are driven in this state. */
@@ -60,9 +62,9 @@ bool supervisor_powers(enum state state);
 /* Clears faults and buckets, for a reset. */
 void supervisor_clear(struct supervisor *s);
 
-/* Counts a sample with these faults (FAULT_... and fault_leg() bits; 0 for a good one). If it is
- * bad and its bucket is then at `limit`, latches its faults and returns their reaction; otherwise
- * returns REACTION_NONE, even while a fault is latched. */
+/* Counts a sample with these faults (FAULT_... and fault_leg() bits; 0 for a good sample). If the
+ * sample is bad and its bucket reaches `limit`, latches the faults and returns their reaction;
+ * otherwise returns REACTION_NONE, even if a fault is already latched. */
 enum reaction supervisor_judge(struct supervisor *s, uint32_t suspect, int limit);
 
 #endif

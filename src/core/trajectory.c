@@ -10,14 +10,15 @@ static double slope(const struct trajectory *t, int i, int axis) {
     return (t->knot[i + 1].pose[axis] - t->knot[i].pose[axis]) / step_s(t, i);
 }
 
-/* The equations of the unknown second derivatives b of the knots; h[i] is the step after knot i:
+/* Equations for the unknown second derivatives b[i] at the knots; h[i] is the time from knot i to
+ * the next:
  *
  *   h[i-1] b[i-1] + 2 (h[i-1] + h[i]) b[i] + h[i] b[i+1] = 6 (slope[i] - slope[i-1])
  *
- * A natural spline has unknowns at the inner knots. A periodic one has one at the first knot, too,
- * which neighbours the last unknown: that adds a corner to the matrix, which is split off as a
- * rank-one term (Sherman and Morrison; 0 for a natural spline). The matrix is diagonally
- * dominant. */
+ * A natural spline has unknowns at the inner knots. A periodic spline has one at the first knot,
+ * too. This unknown neighbours the last one, which gives the tridiagonal matrix corner entries;
+ * they are split off as a rank-one term (Sherman-Morrison formula; 0 for a natural spline). The
+ * matrix is diagonally dominant. */
 struct system {
     int size, first;      /* number of unknowns, and index of the first unknown's knot */
     double corner, gamma;
@@ -83,7 +84,8 @@ static double pass_s(const struct trajectory *t) { return t->knot[t->knots - 1].
 
 double trajectory_s(const struct trajectory *t) { return t->passes * pass_s(t); }
 
-/* Returns the last knot at or before the time, but never the trajectory's last knot. */
+/* Returns the index of the last knot at or before the time, but at most that of the last knot but
+ * one. */
 static int find(const struct trajectory *t, double time_s) {
     int low = 0, high = t->knots - 1;
     while (high - low > 1) {

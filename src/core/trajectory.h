@@ -1,20 +1,21 @@
 /* A trajectory: poses over time, joined by cubic splines, so that pose, rate and acceleration are
  * continuous. It is built before anything moves; the loop only reads it.
  *
- * Ends: natural (zero acceleration) for a single pass; for several passes periodic: the last
- * pose equals the first, and rate and acceleration are continuous there too. */
+ * A single pass has natural ends (zero acceleration). Several passes are periodic: the last pose
+ * equals the first, and rate and acceleration are continuous from one pass to the next. */
 #ifndef HEXID_TRAJECTORY_H
 #define HEXID_TRAJECTORY_H
 
 #include "types.h"
 
-/* Time derivatives of a pose, the index into a motion: m and rad, per s, s^2 and s^3. */
+/* Order of the time derivative of a pose, the first index of a motion. Units: m and rad, and these
+ * per s, s^2 and s^3. */
 enum motion_order { MOTION_POSE, MOTION_RATE, MOTION_ACCEL, MOTION_JERK, MOTION_ORDERS };
 
 struct trajectory_knot {
     double time_s;          /* time since the first knot */
     double pose[DOFS];      /* pose of the knot, m and rad */
-    double bend[DOFS];      /* second derivative of the pose */
+    double bend[DOFS];      /* second time derivative of the pose */
 };
 
 struct trajectory {
@@ -32,8 +33,8 @@ bool trajectory_bend(struct trajectory *t);
 double trajectory_s(const struct trajectory *t);
 
 /* Computes pose, rate, acceleration and jerk at a time since the beginning of the first pass.
- * Before and after the passes the motion is straight, at the rate of the nearer end. The jerk is
- * constant between knots. RT: a search of at most 32 steps, no heap. */
+ * Before and after the passes the pose is extrapolated linearly, with the rate of the nearer end.
+ * The jerk is constant between knots. RT: a search of at most 32 steps, no heap. */
 void trajectory_motion(const struct trajectory *t, double time_s, double motion[MOTION_ORDERS][DOFS]);
 
 /* Computes the pose alone, as trajectory_motion() does. */

@@ -9,7 +9,8 @@
 
 /* Smallest pressure drop that counts, as a share of supply less tank pressure. */
 static const double LEAST_DROP = 0.01;
-/* Half the width of the slope over a dead band: a few times the sensors' noise in the command. */
+/* Opening up to which the dead band is added in proportion: a few times the noise that the sensors
+ * cause in the command. */
 static const double SMALL_OPENING = 0.002;
 
 /* Returns the value of an effect's first key on a leg, or `without` if the effect is off. */
@@ -56,7 +57,7 @@ static struct chambers chambers_at(const struct valve_flow *f, double leg_m) {
                              f->area_m2[1] / (f->dead_m3[1] + f->area_m2[1] * (f->most_m - length_m))};
 }
 
-/* Sizes of the flows through both ports at full opening in one direction, m^3/s. */
+/* Magnitudes of the flows through both ports at full opening in one direction, m^3/s. */
 struct port_flows {
     double rodless, rod;
 };

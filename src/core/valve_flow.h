@@ -9,7 +9,7 @@
  *  => o = (f' + beta [(A1^2/V1 + A2^2/V2) v + (A1/V1 + A2/V2) c (P1 - P2)])
  *         / beta [A1/V1 g1 sqrt(drop 1) + A2/V2 g2 sqrt(drop 2)]
  *
- * with the pressure drops for the sign of the numerator. */
+ * with the pressure drops of the direction that the sign of the numerator gives. */
 #ifndef HEXID_VALVE_FLOW_H
 #define HEXID_VALVE_FLOW_H
 
@@ -26,13 +26,13 @@ struct valve_flow {
     double area_m2[2], dead_m3[2]; /* areas and dead volumes of the rodless and of the rod side */
     double least_m, most_m;      /* leg lengths at the end stops */
     double bulk_modulus_pa, leakage_m3_per_s_pa, supply_pa, tank_pa;
-    double null;                 /* command at which the spool is centred */
+    double null;                 /* command at which the spool is in its middle position */
     double delay_s;              /* mean delay from command to spool: its lag and dead time */
     double dead;                 /* half the width of the valve's dead band, as a share of full
                                   * opening */
 };
 
-/* State of a leg's oil: pressures, and how the piston moves. */
+/* Pressures in a leg's chambers, and length and rate of the leg. */
 struct oil_state {
     double p1_pa, p2_pa, length_m, rate_mps;
 };
@@ -41,24 +41,26 @@ struct oil_state {
  * valve_null_bias, valve_lag, command_delay and internal_leakage. */
 void valve_flow_init(struct valve_flow *flow, int leg, const struct params *params, const struct kinematics *k);
 
-/* Returns the opening, in shares of full opening; it may be beyond +-1, which the valve cannot
- * give. A pressure drop counts as at least a hundredth of supply less tank pressure. */
+/* Returns the opening at which the leg force changes at this rate, as a share of full opening; it
+ * may be beyond +-1, which the valve cannot reach. A pressure drop counts as at least a hundredth
+ * of supply less tank pressure. */
 double valve_flow_opening(const struct valve_flow *flow, const struct oil_state *oil, double force_rate_n_per_s);
 
-/* Advances the pressures by one explicit step at this opening; they stay between tank and
- * supply. */
+/* Advances the pressures by time_s in one explicit Euler step at this opening, and limits them to
+ * between tank and supply. */
 void valve_flow_advance(const struct valve_flow *flow, struct oil_state *oil, double opening, double time_s);
 
-/* Moves the piston, with the valve shut, until the oil that it compresses gives the leg this force:
- * changes both pressures. */
+/* Changes both pressures so that the leg has this force, by as much as a small move of the piston
+ * with the valve shut would; limits them to between tank and supply. length_m stays. */
 void valve_flow_load(const struct valve_flow *flow, struct oil_state *oil, double force_n);
 
-/* Returns the opening that a command gives, without the valve's lag: 0 within the dead
- * band; NaN for NaN. */
+/* Returns the opening that belongs to a command in steady state: 0 within the dead band; NaN for
+ * NaN. */
 double valve_flow_opened(const struct valve_flow *flow, double command);
 
-/* Returns the command for an opening: adds the null and jumps over the dead band. Within +-0.002
- * the jump is a slope, so that noise about zero does not make the valve chatter. */
+/* Returns the command for an opening: adds the null, and the dead band in the direction of the
+ * opening. For openings within +-0.002 the dead band is added in proportion, so that noise about
+ * zero does not make the valve chatter. */
 double valve_flow_command(const struct valve_flow *flow, double opening);
 
 #endif

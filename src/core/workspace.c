@@ -9,10 +9,11 @@
 enum { PLACES = 3, CORNERS = 729, SMOOTH = 3 };
 
 static const double LONGEST = 1.0 / 8.0, SHORTEST = 1.0 / 1024.0; /* longest and shortest step along
-                                                                   * a path, as shares of the path's
-                                                                   * length */
-static const double ROUNDING = 1.0 + 1e-6; /* factor that covers the bound's rounding error, even
-                                            * near a singular pose */
+                                                                   * a path, as a share of the whole
+                                                                   * path */
+static const double ROUNDING = 1.0 + 1e-6; /* factor that makes condition_bound() an upper bound in
+                                            * spite of its rounding error, even near a singular
+                                            * pose */
 
 /* Jacobian with its angles in units of 1/arm_m. */
 static void scaled_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]) {
@@ -37,8 +38,9 @@ static double determinant(double m[DOFS][DOFS]) {
     return product;
 }
 
-/* Upper bound of a matrix's condition, 2 (|M|F / sqrt(n))^n / |det M| (Guggenheimer, Edelman and
- * Johnson 1995), for a tenth of the time of singular values. Infinite or NaN if it is singular. */
+/* Returns an upper bound of a matrix's condition number, 2 (|M|F / sqrt(n))^n / |det M|
+ * (Guggenheimer, Edelman and Johnson 1995), in a tenth of the time that singular values take.
+ * Infinite or NaN if the matrix is singular. */
 static double condition_bound(double j[LEGS][DOFS]) {
     double m[DOFS][DOFS], squares = 0.0;
     memcpy(m, j, sizeof m);
@@ -63,8 +65,8 @@ static void places(const struct kinematics *k, const struct params *p, double le
     }
 }
 
-/* A path from neutral: how far it went, and its worst pose if that is worse than those of the paths
- * before it. */
+/* A path from neutral: the share of it that was reached, and its worst pose if that is worse than
+ * those of all earlier paths. */
 struct way {
     double gone, condition;
     double pose[DOFS], worst_pose[DOFS]; /* end of the path, and its worst pose */
@@ -80,8 +82,8 @@ static void look(const struct kinematics *k, struct way *w) {
     memcpy(w->worst_pose, w->pose, sizeof w->worst_pose);
 }
 
-/* Follows a path with all legs in proportion. A step that takes many Newton iterations may jump
- * to another assembly mode of the machine, so it is shortened. */
+/* Follows a path on which all legs move in proportion. A step that takes more than SMOOTH Newton
+ * iterations may have jumped to another assembly mode of the machine, so it is shortened. */
 static struct way go(const struct kinematics *k, const double to_m[LEGS], double worst) {
     struct way w = {.condition = worst};
     double length_m[LEGS], step = LONGEST;
