@@ -6,8 +6,9 @@
 #include "monotonic.h"
 #include "units.h"
 
-static const int64_t yield_ns = NS_PER_S / 1000; /* pause of a waiting loop; it sleeps, because a
-                                                  * spinning real-time thread starves others */
+static const int64_t yield_ns = NS_PER_S / 1000; /* duration of clock_yield(), which sleeps because
+                                                  * a spinning real-time thread would starve
+                                                  * others */
 
 static void sleep_until(int64_t at_ns) {
     struct timespec t = {.tv_sec = at_ns / NS_PER_S, .tv_nsec = at_ns % NS_PER_S};

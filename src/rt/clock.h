@@ -1,11 +1,11 @@
 /* The loop's time: nanoseconds since the loop's start, in one of three kinds.
  *
- *   real     CLOCK_MONOTONIC; missed time is lost. Hardware, and `--rt require`.
- *   paced    Follows CLOCK_MONOTONIC as long as the host keeps up, and stretches if it does not:
- *            the loop sees the same times as on a virtual clock. The simulated platform.
- *   virtual  As fast as the loop can go: `--fast`.
+ *   real     CLOCK_MONOTONIC, for hardware and `--rt require`; missed time is lost.
+ *   paced    For the simulated platform. It follows CLOCK_MONOTONIC as long as the host keeps up,
+ *            and stretches if it does not, so that the loop sees the times of a virtual clock.
+ *   virtual  For `--fast`: time goes on as fast as the loop can run.
  *
- * All functions are RT; any thread may call clock_now(), only the loop's thread the others. */
+ * All functions are RT; any thread may call clock_now(), and only the loop's thread the others. */
 #ifndef HEXID_CLOCK_H
 #define HEXID_CLOCK_H
 
@@ -26,14 +26,14 @@ struct clock {
 void clock_start(struct clock *c, enum clock_kind kind);
 int64_t clock_now(const struct clock *c);
 
-/* Sleeps until the absolute time, in spite of signals. Returns the time, and in *late_ns by how
- * much the host woke the thread too late (0 on a virtual clock). */
+/* Sleeps until the absolute time, in spite of signals. Returns the time, and in *late_ns the delay
+ * of the wake-up (0 on a virtual clock). */
 int64_t clock_wait(struct clock *c, int64_t until_ns, int64_t *late_ns);
 
 /* Stretches a paced clock: shifts all later times by the host's delay. */
 void clock_stretch(struct clock *c, int64_t by_ns);
 
-/* Returns the host's time since the end of the last wait; 0 on a virtual clock. */
+/* Returns the CLOCK_MONOTONIC time since the end of the last wait; 0 on a virtual clock. */
 int64_t clock_since_wake(const struct clock *c);
 
 /* Lets other threads run; for a loop that waits for another thread on a paced or virtual clock. */

@@ -23,20 +23,21 @@
 #endif
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
-/* LOWEST: lowest address that may be mapped, as distributions set vm.mmap_min_addr. PLACES: how
- * many addresses are tried */
+/* LOWEST: lowest address that may be mapped, as distributions set vm.mmap_min_addr. PLACES: number
+ * of addresses tried */
 enum { PAGE = 4096, LOWEST = 0x10000, PLACES = 64 };
 
 void confine_thread(void) {
     struct __user_cap_header_struct header = {.version = _LINUX_CAPABILITY_VERSION_3};
     struct __user_cap_data_struct none[_LINUX_CAPABILITY_U32S_3] = {0};
     if (SANITIZED) return;
-    /* a thread may always drop its capabilities; ambient ones go with the permitted ones */
+    /* a thread may always drop its capabilities; dropping the permitted ones drops the ambient
+     * ones, too */
     syscall(SYS_capset, &header, none);
 }
 
-/* Copies both paths, a page each, to addresses below all other memory, and makes them read-only.
- * Calls that change memory are then allowed from the end of these pages on (allow_memory). */
+/* Copies both paths, a page each, to addresses below all other memory, and makes these pages
+ * read-only. allow_memory() allows calls that change memory only above them. */
 static char *intern(const char *first, const char *second) {
     for (uintptr_t at = LOWEST; at < LOWEST + PLACES * PAGE; at += PAGE) {
         char *pages = mmap((void *)at, 2 * PAGE, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED_NOREPLACE, -1, 0);
@@ -76,8 +77,8 @@ static int allow_always(scmp_filter_ctx filter) {
     return allow(filter, calls, COUNT(calls));
 }
 
-/* Allows settings, sizes and queues of a terminal or a serial line; nothing that inserts
- * characters into it. */
+/* Allows the requests for settings, size and queues of a terminal or a serial line, but none that
+ * inserts characters into it. */
 static int allow_ioctl(scmp_filter_ctx filter) {
     static const unsigned requests[] = {TCGETS, TCSETS, TCSETSW, TCSETSF, TCSBRK, TCFLSH, TIOCOUTQ, TIOCGWINSZ, FIONREAD};
     int failed = 0;
@@ -111,7 +112,8 @@ static int allow_result(scmp_filter_ctx filter, const struct output *result, con
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(renameat2), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
                                   SCMP_A3(SCMP_CMP_EQ, (uintptr_t)paths + PAGE), SCMP_A4(SCMP_CMP_EQ, result->rename_flags));
-    /* on file systems without RENAME_NOREPLACE, output_write() links */
+    /* on file systems without RENAME_NOREPLACE, output_write() links the file to its name
+     * instead */
     if (!failed && result->rename_flags)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(linkat), 5, here, beside,
                                   SCMP_A2(SCMP_CMP_MASKED_EQ, UINT32_MAX, (uint32_t)AT_FDCWD),
@@ -149,7 +151,7 @@ static int allow_can(scmp_filter_ctx filter) {
     for (size_t i = 0; i < COUNT(requests) && !failed; i++)
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(ioctl), 1, SCMP_A1(SCMP_CMP_EQ, requests[i]));
     if (!failed) failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 1, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_CAN));
-    if (!failed) /* internet socket for queries of an interface: connecting it is denied */
+    if (!failed) /* internet socket for queries about an interface; connecting it stays denied */
         failed = seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(socket), 2, SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)AF_INET),
                                   SCMP_A1(SCMP_CMP_EQ, SOCK_DGRAM | SOCK_CLOEXEC));
     return failed;
@@ -158,7 +160,8 @@ static int allow_can(scmp_filter_ctx filter) {
 static int build(scmp_filter_ctx filter, const struct confinement *c, const char *paths) {
     int failed = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     if (!failed) failed = seccomp_attr_set(filter, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_ERRNO(EPERM));
-    /* these options only save time, in the threads and in the filter, so a failure is ignored */
+    /* these options only save time (no mitigation of speculative store bypass; faster filter), so a
+     * failure is ignored */
     if (!failed) seccomp_attr_set(filter, SCMP_FLTATR_CTL_SSB, 1), seccomp_attr_set(filter, SCMP_FLTATR_CTL_OPTIMIZE, 2);
     if (!failed) failed = allow_always(filter);
     if (!failed) failed = allow_ioctl(filter);

@@ -13,16 +13,16 @@
 
 enum { TRIES = 1000 };
 
-/* True if the loop was told to end or an automatic run is over, and the supply is off. After
- * `abort` it is true at once. */
+/* Returns true if the supply is off, and either the loop was told to end or an automatic run is
+ * over; also at once after `abort`. */
 static bool finished(const struct loop *l) {
     if (atomic_load_explicit(&l->abort, memory_order_relaxed)) return true;
     bool over = l->params->motion.automatic && !l->platform.automatic;
     return (over || atomic_load_explicit(&l->quit, memory_order_relaxed)) && !supervisor_powers(l->platform.supervisor.state);
 }
 
-/* Handles missed deadlines. Returns how many commands the machine missed; 0 on a paced clock,
- * because time is stretched instead. */
+/* Handles missed deadlines. Returns the number of cycles that the machine was without a new
+ * command; 0 on a paced clock, because time is stretched instead. */
 static int64_t overrun(struct loop *l, int64_t late_ns) {
     int64_t period_ns = ns_from_seconds(l->params->loop.period_s), missed = late_ns / period_ns;
     if (l->clock.kind == CLOCK_PACED) {
@@ -37,8 +37,8 @@ static int64_t overrun(struct loop *l, int64_t late_ns) {
 /* SAFETY: once told to end, the loop ignores other requests and parks the platform. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
-    /* gains that are just being written belong to a later request, so this one gets NaN, which is
-     * refused */
+    /* gains that are being written at this moment belong to a later request, so this request gets
+     * NaN, which is refused */
     if (request.command == COMMAND_SET && !gains_box_get(&l->gains, &request.gains)) request.gains = (struct gains){.value = {(double)NAN}};
     if (atomic_load_explicit(&l->quit, memory_order_acquire)) request.command = COMMAND_PARK;
     return request;
@@ -84,16 +84,17 @@ static void tell_gains(struct loop *l) {
 
 struct gains loop_gains(const struct loop *l) {
     struct gains gains;
-    /* SAFETY: the caller's thread also handles stops, so this never waits for the loop, which
-     * writes in a few instructions. A mixture of two writes is at worst refused */
+    /* SAFETY: the caller's thread also handles stops, so the number of tries is limited; the loop
+     * writes in a few instructions. If the gains are a mixture of two writes all the same, a change
+     * based on them is refused. */
     for (int i = 0; i < TRIES && !gains_box_get(&l->present, &gains); i++) continue;
     return gains;
 }
 
 static void tell_acted(struct loop *l) {
     const struct platform *p = &l->platform;
-    tell_gains(l); /* first, so that a thread that sees the request as processed also sees the gains
-                    * that it has set */
+    tell_gains(l); /* before the store below, so that a thread that sees a request as processed also
+                    * sees its gains */
     struct loop_acted acted = {.request_id = p->supervisor.request_id,
                                .taken = p->request_taken,
                                .stopped = p->stopping,

@@ -1,12 +1,12 @@
-/* The loop: every period, wake at an absolute deadline, read, decide, write, pass on the record.
- * loop_cycle() and platform_step() are the daemon.
+/* The loop: in every period it wakes at an absolute deadline, reads, decides, writes, and passes on
+ * the record. loop_cycle() and platform_step() contain all that decides on the machine's motion.
  *
  * An overrun is a cycle that begins a whole period or more after its deadline. On the real clock
- * missed cycles are skipped, never caught up in a burst: the next deadline is the next one of the
- * original grid. The late cycle's sample has the flag SAMPLE_OVERRUN, by which the identifier
- * excludes it, and loop.overrun_limit deadlines missed in a row are a fault. On the paced clock an
- * overrun is the host's delay, which the machine does not see: time stretches by the periods
- * missed. The reference counts cycles, so it never jumps.
+ * missed cycles are skipped, never caught up in a burst: the next deadline is the next multiple of
+ * the period. The late cycle's sample has the flag SAMPLE_OVERRUN, so that the identification
+ * excludes it, and loop.overrun_limit deadlines missed in a row are a fault. On the paced clock the
+ * simulated machine does not notice an overrun: time stretches by the missed periods. The reference
+ * counts executed cycles, so it never jumps.
  *
  * The record ring: on the real clock, if the ring is full, the record is lost (counted, and visible
  * as a gap in seq) and the deadline is kept. On the other clocks the loop waits for room, so that
@@ -38,7 +38,8 @@ struct loop {
     _Atomic bool unattended;         /* the loop parked because loop_attend() was not called; set by
                                       * the loop */
     _Atomic uint64_t lost;   /* number of records lost because the ring was full; set by the loop */
-    _Atomic uint64_t acted;          /* packed result of loop_acted(); set by the loop */
+    _Atomic uint64_t acted;          /* packed struct loop_acted, which loop_acted() unpacks; set by
+                                      * the loop */
     struct clock clock;
     struct platform platform;
     int64_t deadline_ns;
@@ -74,14 +75,14 @@ struct loop_acted {
 };
 struct loop_acted loop_acted(const struct loop *l);
 
-/* The gains with which the loop drives. Any thread but the loop's. */
+/* Returns the present gains of the loop. Any thread but the loop's. */
 struct gains loop_gains(const struct loop *l);
 
-/* Packs struct loop_acted in a word, for tests that act as the loop. Pure, RT. */
+/* Packs struct loop_acted in a word; public for tests that replace the loop. Pure, RT. */
 uint64_t loop_acted_word(const struct loop_acted *acted);
 
-/* SAFETY: parks in spite of any later request, and ends the loop as soon as the supply is off. Any
- * thread, also a signal handler; may be called repeatedly. */
+/* SAFETY: parks the platform in spite of any later request, and ends the loop as soon as the supply
+ * is off. Any thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 
 /* SAFETY: tells the loop that the thread which takes stops has come round; that thread calls this

@@ -11,13 +11,13 @@
 
 #include "thread.h"
 
-/* Opens closed standard descriptors on /dev/null, in ascending order, so that the lowest free
- * number is the closed one. */
+/* Opens closed standard descriptors on /dev/null. It goes in ascending order, so that open()
+ * returns the number of the closed descriptor, the lowest free one. */
 static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;
         int got = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-        /* if /dev is missing: O_PATH refuses reads and writes too */
+        /* without /dev, a descriptor with O_PATH refuses reads and writes, too */
         if (got < 0) got = open("/", O_PATH);
         if (got != file)
             return error_set(error, STATUS_IO, "descriptor %d is closed, and /dev/null cannot take its place: %s", file, strerror(errno));
@@ -39,8 +39,8 @@ static void close_to_others(void) {
     umask(asked | S_IWOTH);
 }
 
-/* Raises a soft limit as far as wanted and the hard limit allows, because soft limits are mostly
- * defaults of the calling shell. */
+/* Raises a soft limit to the wanted value, or to the hard limit if that is lower. Most soft limits
+ * are only defaults of the calling shell. */
 static void raise_limit(int resource, rlim_t wanted) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= wanted) return;
@@ -48,8 +48,8 @@ static void raise_limit(int resource, rlim_t wanted) {
     setrlimit(resource, &limit);
 }
 
-/* Checks that a limit is at least `least`. unit: number of the kernel's units in one of the
- * message's: 1024 for kB of stack, which the kernel counts in bytes. */
+/* Checks that a limit is at least `least`. unit: number of the kernel's units in a unit of the
+ * message, 1024 for the stack: the kernel counts it in bytes, the message in kB. */
 static int need(int resource, rlim_t least, rlim_t unit, const char *what, const char *remedy, struct error *error) {
     struct rlimit limit;
     if (getrlimit(resource, &limit) || limit.rlim_cur >= least) return STATUS_OK;

@@ -31,8 +31,8 @@ enum {
                               * `hexid command` */
 };
 
-/* Brings the process into the state described above. Main thread, first of all. STATUS_IO: a
- * standard descriptor is closed and cannot be opened. */
+/* Brings the process into the state described above. Main thread, before anything else. STATUS_IO:
+ * a standard descriptor is closed and cannot be opened. */
 int process_start(struct error *error);
 
 /* Checks that the process's limits suffice; to be called after process_start(). STATUS_IO with
@@ -40,9 +40,9 @@ int process_start(struct error *error);
  * a stop must work within any limits. */
 int process_limits(struct error *error);
 
-/* True if the caller asked that this signal stays ignored. nohup(1) asks that a program survives
- * its terminal (SIGHUP). SIGINT is different: a shell ignores it for background programs, in which
- * kill(1) must still park the platform. */
+/* Returns true if this signal must stay ignored because the caller of the program ignored it. That
+ * is respected for SIGHUP only, with which nohup(1) makes a program survive its terminal. A shell
+ * makes background programs ignore SIGINT, too, but `kill -INT` must still park the platform. */
 bool process_ignores(int number);
 
 /* Makes writing to a closed pipe an error instead of the end of the process; for programs that

@@ -26,8 +26,8 @@ static int pin(int cpu, struct error *error) {
     return STATUS_OK;
 }
 
-/* Sets SCHED_FIFO for the calling thread. pthread calls return positive errors; success counts only
- * if the policy reads back. */
+/* Sets SCHED_FIFO for the calling thread. pthread calls return positive error numbers; success
+ * counts only if policy and priority read back as they were set. */
 static int fifo(int priority, struct error *error) {
     struct sched_param param = {.sched_priority = priority}, got;
     int policy = -1, refused = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);

@@ -1,6 +1,7 @@
-/* Starts all threads, with stacks of stated sizes: otherwise the size would be the stack limit of
- * the calling shell, for example 8 MB, all of it locked for each thread, or 64 kB, too small to
- * work. Sizes are about three times the measured depth or more (tests/bench/stacks.py). */
+/* Starts all threads of hexid, with stacks of stated sizes. Without a stated size a stack is as
+ * large as the stack limit of the calling shell: 8 MB would be locked in whole for each thread, 64
+ * kB would be too small. The sizes are at least about three times the measured depth
+ * (tests/bench/stacks.py). */
 #ifndef HEXID_THREAD_H
 #define HEXID_THREAD_H
 
@@ -11,8 +12,8 @@
 #include "status.h"
 
 enum {
-    THREAD_STACK_COPY = 128 << 10,     /* bytes of stack for threads that copy text or watch an
-                                        * interface */
+    THREAD_STACK_COPY = 128 << 10,     /* stack of threads that copy text or watch an interface,
+                                        * bytes */
     THREAD_STACK_REALTIME = 512 << 10, /* stack of threads in real time; realtime_enter() prefaults
                                         * half of it */
     THREAD_STACK_IDENTIFY = 2 << 20,   /* stack of recorder and estimators, which identify */
@@ -23,8 +24,8 @@ enum {
  * thread may call it. */
 int thread_start(pthread_t *thread, const char *what, size_t stack_bytes, void *(*run)(void *), void *argument, struct error *error);
 
-/* Waits up to `seconds` for the end of a thread; false: it still runs, and can be waited for
- * again. */
+/* Waits up to `seconds` for the end of a thread. Returns false if it still runs; it can then be
+ * waited for again. */
 bool thread_join_within(pthread_t thread, int seconds);
 
 /* Sets the stack size of threads that libraries start. Main thread, at the start. */

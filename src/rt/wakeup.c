@@ -22,7 +22,7 @@ void wakeups_add(struct wakeups *w, int64_t late_ns, int64_t period_ns) {
     w->half += 2 * late_ns >= period_ns;
 }
 
-/* Wakes periodically, with deadlines as in loop_cycle() on the real clock: missed ones are
+/* Wakes periodically, with deadlines as in loop_cycle() on the real clock: missed deadlines are
  * skipped. */
 static void *wake(void *argument) {
     struct measurement *m = argument;

@@ -1,5 +1,5 @@
-/* Measures how late this computer wakes a periodic thread with the loop's period, priority,
- * processor, sleep and clock, but without work. The loop's own delays are in HEXID_LOOP_STATS.
+/* Measures how late this computer wakes a periodic thread that has the loop's period, priority,
+ * processor, sleep and clock, but does no work. The loop's own delays are in HEXID_LOOP_STATS.
  * Ordinary threads; blocks for the duration. */
 #ifndef HEXID_WAKEUP_H
 #define HEXID_WAKEUP_H
@@ -10,16 +10,16 @@
 struct loop_params;
 
 enum { WAKEUP_EDGES = 16 };
-extern const int wakeup_edge_us[WAKEUP_EDGES]; /* upper edges of the classes of struct wakeups, in
+extern const int wakeup_edge_us[WAKEUP_EDGES]; /* upper edges of the bins of wakeups.count, in
                                                 * microseconds: 1, 2, 5, 10, ... */
 
 struct wakeups {
     struct histogram late;             /* delays of the wake-ups after their deadlines, ns */
-    int64_t count[WAKEUP_EDGES + 1];   /* number of wake-ups that are late by at least the previous
-                                        * edge, but less than this one; last: by at least the last
-                                        * edge */
-    int64_t half;        /* number of wake-ups late by at least half a period, which make late
-                          * samples on a field bus */
+    int64_t count[WAKEUP_EDGES + 1];   /* number of wake-ups in each bin: late by at least the
+                                        * previous edge, but less than this edge; in the last bin:
+                                        * by at least the last edge */
+    int64_t half;        /* number of wake-ups late by at least half a period, which cause samples
+                          * with SAMPLE_LATE on a field bus */
     int64_t missed;       /* number of deadlines missed, as the loop counts them: one for each whole
                            * period */
     int64_t missed_in_row;     /* most deadlines missed in a row, which loop.overrun_limit limits */
