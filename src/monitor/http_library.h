@@ -1,4 +1,4 @@
-/* libmicrohttpd, loaded only if a live page is asked for: it brings GnuTLS and ten more
+/* libmicrohttpd, loaded only if a live page is requested, because it loads GnuTLS and ten more
  * libraries, which do not belong in the process that moves a machine. Ordinary threads. */
 #ifndef HEXID_HTTP_LIBRARY_H
 #define HEXID_HTTP_LIBRARY_H

@@ -70,8 +70,8 @@ static int port_of(int fd) {
 static int listen_at(const struct addrinfo *at) {
     int yes = 1, room = SEND_BUFFER, fd = socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0) return -1;
-    /* Connections inherit the size; the small buffer keeps data from piling up for a slow
-     * reader. */
+    /* Connections inherit this small send buffer, so that only little data waits in the kernel for
+     * a slow reader. */
     setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &room, sizeof room);
     if (!setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) && !bind(fd, at->ai_addr, at->ai_addrlen) && !listen(fd, BACKLOG))
         return fd;

@@ -30,11 +30,12 @@ struct live_listener {
  * host's, or the port is taken or needs privileges. */
 int live_listen(const struct live_address *address, struct live_listener *listener, struct error *error);
 
-/* Returns true if the request's Host header is one of ours. SAFETY: a foreign page whose name is
+/* Returns true if the request's Host header names this server. SAFETY: a foreign page whose name is
  * made to resolve to this host (DNS rebinding) could read the machine's state through its user's
  * browser, but its requests carry that name. So only known names pass: localhost, this host's own
- * (own_name), the one that the page is served under (served). Any literal address passes, because
- * it cannot be rebound; so does any port, because tunnels have their own. */
+ * name (own_name), and the name under which the page is served (served). Any literal address
+ * passes, because it cannot be rebound; any port passes, because tunnels have ports of their
+ * own. */
 bool live_host_allowed(const char *host, const char *served, const char *own_name);
 
 #endif

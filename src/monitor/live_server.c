@@ -11,15 +11,18 @@
 enum { CONNECTIONS = 2 * LIVE_CLIENTS, STILL_S = 15, HEALTH_MS = 250, AT_ONCE = 64, RETRY_MS = 1000, TURN_MS = 50 };
 
 /* The stream to one browser. `cycle` and `event` are the numbers of the last cycle and event sent
- * to it, and `version` has the version of each place that was sent last. */
+ * to it, and `version` has the version of each place (live_state.h) that it was sent last. */
 struct client {
     struct live_server *server;
-    struct MHD_Connection *connection; /* connection to the browser; NULL: this place is free */
-    struct json_text piece; /* the chunk being sent; its first `sent` bytes are handed over */
+    struct MHD_Connection *connection; /* connection to the browser; NULL: this element of the array
+                                        * is free */
+    struct json_text piece; /* the chunk being sent, of which libmicrohttpd has taken the first
+                             * `sent` bytes */
     size_t sent;
-    bool greeted, waits;               /* greeted: the machine's description was sent; waits:
-                                        * suspended until there is news */
-    int64_t health_ms; /* time at which the last chunk was composed; every chunk has the health */
+    bool greeted, waits;               /* greeted: the machine's description was sent; waits: the
+                                        * connection is suspended until there is something new to
+                                        * send */
+    int64_t health_ms; /* time at which the last chunk, and with it the health, was composed */
     uint64_t cycle, event, version[LIVE_PLACES];
 };
 
@@ -47,8 +50,8 @@ static void say(struct json_text *to, const char *name, const struct json_text *
     say_end(to);
 }
 
-/* Sends the ring's entries after `*told`, at most AT_ONCE, as an array; `*told` becomes the last
- * one sent. */
+/* Adds the entries of the ring after number `*told`, at most AT_ONCE, to `to` as an array; `*told`
+ * becomes the number of the last one added. */
 static void say_ring(struct json_text *to, const char *name, const struct json_text *ring, uint64_t size, uint64_t count, uint64_t *told) {
     uint64_t most = count - *told < AT_ONCE ? count : *told + AT_ONCE;
     if (*told == count) return;
@@ -63,7 +66,7 @@ static void say_ring(struct json_text *to, const char *name, const struct json_t
     *told = most;
 }
 
-/* Makes a browser that is too far behind skip the entries that are no longer in the ring. */
+/* If a browser is too far behind, moves `*told` past the entries that are no longer in the ring. */
 static void catch_up(uint64_t *told, uint64_t count, uint64_t size) {
     if (count - *told >= size) *told = count - size + 1;
 }
@@ -97,8 +100,7 @@ static void compose(struct client *c) {
     c->greeted = true;
 }
 
-/* Gives libmicrohttpd the next bytes; it calls this whenever the browser has taken the last
- * ones. */
+/* Copies the next bytes to libmicrohttpd, which calls this function whenever it can send more. */
 static ssize_t give(void *context, uint64_t position, char *buffer, size_t room) {
     struct client *c = context;
     (void)position;
@@ -123,7 +125,8 @@ static void leave(void *context) {
 
 /* ---- requests ---- */
 
-/* The page loads nothing from other hosts, cannot be framed by another page, and is not cached. */
+/* With these headers the page loads nothing from other hosts, cannot be framed by another page, and
+ * is not cached. */
 static const char *const headers[][2] = {
     {"Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; "
                                 "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
@@ -133,7 +136,7 @@ static const char *const headers[][2] = {
     {"Cache-Control", "no-store"},
 };
 
-/* Sends a response and frees it. NULL means that memory ran out, and ends the connection. */
+/* Sends a response and frees it. If it is NULL, because memory ran out, the connection ends. */
 static enum MHD_Result send_response(struct live_server *s, struct MHD_Connection *to, unsigned status, struct MHD_Response *r,
                                      const char *type) {
     if (!r) return MHD_NO;

@@ -12,8 +12,8 @@
 
 enum { DIGITS = 6, REORDERED_MS = 100, REORDERED_CYCLES = 100, EVENT_TEXT = 600 };
 
-/* least time between kept cycles, a little below 20 ms: about 50 a second at most, whatever the
- * rate on the wire */
+/* least time between kept cycles, a little below 20 ms: about 50 cycles a second are kept at most,
+ * whatever the rate of the messages */
 static const uint64_t APART_NS = 19 * NS_PER_S / 1000;
 
 const char *const live_place_names[LIVE_PLACES] = {
@@ -136,9 +136,9 @@ static void write_fault(struct live_state *s) {
 }
 
 /* Takes the fault from a cycle. A fault is known from two sources: its events, which carry the
- * run's own text, and the state of each cycle while the fault is latched. Either may be missing: a
- * message was lost, the viewer joined late, or a run ended with its fault and sent no cycle that
- * has it. */
+ * run's own text, and the state of each cycle while the fault is latched. Either may be missing,
+ * because a message was lost, the viewer joined late, or the run ended with the fault before it
+ * sent a cycle that has it. */
 static void fault_of_cycle(struct live_state *s, const struct cycle *c) {
     struct live_fault *f = &s->fault;
     const struct failure *row = failure_of(c->first_fault);
@@ -224,7 +224,8 @@ static void count(struct live_state *s, const struct cycle *c) {
 
 static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_ms) {
     bool back = s->heard && c->seq < s->newest.seq;
-    /* An old number that comes soon after the newest is a reordered datagram, not a new run. */
+    /* An older number that arrives soon after the newest cycle is a reordered datagram, not a new
+     * run. */
     if (back && s->newest.seq - c->seq < REORDERED_CYCLES && now_ms - s->heard_ms < REORDERED_MS) return;
     if (back || !s->heard) begin_run(s);
     fault_of_cycle(s, c);
@@ -232,7 +233,8 @@ static void take_cycle(struct live_state *s, const struct cycle *c, int64_t now_
     s->heard = true;
     s->heard_ms = now_ms;
     s->newest = *c;
-    /* Times come from the network and may be anything, so the difference is taken unsigned. */
+    /* Times come from the network and may have any value, so the difference is unsigned, which
+     * cannot overflow. */
     uint64_t apart_ns = (uint64_t)c->in.time_ns - (uint64_t)s->kept_ns;
     if (s->messages == 1 || c->in.time_ns < s->kept_ns || apart_ns >= APART_NS) keep_cycle(s, c);
 }
@@ -257,8 +259,8 @@ static void take_event(struct live_state *s, const struct event *e) {
     json_text_add(j, "}", 1);
 }
 
-/* Returns the place that shows a message, or -1 if it is not shown. An older type of a channel goes
- * to the place of the newer type. */
+/* Returns the place that shows a message, or -1 if no place does. A message of an older type of its
+ * channel goes to the place of the newer type. */
 static int place_of(const struct message *m) {
     for (int i = LIVE_LOOP_STATS; i < LIVE_TEST; i++)
         if (!strncmp(m->type->name, live_place_names[i], strlen(live_place_names[i]))) return i;

@@ -12,11 +12,11 @@
 
 enum { LIVE_CYCLES = 1024, LIVE_EVENTS = 64, LIVE_MESSAGE_MAX = 16384 };
 
-/* Places, each of which shows a message until the next of its kind replaces it. A test's place
- * is LIVE_TEST plus its index in the list of tests. */
+/* Places of the page. Each shows a message until the next message of its kind replaces it. The
+ * place of a test's result is LIVE_TEST plus the test's index in the list of tests. */
 enum live_place { LIVE_FAULT, LIVE_LOOP_STATS, LIVE_METHOD_C, LIVE_IDENTIFICATION, LIVE_GAP, LIVE_TEST, LIVE_PLACES = LIVE_TEST + DOFS };
-extern const char *const live_place_names[LIVE_PLACES]; /* type of each place's message, or
-                                                         * "fault" */
+extern const char *const live_place_names[LIVE_PLACES]; /* names of the places: the type of the
+                                                         * message, or "fault" */
 
 struct live_state {
     const struct params *params;
@@ -31,19 +31,25 @@ struct live_state {
     } fault;
     struct cycle newest;
     bool heard;                          /* `newest` is valid */
-    int64_t heard_ms, kept_ns; /* arrival of `newest`; time stamp of the newest entry of `cycle` */
-    int64_t run;                         /* number of hexid starts noticed; 1 is the first */
-    int64_t step;                    /* number of cycles from one HEXID_STATE message to the next,
-                                      * the least seen in this run; 0: not known yet */
-    int64_t messages, lost, dropped;     /* HEXID_STATE messages received and missing in this
-                                          * run; datagrams in all runs that were no valid message */
+    int64_t heard_ms, kept_ns; /* heard_ms: time at which `newest` arrived; kept_ns: time stamp of
+                                * the newest entry of `cycle` */
+    int64_t run;                         /* number of the current run, counted from 1: starts of
+                                          * hexid that were noticed */
+    int64_t step;                    /* smallest number of cycles from one HEXID_STATE message to
+                                      * the next in this run, which is taken for lcm.state_every; 0:
+                                      * not known yet */
+    int64_t messages, lost, dropped;     /* numbers of HEXID_STATE messages received and missing in
+                                          * this run, and of datagrams in all runs that were no
+                                          * valid message */
 
-    struct json_text cycle[LIVE_CYCLES]; /* ring: number n, from 1, is cycle[n % LIVE_CYCLES] */
-    struct json_text event[LIVE_EVENTS]; /* ring: number n, from 1, is event[n % LIVE_EVENTS] */
-    uint64_t cycles, events;             /* numbers of cycles and events kept so far, also of those
-                                          * overwritten */
+    struct json_text cycle[LIVE_CYCLES]; /* ring buffer: entry number n, counted from 1, is cycle[n
+                                          * % LIVE_CYCLES] */
+    struct json_text event[LIVE_EVENTS]; /* ring buffer: entry number n, counted from 1, is event[n
+                                          * % LIVE_EVENTS] */
+    uint64_t cycles, events;             /* numbers of cycles and events kept so far, including
+                                          * those overwritten */
     struct json_text place[LIVE_PLACES]; /* JSON of each place; empty: nothing to show */
-    uint64_t version[LIVE_PLACES]; /* number of changes of each place */
+    uint64_t version[LIVE_PLACES]; /* number of times that each place has changed */
 };
 
 /* Prepares the state; `params` must outlive it. Returns -2 for a geometry that cannot be drawn, -3
@@ -55,10 +61,10 @@ void live_state_free(struct live_state *s);
 void live_state_take(struct live_state *s, const struct bus_message *message, int64_t now_ms);
 
 /* Writes {"run", "messages", "lost", "dropped", "silence_s", "misfit_m"}. silence_s is the time
- * since the newest cycle came; null before the first. misfit_m is the largest difference between
- * the measured lengths and those that the pose implies under this configuration; a large value
- * means that the configuration is another machine's. It is 0 for a single cylinder, before the
- * first cycle, and for a cycle with flags or faults. */
+ * since the newest cycle arrived; null before the first cycle. misfit_m is the largest difference
+ * between the measured lengths and those that the pose implies under this configuration; a large
+ * value means that the configuration is another machine's. It is 0 for a single cylinder, before
+ * the first cycle, and for a cycle with flags or faults. */
 void live_state_health(const struct live_state *s, int64_t now_ms, struct json_text *json);
 
 #endif
