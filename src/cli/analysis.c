@@ -23,14 +23,14 @@ void analysis_free(struct analysis *a) {
     parts_free(&a->parts);
 }
 
-/* Returns true if the motion is sinusoids, one axis after another. A log from elsewhere may contain
- * another motion than its configuration says, so the recorded motion decides too. */
+/* The recorded motion decides, too, because a log from elsewhere may contain another motion than
+ * its configuration says. */
 bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }
 
 /* Refuses a sample for which the recording has no room: a test of an axis may have a sixth of
- * ANALYSIS_SAMPLES, another motion all that the tests leave. */
+ * ANALYSIS_SAMPLES, any other motion all samples that the other tests leave. */
 static enum refusal surplus(const struct recording *r, enum dof dof) {
     int kept = 0;
     if (!r->tests) return REFUSED_NOT;
@@ -71,8 +71,8 @@ static void record(struct analysis *a, const struct cycle *c) {
     if (!surplus(&a->recording, c->dof)) recording_add(&a->recording, c, &a->unrecorded);
 }
 
-/* Returns true if the test of this axis is complete; a motion that belongs to no axis counts as
- * complete at any time. */
+/* Returns true if the test of this axis is complete; a motion of no axis always counts as
+ * complete. */
 static bool complete(const struct identification *id, enum dof dof) {
     bool is = dof == DOF_NONE;
     for (int k = 0; k < id->tests; k++) is = is || (id->test[k].dof == dof && !id->test[k].refused);
@@ -164,7 +164,7 @@ void analysis_identify(struct analysis *a) {
     if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
     r->refuted = rest.status && a->recording.refuted && !a->parts.all;
     /* the last part of a long motion may be too short for equations; its samples are then dropped,
-     * so that it is not taken for a test */
+     * so that the last part alone is not reported as the test */
     if (rest.status && a->parts.all) recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
@@ -177,7 +177,7 @@ struct loop_statistics analysis_statistics(const struct analysis *a) {
                                 .overruns = a->overruns,
                                 .lost = a->lost + a->unlogged,
                                 .period_s = a->params->loop.period_s,
-                                .timed = a->exec.max_ns > 0, /* a virtual clock stands still
+                                .timed = a->exec.max_ns > 0, /* on a virtual clock no time passes
                                                               * within a cycle */
                                 .stalls = a->stalls};
     double own_s = (double)a->cycles * s.period_s;
@@ -203,8 +203,8 @@ static bool evaluated(const struct identification *id, enum dof dof) {
 static const char *last_fault(struct analysis *a) {
     if (!a->last.first_fault) return NULL;
     const char *name = fault_name(a->last.first_fault);
-    /* the text of a log's fault event has the measured value, which the log's cycles lack; it is
-     * used if it is about the same fault */
+    /* the text of a log's fault event has the measured value, which the log's cycles lack; so the
+     * text is kept if it names the same fault */
     if (strncmp(a->fault, name, strlen(name)) != 0) fault_line(a->last.first_fault, a->last.faults, &a->last.measure, a->fault);
     return a->fault;
 }
@@ -216,9 +216,9 @@ static struct verdict judge_method_c(const struct analysis *a) {
         .result = &id->method_c, .equations = &a->equations, .estimate = &a->estimate, .nominal = (const double (*)[DOFS])id->nominal_mt});
 }
 
-/* Notes two errors of the configuration that change no length and no force, so that a recording
- * without reference cannot show them: other directions of x and y, and a numbering of the legs that
- * is a symmetry of the machine. */
+/* Notes two possible errors of the configuration that change no length and no force, so that a
+ * recording without reference cannot show them: other directions of x and y, and another numbering
+ * of the legs under which the machine is symmetric. */
 static void note_symmetries(const struct analysis *a, struct verdict *v) {
     char orders[LEG_ORDER_TEXT];
     if (a->recording.measured.reference || !a->ident.result.method_c.matrix.evaluated || !params_mechanism(a->params)->pose) return;
@@ -228,7 +228,7 @@ static void note_symmetries(const struct analysis *a, struct verdict *v) {
     if (*orders) verdict_note(v, "undecided without a recorded reference, as it changes no length and no force: %s", orders);
 }
 
-/* Returns true if two axes were tested with different gains: the result would be of two
+/* Returns true if two axes were tested with different gains; the result would then mix two
  * controllers. */
 static bool gains_differ(const struct analysis *a) {
     const struct gains *first = NULL;
@@ -240,7 +240,8 @@ static bool gains_differ(const struct analysis *a) {
     return false;
 }
 
-/* Withdraws the matrices of methods A and B if the recording contradicts the configured machine. */
+/* Withdraws the matrices of methods A and B, because the recording contradicts the configured
+ * machine. */
 static void withhold(struct identification *id) { id->method_a.evaluated = id->modified_a.evaluated = id->method_b.evaluated = false; }
 
 struct verdicts analysis_verdicts(struct analysis *a) {
@@ -290,7 +291,7 @@ static void print_loop(const struct loop_statistics *s, bool brief, FILE *out) {
     print_times("execution", s->exec_us, out);
 }
 
-/* Prints method A's verdict if the run's verdict is method C's. */
+/* Prints method A's verdict if method C has a result, too: the run's verdict is then method C's. */
 static void print_method_a(const struct analysis *a, const struct verdicts *v, FILE *out) {
     const struct identification *id = &a->ident.result;
     if (!id->method_a.evaluated || !id->method_c.matrix.evaluated) return;

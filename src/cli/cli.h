@@ -1,6 +1,6 @@
-/* The command line: options that every subcommand shares, and the subcommands. Each returns the
- * process's exit status: 0 done and all checks passed, 1 a check failed or was not evaluated, 2
- * usage or configuration, 3 I/O or device, 4 refused for safety. */
+/* The command line: options that the subcommands share, and the subcommands. Each subcommand
+ * returns the process's exit status: 0 done and all checks passed, 1 a check failed or was not
+ * evaluated, 2 usage or configuration, 3 I/O or device, 4 refused for safety. */
 #ifndef HEXID_CLI_H
 #define HEXID_CLI_H
 
@@ -17,7 +17,7 @@ struct params;
 
 enum { SETTINGS_MAX = 64, OPERANDS_MAX = 16, LOGS_MAX = 4 };
 
-/* other exit statuses are negated statuses of errors */
+/* the other exit statuses are those of enum status, negated */
 enum { EXIT_PASSED = 0, EXIT_CHECK_FAILED = 1 };
 
 struct options {
@@ -26,16 +26,18 @@ struct options {
     int measured_count;
     const char *settings[SETTINGS_MAX];
     int setting_count;
-    int run; /* number of the run in a log that contains several; 0: not given */
+    int run; /* value of --run: number of the run in a log that contains several; 0: not given */
     double log_quota_bytes, log_part_bytes; /* values of --log-quota and --log-part; 0: no limit */
-    /* "key=value" settings that --tests, --trajectory and --repeat stand for */
+    /* --tests, --trajectory and --repeat in the form of --set, "key=value" */
     char tests[64], trajectory[PARAMS_TEXT_SIZE + 32], repeat[64];
     uint64_t seed;
     bool fast, print_config, modbus_map, failures, refusals, keys, survey, qualify, verbose, all, once, json_lines;
-    double latency_s; /* duration of the measurement of wake-ups; negative: not given */
+    double latency_s; /* value of --latency: duration of the measurement of wake-ups; negative: not
+                       * given */
     /* value of --weight, and its standard deviation; 0: not given */
     double weight_kg, weight_std_kg;
-    double std_pct; /* wanted standard deviation of the survey's proposals, %; 0: not given */
+    double std_pct; /* value of --std: wanted standard deviation of the survey's proposals, %; 0:
+                     * not given */
     bool rt_given, pose_given;
     double pose[DOFS]; /* value of --pose: x y z phi theta psi, m and rad */
     enum realtime_mode rt;
@@ -47,14 +49,14 @@ struct options {
  * options.c) and at most this number of operands. Returns 0 or -2. */
 int options_parse(struct options *o, int argc, char **argv, const char *allowed, int operands, struct error *error);
 
-/* Moves the operands to the end of the logs of --measured. Returns -2 if these are more than
- * LOGS_MAX. */
+/* Appends the operands to the logs of --measured. Returns -2 if there are more than LOGS_MAX
+ * logs. */
 int options_measured(struct options *o, struct error *error);
 
 /* Returns the path of the configuration that is used without -c: config/tian2015.yaml of the
  * current directory (a checkout), else the installed one, found relative to this program
- * (PREFIX/etc/hexid, for /usr/bin /etc/hexid). NULL: the built-in one is used. The path may lie in
- * `installed`. */
+ * (PREFIX/etc/hexid, for /usr/bin /etc/hexid). NULL: neither exists, and the built-in configuration
+ * is used. `installed` is memory for the path. */
 const char *options_default_config(char installed[PATH_MAX]);
 
 /* Reads the configuration of -c, or without -c that of options_default_config(), and applies --set.
@@ -71,23 +73,23 @@ const char *options_machine_file(const char *url);
 /* Returns true if --set gives this key. */
 bool options_sets(const struct options *o, const char *key);
 
-/* Reports on stderr that --set gives other values than files of this path state. stated: "x:
+/* Reports on stderr that --set overrules what the files of this path state. stated: "x:
  * frequency_hz 5" or "1_x.csv: frequency_hz 5; 2_y.csv: amplitude 0.004"; "": reports nothing. */
 void cli_say_overruled(const char *path, const char *stated);
 
-/* Calls options_params() and opens the bus of lcm.url. Returns -2, also for an empty lcm.url, or
- * -3. */
+/* Calls options_params() and opens the bus of lcm.url. Returns -2 for a wrong configuration or an
+ * empty lcm.url, -3 if the bus cannot be opened. */
 struct bus;
 int options_bus(const struct options *o, struct params *params, struct bus **bus, struct error *error);
 
-/* SAFETY: a machine that is not simulated moves by itself only if this command line says so (--set
- * motion.automatic=true), because a file with that key may be a copy of the simulation's. Without
- * that option, clears motion.automatic in params, and the platform waits for `hexid command
- * engage`. */
+/* SAFETY: a machine that is not simulated moves without a command only if this command line says so
+ * (--set motion.automatic=true); a configuration file with that key may be a copy of the
+ * simulation's file. Without that option, clears motion.automatic in params, and the platform waits
+ * for `hexid command engage`. */
 void options_automatic(const struct options *o, bool simulated, struct params *params);
 
-/* Prints a line and makes it printable first (printable.h), because its text may come from
- * anywhere. At most 4000 bytes. */
+/* Prints a line, in printable form (printable.h) because its text may come from anywhere. At most
+ * 4000 bytes. */
 __attribute__((format(printf, 2, 3))) void cli_say(FILE *out, const char *format, ...);
 
 /* Prints "hexid: message" and returns the exit status. */

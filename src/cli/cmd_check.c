@@ -22,11 +22,12 @@
 
 enum { TESTS_MAX = CSV_FILES_MAX, PATH_SIZE = 64 };
 
-/* A log that is checked: a log of the command line, or one imported from a directory or file. */
+/* A log that is checked: one named on the command line, or one imported from a directory or
+ * file. */
 struct input {
     const char *name;            /* the file's name on the command line */
-    char copy[PATH_SIZE];        /* path of the unnamed log that was imported, which disappears with
-                                  * the process; "": `name` is a log */
+    char copy[PATH_SIZE];        /* path of the imported log, an unnamed file that disappears with
+                                  * the process; "": `name` itself is a log */
     struct csv_report csv;
 };
 
@@ -34,8 +35,8 @@ struct check {
     struct options o;
     struct output json, page;
     int inputs;
-    struct input *input;         /* a directory that is refused as a whole has one input for each of
-                                  * its files */
+    struct input *input;         /* array; a directory that is refused as a whole has one input for
+                                  * each of its files */
     struct params params;        /* configuration of the current input */
     struct params first;         /* configuration of the first input */
     struct survey survey[TESTS_MAX];
@@ -95,8 +96,8 @@ static int import(struct check *c, const struct csv_source *source, int *found) 
     return STATUS_OK;
 }
 
-/* Imports each file of a directory by itself after the directory was refused as a whole, so that no
- * error, in a file or between two of them, hides another. */
+/* Imports each file of a directory by itself after the directory was refused as a whole, so that
+ * one error, in a file or between two files, does not hide another. */
 static int import_files(struct check *c, struct csv_source source, int files) {
     int unused, before = c->inputs;
     c->refused = *c->error;
@@ -134,17 +135,17 @@ static int take_input(struct check *c, const char *name) {
     return new_input(c, name) ? STATUS_OK : error_set(c->error, STATUS_IO, "out of memory");
 }
 
-/* Finds the configuration. The log made from a directory already includes -c and --set. */
+/* Finds the configuration. A log imported from a directory already includes -c and --set. */
 static int read_params(struct check *c, const struct input *in, const struct log_event *event) {
     if (in->copy[0]) return log_params_own(in->name, event, "give one with -c FILE", &c->params, c->error);
     return log_params(&c->o, in->name, event, &c->params, NULL, c->error);
 }
 
-/* The survey to which a cycle belongs: there is one for each file of a directory, or for each test
- * of a log. */
+/* The survey to which the current cycle belongs: each file of a directory, or each test of a log,
+ * has one. */
 struct place {
     int file;
-    int64_t rows;      /* number of the file's rows so far */
+    int64_t rows;      /* number of rows of the current file so far */
     int test;
     struct survey *survey;
 };
@@ -164,8 +165,9 @@ static int begin_survey(struct check *c, const struct input *in, const struct cy
     return STATUS_OK;
 }
 
-/* Returns true if the test's time begins anew, as it does in a log made of several files of one
- * axis. Single rows that are out of order go back less than half of the test. */
+/* Returns true if the test's time begins anew, as in a log of several files of one axis. That is
+ * assumed if the time goes back by more than half of the test; single rows out of order go back
+ * less. */
 static bool begins_anew(const struct recording_test *t, const struct cycle *cycle) {
     enum { ROWS_LEAST = 10 };
     if (t->count < ROWS_LEAST) return false;
@@ -199,7 +201,7 @@ static int read_cycles(struct check *c, const struct input *in, struct log_reade
     if (!status && in == c->input) c->first = c->params;
     const struct test_params own = c->params.tests;
     do {
-        /* ask_gap() reports what --set overrules */
+        /* path NULL: ask_gap() reports what --set overrules */
         log_params_follow(&c->o, NULL, &event, &own, &c->params.tests);
         if (status || strcmp(event.channel, CHANNEL_STATE) || !state_decode(event.data, event.size, &cycle)) continue;
         status = add_cycle(c, in, &cycle, &place);
@@ -239,7 +241,7 @@ static void note_left_out(struct check *c, const struct input *in, const char *t
     if (*tests) join(c->report.left_out, sizeof c->report.left_out, c->inputs > 1 ? words : tests);
 }
 
-/* Loads the logs as hexid gap does and reports the outcome. */
+/* Loads the logs as `hexid gap` does, and stores in c->report.gap whether it would refuse them. */
 static void ask_gap(struct check *c) {
     gap_left_out left_out;
     const char *paths[LOGS_MAX];

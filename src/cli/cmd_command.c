@@ -1,6 +1,7 @@
 /* `hexid command`: sends a command to a running hexid over its sockets and reports the result.
- * After engage or start it stays and renews the lease (operator.h) until the platform is parked
- * again, or the tests are over; a signal ends it and parks the platform. */
+ * After engage or start the command keeps running and renews the lease (operator.h) until the
+ * platform is parked again or the tests are over; a signal ends the command and parks the
+ * platform. */
 #include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -22,8 +23,8 @@ static void on_signal(int number) { interrupted = number; }
 
 /* ---- one machine ---- */
 
-/* Sends a request and waits for its answer. Connects again if the daemon closed the connection
- * to make room, but not for a renewal: a lease belongs to its connection. */
+/* Sends a request and waits for its answer. Connects again if the daemon has closed the connection
+ * to make room for others, but not to renew a lease, because a lease belongs to its connection. */
 static enum command_news ask(struct command_client *c, enum command command, bool renew) {
     int64_t end_ms = monotonic_ms() + ANSWER_MS;
     for (int64_t left_ms = ANSWER_MS; left_ms > 0; left_ms = end_ms - monotonic_ms()) {
@@ -44,9 +45,10 @@ static int interrupted_park(struct command_client *c, struct error *error) {
     return status ? status : -EXIT_CHECK_FAILED;
 }
 
-/* Renews the lease until the command has ended: parked again after engage, tests done after
- * start. SAFETY: tests that ended otherwise (stopped or parked by somebody, by an expired lease
- * or by a fault) are not a success, so that a script does not go on. */
+/* Renews the lease until the command has ended: after engage when the platform is parked again,
+ * after start when the tests are done. SAFETY: tests that ended otherwise (stopped or parked by
+ * somebody, by an expired lease or by a fault) are not a success, so that a script does not go
+ * on. */
 static int hold_lease(struct command_client *c, const struct asked *q, struct error *error) {
     double lease_s = c->answer.lease_s;
     bool started = q->command == COMMAND_START, left = false;
@@ -78,7 +80,7 @@ static int tell(struct command_client *c, const struct asked *q, struct error *e
     const struct command_answer *a = &c->answer;
     enum command_news news = ask(c, q->command, false);
     if (news != NEWS_ANSWER) {
-        /* closing the connection withdraws the unanswered request */
+        /* the daemon withdraws an unanswered request when its connection closes */
         int status = report_silent(c, news, false, " The request goes with this connection: nothing has begun.", error);
         return status ? status : -EXIT_CHECK_FAILED;
     }
@@ -134,7 +136,8 @@ static int unknown(const struct options *o, struct error *error) {
                      nearest ? nearest : "", nearest ? "?" : "");
 }
 
-/* Blocks the signals except while hold_lease() waits, so that they interrupt nothing else. */
+/* Blocks the signals except while hold_lease() waits, so that they interrupt nothing but that
+ * wait. */
 static void catch_signals(struct asked *q) {
     static const int caught[] = {SIGINT, SIGTERM, SIGHUP};
     const struct sigaction action = {.sa_handler = on_signal};
@@ -148,8 +151,8 @@ static void catch_signals(struct asked *q) {
     sigprocmask(SIG_BLOCK, &set, &q->during_waits);
 }
 
-/* Chooses the machine: --machine, else machine.name. SAFETY: an unreadable configuration does
- * not prevent a stop: without --machine it then goes to all machines. */
+/* Chooses the machine: --machine, else machine.name. SAFETY: an unreadable configuration does not
+ * prevent a stop, which then goes to all machines unless --machine names one. */
 static int address(const struct options *o, struct params *params, struct asked *q, struct error *error) {
     int status = options_params(o, params, error);
     if (status && command_stops(q->command)) {

@@ -55,7 +55,8 @@ static const struct check {
     {"Modbus", check_modbus},
     {"log room", check_log_room},
     {"log speed", check_log_speed},
-    {"wake-up", check_wakeups}, /* last, because it takes long and sums up the checks above */
+    {"wake-up", check_wakeups}, /* last, because it takes long and shows the effect of what the
+                                 * checks above found */
 };
 enum { CHECKS = sizeof checks / sizeof *checks, LATENCY_S = 10, NAME_WIDTH = 14 };
 
@@ -72,7 +73,7 @@ static void print(FILE *out, const char *name, const struct finding *f) {
     fflush(out);
 }
 
-/* Appends a finding to the list, and takes over its data. */
+/* Appends a finding to the list, which takes over f->data. */
 static void append(json_t *all, const char *name, struct finding *f) {
     json_array_append_new(all, json_pack("{ss ss so so so}", "name", name, "level", json_levels[f->level], "found", doctor_text(f->found),
                                          "remedy", doctor_text(f->remedy), "data", f->data ? f->data : json_null()));

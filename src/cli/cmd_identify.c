@@ -11,8 +11,8 @@
 
 _Static_assert((int)OPERANDS_MAX <= (int)AGREEMENT_LOGS, "each operand is a log");
 
-/* Identifies from one log; does not keep its samples. survey: gets the results if the log
- * is of a survey; NULL: not needed. */
+/* Identifies from one log and frees its samples. survey: gets the results if the log is of a
+ * survey; NULL: they are not needed. */
 static int identify(const struct options *o, const char *path, struct log_analysis *i, struct loop_survey *survey, struct error *error) {
     struct multisine motion;
     int status = log_analysis_read(i, o, path, error);
@@ -53,8 +53,8 @@ static int weigh(const struct options *o, struct log_analysis *i, struct error *
 }
 
 /* Returns the configuration, corrected by the sensor errors that were found, as YAML, which the
- * caller frees. Its tests are log_analysis.configured, not those that the log's evaluation used.
- * NULL: out of memory. */
+ * caller frees. Its tests are log_analysis.configured, not the tests with which the log was
+ * evaluated. NULL: out of memory. */
 static char *calibrated_text(const struct log_analysis *i) {
     struct params *calibrated = malloc(sizeof *calibrated);
     if (!calibrated) return NULL;
@@ -65,7 +65,8 @@ static char *calibrated_text(const struct log_analysis *i) {
     return text;
 }
 
-/* Evaluates one log, and with --weight a second one of the same machine, which is only weighed. */
+/* Evaluates one log. With --weight a second log of the same machine is used for the weighing
+ * only. */
 static int one_log(const struct options *o, struct log_analysis *i, struct output *json, struct output *config, struct error *error) {
     struct method_c *found = &i->analysis.ident.result.method_c;
     struct loop_survey survey = {0};
@@ -106,7 +107,8 @@ static int each_log(const struct options *o, struct log_analysis *i, struct loop
     return status;
 }
 
-/* Solves method C with the equations of all logs, and compares the logs. all: gets the solution. */
+/* Solves method C with the equations of all logs, and compares the logs' own solutions. all: gets
+ * the common solution. */
 static int combine(struct combination *c, const struct log_analysis *i, struct estimate *all, struct error *error) {
     struct equations *sum = calloc(1, sizeof *sum);
     struct agreement_log log[AGREEMENT_LOGS];

@@ -94,7 +94,7 @@ static void say_where(const struct live_listener *l, const char *host) {
 }
 
 /* SAFETY: serves the page until a signal comes. This single thread never waits for a browser, and
- * reads LCM first. */
+ * in each turn reads LCM before it serves browsers. */
 static int serve(struct bus *bus, struct live_state *state, struct live_server *server, struct error *error) {
     struct pollfd ready[] = {{.fd = bus_fd(bus), .events = POLLIN}, {.fd = live_server_fd(server), .events = POLLIN}};
     struct bus_message m;

@@ -35,8 +35,8 @@ static struct identification_log summary(const struct log_analysis *l, const cha
                    .off_rad = m->off_rad,
                    .complete = m->complete},
         .refused = a->refused,
-        .fault = a->last.first_fault ? a->fault : NULL, /* text that the analysis has already
-                                                         * written */
+        .fault = a->last.first_fault ? a->fault : NULL, /* analysis_verdicts() has already written
+                                                         * this text */
     };
 }
 

@@ -34,14 +34,14 @@
 #include "trajectory_file.h"
 #include "units.h"
 
-/* distance of the main thread's SCHED_FIFO priority below the loop's: stops, which this thread
- * passes on, come after loop and field bus, and before all else */
+/* distance of the main thread's SCHED_FIFO priority below the loop's. The main thread passes stops
+ * to the loop, so it has priority over everything but the loop and the field bus */
 enum { STOP_PATH_BELOW_LOOP = 2 };
-static const double STD_PCT = 0.5; /* standard deviation wanted of a survey's proposals without
-                                    * --std, % */
-static const double RECORDER_BEHIND_S = 2.0; /* the recorder counts as hanging when the cycles of
-                                              * so much time wait in the ring, which leaves 14 s for
-                                              * parking */
+static const double STD_PCT = 0.5; /* wanted standard deviation of a survey's proposals if --std is
+                                    * not given, % */
+static const double RECORDER_BEHIND_S = 2.0; /* the recorder counts as hanging if the cycles of this
+                                              * time wait in the ring; the ring's remaining 14 s are
+                                              * for parking */
 
 struct session {
     struct options options;
@@ -49,14 +49,14 @@ struct session {
     struct trajectory trajectory; /* trajectory of the tests; knot NULL: there is none */
     struct multisine multisine;   /* motion of a survey */
     struct params machine;        /* configuration of the machine (options_machine()) */
-    struct params asked;          /* configured parameters, before a survey changes them */
+    struct params asked;          /* configured parameters, before --survey changes the tests */
     struct survey_report *survey; /* the survey's results; NULL: this run is no survey */
     struct hal *hal;
     struct ring ring;
     struct loop loop;
     struct recorder recorder;
     struct progress progress;
-    struct loop_check poles;      /* result of checking the closed loop */
+    struct loop_check poles;      /* result of the check of the closed loop */
     struct gains_check gains;     /* margins of the configured gains */
     struct log_writer *log;
     struct log_keeper keeper;
@@ -74,7 +74,8 @@ struct session {
 
 static void warn(const struct error *error) { cli_say(stderr, "hexid: warning: %s", error->text); }
 
-/* Opens LCM, which is only for watching: without a route the run continues with a warning. */
+/* Opens LCM. Without a route the run continues with a warning, because LCM is needed for watching
+ * only. */
 static int open_bus(struct session *s, struct error *error) {
     int status = s->params.lcm.url[0] ? bus_open(&s->bus, s->params.lcm.url, error) : STATUS_OK;
     if (status == STATUS_USAGE) return status;
@@ -82,8 +83,8 @@ static int open_bus(struct session *s, struct error *error) {
     return STATUS_OK;
 }
 
-/* Opens the sockets for commands and listens on LCM. A run in virtual time has neither, because
- * commands come in wall-clock time. */
+/* Opens the sockets for commands and listens on LCM. A run in virtual time receives no commands,
+ * because these come in wall-clock time. */
 static int open_commands(struct session *s, struct error *error) {
     struct error doubt;
     if (s->options.fast) return STATUS_OK;
@@ -112,14 +113,14 @@ static enum realtime_mode realtime_of(const struct session *s) {
     return s->hal->ops->simulated ? REALTIME_TRY : REALTIME_REQUIRE;
 }
 
-/* SAFETY: chooses the clock. Hardware gets real time, because a machine does not wait for a late
- * loop; so does a simulation with --rt require. */
+/* SAFETY: chooses the clock. Hardware gets the real clock, because a machine does not wait for a
+ * late loop; a simulation gets it with --rt require. */
 static enum clock_kind clock_of(const struct session *s) {
     if (s->options.fast) return CLOCK_VIRTUAL;
     return s->hal->ops->simulated && realtime_of(s) != REALTIME_REQUIRE ? CLOCK_PACED : CLOCK_REAL;
 }
 
-/* Returns the machine's own URL, which follows the prefixes of faults. */
+/* Returns the machine's own URL, which is what follows the last prefix of a simulated fault. */
 static const char *machine_url(const struct session *s) {
     const char *last = strrchr(s->options.hal, ';');
     return last ? last + 1 : s->options.hal;
@@ -133,8 +134,8 @@ static bool on_bus(const struct session *s) {
 
 static const struct trajectory *driven(const struct session *s) { return s->trajectory.knot ? &s->trajectory : NULL; }
 
-/* Takes s->trajectory as the motion of an option; the loop, the log and its readers treat it as a
- * trajectory without a file. */
+/* Makes s->trajectory the motion of the run, for the option `option`. The loop, the log and its
+ * readers treat it as a trajectory that has no file. */
 static int own_motion(struct session *s, const char *option, const char *name, int repeat, struct error *error) {
     struct test_params *t = &s->params.tests;
     struct error beyond;
@@ -223,9 +224,9 @@ static int open_all(struct session *s, struct error *error) {
     return status;
 }
 
-/* SAFETY: blocks signals and returns a descriptor to read them. Signals that would end or stop the
- * process reach the main thread as requests to park. SIGTTIN, SIGTTOU, SIGPIPE and SIGXFSZ
- * (process.h) are ignored, and SIGHUP under nohup(1). Threads inherit the mask. */
+/* SAFETY: blocks signals and returns a descriptor to read them. So signals that would end or stop
+ * the process become requests to park, which the main thread handles. SIGTTIN, SIGTTOU, SIGPIPE and
+ * SIGXFSZ (process.h) are ignored, and SIGHUP under nohup(1). Threads inherit the mask. */
 static int block_signals(struct error *error) {
     static const int ignored[] = {SIGTTIN, SIGTTOU};
     static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
@@ -243,8 +244,8 @@ static int block_signals(struct error *error) {
 }
 
 /* SAFETY: handles a signal. The first signal parks the platform and ends the run; a later SIGINT,
- * SIGTERM or SIGQUIT centres the valves at once. A lost terminal and timeout(1) send two signals
- * within milliseconds, which count as one. The function acts first and reports afterwards. */
+ * SIGTERM or SIGQUIT centres the valves at once. When a terminal is lost, and from timeout(1), two
+ * signals come within milliseconds; they count as one. The function acts before it reports. */
 static void signalled(struct session *s, int number) {
     static const int64_t twice_ns = 3 * NS_PER_S / 10;
     int64_t now_ns = monotonic_ns();
@@ -276,8 +277,9 @@ static void release_signals(struct session *s) {
     pthread_sigmask(SIG_UNBLOCK, &all, NULL);
 }
 
-/* SAFETY: detects a recorder that hangs. If the log stalls without an error (a sleeping reader of a
- * pipe, a hanging disk), the platform is parked before records are lost. */
+/* SAFETY: detects a recorder that hangs, because the log stalls without an error (a sleeping reader
+ * of a pipe, a hanging disk) or the host is busy. The platform is parked before records are
+ * lost. */
 static void watch_recorder(struct session *s) {
     double behind_s = (double)ring_count(&s->ring) * s->params.loop.period_s;
     if (s->options.fast || s->recorder_hangs || behind_s < RECORDER_BEHIND_S) return;
@@ -328,9 +330,9 @@ static int report_survey(struct session *s, struct verdict *verdict, struct erro
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-/* Returns true if an order ended this run regularly. A platform that moves only on command never
- * finishes its tests: SIGTERM, which service managers send, is then a regular end if the platform
- * is parked without a fault. */
+/* Returns true if SIGTERM was the regular end of this run. A run without motion.automatic never
+ * ends by itself; a service manager ends it with SIGTERM, which is regular if the platform is
+ * parked without a fault. */
 static bool ended_by_order(const struct session *s) {
     const struct cycle *last = &s->recorder.analysis.last;
     return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
@@ -367,7 +369,7 @@ static int report(struct session *s, struct error *error) {
 }
 
 /* Waits for the recorder, closes the log and reports the result. If the recorder hangs, its thread
- * keeps running, and this is an error without a result. */
+ * keeps running, and the run ends with an error and without a result. */
 static int finish(struct session *s, struct error *error) {
     struct error closing = {0};
     s->stuck = !recorder_join(&s->recorder);
@@ -388,16 +390,15 @@ static int finish(struct session *s, struct error *error) {
     return reported;
 }
 
-/* SAFETY: reports inputs that are not wired, because running without them must be somebody's
- * decision. */
+/* SAFETY: reports inputs that are not wired, because somebody must decide to run without them. */
 static void warn_of_missing_inputs(struct session *s) {
     char wiring[200];
     if (!interlock_describe(&s->params.interlocks, wiring, sizeof wiring)) progress_say(&s->progress, "hexid: interlocks: %s\n", wiring);
 }
 
 /* SAFETY: warns of weaknesses with the texts of `hexid doctor`. Before the machine is opened it
- * warns of singular poses, in which the legs do not hold the platform, because they may be why
- * check_poles() refuses the loop. The other checks follow once the machine is open. */
+ * warns only of singular poses, in which the legs do not hold the platform, because check_poles()
+ * may refuse the loop on account of them. The other warnings follow once the machine is open. */
 static void warn_of_machine(const struct session *s, bool opened) {
     static const struct {
         const char *name;
@@ -414,9 +415,9 @@ static void warn_of_machine(const struct session *s, bool opened) {
     }
 }
 
-/* SAFETY: refuses an unstable loop, which endangers people on the platform, and for a simulated
- * machine a noisy one; no key overrides this check. Without valid kinematics there is no loop to
- * check, and check_motion() reports the reason. */
+/* SAFETY: refuses an unstable loop, which endangers people on the platform, and on a simulated
+ * machine also a loop that turns sensor noise into motion; no key overrides this check. Without
+ * valid kinematics there is no loop to check, and check_motion() reports the reason. */
 static int check_poles(struct session *s, struct error *error) {
     struct kinematics k;
     struct error unheard;
@@ -431,8 +432,8 @@ static int check_poles(struct session *s, struct error *error) {
     return status;
 }
 
-/* Warns if two axes of a multisine have the same frequency, because their motions then cannot be
- * told apart. */
+/* Warns if two axes of a multisine have the same frequency, because the responses to these axes
+ * then cannot be told apart. */
 static void warn_of_axes_alike(const struct test_params *t) {
     for (int i = 0; i < t->count && t->multisine; i++)
         for (int j = 0; j < i; j++) {
@@ -486,21 +487,22 @@ static int run(struct session *s, struct error *error) {
     confine_all(s, &refused);
     wait_for_end(s);
     loop_join(&s->loop);
-    release_signals(s); /* nothing is driven any more, so signals may end the process if it hangs */
+    release_signals(s); /* nothing is driven any more, so from here on signals may end the
+                         * process */
     realtime_leave();
     status = finish(s, error);
     if (refused.status) *error = refused;
     return refused.status ? (int)refused.status : status;
 }
 
-/* SAFETY: closes the back-end even if a thread hangs, and then ends the process. Returns the exit
- * status if no thread hangs. */
+/* SAFETY: closes the back-end even if a thread hangs; in that case it then ends the process,
+ * otherwise it frees everything and returns the exit status. */
 static int close_all(struct session *s, int status, const struct error *error) {
     struct error ignored;
     bool quiet = !s->progress.out || progress_close(&s->progress);
     if (s->hal) s->hal->ops->close(s->hal);
     if (status < 0) status = cli_fail(error);
-    /* threads that wait for a terminal or a disk still use the memory */
+    /* a thread that hangs at a terminal or a disk still uses this memory, so it is not freed */
     if (!quiet || s->stuck) _exit(status);
     notify_close(&s->recorder.notify);
     log_keeper_stop(&s->keeper);
@@ -522,8 +524,8 @@ int cmd_run(int argc, char **argv) {
     struct session *s = calloc(1, sizeof *s);
     struct error error = {0};
     if (!s) return -STATUS_IO;
-    s->recorder.notify.socket = s->keeper.socket = -1; /* marks the sockets as not open; 0 would be
-                                                        * standard input */
+    s->recorder.notify.socket = s->keeper.socket = -1; /* -1 marks the sockets as not open; 0 would
+                                                        * be standard input */
     commands_init(&s->commands);
     int status = options_parse(&s->options, argc, argv, "cHfrslqgjStTnpVQdB", 0, &error);
     if (!status) status = options_params(&s->options, &s->params, &error);

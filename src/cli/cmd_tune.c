@@ -37,7 +37,7 @@ static int write_all(const struct options *o, struct output *file, struct output
 
 static bool to_stdout(const char *name) { return name && !strcmp(name, "-"); }
 
-/* Prints what was found: on standard error if a result goes to standard output. */
+/* Prints the report, on standard error if a result goes to standard output. */
 static void print(const struct options *o, const struct params *params, const struct loop_tune *t) {
     FILE *out = to_stdout(o->json) || to_stdout(o->output) ? stderr : stdout;
     char missed[TUNE_MISS_SIZE];

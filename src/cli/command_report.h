@@ -1,6 +1,6 @@
-/* The parsed command line of `hexid command`, and messages shared by its files. Stop and park go to
- * the named machine or to all (command_stop.h), other commands to one machine (cmd_command.c,
- * command_set.h). Main thread. */
+/* The parsed command line of `hexid command`, and messages that its files share. Stop and park go
+ * to the named machine or to all machines (command_stop.h), the other commands to one machine
+ * (cmd_command.c, command_set.h). Main thread. */
 #ifndef HEXID_COMMAND_REPORT_H
 #define HEXID_COMMAND_REPORT_H
 
@@ -21,18 +21,18 @@ struct asked {
     const char *setting;   /* operand of `set`; NULL: there is none */
     const struct params *params; /* configuration of the command line */
     const char *url;       /* URL of the LCM bus; "": there is none */
-    sigset_t during_waits; /* signal mask while the client waits to renew a lease: only then can
-                            * signals arrive */
+    sigset_t during_waits; /* signal mask while the client waits to renew a lease, the only time at
+                            * which it accepts signals */
     struct machine_name *found; /* machines that were found; room for MACHINES_MAX */
 };
 
-/* Reports that no answer came because the daemon has ended, regularly or not, or hangs. `may_move`:
- * also warns that the platform may still move. `also`: a sentence to append. Returns STATUS_OK if
- * the daemon has ended regularly with the supply off, else STATUS_IO. */
+/* Reports why no answer came: the daemon has ended, regularly or not, or hangs. `may_move`: adds a
+ * warning that the platform may still move. `also`: a sentence to append. Returns STATUS_OK if the
+ * daemon has ended regularly with the supply off, else STATUS_IO. */
 int report_silent(const struct command_client *c, enum command_news news, bool may_move, const char *also, struct error *error);
 
-/* Reports that no such machine was found, and where it was looked for. `doubt`: result of
- * machine_find(). `also`: a sentence to append. Returns STATUS_IO. */
+/* Reports that no such machine was found, and the directories that were searched. `doubt`: result
+ * of machine_find(). `also`: a sentence to append. Returns STATUS_IO. */
 int report_nobody(const struct asked *q, const struct error *doubt, const char *also, struct error *error);
 
 /* Lists in `names` the first machines of q->found, as many as fit: "hexid (/run/hexid), hexid-2

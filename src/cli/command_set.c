@@ -25,7 +25,8 @@ static int refused(const struct command_client *c) {
     return STATUS_UNSAFE;
 }
 
-/* Asks for the gains, and puts them into params. *bus: the machine is on a field bus. */
+/* Asks the daemon for its gains, and puts them into params. *bus: gets true if the machine is on a
+ * field bus. */
 static int ask_gains(struct command_client *c, struct params *params, bool *bus, struct error *error) {
     char text[COMMAND_TEXT_SIZE], *rest;
     const char *setting[LOOP_GAINS];
@@ -40,7 +41,7 @@ static int ask_gains(struct command_client *c, struct params *params, bool *bus,
     return config_override(params, "the daemon's gains", setting, count, error);
 }
 
-/* True for "control.kp=..." and the other gains. */
+/* Returns true if the setting is "control.kp=..." or that of another gain. */
 static bool is_gain(const char *setting) {
     for (int i = 0; i < LOOP_GAINS; i++)
         if (!strncmp(setting, gain_keys[i], strlen(gain_keys[i])) && setting[strlen(gain_keys[i])] == '=') return true;
@@ -54,10 +55,10 @@ static bool runs_off(const struct loop_check *loop, const struct params *p) {
            loop_check_off_m(loop, p) > LOOP_FOLLOWING_SHARE * p->limits.following_m;
 }
 
-/* Returns why gains with this result are refused: the loop cannot be computed, is unstable in some
- * pose, turns the sensors' noise into motion, or has too large a following error. Returns NULL if
- * they are accepted. A weak loop is accepted and, on a field bus, whose sensors are not known, a
- * noisy one; text then describes the weakness. */
+/* Returns why gains with the check result `c` are refused: the loop cannot be computed, is unstable
+ * in some pose, turns the sensors' noise into motion, or has too large a following error. Returns
+ * NULL if they are accepted. A weakly damped loop is accepted, and on a field bus, whose sensors
+ * are not known, also a noisy loop; `text` then describes the weakness. */
 static const char *why_refused(const struct loop_check *c, const struct params *p, bool bus, char text[LOOP_TEXT_SIZE]) {
     char remedy[LOOP_TEXT_SIZE];
     if (c->state == LOOP_UNKNOWN) return "the loop cannot be computed";
@@ -72,9 +73,9 @@ static const char *why_refused(const struct loop_check *c, const struct params *
     return c->state == LOOP_DAMPED || bearable ? NULL : text;
 }
 
-/* Returns true if the gains of `then`, with the result `next`, are no worse than those of `p`, with
- * the result `now`, in anything for which gains are refused. NaN counts as worse. The noise of a
- * loop that grows has no measure. */
+/* Returns true if the gains of `then` (check result `next`) are no worse than those of `p` (check
+ * result `now`) in anything for which gains are refused. NaN counts as worse. Noise is not compared
+ * if the present loop is unstable, because its noise has no finite value. */
 static bool is_no_worse(const struct loop_check *next, const struct params *then, const struct loop_check *now, const struct params *p) {
     return loop_pole_damping(&next->neutral.pole) >= loop_pole_damping(&now->neutral.pole) &&
            loop_pole_damping(&next->away.pole) >= loop_pole_damping(&now->away.pole) &&
@@ -83,8 +84,8 @@ static bool is_no_worse(const struct loop_check *next, const struct params *then
 }
 
 /* SAFETY: refuses gains for the reasons of why_refused(). If the present gains would be refused,
- * too, new ones that are no worse only cause a warning, because a single change may be too small to
- * correct the loop. */
+ * too, new gains that are no worse only cause a warning, because one change of a gain may be too
+ * small to correct the loop. */
 static int check_loop_of(const struct params *now, const struct params *next, bool bus, const char *setting) {
     struct loop_check after = loop_check(next, bus);
     char text[LOOP_TEXT_SIZE] = "", unsaid[LOOP_TEXT_SIZE];
@@ -117,8 +118,8 @@ static int change(struct command_client *c, const struct params *now, struct par
     return STATUS_OK;
 }
 
-/* The check of the loop needs more stack than a stop. The process's limits are checked here,
- * because main() does not check them for `hexid command`. */
+/* The check of the loop needs more stack than a stop does. So the process's limits are checked
+ * here, because main() does not check them for `hexid command`. */
 int command_set(struct command_client *c, const struct params *params, const char *setting, struct error *error) {
     int status = process_limits(error);
     if (status) return status;

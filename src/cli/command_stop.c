@@ -10,8 +10,8 @@
 
 enum { LCM_TRIES = 3, ALSO_SIZE = 200 };
 
-/* Sends stop or park over LCM too, which brings no answer. Returns a sentence about the outcome; ""
- * without an LCM bus. */
+/* Sends stop or park over LCM, too, where nothing answers. Returns a sentence about the outcome; ""
+ * if no LCM bus is configured. */
 static const char *by_lcm(const struct asked *q) {
     struct error error;
     struct bus *bus;
@@ -67,15 +67,16 @@ static int stop_found(const struct asked *q, int count, const struct error *doub
     return all_meant && doubt->status ? report_missed(q, doubt, also, error) : worst;
 }
 
-/* SAFETY: reports that no machine was found. If other machines than the named one run on this host,
- * nothing is stopped: neither they nor, over LCM, machines on the same bus, because a script that
- * ends one of several machines may come late, while the other machines carry people. The message
- * lists the machines and the command that stops all. Otherwise the command still goes over LCM. */
+/* SAFETY: reports that no machine was found. If other machines run on this host, but not the named
+ * one, nothing is stopped, neither these machines nor, over LCM, those on the same bus: the command
+ * may come from a script that stops one of several machines too late, while the others carry
+ * people. The message lists the machines and the command that stops all of them. If no other
+ * machine runs, the command still goes over LCM. */
 static int stop_nobody(const struct asked *q, const struct error *doubt, struct error *error) {
     struct error other_doubt;
     char names[NAMES_SIZE], also[ALSO_SIZE];
-    /* SAFETY: if a directory could not be searched, the named machine may be in it, so the command
-     * goes over LCM and the doubt is reported. */
+    /* SAFETY: if a directory could not be searched, the socket of the named machine may be in it,
+     * so the command goes over LCM and the doubt is reported. */
     int others = *q->name && !doubt->status ? machine_find("", q->found, &other_doubt) : 0;
     if (others == 0) {
         snprintf(also, sizeof also, "%s" ALARM, by_lcm(q));

@@ -10,13 +10,14 @@
 #include "units.h"
 
 enum {
-    MESSAGES_AT_ONCE = 64, /* most messages taken in a row, so that a flood of them does not stop
-                            * other work */
+    MESSAGES_AT_ONCE = 64, /* largest number of LCM messages taken in a row, so that a flood of
+                            * messages does not stop other work */
     EVENT_MAX = COMMAND_TEXT_SIZE + 200,
     IDLE_MS = 20,
     SOON_MS = 2,
-    FLOOD = 32,       /* packets, connections and messages in one wake-up that count as a flood */
-    REST_NS = 500000, /* pause after a flood, in which other threads get the processor */
+    FLOOD = 32,       /* number of packets, connections and messages in one wake-up that counts as a
+                       * flood */
+    REST_NS = 500000, /* pause after a flood, ns, in which other threads get the processor */
 };
 static const int64_t look_every_ns = NS_PER_S; /* interval between checks of the sockets' files */
 
@@ -95,8 +96,8 @@ void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS
 
 int commands_patience_ms(const struct commands *c) { return operator_waits(&c->operator) ? SOON_MS : IDLE_MS; }
 
-/* Handles the LCM messages that wait, at most MESSAGES_AT_ONCE. Returns their number, which
- * includes those that are dropped. */
+/* Handles the LCM messages that have arrived, at most MESSAGES_AT_ONCE. Returns their number,
+ * including those that are dropped. */
 static int take_messages(struct commands *c) {
     struct bus_message m;
     enum command command;
@@ -107,9 +108,9 @@ static int take_messages(struct commands *c) {
     return came;
 }
 
-/* SAFETY: reports a socket's file that was deleted or replaced. Without the file nobody can
- * connect, which would otherwise only be noticed when a stop fails. The file is not made again,
- * because the confined daemon is not permitted to bind a socket. */
+/* SAFETY: reports that a socket's file was deleted or replaced. Without the file nobody can
+ * connect, which the operator would otherwise notice only when a stop fails. The file is not made
+ * again, because the confined daemon is not permitted to bind a socket. */
 static void watch_files(struct commands *c) {
     enum command_socket missing = command_server_missing(&c->server);
     struct sockaddr_un address;
@@ -131,7 +132,7 @@ static void watch_files(struct commands *c) {
 }
 
 /* SAFETY: reports that connections cannot be accepted for lack of descriptors, because only the
- * daemon can report why a stop fails. Somebody may have lowered its limit of open files while it
+ * daemon can report why a stop fails. Its limit of open files may have been lowered while it
  * ran. */
 static void watch_room(struct commands *c) {
     char text[COMMAND_TEXT_SIZE];

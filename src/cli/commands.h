@@ -1,6 +1,6 @@
-/* Receives commands for the daemon by this machine's sockets, and stop and park over LCM, and
- * passes them to operator.h, which decides. Main thread; opened before the daemon confines
- * itself, and nothing blocks afterwards. */
+/* Receives commands for the daemon through this machine's sockets, and stop and park over LCM, and
+ * passes them to operator.h, which decides on them. Main thread. The sockets are opened before the
+ * daemon confines itself, and nothing blocks afterwards. */
 #ifndef HEXID_COMMANDS_H
 #define HEXID_COMMANDS_H
 
@@ -20,7 +20,8 @@ struct commands {
     int64_t look_ns; /* time of the next check of the sockets' files */
     /* socket whose file was missing at the last check; COMMAND_SOCKETS: none */
     enum command_socket missing;
-    bool starved;    /* at the last check a client waited for a connection in vain */
+    bool starved;    /* at the last check a connection could not be accepted for lack of a
+                      * descriptor */
     /* Called with messages for an operator at the terminal. */
     void (*say)(void *context, const char *text);
     void *context;
@@ -30,18 +31,18 @@ struct commands {
 void commands_init(struct commands *c);
 
 /* Opens the sockets of the machine params->machine.name and listens on the bus, if there is one.
- * *doubt: a problem that does not keep hexid from running (status STATUS_OK: none). STATUS_UNSAFE:
+ * *doubt: a problem with which hexid can run all the same (status STATUS_OK: none). STATUS_UNSAFE:
  * the name is in use, or the sockets' directory cannot be trusted; STATUS_USAGE: lcm.remote_stop is
  * wrong. */
 int commands_open(struct commands *c, const struct params *params, struct bus *bus, struct error *doubt, struct error *error);
 
 /* Connects operator.h to the loop; to be called before the first commands_serve(). say, context:
- * those of struct commands. */
+ * stored in struct commands. */
 void commands_begin(struct commands *c, const struct params *params, struct loop *loop, void (*say)(void *, const char *), void *context);
 
 void commands_polls(const struct commands *c, struct pollfd polls[COMMANDS_POLLS]);
 
-/* Returns for how many milliseconds poll() may wait. */
+/* Returns the longest time for which poll() may wait, ms. */
 int commands_patience_ms(const struct commands *c);
 
 /* Receives and passes on commands; to be called after poll(), with the time of CLOCK_MONOTONIC.

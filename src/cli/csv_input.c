@@ -7,8 +7,8 @@
 #include "config.h"
 #include "params.h"
 
-/* Refuses -c and --set for a directory with a configuration of its own, which would silently
- * win. */
+/* Refuses -c and --set for a directory that contains a configuration, because that configuration
+ * would override them without a message. */
 static int one_configuration(const struct options *o, const char *directory, struct error *error) {
     char path[PATH_MAX];
     snprintf(path, sizeof path, "%s/config.yaml", directory);

@@ -1,4 +1,4 @@
-/* A directory of CSV files, or a single file, to be read according to -c, --set and --map. */
+/* A directory of CSV files, or a single file, that is read according to -c, --set and --map. */
 #ifndef HEXID_CSV_INPUT_H
 #define HEXID_CSV_INPUT_H
 

@@ -1,12 +1,14 @@
 /* `hexid doctor`: checks of the configuration, this computer and the machine, with one finding
- * each. The table of checks is in cmd_doctor.c: a new check is a function here and a row there.
+ * each. The table of checks is in cmd_doctor.c: a new check needs a function that is declared here
+ * and a row in that table.
  *
  *     FAIL   hexid cannot work like this, or somebody could be hurt
  *     WARN   it works worse than it should
  *     ?      cannot be determined from here: in a container or virtual machine, or not permitted
  *
- * Measured values are judged by separate functions (judge_...), which tests call at their limits.
- * Ordinary threads. Nothing is commanded: a working machine, bus or daemon is not disturbed. */
+ * Separate functions (judge_...) judge measured values, so that tests can call them with values at
+ * the limits. Ordinary threads. No check commands anything, so that a working machine, bus or
+ * daemon is not disturbed. */
 #ifndef HEXID_DOCTOR_H
 #define HEXID_DOCTOR_H
 
@@ -23,10 +25,11 @@ enum level { LEVEL_NONE /* does not apply to this configuration; not shown */, L
 
 struct finding {
     enum level level;
-    char found[2000];  /* what was found, in lines; the first is printed beside the check's name */
-    char remedy[400];  /* what to do about it; "" with LEVEL_OK */
-    json_t *data;    /* the values in `found`, with units in their names; NULL: none. The caller
-                      * frees it. */
+    char found[2000];  /* the finding, one or more lines; the first is printed beside the check's
+                        * name */
+    char remedy[400];  /* advice on what to do; "" with LEVEL_OK */
+    json_t *data;    /* the values in `found` as JSON, with units in their names; NULL: none. The
+                      * caller frees it. */
 };
 
 struct doctor {
@@ -36,7 +39,7 @@ struct doctor {
     const char *log;        /* argument of --log; NULL: it was not given */
     const char *root;       /* prefix of /proc and /sys; "" stands for this computer */
     double latency_s;       /* duration of the measurement of wake-ups; 0: none */
-    bool machine;           /* the URL is not of a simulation, so that real time is required */
+    bool machine;           /* the URL is that of a real machine, for which real time is required */
     const struct loop_check *loop; /* check of the closed loop for these parameters; NULL: each
                                     * check computes it */
     const struct gains_check *gains; /* margins of the configured gains; NULL: each check computes
@@ -50,14 +53,14 @@ typedef struct finding doctor_check(const struct doctor *d);
 __attribute__((format(printf, 3, 4))) struct finding finding(enum level level, const char *remedy, const char *format, ...);
 struct finding finding_none(void);
 
-/* Returns a finding with LEVEL_UNKNOWN: the file `path`, which would tell `what`, is missing. */
+/* Returns a finding with LEVEL_UNKNOWN: `what` is not known, because the file `path` is missing. */
 struct finding finding_unseen(const char *path, const char *what);
 
-/* Level of a serious weakness: LEVEL_FAIL for a real machine, which hexid refuses to drive or
- * should not drive; LEVEL_WARN for the simulation, which runs all the same. */
+/* Returns the level of a serious weakness: LEVEL_FAIL for a real machine, which hexid then refuses
+ * to drive or should not drive; LEVEL_WARN for the simulation, which runs all the same. */
 enum level level_of_machine(const struct doctor *d);
 
-/* Returns false for a single axis: hexid reads its recordings and drives nothing. */
+/* Returns false for a machine of one axis, because hexid only reads its recordings. */
 bool doctor_drives(const struct doctor *d);
 
 /* Returns the check of the closed loop: d->loop, or computed here. */
@@ -70,12 +73,12 @@ struct gains_check doctor_gains(const struct doctor *d);
  * scheme. */
 const char *doctor_address(const struct doctor *d, const char *scheme);
 
-/* Reads a file below root as text, without trailing newlines and blanks. Returns false if it cannot
- * be opened or is empty. */
+/* Reads a file below d->root as text, without trailing newlines and blanks. Returns false if it
+ * cannot be opened or is empty. */
 __attribute__((format(printf, 4, 5))) bool doctor_read(const struct doctor *d, char *text, size_t size, const char *path, ...);
 
-/* Reads a file below root that contains one whole number and nothing else. Returns false if it is
- * missing or contains anything else. */
+/* Reads a file below d->root that contains one whole number and nothing else. Returns false if it
+ * is missing or contains anything else. */
 __attribute__((format(printf, 3, 4))) bool doctor_number(const struct doctor *d, int64_t *value, const char *path, ...);
 
 /* Returns true if the processor is in a list in the kernel's format, such as "0-3,6". */
@@ -86,8 +89,8 @@ bool doctor_listed(const char *list, int cpu);
 enum { PROCESSORS_MAX = 512 };
 int doctor_processors(const struct doctor *d, int cpu[PROCESSORS_MAX]);
 
-/* Converts a text to a JSON string of valid UTF-8, line by line as it is printed. The text is at
- * most as long as finding.found. */
+/* Converts a text to a JSON string of valid UTF-8; each line becomes what cli_say() would print.
+ * The text is at most as long as finding.found. */
 json_t *doctor_text(const char *text);
 
 double doctor_now_s(void); /* Returns the time of CLOCK_MONOTONIC. */
@@ -128,7 +131,7 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
 /* ---- doctor_disk.c: the log's disk ---- */
 struct disk {
     char directory[256];
-    double room_bytes;      /* space that this user may still fill */
+    double room_bytes;      /* free space that this user may use */
     double speed_bytes_per_s, longest_s; /* speed of writing to the disk; longest duration of
                                           * writing and flushing one block */
 };
@@ -136,8 +139,8 @@ doctor_check check_log_room, check_log_speed;
 struct finding judge_log_room(const struct doctor *d, const struct disk *k);
 struct finding judge_log_speed(const struct doctor *d, const struct disk *k);
 
-/* Returns the bytes per second by which a log grows, headers included; counts only the messages of
- * the cycles, which are nearly all of it. */
+/* Returns the growth of a log in bytes per second, headers included. Only the cycles' messages
+ * count; they are nearly the whole log. */
 double log_bytes_per_s(const struct params *params);
 
 #endif

@@ -17,8 +17,8 @@
 static const double HOUR_S = 3600.0;
 static const double HANGS_S = 2.0;   /* time after which a stalled log parks the platform
                                       * (RECORDER_BEHIND_S, cmd_run.c) */
-static const double STALLS_S = 0.5;  /* duration of a write from which on doctor warns, a quarter of
-                                      * HANGS_S */
+static const double STALLS_S = 0.5;  /* duration of a write above which `hexid doctor` warns, a
+                                      * quarter of HANGS_S */
 enum { BLOCK = 1 << 16, BLOCKS = 256 };
 
 double log_bytes_per_s(const struct params *params) {
@@ -59,8 +59,8 @@ struct finding judge_log_speed(const struct doctor *d, const struct disk *k) {
     return f;
 }
 
-/* Finds the directory of the log: --log if it is a directory, else that of the file; without --log
- * the current one. */
+/* Finds the directory of the log: --log if that is a directory, else the directory of the file
+ * --log; without --log the current directory. */
 static void log_directory(const struct doctor *d, char directory[256]) {
     struct stat s;
     const char *log = d->log ? d->log : ".", *slash = strrchr(log, '/');
@@ -69,8 +69,8 @@ static void log_directory(const struct doctor *d, char directory[256]) {
     else snprintf(directory, 256, ".");
 }
 
-/* Opens an unnamed file, which disappears with this program; on a file system without such files, a
- * named one, which is unlinked at once. Returns -1 with errno on failure. */
+/* Opens an unnamed file, which disappears with this program. If the file system has no unnamed
+ * files, it creates a named file and unlinks it at once. Returns -1 with errno on failure. */
 static int open_trial(const char *directory) {
     char path[300];
     int file = open(directory, O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
@@ -81,9 +81,9 @@ static int open_trial(const char *directory) {
     return file;
 }
 
-/* Writes and flushes one block after another, for about a second and at most BLOCKS blocks; the
- * first one is always written. More blocks use at most a tenth of the free space, because another
- * log may be written there. Returns 0 or errno. */
+/* Writes and flushes one block after another, for about a second and at most BLOCKS blocks. The
+ * first block is always written; all together use at most a tenth of the free space, because
+ * another log may be written there. Returns 0 or errno. */
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;

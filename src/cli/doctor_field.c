@@ -28,8 +28,8 @@ struct finding check_can_load(const struct doctor *d) {
     return f;
 }
 
-/* Opens a socket with a filter that accepts nothing, and reports whether the interface exists,
- * is up, is CAN and allowed. */
+/* Opens and closes a socket with a filter that accepts nothing, to find out whether the interface
+ * exists, is up, is a CAN interface, and may be used. */
 static int try_interface(const char *interface, struct error *error) {
     struct can_socket s;
     int status = can_socket_open(&s, interface, NULL, 0, false, false, error);
@@ -72,8 +72,9 @@ static json_t *counter_json(const struct can_controller *c, unsigned count) {
 static uint32_t errors(const struct can_controller *s) { return s->warnings + s->passives + s->bus_offs + s->bus_errors; }
 
 /* Judges the error counters of ISO 11898-1: a node is error-passive from 128 on and bus-off from
- * 256. An unacknowledged frame adds 8, a good one subtracts 1, so they show the present state. The
- * totals count since the interface was created, so only their change in the last second matters. */
+ * 256. An unacknowledged frame adds 8 and a good frame subtracts 1, so these counters show the
+ * present state. The totals count since the interface was created, so only their change in the last
+ * second matters. */
 struct finding judge_can_errors(const char *interface, const struct can_controller *before, const struct can_controller *s) {
     static const char wiring[] = "look at termination (120 ohm at both ends), wiring, bit rate and sample point of all nodes";
     char counters[40] = "counters not told";
@@ -114,8 +115,8 @@ struct finding check_can_errors(const struct doctor *d) {
 /* ---- Modbus ---- */
 
 /* Checks whether a cycle's exchange fits into the period on a serial line. The baud rate is in the
- * machine's URL, not in the configuration; if the URL is of no serial line, the times at two usual
- * rates are listed. */
+ * machine's URL, not in the configuration; if the URL names no serial line, the times at two usual
+ * baud rates are listed. */
 struct finding check_modbus_line(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;
@@ -139,7 +140,7 @@ struct finding check_modbus_line(const struct doctor *d) {
                    "function 23: %d + %d bytes, %s; the cycle has %.1f ms", slow.request_bytes, slow.response_bytes, line, cycle_s * 1e3);
 }
 
-/* Judges times measured by a client that commands nothing; a device may serve its master faster. */
+/* Judges the round trips of a client that only reads; a device may answer its master faster. */
 struct finding judge_round_trips(const struct doctor *d, const struct round_trips *r) {
     double cycle_s = 0.9 * d->params->loop.period_s, timeout_s = d->params->limits.sensor_age_s;
     static const char remedy[] = "a network of its own for machine and computer, without switches in between; or a longer loop.period_s";
@@ -160,11 +161,11 @@ struct finding judge_round_trips(const struct doctor *d, const struct round_trip
     return f;
 }
 
-/* Longest duration of the test, s, because meanwhile its lock refuses a hexid that starts; requests
- * that would be later are not sent and count as lost. */
+/* Longest duration of the measurement, s, because its lock keeps a hexid from starting. Requests
+ * that would be sent later count as lost. */
 enum { LONGEST_TALK_S = 5 };
 
-/* Measures round trips by reading registers of identity and status; writes none. */
+/* Measures round trips by reading the registers of identity and status; writes no register. */
 static struct finding talk(const struct doctor *d, struct modbus_link *link, const struct modbus_address_parts *parts,
                            const char *address) {
     static const char who_remedy[] =
@@ -195,7 +196,7 @@ static struct finding talk(const struct doctor *d, struct modbus_link *link, con
 }
 
 /* SAFETY: asks the device only if no hexid of this host is its master (machine_lock.h): a serial
- * line has only one master, and some devices give a new client the place of the previous one. */
+ * line has only one master, and some devices replace their present client by a new one. */
 struct finding check_modbus(const struct doctor *d) {
     const char *address = doctor_address(d, "modbus");
     struct modbus_address_parts parts;

@@ -9,9 +9,9 @@
 
 #define CPU "/sys/devices/system/cpu"
 
-static const double DAEMON_LOCKED_BYTES = 65e6; /* memory that the daemon locks for six tests,
-                                                 * beside the ring before the recorder;
-                                                 * docs/real-time.md */
+static const double DAEMON_LOCKED_BYTES = 65e6; /* memory that the daemon locks in a run of six
+                                                 * tests, without the ring between loop and recorder
+                                                 * (docs/real-time.md) */
 enum { CAP_IPC_LOCK_BIT = 14 };                  /* CAP_IPC_LOCK of linux/capability.h */
 
 struct finding check_kernel(const struct doctor *d) {
@@ -24,8 +24,8 @@ struct finding check_kernel(const struct doctor *d) {
                    preempt ? "with PREEMPT_RT" : "without PREEMPT_RT: other work of the kernel can hold the loop up for milliseconds");
 }
 
-/* Computes the share of steal, the time that the hypervisor gave to others while this computer was
- * ready to run; it is field 8 of the first line of /proc/stat. */
+/* Computes the share of stolen time, in which this computer was ready to run but the hypervisor ran
+ * others: field 8 of the first line of /proc/stat, since this computer was started. */
 static bool stolen_share(const struct doctor *d, double *share) {
     char text[4096];
     double ticks[8], all = 0.0;
@@ -69,7 +69,7 @@ struct finding check_realtime(const struct doctor *d) {
     return finding(LEVEL_OK, "", "SCHED_FIFO %d, memory locked%s", d->params->loop.priority, d->params->loop.cpu >= 0 ? ", pinned" : "");
 }
 
-/* Checks how much memory the daemon may lock; this program itself locks less. */
+/* Checks how much memory the daemon may lock, because `hexid doctor` itself locks less. */
 struct finding check_locked_memory(const struct doctor *d) {
     char status[8192], limits[4096];
     if (!doctor_read(d, status, sizeof status, "/proc/self/status") || !doctor_read(d, limits, sizeof limits, "/proc/self/limits"))
@@ -106,8 +106,8 @@ struct finding check_governor(const struct doctor *d) {
                    "%s on %d of %d processors: they slow down between two cycles and wake the loop late", other, others, seen);
 }
 
-/* Checks the processor's idle states: one whose exit takes over a twentieth of the period visibly
- * delays the loop. */
+/* Checks the processors' idle states: an idle state whose exit takes more than a twentieth of the
+ * period delays the loop visibly. */
 struct finding check_idle_states(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     double limit_us = d->params->loop.period_s * 1e6 / 20.0;
@@ -130,8 +130,8 @@ struct finding check_idle_states(const struct doctor *d) {
     return f;
 }
 
-/* Writes the remedy: a processor of its own for the loop, the configured one, else the last; if
- * there is only one, a computer with a second one. */
+/* Writes the remedy: reserve a processor for the loop, loop.cpu or else the last one; on a computer
+ * with a single processor, use a computer with two. */
 static void isolation_remedy(const char *online, int cpu, char *text, size_t size) {
     int last = -1, other = -1;
     for (int i = 0; i < PROCESSORS_MAX; i++)
@@ -174,8 +174,8 @@ struct finding check_siblings(const struct doctor *d) {
     return finding(LEVEL_OK, "", "nobody else uses the core of processor %d", cpu);
 }
 
-/* Checks throttling by heat, which the processor counts since it was switched on, and throttling of
- * real-time threads, which the kernel limits to a share of the time. */
+/* Checks two kinds of throttling: by heat, which a processor counts since it was switched on, and
+ * of real-time threads, which the kernel limits to a share of the time. */
 struct finding check_throttling(const struct doctor *d) {
     int cpu[PROCESSORS_MAX], count = doctor_processors(d, cpu), seen = 0;
     int64_t runtime_us, period_us, times, hot = 0;
@@ -199,7 +199,7 @@ struct finding check_throttling(const struct doctor *d) {
     return finding(LEVEL_OK, "", "no processor was slowed down by heat since it was switched on");
 }
 
-/* Checks the clock source: one that is read over a bus or by an interrupt takes microseconds, and
+/* Checks the clock source: reading a clock over a bus or by an interrupt takes microseconds, and
  * the loop reads the clock several times a cycle. */
 struct finding check_clock_source(const struct doctor *d) {
     static const char path[] = "/sys/devices/system/clocksource/clocksource0/current_clocksource";

@@ -4,7 +4,7 @@
 #include "doctor.h"
 #include "params.h"
 
-static const char channel[] = "HEXID_DOCTOR"; /* channel that other programs ignore */
+static const char channel[] = "HEXID_DOCTOR"; /* channel of its own, which other programs ignore */
 enum { TRIES = 3, PATIENCE_MS = 500 };
 
 struct finding check_lcm_socket(const struct doctor *d) {
@@ -67,8 +67,8 @@ static double sent_and_received(struct bus *out, struct bus *in) {
     return -1.0;
 }
 
-/* Checks that a datagram comes back. It has ttl 0 whatever is configured, because the test concerns
- * only this program. */
+/* Checks that a datagram that this program sends comes back to it. Its ttl is 0 whatever is
+ * configured, because the test need not leave this host. */
 struct finding check_lcm_datagram(const struct doctor *d) {
     char url[PARAMS_TEXT_SIZE];
     struct error error;

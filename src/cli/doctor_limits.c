@@ -9,7 +9,8 @@
 #include "params.h"
 #include "units.h"
 
-/* A limit protects only if the machine can exceed it, and if it trips before harm is done. */
+/* A limit protects only if the machine can exceed it, and if it trips before harm is done. The
+ * constants below are bounds for the limits. */
 static const double FORCE_MOST = 1.0;      /* largest limits.force_n, as a share of the supply's
                                             * largest force on a leg */
 static const double RATE_MOST = 2.0;       /* largest limits.leg_rate_mps, as a multiple of a leg's
@@ -20,13 +21,15 @@ static const double PRESSURE_MOST = 2.5;   /* largest limits.pressure_max_pa, as
                                             * supply's pressure; a chamber's peaks are lower */
 static const double PRESSURE_LEAST_PA = -1.01325e5; /* gauge pressure of a vacuum, the lowest
                                                      * possible */
-static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa: below zero by this
-                                            * share of the supply's pressure, or by two atmospheres
-                                            * if that is more; only a faulty sensor reads less */
-static const double STEPS_LEAST = 5.0;     /* least limit of a length in steps of its transducer; a
-                                            * smaller limit trips on rounding */
+static const double PRESSURE_SPAN = 0.5;   /* lowest limits.pressure_min_pa: minus this share of the
+                                            * supply's pressure, or minus two atmospheres if that is
+                                            * lower; only a faulty sensor reads less */
+static const double STEPS_LEAST = 5.0;     /* smallest limits.following_m and standstill_m, in steps
+                                            * of the length transducer; a smaller limit trips on
+                                            * rounding */
 
-/* Finding about the limits: a line and a remedy for each limit that does not suit. */
+/* Finding about the limits, with a line and a remedy for each limit that does not suit the
+ * machine. */
 struct saying {
     struct finding f;
 };
@@ -43,7 +46,8 @@ __attribute__((format(printf, 4, 5))) static void say(struct saying *s, bool hol
     snprintf(s->f.remedy + told, sizeof s->f.remedy - told, "%s%s", told ? "; " : "", remedy);
 }
 
-/* Returns the largest force with which the supply can push a leg against the tank's pressure, N. */
+/* Returns the largest force of any leg, N: supply pressure on the rodless side, tank pressure on
+ * the rod side. */
 static double strongest_n(const struct params *p) {
     struct cylinder_areas areas = cylinder_areas(&p->actuator);
     double most = 0.0;
@@ -74,7 +78,8 @@ static void leg_rate(struct saying *s, const struct params *p, const struct loop
         p->limits.leg_rate_mps, cycle_m, step_m);
 }
 
-/* Checks following_m and standstill_m, both lengths, against stroke and transducer step. */
+/* Compares following_m and standstill_m with the stroke and with the step of the length
+ * transducer. */
 static void following(struct saying *s, const struct params *p) {
     const struct {
         const char *key;
@@ -111,8 +116,8 @@ static void pressures(struct saying *s, const struct params *p) {
         PRESSURE_LEAST_PA);
 }
 
-/* Checks the limits of time: a late or bad sample must pass, and a leg must not go far
- * meanwhile. */
+/* Checks the limits of time: they must tolerate one late or bad sample, and a leg must not go far
+ * in the time that they allow. */
 static void times(struct saying *s, const struct params *p, const struct loop_check *c) {
     double period_s = p->loop.period_s, patience_s = p->limits.bad_cycles * period_s;
     double blind_m = fmax(c->out_mps, c->in_mps) * (p->limits.sensor_age_s + patience_s), room_m = HUGE_VAL;
@@ -125,8 +130,8 @@ static void times(struct saying *s, const struct params *p, const struct loop_ch
         p->limits.sensor_age_s, p->limits.bad_cycles, blind_m, room_m);
 }
 
-/* Checks that the range of each pressure channel on the bus reaches the supply's pressure: a
- * reading beyond its range counts as missing. */
+/* Checks that the range of each pressure channel on the bus includes the supply's pressure, because
+ * a reading beyond the range counts as missing. */
 static void channels(struct saying *s, const struct doctor *d) {
     const struct params *p = d->params;
     const struct {

@@ -26,8 +26,9 @@ static const double GYRATION_LEAST = 0.05, GYRATION_MOST = 3.0; /* smallest and 
                                                                  * radius of gyration, as multiples
                                                                  * of the upper joints' distance
                                                                  * from their centre */
-static const double USELESS = 0.2; /* largest distance of a length limit beyond the stroke's end, as
-                                    * a share of the stroke; nothing reaches a farther one */
+static const double USELESS = 0.2; /* distance of a length limit beyond the stroke's end, as a share
+                                    * of the stroke, from which on the limit counts as out of
+                                    * reach */
 
 struct finding check_configuration(const struct doctor *d) { return finding(LEVEL_OK, "", "%s", d->config ? d->config : "built in"); }
 
@@ -54,8 +55,9 @@ struct finding check_kinematics(const struct doctor *d) {
     return f;
 }
 
-/* Reports the nearest singular pose, or the worst pose. Singular poses within the strokes are no
- * mistake: most such machines have some, far from where they are driven. */
+/* Reports the nearest singular pose or, if there is none, the worst-conditioned pose. Singular
+ * poses within the strokes are no mistake: most such machines have some, far from the poses in
+ * use. */
 struct finding check_workspace(const struct doctor *d) {
     struct error error;
     struct kinematics k;
@@ -97,8 +99,8 @@ struct finding check_strokes(const struct doctor *d) {
                    l->length_max_m[0]);
 }
 
-/* Shows the pistons' areas for a visual check, as every force computed from pressures needs
- * them. */
+/* Shows the pistons' areas for a visual check, because every force computed from pressures depends
+ * on them. */
 struct finding check_cylinders(const struct doctor *d) {
     char areas[AREAS_TEXT_SIZE], defaults[CONFIG_DEFAULTS_SIZE];
     const struct actuator_params *a = &d->params->actuator;
@@ -110,7 +112,8 @@ struct finding check_cylinders(const struct doctor *d) {
                    defaults[0] ? "; as in the default configuration: " : "", defaults);
 }
 
-/* Detects tonnes for kilograms, or a mass without its inertia, by the radius of gyration. */
+/* Checks the radius of gyration, which is implausible if tonnes were entered for kilograms, or a
+ * mass without its inertia. */
 struct finding check_payload(const struct doctor *d) {
     const struct payload_params *p = &d->params->payload;
     struct kinematics k;
@@ -157,8 +160,7 @@ struct finding check_blind_time(const struct doctor *d) {
     return f;
 }
 
-/* SAFETY: reports inputs that are not wired, because running without them must be somebody's
- * decision. */
+/* SAFETY: reports inputs that are not wired, because somebody must decide to run without them. */
 struct finding check_interlocks(const struct doctor *d) {
     char wiring[200];
     if (!doctor_drives(d)) return finding_none();
@@ -170,8 +172,8 @@ struct finding check_interlocks(const struct doctor *d) {
                    "%s; one contact each: an input that is stuck closed is not seen", wiring);
 }
 
-/* Checks the margins of the loop in all poses. check_loop() fails a loop that is unstable at
- * neutral. */
+/* Checks the margins of the loop in all poses, with a warning at most; check_loop() gives FAIL for
+ * a loop that is unstable at neutral. */
 struct finding check_gains(const struct doctor *d) {
     char found[GAINS_TEXT_SIZE];
     if (!doctor_drives(d)) return finding_none();
@@ -186,7 +188,7 @@ struct finding check_gains(const struct doctor *d) {
     return f;
 }
 
-/* SAFETY: checks the stability of the loop. An unstable one shakes the platform from the first
+/* SAFETY: checks the stability of the loop. An unstable loop shakes the platform from the first
  * moment; `hexid run` refuses it. */
 struct finding check_loop(const struct doctor *d) {
     char found[LOOP_TEXT_SIZE], remedy[LOOP_TEXT_SIZE];
@@ -202,14 +204,15 @@ struct finding check_loop(const struct doctor *d) {
     return f;
 }
 
-/* Returns true if the law `model` looks less far ahead than commands on a field bus take. */
+/* Returns true if control.delay_s of the law `model` lacks the cycle by which a command on a field
+ * bus acts later. */
 static bool looks_short(const struct doctor *d) {
     const struct params *p = d->params;
     return d->machine && p->control.law == CONTROL_MODEL && p->control.delay_s < 0.5 * p->loop.period_s;
 }
 
-/* Returns true, with the reason, if the law `model` cannot look as far ahead as the machine's
- * delay, which `hexid run` refuses. */
+/* Returns true, with the reason, if the machine's delay is longer than the law `model` can look
+ * ahead; `hexid run` then refuses to start. */
 static bool looks_too_far(const struct doctor *d, struct error *error) {
     struct kinematics k;
     struct model_law law;
@@ -247,10 +250,10 @@ static struct finding judge_kff(const struct doctor *d) {
     return f;
 }
 
-/* Checks control.kff: with a feed-forward that does not match the valve, a leg runs ahead of its
- * reference or lags, in proportion to its speed, and kp has to compensate. The law `model` has its
- * own feed-forward and uses kff only while the PID replaces it; it also needs control.delay_s on a
- * field bus, and a delay that it can look ahead. */
+/* Checks control.kff: if the feed-forward does not match the valve, a leg runs ahead of its
+ * reference or lags behind it, in proportion to its speed, and kp has to compensate. The law
+ * `model` has its own feed-forward and uses kff only while the PID replaces it; on a field bus it
+ * also needs control.delay_s, and the whole delay must not be longer than it can look ahead. */
 struct finding check_feed_forward(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct params *p = d->params;
@@ -265,7 +268,8 @@ struct finding check_feed_forward(const struct doctor *d) {
     return f;
 }
 
-/* Shows how long the moves take: motion.rate_mps and accel_mps2 may lengthen them. */
+/* Shows how long the moves between parked and neutral take, which motion.rate_mps and accel_mps2
+ * may lengthen. */
 struct finding check_moves(const struct doctor *d) {
     if (!doctor_drives(d)) return finding_none();
     const struct motion_params *m = &d->params->motion;

@@ -9,8 +9,8 @@
 
 enum { BAR = 50, LINE_MAX_SIZE = 100 };
 
-/* Draws a line for each bin, from the first to the last that is not empty; bars are logarithmic,
- * so that the few important counts are visible. */
+/* Draws a line for each bin, from the first to the last bin that is not empty. The bars are
+ * logarithmic, so that the small counts of long delays are visible. */
 static void draw(const struct wakeups *w, char *text, size_t size) {
     int first = 0, last = WAKEUP_EDGES;
     size_t used = strlen(text);
@@ -38,8 +38,8 @@ static json_t *numbers(const struct doctor *d, const struct wakeups *w, const do
 }
 
 /* Judges measured wake-ups. On hardware the loop faults after loop.overrun_limit deadlines missed
- * in a row; a command half a period late makes a late sample, and more of these than
- * checks.excluded_pct fail the verdict. */
+ * in a row; a wake-up half a period late causes a late sample on a field bus, and if these are more
+ * than checks.excluded_pct, the verdict is fail. */
 struct finding judge_wakeups(const struct doctor *d, const struct wakeups *w) {
     const struct params *p = d->params;
     static const double quantile[] = {0.5, 0.99, 0.999, 1.0};

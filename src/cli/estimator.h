@@ -1,4 +1,4 @@
-/* Runs method C on a worker thread, which makes the equations of one recording at a time while the
+/* A worker thread for method C, which sets up the equations of one recording at a time while the
  * caller continues. The result does not depend on timing. One thread makes all calls. */
 #ifndef HEXID_ESTIMATOR_H
 #define HEXID_ESTIMATOR_H
@@ -24,21 +24,22 @@ struct estimator {
 /* Starts the worker. Returns -3 if no thread can be started. */
 int estimator_start(struct estimator *e, struct error *error);
 
-/* Waits for the current work and discards it. Accepts an estimator that was never started
- * (zeroed). */
+/* Waits until the current work is finished, discards its result and ends the worker. Accepts a
+ * zeroed estimator that was never started. */
 void estimator_stop(struct estimator *e);
 
-/* Takes over the recording with its samples and leaves an empty one. The estimator must be idle. */
+/* Starts the work on a recording: takes over its samples and leaves it empty. The worker must be
+ * idle. */
 void estimator_give(struct estimator *e, struct recording *recording);
 
 /* Returns true if estimator_take() would return a result at once. */
 bool estimator_ready(struct estimator *e);
 
-/* Passes on the equations, or in error->status the reason why there are none. Returns false if no
- * recording was given or, without `wait`, its equations are not ready. */
+/* Gets the equations; if there are none, `error` has the reason, otherwise its status is 0. Returns
+ * false if no recording was given or, without `wait`, its equations are not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
-/* Makes the equations in the calling thread: recording_check(), method_c_equations(). */
+/* Sets up the equations in the calling thread, by recording_check() and method_c_equations(). */
 int estimator_equations(struct recording *recording, struct equations *equations, struct error *error);
 
 #endif

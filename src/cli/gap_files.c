@@ -64,15 +64,15 @@ int gap_files_check(const struct options *o, struct output *json, struct error *
     *json = (struct output){.file = -1};
     if (!*o->output) return error_set(error, STATUS_USAGE, "-o: an empty name; name a directory");
     bool there = !access(o->output, F_OK);
-    snprintf(path, sizeof path, there ? "%s/." : "%s", o->output); /* for a file, access() then
-                                                                    * fails, because a file has no
-                                                                    * "." */
+    snprintf(path, sizeof path, there ? "%s/." : "%s", o->output); /* if o->output is a file,
+                                                                    * access() then fails, because a
+                                                                    * file has no "." */
     if (access(there ? path : dirname(path), W_OK | X_OK))
         return error_set(error, STATUS_IO, "%.300s: cannot be %s: %s", o->output, there ? "written" : "made", strerror(errno));
     return o->json && (there || !is_inside(o->json, o->output)) ? output_prepare(json, o->json, OUTPUT_RESULT, error) : STATUS_OK;
 }
 
-/* Notes for a key of an effect that was found the widest 95 % interval of all legs. */
+/* Writes the remark for a key of an effect that was found: the widest 95 % interval of the legs. */
 static void note_key(const struct gap_effect *e, int key, struct config_note *note) {
     const struct effect *effect = effect_table[e->effect];
     double widest = 0.0;

@@ -14,16 +14,15 @@
 
 _Static_assert((int)LOGS_MAX <= (int)RECORDING_RUNS, "a run a log");
 
-/* Adds the log's name to a recording's error. */
+/* Puts the log's name before the message of an error. */
 static int of_log(const char *path, int status, struct error *error) {
     if (!status) return STATUS_OK;
     struct error reason = *error;
     return error_set(error, status, "%.100s: %.280s", path, reason.text);
 }
 
-/* Reads the log's own configuration, which shows whether the machine is a platform or an axis, and
- * begins a run with the log's tests. The first log may lack a configuration, or have one in an
- * outdated form. */
+/* Reads the log's own configuration, checks that its mechanism is that of -c, and begins a run with
+ * the log's tests. The first log may lack a configuration, or have one that cannot be read. */
 static int begin(const struct options *o, const char *path, const struct log_event *event, struct recording *r, struct error *error) {
     struct params *own = calloc(1, sizeof *own);
     if (!own) return error_set(error, STATUS_IO, "%.250s: out of memory", path);
@@ -54,7 +53,8 @@ static void end_test(const struct test *t, const struct recording *r, char left_
     snprintf(left_out + used, GAP_LEFT_OUT_SIZE - used, "%s%s", used ? ", " : "", dof_names[t->last.dof]);
 }
 
-/* Detects the end of a test. To be called before the recording takes the cycle. */
+/* Notes the end of a test if this cycle belongs to another one. To be called before the recording
+ * takes the cycle. */
 static void follow_test(struct test *t, const struct cycle *c, const struct recording *r, char left_out[GAP_LEFT_OUT_SIZE]) {
     bool same = c->test == t->last.test && c->dof == t->last.dof && c->test_time_s > t->last.test_time_s;
     if (!same) end_test(t, r, left_out), t->recorded = r->tests;
@@ -85,8 +85,8 @@ static int add(const struct options *o, const char *path, int run, struct record
     return status;
 }
 
-/* Refuses pressures if the cylinder's diameters are not stated, because with wrong areas every
- * force would be another machine's. */
+/* Refuses pressures if the cylinder's diameters are not stated, because wrong areas would make
+ * every force wrong. */
 static int check_areas(const char *path, const struct recording *r, struct error *error) {
     char areas[AREAS_TEXT_SIZE];
     if (!r->measured.pressures || areas_stated(r->params)) return STATUS_OK;

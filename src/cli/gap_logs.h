@@ -7,13 +7,13 @@
 
 enum { GAP_LEFT_OUT_SIZE = 200 };
 
-/* Tests of each log without any sample in the ramp-in or the evaluated part: "y, phi". */
+/* For each log, the tests that have no sample in the ramp-in and the evaluated part: "y, phi". */
 typedef char gap_left_out[LOGS_MAX][GAP_LEFT_OUT_SIZE];
 
-/* Adds all logs of one machine, each a run, to a recording initialised by recording_init(), and
- * checks it. The tests of each are found by log_params.h, with the --set of `o`. run: number in a
- * single log that holds several (log_runs.h), else 0. Returns a negative status with the log's
- * name and the reason. */
+/* Adds logs of one machine to a recording initialised by recording_init(), each log as a run of it,
+ * and checks the recording. log_params.h finds the tests of each log, with the --set of `o`. run:
+ * number of the run, if a single log holds several (log_runs.h), else 0. Returns a negative status
+ * with the log's name and the reason. */
 int gap_logs_load(const struct options *o, int logs, const char *const *path, int run, struct recording *r, gap_left_out left_out,
                   struct error *error);
 
