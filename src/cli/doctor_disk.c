@@ -82,8 +82,8 @@ static int open_trial(const char *directory) {
 }
 
 /* Writes and flushes one block after another, for about a second and at most BLOCKS blocks. The
- * first block is always written; all together use at most a tenth of the free space, because
- * another log may be written there. Returns 0 or errno. */
+ * first block is always written, more blocks only while all use less than a tenth of the free
+ * space, because another log may be written there. Returns 0 or errno. */
 static int write_trial(int file, struct disk *k) {
     static unsigned char block[BLOCK];
     double begun_s = doctor_now_s(), before_s = begun_s, written = 0.0;

@@ -16,7 +16,8 @@ struct subcommand {
 /* Returns the subcommand of this name; NULL: there is none. */
 const struct subcommand *help_find(const char *name);
 
-/* Returns the name of the subcommand nearest to a misspelt one; NULL if none is near. */
+/* Returns the name of the subcommand that is most similar to a misspelt one; NULL if none is
+ * similar. */
 const char *help_nearest(const char *name);
 
 void help_print(const struct subcommand *s);

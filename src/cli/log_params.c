@@ -8,7 +8,8 @@
 #include "log.h"
 #include "messages.h"
 
-/* Gets the text of the configuration in a log's first event. Returns false if it has none. */
+/* Gets the text of the configuration from a log's first event. Returns false if that event is no
+ * configuration. */
 static bool text_of(const struct log_event *event, const char **text, size_t *size) {
     return !strcmp(event->channel, CHANNEL_EVENT) && event_decode_config(event->data, event->size, text, size);
 }

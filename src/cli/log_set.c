@@ -8,8 +8,7 @@
 
 enum { BLOCK = 1 << 16 };
 
-/* Returns true if two regular files have the same content; other kinds of file are refused when
- * they are opened. */
+/* Returns true if two regular files have the same content. */
 static bool same_bytes(const char *a, const char *b) {
     char *block = malloc(2 * BLOCK);
     FILE *file[2] = {fopen(a, "rb"), fopen(b, "rb")};

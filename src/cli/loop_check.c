@@ -13,8 +13,9 @@
 #include "params.h"
 #include "units.h"
 
-/* Damping ratios that a proposed gain must reach, at neutral and in all other poses. They are tried
- * in this order; the first are those of the shipped machines. */
+/* Damping ratios that the loop must reach with a proposed gain, at neutral and in all other poses.
+ * If no gain reaches the first pair, the next is tried. The shipped machines reach the first
+ * pair. */
 static const struct wanted {
     double neutral, away;
 } wanted[] = {{0.1, 0.03}, {0.07, 0.03}, {0.03, -1.0}}; /* -1: the other poses are not judged */
@@ -23,8 +24,8 @@ enum { STEPS_PER_DECADE = 20, DECADES = 4 };
 
 static double damping_of(const struct loop_worst *w) { return w->known ? loop_pole_damping(&w->pole) : -1.0; }
 
-/* Returns the least damped pole in all poses except neutral. pose: gets its pose, or stays if there
- * is none but neutral; NULL: not needed. */
+/* Returns the least damped pole in all poses except neutral. pose: gets the pose of that pole, or
+ * stays if neutral is the only pose; NULL: it is not needed. */
 static struct loop_worst worst_away(const struct loop_places *all, const struct params *p, const double **pose) {
     struct loop_worst worst = {0};
     for (int i = 1; i < all->count; i++) {
@@ -36,7 +37,7 @@ static struct loop_worst worst_away(const struct loop_places *all, const struct 
     return worst;
 }
 
-/* Rounds to two significant digits, as a person would set it. */
+/* Rounds a gain to two significant digits, as a person would set it. */
 static double rounded(double x) {
     char text[16];
     snprintf(text, sizeof text, "%.1e", x);
@@ -60,9 +61,9 @@ static bool suits(const struct loop_places *all, const struct params *p, const s
     return all->count == 1 || damping_of(&away) >= w->away;
 }
 
-/* Finds the smallest suitable change of one gain. Returns its size in logarithmic steps; increases
- * count double, so a gain is raised only if lowering would need more than twice the change. Returns
- * 0 if no change suits. */
+/* Finds the smallest change of one gain that suits(). Returns its size in logarithmic steps, an
+ * increase counting double, so that a gain is raised only if lowering it would take more than twice
+ * as many steps; 0 if no change suits. */
 static int find_change(const struct loop_places *all, const struct params *p, int gain, const struct wanted *w, double *value,
                        double *damping) {
     struct params tried = *p;
@@ -77,8 +78,9 @@ static int find_change(const struct loop_places *all, const struct params *p, in
     return 0;
 }
 
-/* Finds the largest exponent control.modal below the configured one that suits. A smaller exponent
- * lowers only the gains of the fast modes, so it is tried before the gains that all modes share. */
+/* Finds the largest exponent control.modal below the configured one that suits(). A smaller
+ * exponent lowers only the gains of the fast modes, so it is tried before kp, kpf, kd and ki, which
+ * act on all modes. */
 static bool lower_modal(const struct loop_places *all, const struct params *p, const struct wanted *w, struct loop_check *c) {
     struct loop_places lowered = *all;
     struct params tried = *p;
@@ -111,8 +113,8 @@ static void find_remedy(const struct loop_places *all, const struct params *p, s
     }
 }
 
-/* Finds kff for the valves' speeds. It uses the mean of both directions, because a leg moves out as
- * far as in. */
+/* Finds the kff that matches the valves. It uses the mean speed of both directions, because a leg
+ * extends as far as it retracts. */
 static void find_feed_forward(const struct loop_place *neutral, struct loop_check *c) {
     for (int i = 0; i < LEGS; i++) c->out_mps += neutral->out_mps[i] / LEGS, c->in_mps += neutral->in_mps[i] / LEGS;
     c->kff_suits = 2.0 / (c->out_mps + c->in_mps);

@@ -15,8 +15,8 @@ static int unknown(const char *name) {
     return -STATUS_USAGE;
 }
 
-/* SAFETY: runs a subcommand. `hexid command` skips process_limits(), because it must stop a machine
- * even if the process's limits are too low for other subcommands. */
+/* SAFETY: runs a subcommand. `hexid command` skips process_limits(), because a stop must work even
+ * if the process's limits are too low for other subcommands. */
 static int run(const struct subcommand *s, int argc, char **argv) {
     struct error error;
     if (s->run != cmd_command && process_limits(&error)) return cli_fail(&error);

@@ -6,16 +6,16 @@
 #include "cli.h"
 #include "config.h"
 
-/* Sets tests.duration_s to its default. A survey's log states the duration of the survey instead,
- * and the one configured for the tests is unknown. */
+/* Sets tests.duration_s to its default, because a survey's log has the duration of the survey in
+ * its place, and the configured duration is not known. */
 static void forget_survey(struct machine_found *found) {
     struct params built_in;
     config_default(&built_in);
     found->params.tests.duration_s = built_in.tests.duration_s;
 }
 
-/* Checks that the configuration can be read again, because the values found may be impossible. text
- * NULL: out of memory. */
+/* Checks that the configuration can be read again, because the values that were found may be
+ * impossible. text: NULL if memory ran out. */
 static int check(const char *text, const char *name, struct error *error) {
     struct params again;
     return text ? config_parse(&again, text, strlen(text), name, error) : error_set(error, STATUS_IO, "out of memory");
@@ -38,7 +38,7 @@ static int write_found(const struct model_file *m, struct machine_found *found, 
     if (of_survey) forget_survey(found);
     snprintf(head, sizeof head, "hexid identify %.200s --model: +- is a 95 %% interval", m->log);
     for (char *c = head; *c; c++)
-        if ((unsigned char)*c < ' ') *c = '?'; /* the log's name must not end the comment */
+        if ((unsigned char)*c < ' ') *c = '?'; /* the log's name must not end the YAML comment */
     char *text = config_text_noted(&found->params, head, found->note, found->notes);
     int status = check(text, m->name, error);
     if (status) {

@@ -1,5 +1,5 @@
-/* Writes the configuration of a machine, for `hexid run -c`, with the values that an identification
- * found (machine_found.h). */
+/* Writes a configuration for `hexid run -c` with the values that an identification found
+ * (machine_found.h). */
 #ifndef HEXID_MODEL_FILE_H
 #define HEXID_MODEL_FILE_H
 
@@ -10,8 +10,10 @@
 #include "verdict.h"
 
 struct model_file {
-    const char *name, *log;             /* the file, and the (first) log */
-    const struct params *params;        /* configuration, corrected by the sensor errors found */
+    const char *name, *log;             /* name of the file to write, and of the log (the first of
+                                         * several) */
+    const struct params *params;        /* configuration, corrected by the sensor errors that were
+                                         * found */
     const struct test_params *tests;    /* tests to write, `configured` of log_analysis.h */
     const struct method_c *method_c;
     const struct estimate *estimate;

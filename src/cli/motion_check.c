@@ -11,17 +11,17 @@
 #include "trajectory_file.h"
 #include "valve_flow.h"
 
-static const double stop_every = 0.1;   /* interval between tried stops, as a share of the ramp-out;
-                                         * with a tenth, the effect of the ramp-out's steepest part
-                                         * is found to within a hundredth */
-/* least number of cycles in a period with which one period has a cycle near every phase, so that
- * the stops of one period stand for all */
+static const double stop_every = 0.1;   /* interval between the stops that are tried, as a share of
+                                         * the ramp-out's duration; a tenth finds the largest effect
+                                         * of the ramp-out's steepest part to within a hundredth */
+/* if a period has at least this many cycles, one period has a cycle near every phase, so that stops
+ * in one period stand for stops in all */
 enum { PERIOD_TICKS = 64 };
-/* number of times that an interval from 0 to 1 is halved, to find the scale to a hundredth */
+/* number of halvings of the interval 0 to 1 that find the scale to a hundredth */
 enum { SCALES = 7 };
 enum { HALVINGS = 40 };
-static const double LEAST_OPENING = 1e-6; /* opening assumed for a valve whose dead band and null
-                                           * leave none */
+static const double LEAST_OPENING = 1e-6; /* opening that is assumed if dead band and null leave a
+                                           * valve no opening */
 
 struct instant {
     enum dof dof;                       /* axis of the test */
@@ -33,8 +33,8 @@ struct instant {
 /* A limit that is exceeded. */
 struct excess {
     const char *what, *unit;            /* quantity and unit: "length", "m" */
-    double value, least, rest, most;    /* the value, its limits, and the value at neutral, from
-                                         * which both limits are counted */
+    double value, least, rest, most;    /* the value, its limits, and `rest`, the value at neutral,
+                                         * from which the allowed deviations count */
     const char *below, *above;          /* configuration keys of the two limits */
     int leg;
     double share;            /* deviation from `rest`, as a share of the allowed deviation; above
@@ -47,17 +47,18 @@ struct walk {
     const struct trajectory *trajectory;
     struct kinematics kinematics;
     struct valve_flow flow[LEGS];
-    double push_n[2][LEGS];             /* largest forces at rest, both positive: out, in */
+    double push_n[2][LEGS];             /* largest forces at rest: [0] that extends the leg, [1]
+                                         * that retracts it, both positive */
     struct inverse_dynamics dynamics;
     double scale;                       /* factor by which all poses are multiplied */
     double length_m[3][LEGS];           /* leg lengths in the last three cycles */
     struct instant at;
-    bool to_the_end;                    /* continue after an excess, to find the largest one */
+    bool to_the_end;                    /* continue after an excess, to find the largest excess */
     struct excess worst;
 };
 
-/* Compares a value with its limits and notes the worst excess. After an excess or NaN it returns
- * false, which ends the walk, unless w->to_the_end is set. */
+/* Compares a value with its limits and notes the worst excess. Returns false, which ends the walk
+ * through the motion, after an excess or NaN, unless w->to_the_end is set. */
 static bool within(struct walk *w, int leg, struct excess e) {
     if (e.value >= e.least && e.value <= e.most) return true;
     e.share = (e.value - e.rest) / ((e.value < e.rest ? e.least : e.most) - e.rest);
@@ -94,15 +95,16 @@ static bool check_rate(struct walk *w, int leg, double rate_mps) {
                                   .above = "limits.leg_rate_mps"});
 }
 
-/* Returns the valve's opening, a share of full opening, at control.output_limit less dead band and
- * null. in: chamber that is connected to the supply, 0 rodless side, 1 rod side. */
+/* Returns the valve's opening at control.output_limit, less dead band and null, as a share of full
+ * opening. in: chamber that is connected to the supply, 0 rodless side, 1 rod side. */
 static double opening_of(const struct walk *w, int leg, int in) {
     const struct valve_flow *f = &w->flow[leg];
     return fmax(w->params->control.output_limit - f->dead - (in ? -f->null : f->null), LEAST_OPENING);
 }
 
-/* Returns the force that a piston has left at this speed in the direction in which chamber `in`
- * takes oil: the left side of the equation of motion_check.h, with the leakage that solves it. */
+/* Returns the force that is left to a piston at this speed, in the direction in which chamber `in`
+ * fills: the left side of the equation of motion_check.h. The leakage, which depends on the
+ * pressures, solves a quadratic equation. */
 static double force_left_n(const struct walk *w, int leg, int in, double mps) {
     const struct valve_flow *f = &w->flow[leg];
     double opening = opening_of(w, leg, in), leaks = f->leakage_m3_per_s_pa, ai = f->area_m2[in], ao = f->area_m2[1 - in];
@@ -113,8 +115,8 @@ static double force_left_n(const struct walk *w, int leg, int in, double mps) {
     return ai * (f->supply_pa - in_m3 * in_m3 / ki) - ao * (f->tank_pa + out_m3 * out_m3 / ko);
 }
 
-/* Returns the highest speed at which a piston has this force left. The caller has found that less
- * force is left at most_mps. */
+/* Returns the highest speed at which this force is left to a piston, by bisection. At most_mps less
+ * force must be left. */
 static double speed_mps(const struct walk *w, int leg, int in, double force_n, double most_mps) {
     double low = 0.0, high = most_mps;
     for (int i = 0; i < HALVINGS; i++) {
@@ -136,7 +138,7 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
                            .most = fmin(push_n, most_n),
                            .below = most_n < pull_n ? "limits.force_n" : held,
                            .above = most_n < push_n ? "limits.force_n" : held};
-    /* a force beyond these limits leaves no flow to check */
+    /* if the force itself is beyond a limit, that is the excess, and the flow is not checked */
     if (!(force_n >= force.least && force_n <= force.most)) return within(w, leg, force);
     int in = rate_mps > 0.0 ? 0 : 1;
     double wanted_n = in ? -force_n : force_n;
@@ -148,8 +150,8 @@ static bool check_drive(struct walk *w, int leg, double rate_mps, double force_n
             .what = "rate", .unit = "m/s", .value = rate_mps, .least = -most_mps, .most = most_mps, .below = flow, .above = flow});
 }
 
-/* Checks the last cycle but one, with rates and accelerations from differences of the lengths
- * before and after it. */
+/* Checks the last cycle but one, with rates and accelerations from central differences of the
+ * lengths. */
 static bool check_cycle(struct walk *w) {
     double dt_s = w->params->loop.period_s, force_n[LEGS];
     struct inverse_dynamics_input in = {0};
@@ -157,7 +159,7 @@ static bool check_cycle(struct walk *w) {
         double before_m = w->length_m[0][k], now_m = w->length_m[1][k], next_m = w->length_m[2][k];
         in.leg[k][0] = now_m, in.leg[k][1] = (next_m - before_m) / (2 * dt_s);
         in.leg[k][2] = (next_m - 2 * now_m + before_m) / (dt_s * dt_s);
-        /* the largest possible deflection, at which the seals slide */
+        /* the deflection at which the seals slide, the largest possible */
         in.deflection[k] = inverse_dynamics_direction(in.leg[k][1], in.leg[k][2], dt_s);
         if (!check_length(w, k) || !check_rate(w, k, in.leg[k][1])) return false;
     }
@@ -203,9 +205,10 @@ static double period_s(const struct walk *w, enum dof dof) {
     return w->trajectory ? trajectory_s(w->trajectory) / w->trajectory->passes : (double)INFINITY;
 }
 
-/* Returns true if a stop is tried at this instant, every tenth of the ramp-out. A motion that
- * repeats after PERIOD_TICKS or more is stopped only in its ramp-in and first period; a trajectory
- * also near its end, where the ramp-out runs beyond the last pass. */
+/* Returns true if a stop is tried at this instant, which is so at every tenth of the ramp-out's
+ * duration. If the motion repeats after PERIOD_TICKS or more, only stops in the ramp-in and the
+ * first period are tried, and of a trajectory also those near its end, where the ramp-out extends
+ * beyond the last pass. */
 static bool stops_here(const struct walk *w, const struct reference *r) {
     const struct test_params *t = &w->params->tests;
     double dt_s = w->params->loop.period_s, period = period_s(w, r->dof) / dt_s, ramp = t->ramp_s / dt_s, ramp_out = t->ramp_out_s / dt_s;
@@ -215,12 +218,14 @@ static bool stops_here(const struct walk *w, const struct reference *r) {
     return period < PERIOD_TICKS || since <= period || (w->trajectory && left <= ramp_out + period);
 }
 
-/* Walks through one test to its end, and again with stops. The test begins at rest at neutral. */
+/* Walks through one test to its end, and from each instant of stops_here() also through a stopped
+ * test. The test begins at rest at neutral. */
 static bool walk_test(struct walk *w, enum dof dof) {
     const struct params *p = w->params;
     struct reference r;
     reference_test(&r, dof, w->trajectory, &p->tests, p->loop.period_s);
-    r.ticks = -2; /* begins two cycles before the ramp-in, because settling holds neutral */
+    r.ticks = -2; /* starts two cycles before the ramp-in, because before it the test rests at
+                   * neutral */
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < LEGS; k++) w->length_m[i][k] = w->kinematics.neutral_length_m[k];
     w->at = (struct instant){.dof = dof};
@@ -243,8 +248,8 @@ static bool walk_all(struct walk *w, double scale) {
     return true;
 }
 
-/* Returns the largest scale, to a hundredth, with which the motion is within all limits; 0 if there
- * is none. */
+/* Returns the largest scale of the motion, in steps of a hundredth, that keeps it within all
+ * limits; 0 if there is none. */
 static double find_scale(struct walk *w) {
     int low = 0, high = 100;
     for (int i = 0; i < SCALES && high - low > 1; i++) {
@@ -263,7 +268,7 @@ static int refuse(struct walk *w, struct error *error) {
     const struct test_params *t = &w->params->tests;
     bool single = tests_single(t);
     char stopped[48] = "", remedy[200];
-    /* start of the trajectory's own time in the test */
+    /* a trajectory's own time begins after the ramp-in */
     double scale = find_scale(w), from_s = w->trajectory ? t->ramp_s : 0.0;
     bool below = e.value < e.least;
     if (e.at.stopped) snprintf(stopped, sizeof stopped, " (stopped at %.3f s)", e.at.stop_s - from_s);

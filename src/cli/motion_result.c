@@ -11,7 +11,7 @@ void motion_take(struct motion_result *m, const struct params *params, const str
     m->cycles++;
     if (c->phase != PHASE_EVALUATE) return;
     double end_s = params->tests.ramp_s + params->tests.duration_s;
-    /* complete when the last cycle of the evaluated part has come, with a margin for rounding */
+    /* complete with the last cycle of the evaluated part; 2.5 periods allow for rounding */
     m->complete = c->test_time_s > end_s - 2.5 * params->loop.period_s;
     if (c->in.flags) m->excluded++;
     else m->samples++;

@@ -21,8 +21,8 @@ void operator_init(struct operator *o, const struct params *params, struct loop 
     o->bus = loop && loop->hal && !loop->hal->ops->simulated;
 }
 
-/* Writes the kind of machine, "bus" or "sim", and the present gains, from which a client computes
- * the loop: "bus control.kp=40 control.ki=20 ...". */
+/* Writes the kind of machine, "bus" or "sim", and the present gains; a client computes the loop
+ * from them: "bus control.kp=40 control.ki=20 ...". */
 static void write_gains(const struct operator *o, char text[COMMAND_TEXT_SIZE]) {
     char value[NUMBER_SIZE];
     struct gains gains = loop_gains(o->loop);
@@ -39,7 +39,8 @@ static void answer(struct operator *o, uint64_t peer, uint32_t id, enum outcome 
 }
 
 /* Refuses a request and answers it. Any program on this host can cause ten thousand refusals a
- * second, so the terminal and the bus report them only a few times a second, with their number. */
+ * second, so terminal and bus get only a few reports a second, each with the number of refusals
+ * before it. */
 static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command command, const char *why, int64_t now_ns) {
     char text[COMMAND_TEXT_SIZE + 100], more[64] = "";
     answer(o, peer, id, OUTCOME_REFUSED, 0.0, why);
@@ -56,14 +57,14 @@ static void refuse(struct operator *o, uint64_t peer, uint32_t id, enum command 
 /* Returns true if the loop has processed this request or a later one. */
 static bool reached(const struct operator *o, uint32_t request_id) { return (int32_t)(loop_acted(o->loop).request_id - request_id) >= 0; }
 
-/* Returns true if a stop waits for the loop. The mailbox holds one request only, so a later one
- * would replace the stop. */
+/* Returns true if the loop has not seen the last stop yet. The mailbox holds one request only, so
+ * another request would replace the stop. */
 static bool stop_under_way(const struct operator *o) { return o->stop_id && !reached(o, o->stop_id); }
 
 /* ---- requests ---- */
 
-/* Remembers an answer that is to be sent later. A peer has one request at a time, so of two stops
- * only the later one is answered. */
+/* Remembers a stop whose answer is to be sent later. A peer may have one request at a time, so of
+ * two stops of a peer only the later one is answered. */
 static void owe(struct operator *o, const struct operator_waiting *w) {
     int place = -1;
     if (!w->peer) return;
@@ -74,7 +75,8 @@ static void owe(struct operator *o, const struct operator_waiting *w) {
     if (place >= 0) o->stop[place] = *w;
 }
 
-/* SAFETY: posts a stop or park. A stop does not cancel a park that the loop has not seen yet. */
+/* SAFETY: posts a stop or park. If the loop has not seen the last park yet, a stop is posted as
+ * another park, because it would replace that park in the mailbox. */
 static void post_stop(struct operator *o, enum command command) {
     if (stop_under_way(o) && o->stop_command == COMMAND_PARK) command = COMMAND_PARK;
     o->stop_id = mailbox_post(&o->loop->requests, command);
@@ -84,7 +86,8 @@ static void post_stop(struct operator *o, enum command command) {
 enum { WHY_SIZE = 200 };
 
 /* SAFETY: returns why these gains are not set: the state does not allow it, the client computed
- * another loop than this one, or they differ by too much. NULL: they may be set. */
+ * with another configuration or other gains than the daemon's, or the change is too large. NULL:
+ * they may be set. */
 static const char *why_not_set(const struct operator *o, const struct gain_change *c, char text[WHY_SIZE]) {
     struct gains now = loop_gains(o->loop);
     enum state state = loop_acted(o->loop).state;
@@ -99,8 +102,9 @@ static const char *why_not_set(const struct operator *o, const struct gain_chang
     return text;
 }
 
-/* SAFETY: posts a moving command. It is refused from a peer without permission, if the
- * configuration forbids it, while a stop is pending, or beside another operator's command. */
+/* SAFETY: posts a command that moves the machine or sets gains. It is refused if the peer lacks the
+ * permission, the configuration forbids such commands, a stop is pending, or another operator's
+ * command is pending. */
 static void move(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
     const char *why = NULL;
     char text[WHY_SIZE];
@@ -160,24 +164,25 @@ static void grant_lease(struct operator *o, const struct operator_waiting *w, in
     struct operator_lease *lease = lease_of(o, w->peer);
     for (int i = 0; !lease && i < OPERATOR_LEASES; i++)
         if (!o->lease[i].peer || o->lease[i].over) lease = &o->lease[i];
-    /* a peer that engaged and then starts the tests remains responsible for the platform */
+    /* if a peer has engaged and now starts the tests, its lease remains one of engage */
     bool engaged = lease && lease->peer == w->peer && !lease->over && lease->command == COMMAND_ENGAGE;
     if (lease) *lease = (struct operator_lease){.peer = w->peer, .command = engaged ? COMMAND_ENGAGE : w->command, .heard_ns = now_ns};
 }
 
-/* SAFETY: replaces a refused or withdrawn request in the mailbox, or undoes it, so that it is
- * not acted on later. */
+/* SAFETY: replaces a refused or withdrawn request in the mailbox by a stop or park, which also
+ * undoes it if the loop has acted on it meanwhile. */
 static void withdraw(struct operator *o) {
     o->moves = false;
     if (o->move.command != COMMAND_SET) post_stop(o, o->move.command == COMMAND_START ? COMMAND_STOP : COMMAND_PARK);
-    else if (!stop_under_way(o)) { /* no stop, which would end another peer's motion */
+    else if (!stop_under_way(o)) { /* a set is replaced by nothing, because a stop would end another
+                                    * peer's motion */
         o->stop_id = mailbox_post(&o->loop->requests, COMMAND_NONE);
         o->stop_command = COMMAND_NONE;
     }
 }
 
-/* Returns why the loop did not act on a request. If a reset had no effect, the cause of the fault
- * is still there. */
+/* Returns why a request had no effect. After a reset without effect the cause of the fault
+ * persists, and the text has its remedy. */
 static const char *why_not_taken(const struct loop_acted *acted, enum command command, char text[WHY_SIZE]) {
     bool stands = command == COMMAND_RESET && acted->state == STATE_FAULT && acted->first_fault;
     if (!stands) return supervisor_advice(acted->state, acted->wrong, command);
@@ -204,7 +209,8 @@ static void answer_move(struct operator *o, int64_t now_ns) {
         return;
     }
     o->moves = false;
-    if (w.command == COMMAND_SET) { /* the loop's gains decide, whatever it acted on last */
+    if (w.command == COMMAND_SET) { /* the loop's gains show whether the set had an effect, whatever
+                                     * request it acted on last */
         struct gains now = loop_gains(o->loop);
         bool other = acted.request_id != w.request_id;
         if (gains_equal(&now, &o->wanted)) tell_gains(o, w.peer, w.id);
@@ -222,8 +228,9 @@ static void answer_move(struct operator *o, int64_t now_ns) {
     }
 }
 
-/* SAFETY: answers stops. A stop is answered only when the loop has acted, however long it stalls. A
- * stop that was replaced by a later stop counts as done when the later one is. */
+/* SAFETY: answers stops. A stop is answered only when the loop has acted on it, however long the
+ * loop stalls. If a later stop has replaced it in the mailbox, it is answered when the loop has
+ * acted on the later one. */
 static void answer_stops(struct operator *o) {
     struct loop_acted acted = loop_acted(o->loop);
     for (int i = 0; i < OPERATOR_STOPS; i++) {
@@ -242,8 +249,8 @@ static void answer_stops(struct operator *o) {
 /* ---- leases ---- */
 
 /* SAFETY: parks the platform when a lease is not renewed or its peer is gone. A machine must not
- * stay in motion without its operator. The park request is repeated until the loop has seen it,
- * even if another one replaces it in the mailbox. */
+ * stay in motion without its operator. The park is posted in every call until the loop parks,
+ * because another request may replace it in the mailbox. */
 static void watch_lease(struct operator *o, struct operator_lease *lease, bool gone, int64_t now_ns) {
     enum state state = loop_acted(o->loop).state;
     lease->over |= !supervisor_powers(state) || (lease->command == COMMAND_START && state != STATE_TESTING);
@@ -259,8 +266,8 @@ static void watch_lease(struct operator *o, struct operator_lease *lease, bool g
 }
 
 void operator_gone(struct operator *o, uint64_t peer, int64_t now_ns) {
-    answer_move(o, now_ns); /* the loop may already have acted on the peer's command, so that there
-                             * is a lease */
+    answer_move(o, now_ns); /* if the loop has already acted on the peer's command, this grants the
+                             * lease that is then ended below */
     if (o->moves && o->move.peer == peer) {
         withdraw(o);
         o->ports.say(o->ports.context, "the operator's connection has ended before the command was acted upon: taken back");

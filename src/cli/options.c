@@ -15,7 +15,7 @@
 #include "params.h"
 #include "printable.h"
 
-/* limits of --std, in % of sqrt(Mii Mjj); method C calls an entry undetermined from 20 % on */
+/* range of --std, in % of sqrt(Mii Mjj); from 20 % on method C would call the entry undetermined */
 static const double STD_LEAST_PCT = 0.01, STD_MOST_PCT = 10.0;
 
 static const struct option long_options[] = {
@@ -58,14 +58,15 @@ static const struct option long_options[] = {
     {"machine", required_argument, NULL, 'N'},
     {"run", required_argument, NULL, 'U'},
     {"once", no_argument, NULL, '1'},
-    {"json", no_argument, NULL, 'J'}, /* this one is for continuous output: lines on standard
-                                       * output */
+    {"json", no_argument, NULL, 'J'}, /* --json of `hexid monitor`, without a file: lines on
+                                       * standard output */
     {0},
 };
 
 enum { LONG_OPTIONS = sizeof long_options / sizeof *long_options };
 
-/* Removes one of the two kinds of --json; a subcommand has only one. */
+/* Copies long_options without the entry `kind`, because a subcommand has only one of the two kinds
+ * of --json. */
 static void leave_out(char kind, struct option own[LONG_OPTIONS]) {
     for (const struct option *o = long_options;; o++) {
         if (o->val != kind) *own++ = *o;
@@ -103,7 +104,8 @@ static int set_size(const char *option, const char *text, double *bytes, struct 
     return STATUS_OK;
 }
 
-/* Sets the size of a part. Each part repeats the configuration, so a part has a least size. */
+/* Sets the size of a part of the log. It has a minimum, because each part repeats the
+ * configuration. */
 static int set_log_part(struct options *o, const char *text, struct error *error) {
     static const double least_bytes = 1e5;
     int status = set_size("--log-part", text, &o->log_part_bytes, error);
@@ -180,7 +182,7 @@ static int set_latency(struct options *o, const char *text, struct error *error)
 
 /* Takes "KG" or "KG,STD". */
 static int set_weight(struct options *o, const char *text, struct error *error) {
-    /* known: standard deviation of a weight, relative, if none is given */
+    /* known: relative standard deviation of the weight if none is given */
     static const double most_kg = 1e5, known = 1e-3;
     char *end;
     o->weight_kg = strtod(text, &end);
@@ -258,7 +260,7 @@ static int take(struct options *o, int option, const char *value, struct error *
     }
 }
 
-/* Refuses an unknown option, and suggests a similar one that the subcommand takes. */
+/* Refuses an unknown option, and suggests the most similar option of the subcommand. */
 static int unknown_option(const char *command, const char *name, const char *allowed, struct error *error) {
     const char *word = name + strspn(name, "-"), *nearest = NULL;
     int best = edit_distance_too_far(word);

@@ -12,9 +12,10 @@
 enum { READ_MAX = OPERANDS_MAX + LOGS_MAX + 5, WRITTEN_MAX = 6 };
 
 struct file {
-    const char *what;        /* where the name comes from: "--json", or a description of an input */
+    const char *what;        /* option that gives the name, "--json", or description of an input */
     const char *name;
-    char text[PATH_MAX];     /* last component of the path, with links followed; "": none */
+    char text[PATH_MAX];     /* last component of the path after links were followed; "": there is
+                              * none */
     struct stat state;
     bool there, in_place;    /* the file exists; it is written in place (output_place()) */
     char folder[PATH_MAX];   /* directory of the path */
@@ -47,20 +48,20 @@ static void writes(struct use *u, const char *option, const char *name) {
 
 static bool same_file(const struct stat *a, const struct stat *b) { return a->st_dev == b->st_dev && a->st_ino == b->st_ino; }
 
-/* Returns true for files that two writers would spoil; devices and terminals can have several
- * writers. */
+/* Returns true for a file or pipe, which two writers would spoil; a device or terminal may have
+ * several writers. */
 static bool holds_data(const struct file *f) { return S_ISREG(f->state.st_mode) || S_ISFIFO(f->state.st_mode); }
 
 static bool same(const struct file *a, const struct file *b) {
     struct stat here, there;
     if (a->there != b->there) return false;
     if (a->there) return holds_data(a) && same_file(&a->state, &b->state);
-    if (!*a->last) return false; /* such as `dir/`: it names a directory, never a file */
+    if (!*a->last) return false; /* a path such as `dir/` names a directory, never a file */
     return !strcmp(a->last, b->last) && !stat(a->folder, &here) && !stat(b->folder, &there) && same_file(&here, &there);
 }
 
-/* Returns true if the file is read from this input directory, as one of its CSV files or its
- * config.yaml; `name` gets the path. */
+/* Returns true if the file is also an input, as one of the CSV files or the config.yaml of this
+ * input directory; `name` gets its path there. */
 static bool is_in(const struct file *written, const struct file *directory, char *name, size_t size) {
     struct dirent **files;
     struct stat s;
@@ -86,8 +87,8 @@ static int check_reads(const struct use *u, const struct file *written, struct e
     return STATUS_OK;
 }
 
-/* Returns true for gap.json and --json, which may be one file because they have the same
- * content. */
+/* Returns true if a is gap.json in the directory -o, and b the file of --json: they may be one
+ * file, because they have the same content. */
 static bool alike(const struct file *a, const struct file *b) {
     return a->what[1] == 'o' && !strcmp(b->what, "--json") && !strcmp(a->last, "gap.json");
 }
@@ -100,8 +101,8 @@ static int check_writes(const struct use *u, int written, struct error *error) {
     return STATUS_OK;
 }
 
-/* Checks standard output as well: it may be redirected to an input or to another option's file.
- * An option that writes in place, as to /dev/stdout, means that very file and is allowed. */
+/* Checks standard output as well: it may be redirected to an input or to another option's file. An
+ * option that writes in place, as to /dev/stdout, names that file on purpose and is allowed. */
 static int check_printed(const struct use *u, struct error *error) {
     struct file out;
     look(&out, "standard output", "/dev/stdout");

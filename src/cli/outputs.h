@@ -1,6 +1,6 @@
-/* Input and output files of a command line. No input is overwritten, and no file is written
- * twice. Files are compared, not their names, because links, other spellings, /dev/stdin and
- * /proc/self/fd give one file several names. Main thread. */
+/* Checks the input and output files of a command line, so that no input is overwritten and no file
+ * is written twice. It compares files, not names, because one file may have several names (links,
+ * other spellings, /dev/stdin, /proc/self/fd). Main thread. */
 #ifndef HEXID_OUTPUTS_H
 #define HEXID_OUTPUTS_H
 
@@ -19,9 +19,9 @@ enum outputs_kind {
 
 /* Checks all outputs before anything is run, read or moved. Refuses with -2, naming both files: an
  * output that is also an input (the configuration, the operands, the files of an operand directory,
- * --measured, --validate, --baseline, the file of --hal sim:FILE, params' trajectory; params NULL:
- * none) or that another option writes; an output that would replace a recording; and a results
- * directory that contains recordings. Then prepares `json` and, for OUTPUTS_PAGE, `page` by
+ * --measured, --validate, --baseline, the file of --hal sim:FILE, and the trajectory of params,
+ * which may be NULL) or that another option writes; an output that would replace a recording; and a
+ * results directory that contains recordings. Then prepares `json` and, for OUTPUTS_PAGE, `page` by
  * output_prepare(); either may be NULL. Returns -3 if that fails. */
 int outputs_open(const struct options *o, const struct params *params, enum outputs_kind kind, struct output *json, struct output *page,
                  struct error *error);

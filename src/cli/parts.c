@@ -66,7 +66,7 @@ static int compare(const struct parts *p, const struct params *configured, struc
     struct error none;
     int status = estimate && result ? STATUS_OK : error_set(error, STATUS_IO, "out of memory"), n = 0;
     for (int i = 0; i < p->count && !status; i++) {
-        /* this part alone has too little data, so it is not compared */
+        /* a part that has too little data for a solution of its own is not compared */
         if (method_c_solve(&p->part[i], configured, &estimate[i], &result[i], &none)) continue;
         log[n++] = (struct agreement_log){&p->part[i], &estimate[i], &result[i]};
     }

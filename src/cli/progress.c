@@ -46,7 +46,7 @@ void progress_say(struct progress *p, const char *format, ...) {
     va_end(args);
     text[strcspn(text, "\n")] = '\0';
     text_printable(text, printable, sizeof printable);
-    /* not p->out, because whoever holds its lock may be delayed */
+    /* not p->out, because a thread that holds the lock of that stream may be delayed */
     fprintf(p->words.out, "%s%s\n", p->terminal ? "\r\033[K" : "", printable);
     outlet_flush(&p->words);
 }
@@ -108,7 +108,7 @@ static void draw_bar(FILE *out, double share, const char *after) {
 }
 
 void progress_compute(struct progress *p, const char *what, double share) {
-    static const double share_known = 0.05; /* share of the work until which no expected time is
+    static const double share_known = 0.05; /* share of the work up to which no expected time is
                                              * shown, because it would be a guess */
     char seconds[64];
     if (!p->computing) p->computing_ns = monotonic_ns();

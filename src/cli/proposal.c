@@ -13,26 +13,28 @@
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;
 static const double SPREAD = 0.65;     /* lowest frequency of a multisine, as a share of its
                                         * highest */
-static const double MARGIN = 0.5;          /* share of limits.following_m, of the limit of rates and
-                                            * of checks.amplitude_pct that a proposal may take */
-static const double OF_PEAK = 0.75;        /* speed of the proposed sines' fastest leg, as a share
-                                            * of the survey's; at other speeds the loop follows a
-                                            * little differently */
-static const double UNWANTED = 0.7;      /* share of checks.unwanted_pct that a proposal may take */
+static const double MARGIN = 0.5;          /* share of limits.following_m, of the limit of the leg
+                                            * rates and of checks.amplitude_pct that a proposal may
+                                            * use */
+static const double OF_PEAK = 0.75;        /* speed of the fastest leg in the proposed sines, as a
+                                            * share of the highest leg speed in the survey, with
+                                            * which the loop's response was measured */
+static const double UNWANTED = 0.7;      /* share of checks.unwanted_pct that a proposal may use */
 static const double LONGER = 4.0;          /* duration of the second prediction, as a multiple of
-                                            * the shortest duration; two durations determine how the
-                                            * variance depends on it */
-static const double NEAR = 1.1;     /* a longer test does not help once the standard deviation is
-                                     * less than this times the floor that it approaches */
+                                            * the shortest duration; predictions for two durations
+                                            * determine how the variance depends on the duration */
+static const double NEAR = 1.1;     /* longest useful test: it brings the standard deviation to this
+                                     * multiple of the floor that it approaches with growing
+                                     * duration */
 static const double SHORTEST_S = 5.0, LONGEST_S[] = {[PROPOSAL_SINES] = 95.0, [PROPOSAL_MULTISINE] = 30.0};
                                            /* LONGEST_S is limited because method C uses only the
                                             * first 50000 samples of a test of an axis, 100 s at
                                             * 2 ms (analysis.h), and at most 48 segments of another
                                             * motion (motion.c) */
 static const double SEARCH_S = 8.0;
-static const double REACHED = 0.05; /* a predicted deviation that differs from the wanted one by
-                                     * less than this share equals it; predictions from DRAWS draws
-                                     * are no more exact */
+static const double REACHED = 0.05; /* a predicted deviation counts as the wanted one if it differs
+                                     * by less than this share, because predictions from DRAWS
+                                     * random draws are no more exact */
 static const double HZ_STEP = 0.01, AMPLITUDE_STEP = 1e-5, SECONDS_STEP = 0.1;
 enum { SCALES = 20, CORRECTIONS = 3, DRAWS = 3, TRIALS = 16 };
 
@@ -40,14 +42,15 @@ struct design {
     struct proposal_watch *watch;
     const struct loop_survey *survey;
     const struct params *params;
-    double leg_per_axis[DOFS];             /* largest magnitude in an axis's column of the Jacobian,
-                                            * m per m or m per rad */
+    double leg_per_axis[DOFS];             /* largest magnitude in each axis's column of the
+                                            * Jacobian, m per m or m per rad */
     double jacobian[LEGS][DOFS];
-    double share[DOFS];                    /* multisine: shares of the axes in the legs' rate */
+    double share[DOFS];                    /* multisine: relative share of each axis in the legs'
+                                            * rate */
     struct params trial;
-    struct params exact;                /* params with exact joint positions, for the search: no
-                                         * excitation reduces the error by their tolerance, and
-                                         * computing that error is slow */
+    struct params exact;                /* params with a joint tolerance of 0, for the search: no
+                                         * excitation reduces the error that this tolerance causes,
+                                         * and computing that error is slow */
 };
 
 static double round_to(double step, double x) { return step * round(x / step); }
@@ -55,7 +58,7 @@ static double floor_to(double step, double x) { return step * floor(x / step + 1
 
 static void tell(struct proposal_watch *w) { w->share(w->context, (double)w->done++ / w->most); }
 
-/* Returns the shortest duration in which sines of the lowest frequency can be evaluated. */
+/* Returns the shortest duration with which the sine of the lowest frequency can be evaluated. */
 static double shortest_s(const struct test_params *t) {
     double lowest_hz = t->hz[0];
     for (int i = 1; i < DOFS; i++) lowest_hz = fmin(lowest_hz, t->hz[i]);
@@ -67,7 +70,8 @@ static double highest_hz(const struct loop_survey *s) {
     return isnan(loop_hz) ? OF_OIL * oil_hz : fmin(OF_OIL * oil_hz, OF_LOOP * loop_hz);
 }
 
-/* Returns the highest frequency at which the loop follows this axis well enough. */
+/* Returns the highest frequency at which the loop follows this axis well enough; if there is none,
+ * the frequency at which it follows best. */
 static double sine_hz(const struct loop_survey *s, const struct params *params, enum dof dof, double highest) {
     double enough = MARGIN * params->checks.amplitude_pct / 100.0, best_hz = highest, least = HUGE_VAL;
     for (double hz = highest; hz >= LOWEST_HZ; hz -= 10.0 * HZ_STEP) {
@@ -78,8 +82,8 @@ static double sine_hz(const struct loop_survey *s, const struct params *params, 
     return floor_to(HZ_STEP, best_hz);
 }
 
-/* Sets amplitudes at which the fastest leg reaches this rate: for each axis alone, or for a
- * multisine with the peaks of all axes at once, in proportion to their shares. */
+/* Sets the amplitudes so that the fastest leg reaches this rate: by each axis alone, or for a
+ * multisine when the peaks of all axes coincide, in proportion to their shares. */
 static void set_amplitudes(struct design *d, double rate_mps) {
     struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -92,11 +96,11 @@ static void set_amplitudes(struct design *d, double rate_mps) {
         t->amplitude[i] = (t->multisine ? d->share[i] / most : 1.0) * rate_mps / (2.0 * PI * t->hz[i] * d->leg_per_axis[i]);
 }
 
-/* Limits the unwanted motion of other axes, relative to their own amplitudes, to
- * checks.unwanted_pct with a margin. */
+/* Reduces amplitudes until the unwanted motion of each other axis, relative to that axis's own
+ * amplitude, is at most UNWANTED times checks.unwanted_pct. */
 static void keep_apart(struct design *d) {
     double *amplitude = d->trial.tests.amplitude, most = UNWANTED * d->params->checks.unwanted_pct / 100.0;
-    /* a smaller amplitude of an axis lowers the limits of the axes that move it, so this is
+    /* reducing the amplitude of an axis lowers the limits of the axes that move it, so this is
      * repeated */
     for (int pass = 0; pass < DOFS; pass++)
         for (int driven = 0; driven < DOFS; driven++)
@@ -106,8 +110,8 @@ static void keep_apart(struct design *d) {
             }
 }
 
-/* Returns the largest following error of a leg, m, with all peaks at once if the axes move at
- * once. */
+/* Returns the largest following error of a leg, m; for a multisine with the peaks of all axes
+ * coinciding. */
 static double following_m(const struct design *d) {
     const struct test_params *t = &d->trial.tests;
     double most = 0.0;
@@ -138,8 +142,8 @@ static int limit(struct design *d, struct error *error) {
     return status;
 }
 
-/* Predicts the deviations with amplitudes at which the fastest leg reaches this rate, for tests of
- * SEARCH_S. */
+/* Predicts the deviations for tests of SEARCH_S with amplitudes at which the fastest leg reaches
+ * this rate. */
 static int try_rates(struct design *d, double rate_mps, struct excitation *e, struct error *error) {
     d->trial.tests.duration_s = SEARCH_S;
     set_amplitudes(d, rate_mps);
@@ -157,9 +161,9 @@ static void exchange_frequencies(struct test_params *t, enum dof dof) {
     t->hz[above] = t->hz[dof], t->hz[dof] = hz;
 }
 
-/* Makes one of four changes. 0, 1: shares that make the axes' deviations more alike, by a large or
- * a small step; 2, 3: the row's or the column's axis of the worst entry exchanges frequencies with
- * the axis of the next higher one. */
+/* Makes one of four changes. 0, 1: changes the shares by a large or a small step that makes the
+ * axes' deviations more alike. 2, 3: exchanges the frequency of the axis of the worst entry's row
+ * or column with the next higher frequency. */
 static void move_on(struct design *d, const struct excitation *now, int move) {
     static const double strength[2] = {0.5, 0.2};
     if (move >= 2) exchange_frequencies(&d->trial.tests, move % 2 ? now->column : now->row);
@@ -171,7 +175,8 @@ static int search(struct design *d, double rate_mps, struct proposal *result, st
     int status = try_rates(d, rate_mps, &best, error), failed = 0;
     result->start_pct = best.worst_pct;
     for (int i = 0; i < TRIALS && failed < 4 && !status; i++) {
-        /* an impossible trial is no better, but does not end the search */
+        /* a trial that fails counts as no better and does not end the search, unless memory ran
+         * out */
         struct error refused = {0};
         struct design before = *d;
         move_on(d, &best, failed);
@@ -198,9 +203,9 @@ static double predict_for(struct design *d, double duration_s, struct excitation
 
 static bool close_enough(double found, double wanted) { return fabs(sqrt(found / wanted) - 1.0) < REACHED; }
 
-/* Reduces the amplitude until the shortest test is only as good as wanted: variance ~ amplitude^-n,
- * n > 2, because dry friction matters more at lower speeds. Amplitudes that miss the wanted
- * deviation are discarded. */
+/* Reduces the amplitudes until the shortest test is only as good as wanted. The variance is assumed
+ * proportional to amplitude^-n, with n > 2 because dry friction matters more at lower speeds.
+ * Amplitudes that miss the wanted deviation are discarded. */
 static int find_amplitude(struct design *d, double wanted, double first, struct excitation *e, struct error *error) {
     struct test_params largest = d->trial.tests, best = largest;
     struct excitation of_best = *e;
@@ -217,14 +222,15 @@ static int find_amplitude(struct design *d, double wanted, double first, struct 
     return status;
 }
 
-/* Finds the duration: a short and a longer test give the part of the variance that falls with the
- * duration and the part that stays; then tries and corrects the duration. */
+/* Finds the duration. The predictions for a short and a longer test give the part of the variance
+ * that falls with the duration and the part that stays. From these follows a duration, which is
+ * tried and corrected. */
 static int find_duration(struct design *d, double wanted, double first, double longer, struct excitation *e, struct error *error) {
     struct test_params *t = &d->trial.tests;
     int status = STATUS_OK;
     double least_s = shortest_s(t), noise = fmax(first - longer, 0.0) * least_s / (1.0 - 1.0 / LONGER);
     double rest = fmax(longer - noise / (LONGER * least_s), 0.0);
-    /* with a longer test than this the deviation would already be near its floor */
+    /* a test longer than this would have a deviation near its floor */
     double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
     for (int i = 0; i < CORRECTIONS && !status; i++) {

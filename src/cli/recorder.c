@@ -33,14 +33,15 @@ static void log_failed(struct recorder *r, const struct error *error) {
 
 static void keep(struct recorder *r, const char *channel, const void *data, int size) {
     const struct clock *clock = &r->loop->clock;
-    /* a paced clock falls behind when the loop is late; the log's time follows the wall clock */
+    /* a paced clock falls behind when the loop is late; its delay is added, because the log's time
+     * is that of the wall clock */
     int64_t stretched_ns = clock->kind == CLOCK_PACED ? r->analysis.behind_ns : 0;
     int64_t utime_us = clock->system_us + (r->analysis.last.in.time_ns + stretched_ns) / NS_PER_US;
     struct error error;
     if (r->log && size >= 0 && log_write(r->log, utime_us, channel, data, size, &error)) log_failed(r, &error);
 }
 
-/* Checks that the log on disk is intact and that nobody else writes it. */
+/* Checks that the log's file is intact and that nobody else writes it. */
 static void look_after_log(struct recorder *r) {
     struct error error;
     int64_t now_ns = monotonic_ns();
@@ -67,7 +68,8 @@ static void statistics(struct recorder *r) {
     keep_and_send(r, CHANNEL_LOOP_STATS, buffer, loop_stats_encode(&s, r->analysis.last.in.time_ns, buffer, sizeof buffer));
 }
 
-/* Reports the back-end's connection to the machine whenever it changes during a fault. */
+/* Reports the state of the back-end's connection to the machine whenever it changes during a
+ * fault. */
 static void device(struct recorder *r) {
     const struct hal *hal = r->loop->hal;
     char text[sizeof r->device] = "";
@@ -79,9 +81,9 @@ static void device(struct recorder *r) {
     progress_say(r->progress, "hexid: device: %s\n", *text ? text : "nothing is wrong on the way to the machine");
 }
 
-/* Adds the gains to the causes of faults that an unsuitable loop can trigger, if they were changed
- * or if gains_check() proposes better ones. The earlier causes stay first, because gains_check()
- * cannot see an obstacle. */
+/* Adds the gains to the likely causes of a fault that unsuitable gains can trigger, if they were
+ * changed or gains_check() proposes better ones. The other causes stay first, because gains_check()
+ * does not know whether there is an obstacle. */
 static void blame_gains(const struct recorder *r, char cause[FAILURE_TEXT_SIZE], char remedy[FAILURE_TEXT_SIZE]) {
     static const uint32_t of_loop = FAULT_FORCE | FAULT_OSCILLATION | FAULT_LEG_RATE | FAULT_FOLLOWING;
     bool changed = *r->gains_say;
@@ -106,8 +108,9 @@ static void fault(struct recorder *r) {
     device(r);
 }
 
-/* Reports why `engage` would be refused; unknown inputs leave the report unchanged. Pressure counts
- * only after a second, because it may take that long to disappear after the supply is off. */
+/* Reports why `engage` would be refused, whenever that changes; a sample without known inputs
+ * changes nothing. Remaining pressure counts only after a second, because it may take that long to
+ * disappear after the supply is switched off. */
 static void interlocks(struct recorder *r, const struct cycle *c) {
     r->settled_cycles = c->state == STATE_SETTLED ? r->settled_cycles + 1 : 0;
     if (!r->settled_cycles || c->in.flags & (SAMPLE_IO | SAMPLE_INVALID)) return;
@@ -119,7 +122,8 @@ static void interlocks(struct recorder *r, const struct cycle *c) {
     if (wrong) progress_interlock(r->progress, interlock_why(wrong));
 }
 
-/* Reports that the PID drives in place of the configured law, why, and when that ends. */
+/* Reports that the PID drives in place of the configured law, and why, and later that this has
+ * ended. */
 static void law(struct recorder *r, const struct cycle *c, const struct cycle *before) {
     char text[160] = "the law model drives again";
     if (!c->law_doubts == !before->law_doubts || !supervisor_drives(c->state)) return;
@@ -139,7 +143,7 @@ static void unattended(struct recorder *r) {
     progress_say(r->progress, "hexid: %s: parking\n", r->unattended.text);
 }
 
-/* Reports changes since the last cycle in words. */
+/* Reports, as events and to the terminal, what has changed since the last cycle. */
 static void changes(struct recorder *r, const struct cycle *before, int64_t lost) {
     const struct cycle *c = &r->analysis.last;
     char text[160];
@@ -165,7 +169,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
     }
 }
 
-/* Reports a completed test; after the last one the identification. */
+/* Reports a completed test, and after the last test the identification. */
 static void result(struct recorder *r) {
     unsigned char buffer[MESSAGE_MAX];
     int64_t time_ns = r->analysis.last.in.time_ns;
@@ -179,7 +183,7 @@ static void result(struct recorder *r) {
         keep_and_send(r, CHANNEL_IDENTIFICATION, buffer, identification_encode(id, &verdict, time_ns, buffer, sizeof buffer));
 }
 
-/* Publishes the estimator's result for the tests so far, unless it is undetermined. */
+/* Publishes method C's result for the tests so far, if they determine one. */
 static void publish_estimate(struct recorder *r, bool wait) {
     struct {
         struct equations rest, sum;
@@ -202,8 +206,9 @@ static void publish_estimate(struct recorder *r, bool wait) {
     free(w);
 }
 
-/* Starts method C after each test while recording continues; if several tests end meanwhile, only
- * the last one starts it again. In virtual time it waits, so that a log is the same every time. */
+/* Starts method C after each test while recording continues. If several tests end before it is
+ * finished, it starts again only once. In virtual time `wait` makes it wait for the result, so that
+ * repeated runs give the same log. */
 static void estimate(struct recorder *r, bool wait) {
     struct recording copy;
     struct error none;
@@ -239,7 +244,8 @@ static void tell_manager(struct recorder *r, const struct cycle *before) {
 }
 
 /* Writes the effective configuration into the log, as the first event of each file and after a
- * change of the gains, so that a log is self-contained. A log that cannot hold it has failed. */
+ * change of the gains, so that a log is self-contained. If that is impossible, the log has
+ * failed. */
 static void keep_configuration(struct recorder *r) {
     if (!r->log) return;
     struct error error;
@@ -268,9 +274,9 @@ static void list_gains(const struct gains *before, const struct gains *now, char
     }
 }
 
-/* Reports which gains were changed, and writes the new configuration into the log. Its readers then
- * see two runs, each with its own gains. Without memory the log would state wrong gains from here
- * on, so this counts as a failure of the log. */
+/* Reports which gains were changed, and writes the new configuration into the log. Readers of the
+ * log then see two runs, each with its own gains. If memory runs out, the log would state wrong
+ * gains from here on, so this counts as a failure of the log. */
 static void gains_changed(struct recorder *r, const struct gains *before, const struct gains *now) {
     struct params *params = malloc(sizeof *params);
     struct error error;
@@ -303,7 +309,7 @@ static void say_over_quota(struct recorder *r, bool over) {
     r->over_quota = over;
 }
 
-/* Reports that the keeper makes no more parts and deletes nothing. The log continues in the
+/* Reports that the keeper makes no more parts and deletes no old logs. The log continues in the
  * current part, and the run ends with an error. */
 static void keeper_failed(struct recorder *r, const char *why) {
     static const char format[] = "%.200s: the log goes on in %.300s, and nothing keeps --log-quota; look at that directory's disk";
@@ -319,7 +325,7 @@ static void ask_keeper(struct recorder *r) {
 }
 
 /* Takes the keeper's next part with log_keeper_take(). A run in virtual time waits for the keeper,
- * so that its log is the same every time, but not once the keeper has hung. */
+ * so that repeated runs give the same log, unless the keeper has failed. */
 static int take_part(struct recorder *r, struct log_part *next, struct error *error) {
     bool waits = r->loop->clock.kind == CLOCK_VIRTUAL && !r->keeper_error.status;
     int got = log_keeper_take(r->keeper, waits ? PART_PATIENCE_MS : 0, next, error);
@@ -329,10 +335,10 @@ static int take_part(struct recorder *r, struct log_part *next, struct error *er
     return got;
 }
 
-/* Continues the log in the next part, beginning with this cycle, if the current one is large
- * enough, no test is split, and the file is ready. Only virtual time waits for the file, so that a
- * log is the same every time. A longer test, such as a trajectory of hours, is split at twice the
- * size. If no part can be made, the log continues in the current one. */
+/* Continues the log in a new part, beginning with this cycle, if the current part is large enough,
+ * no test is split, and the new file is ready (a run in virtual time waits for it). A test that
+ * goes on until the part has twice its size, such as a trajectory of hours, is split. If no new
+ * part can be made, the log continues in the current part. */
 static void rotate(struct recorder *r, const struct cycle *c) {
     struct error error;
     struct log_part next;
@@ -358,8 +364,8 @@ static void rotate(struct recorder *r, const struct cycle *c) {
     }
 }
 
-/* Processes one cycle. The log does not rotate in a cycle that changes the gains, because the new
- * part would repeat the configuration that gains_changed() writes. */
+/* Processes one cycle. No new part of the log begins in a cycle that changes the gains, because it
+ * would repeat the configuration that gains_changed() writes. */
 static void take(struct recorder *r, const struct cycle *c) {
     unsigned char buffer[STATE_MESSAGE_MAX];
     struct cycle before = r->analysis.last;
@@ -391,7 +397,7 @@ static void *recorder_thread(void *argument) {
     struct cycle c;
     crash_stack();
     for (;;) {
-        /* read before the ring, so that no record is missed */
+        /* read before the ring, so that no record remains in the ring at the end */
         bool ended = atomic_load_explicit(&r->loop->ended, memory_order_acquire);
         look_after_log(r);
         if (ring_pop(r->records, &c)) take(r, &c);

@@ -23,8 +23,8 @@ static double largest(const double *x) {
     return most;
 }
 
-/* Returns the largest leg force, N, for an acceleration of an axis by 1 m/s^2 or rad/s^2, J'^-1 Mt;
- * NaN if the survey is not determined. */
+/* Returns the largest leg force, N, for an acceleration of one axis of 1 m/s^2 or 1 rad/s^2, from
+ * J'^-1 Mt; NaN if the survey did not determine Mt. */
 static double leg_force_per_acceleration(const struct loop_survey *s, double j[LEGS][DOFS], enum dof dof) {
     double wrench[DOFS], force[LEGS], most = 0.0;
     for (int i = 0; i < DOFS; i++) wrench[i] = s->inertia.matrix.mt[i][dof];
@@ -60,8 +60,8 @@ static struct test_judgement judge(const struct survey_report *r, double j[LEGS]
     return t;
 }
 
-/* Steps of the computation, each with the share of the whole time that passes before it on the
- * default machine. */
+/* Steps of the computation. from: share of the whole computing time that passes before the step, as
+ * measured for the default machine. */
 enum step { STEP_CONFIGURED, STEP_PROPOSAL, STEPS = STEP_PROPOSAL + PROPOSALS };
 static const struct {
     const char *what;
@@ -73,7 +73,7 @@ static const struct {
     [STEPS] = {NULL, 1.0},
 };
 
-/* Context of tell(), which converts a share of one step to a share of all steps. */
+/* Context of tell(), which converts the share of one step to the share of the whole. */
 struct step_watch {
     const struct survey_watch *watch;
     int step;
@@ -111,8 +111,8 @@ int survey_report_make(struct survey_report *r, const struct multisine *multisin
     return status == STATUS_IO ? status : STATUS_OK;
 }
 
-/* Prints a remark on a mode of the closed loop that rings, with the likely causes. A damping of NaN
- * is not known, so it causes no remark. */
+/* Prints a remark, with the likely causes, if a mode of the closed loop is hardly damped. An
+ * unknown damping is NaN and causes no remark. */
 static void print_hardly_damped(const struct loop_survey *s, int mode, FILE *out) {
     const struct loop_mode *m = &s->loop[mode];
     if (!(m->damping < LOOP_DAMPING_LEAST)) return;
@@ -124,7 +124,7 @@ static void print_hardly_damped(const struct loop_survey *s, int mode, FILE *out
         mode + 1, s->determined ? dof_names[s->mode[mode].dof] : "-", m->hz, m->damping, LOOP_DAMPING_LEAST, m->hz);
 }
 
-static const double L_PER_MIN_MPA = 6e10; /* in 1 m^3/(s Pa) */
+static const double L_PER_MIN_MPA = 6e10; /* l/(min MPa) per m^3/(s Pa) */
 
 static void print_modes(const struct loop_survey *s, FILE *out) {
     fprintf(out, "mode  mostly  oil columns Hz     std  closed loop Hz  damping ratio\n");

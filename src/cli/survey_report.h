@@ -1,6 +1,6 @@
-/* Results of `hexid run --survey`: eigenfrequencies, the configured tests compared with them and
- * with the sensors' noise floor, and tests for a wanted standard deviation. Ordinary threads;
- * heap. */
+/* Results of `hexid run --survey`: the eigenfrequencies, a comparison of the configured tests with
+ * them and with the sensors' noise floor, and proposed tests for a wanted standard deviation.
+ * Ordinary threads; heap. */
 #ifndef HEXID_SURVEY_REPORT_H
 #define HEXID_SURVEY_REPORT_H
 
@@ -10,44 +10,48 @@
 #include "params.h"
 #include "proposal.h"
 
-/* One axis of a test: frequency in Hz, amplitude in m or rad. */
+/* Judgement of the configured test of one axis; hz and amplitude (m or rad) are those of the
+ * test. */
 struct test_judgement {
     double hz, amplitude;
-    double of_oil, of_loop;    /* frequency over the lowest eigenfrequency of the oil columns, and
-                                * over the loop's; NaN: no such eigenfrequency */
-    double follow;             /* amplitude reached in the survey, as a share of the reference's */
+    double of_oil, of_loop;    /* the test's frequency divided by the lowest eigenfrequency of the
+                                * oil columns, and by that of the loop; NaN: there is no such
+                                * eigenfrequency */
+    double follow;             /* amplitude that the loop reaches at this frequency by the survey,
+                                * as a share of the reference's */
     double leg_m, leg_n;       /* length amplitude of the leg that moves most, and force amplitude
                                 * of the leg that pushes most */
-    double noise_m, noise_n;   /* rms noise of a sample of the worst leg; for lengths at least the
-                                * rounding */
-    bool below;                /* the test is below both eigenfrequencies (the loop's only if it has
-                                * one); false if the oil columns have none */
+    double noise_m, noise_n;   /* rms noise of one sample of the noisiest leg; of a length at least
+                                * its rounding error */
+    bool below;                /* the test's frequency is below both eigenfrequencies (below the
+                                * loop's only if there is one); false if the oil columns have
+                                * none */
     bool above_floor;          /* the amplitudes of length and force are above the noise */
 };
 
 struct survey_report {
     struct loop_survey survey;
-    struct params asked;                      /* configured parameters, without the survey */
-    struct test_judgement test[DOFS];         /* judgements of the tests, by axis */
+    struct params asked;                      /* configured parameters, with the configured tests */
+    struct test_judgement test[DOFS];         /* judgements of the configured tests, by axis */
     struct excitation configured;             /* prediction for the configured tests, if
                                                * no_prediction has status 0 */
     struct error no_prediction;
-    struct loop_tune gains;                   /* gains for the machine that was identified, if
-                                               * no_gains has status 0 */
+    struct loop_tune gains;                   /* gains of `hexid tune` for the machine as
+                                               * identified, if no_gains has status 0 */
     struct error no_gains;
     double wanted_pct;
     struct proposal proposal[PROPOSALS];
 };
 
-/* Receives the progress: step() gets the name of the current step, and the share of the whole work
- * that is done, 0..1. */
+/* Receives the progress: step() is called with the name of the current step and the share of the
+ * whole work that is done, 0..1. */
 struct survey_watch {
     void (*step)(void *context, const char *what, double share);
     void *context;
 };
 
-/* Computes all results. `asked`: configured parameters, without the survey. Returns -2 with the
- * reason if the recording is not sufficient; -3: no memory. */
+/* Computes all results. `asked`: configured parameters, with the configured tests. Returns -2 with
+ * the reason if the recording is not sufficient, -3 without memory. */
 int survey_report_make(struct survey_report *r, const struct multisine *multisine, const struct recording *recording,
                        const struct method_c *inertia, const struct params *asked, double wanted_pct, const struct survey_watch *watch,
                        struct error *error);

@@ -20,7 +20,7 @@ static void erase(struct terminal *t) {
     t->drawn = 0;
 }
 
-/* Rounds to a multiple of the unit; + 0.0 avoids -0.00. */
+/* Rounds to a multiple of the unit; + 0.0 turns -0.0 into 0.0, so that "-0.00" is never printed. */
 static double rounded(double x, double unit) { return round(x / unit) * unit + 0.0; }
 
 static void headline(const struct cycle *c) {
@@ -34,7 +34,7 @@ static void headline(const struct cycle *c) {
 }
 
 static void pose(const struct params *p, const struct cycle *c) {
-    /* unit, printed after the last value that has it */
+    /* units, each printed once, after the last value that has it */
     static const char *const units[DOFS] = {"", "", " mm", "", "", " mrad"};
     const struct mechanism *mechanism = params_mechanism(p);
     if (!mechanism->pose) printf(" %s %.2f mm", mechanism->words.length, rounded(c->in.length_m[0] * 1e3, 0.01));
@@ -51,8 +51,8 @@ static const char *bar(double share, char text[BAR + 1]) {
     return text;
 }
 
-/* Enlarges the bars' full scale to 1, 2 or 5 times a power of ten, at least 100 N. It never
- * shrinks, so that bars stay comparable. */
+/* Enlarges the full scale of the force bars to 1, 2 or 5 times a power of ten, at least 100 N, if a
+ * force exceeds it. It never shrinks, so that bars stay comparable. */
 static void enlarge(struct terminal *t, const struct cycle *c) {
     static const double least_n = 100.0;
     double most_n = least_n;

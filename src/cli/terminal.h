@@ -1,6 +1,6 @@
-/* Shows a running hexid on a terminal or in a pipe. On a terminal the newest cycle stands below
- * the events and is updated a few times a second; elsewhere each event is a line, and the state
- * a line a second. One thread. */
+/* Shows a running hexid on a terminal or in a pipe. On a terminal the newest cycle is shown below
+ * the events and updated a few times a second; elsewhere each event is a line, and once a second
+ * the state is a line. One thread. */
 #ifndef HEXID_TERMINAL_H
 #define HEXID_TERMINAL_H
 
@@ -12,9 +12,10 @@ struct params;
 struct terminal {
     const struct params *params;
     bool redraws;       /* standard output is a terminal */
-    int drawn;          /* number of lines of the view on the screen */
+    int drawn;          /* number of lines of the view that are on the screen */
     int64_t drawn_ms;   /* time of the last drawing; 0: due now */
-    double force_n;  /* full scale of the force bars: a round number that only grows; 0: none yet */
+    double force_n;  /* full scale of the force bars, a round number that never decreases; 0: no
+                      * cycle was drawn yet */
 };
 
 void terminal_take(struct terminal *t, const struct bus_message *message, int64_t now_ms);
@@ -22,8 +23,8 @@ void terminal_take(struct terminal *t, const struct bus_message *message, int64_
 /* Draws the view of a cycle; returns its number of lines. */
 int terminal_view(struct terminal *t, const struct cycle *cycle);
 
-/* Prints a message of the monitor itself on standard error, in place of the view, which the next
- * cycle draws again below. */
+/* Prints a message of the monitor itself on standard error in place of the view. The next cycle
+ * draws the view again below the message. */
 void terminal_say(struct terminal *t, const char *line);
 
 #endif

@@ -8,7 +8,8 @@
 #include "report_json.h"
 #include "units.h"
 
-static const double WORTH = 1.1; /* smallest ratio of two values of a gain that is worth a change */
+static const double WORTH = 1.1; /* ratio of new and old value of a gain above which the change is
+                                  * worth mentioning */
 
 static const char *const parts[] = {
     [LOOP_PART_NONE] = "none", [LOOP_PART_VALVE] = "valve_lag", [LOOP_PART_CYCLE] = "cycle", [LOOP_PART_OIL] = "oil"};
@@ -20,7 +21,8 @@ static const char *const words[] = {[LOOP_PART_NONE] = "no part alone",
 
 enum { GAINS = 7, CELL = 24 };
 
-/* The gains that tune sets, with their units; the one that most often decides comes first. */
+/* The gains that `hexid tune` sets, with their units. The gain that most often decides comes
+ * first. */
 static const struct gain {
     const char *name, *unit;
     size_t offset;

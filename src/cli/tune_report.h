@@ -1,4 +1,5 @@
-/* The result of `hexid tune` for people, as a section of YAML, and as JSON. Ordinary threads. */
+/* Prints the result of `hexid tune` for people, as a section of YAML, and as JSON. Ordinary
+ * threads. */
 #ifndef HEXID_TUNE_REPORT_H
 #define HEXID_TUNE_REPORT_H
 
@@ -7,14 +8,15 @@
 
 #include "loop_tune.h"
 
-/* Prints the table of modes before and after, and the margins with their places. */
+/* Prints the table of modes with the configured and the tuned gains, and the margins with the mode
+ * and pose in which each is smallest. */
 void tune_report_print(FILE *out, const struct loop_tune *tune, const struct params *params);
 
 /* Prints the section `control`, to be pasted into a configuration. */
 void tune_report_section(FILE *out, const struct loop_tune *tune);
 
-/* Writes what to set: "set control.kp to 18 (now 40), ..."; gains that are nearly the same are left
- * out. Cut at `size`. */
+/* Writes the changes to make: "set control.kp to 18 (now 40), ..."; gains that would hardly change
+ * are left out. The text is cut at `size`. */
 void tune_report_remedy(const struct loop_tune *t, size_t size, char text[]);
 
 /* Writes which requirement of loop_tune.h is missed, by how much, and which part of the machine
