@@ -25,7 +25,7 @@ struct hal_ops {
     const char *usage;   /* line for --help: syntax of the URL, and the machine that it reaches */
     bool simulated;      /* there is no real machine behind it: --rt defaults to try, --fast is
                           * allowed */
-    enum hal_reopens reopens; /* what the back-end opens again by itself to restore a lost
+    enum hal_reopens reopens; /* device that the back-end opens again by itself after a lost
                                * connection */
     /* Opens the back-end, as hal_open() does. address: part of the URL after "scheme:". */
     int (*open)(struct hal **hal, const char *address, const struct params *params, uint64_t seed, struct error *error);

@@ -177,8 +177,8 @@ struct cycle {
     struct fault_measure measure; /* value and limit of first_fault; no message carries them */
     uint32_t law_doubts;   /* DOUBT_... (model_law.h): why the PID drives in place of the configured
                             * law `model`; no message carries them, but an event reports them */
-    struct gains gains;    /* gains of `out`; no message carries them, but a change is an event and
-                            * begins a new configuration in the log */
+    struct gains gains;    /* gains with which `out` was computed; no message carries them, but a
+                            * change is an event, after which the log has a new configuration */
     int test;              /* index in the list of tests; -1 outside a test */
     enum dof dof;          /* tested axis; DOF_NONE outside a test and in a test that belongs to no
                             * axis */

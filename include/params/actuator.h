@@ -9,8 +9,8 @@ struct actuator_params {          /* the legs, Tian 2015 Tables 1 and 2; inertia
     double piston_diameter_m[LEGS], rod_diameter_m[LEGS];
     struct {
         bool piston, rod;
-    } stated;                     /* false if the configuration of an axis leaves the diameter out;
-                                   * the built-in platform's value does not suit an axis */
+    } stated;                     /* false if the configuration of a machine of one axis does not
+                                   * state the diameter; the built-in value is that of a platform */
     double stroke_m[LEGS];
     double mid_stroke_m[LEGS];    /* leg length at mid-stroke less leg length at neutral */
     /* length of each leg on its lower end stop, as measured on the machine, and its standard

@@ -9,8 +9,9 @@ struct interlock_params {         /* SAFETY: true for each input or output that 
     bool emergency_stop, enable, door, pressure;
     bool supply;                  /* the output that keeps the supply on */
     double pressure_s;            /* longest time until the input `pressure` closes after the supply
-                                   * is switched on; without that input, pressure counts as there
-                                   * after this time, or at once without `supply` */
+                                   * is switched on; if that input is not wired, pressure counts as
+                                   * present after this time, or at once if `supply` is not wired,
+                                   * either */
     bool antivalent;              /* each input has two contacts, one inverse
                                    * (src/core/interlock.h) */
     double discrepancy_s;    /* longest time for which the two contacts may contradict each other */

@@ -18,7 +18,7 @@ struct limit_params {     /* SAFETY: beyond any of these limits the supervisor c
                             * is latched; some faults do not wait for it (patience() in
                             * src/core/platform.c) */
     double blind_time_s;          /* longest time for which the machine may move without a working
-                                   * controller; blind_time() computes it before the start */
+                                   * controller; hexid does not start if blind_time() is longer */
     double oscillation_mps2;      /* largest acceleration of the platform beyond 1.8 times the
                                    * requested one (src/core/oscillation.h) */
 };

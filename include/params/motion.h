@@ -14,7 +14,7 @@ struct motion_params {
                                    * wait for it */
     double hold_s;                /* time at neutral before `automatic` starts the tests, and again
                                    * before it parks; a command does not wait for it */
-    bool automatic;               /* engages, tests and parks without commands */
+    bool automatic;               /* the daemon engages, tests and parks without commands */
 };
 
 #endif

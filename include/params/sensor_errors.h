@@ -1,5 +1,5 @@
-/* Systematic errors of the sensors, as an estimate from measured motion sets them; 0: none. No
- * configuration states them: model.tolerance states their standard deviations, and
+/* Systematic errors of the sensors, as found by an estimate from measured motion; 0: none. No key
+ * of the configuration sets them: model.tolerance states their standard deviations, and
  * src/residual/systematic.h lists them. */
 #ifndef HEXID_PARAMS_SENSOR_ERRORS_H
 #define HEXID_PARAMS_SENSOR_ERRORS_H
@@ -7,7 +7,8 @@
 #include "types.h"
 
 struct sensor_errors {
-    double p1_gain[LEGS], p2_gain[LEGS]; /* relative errors; a force sensor has the gain of P1 */
+    double p1_gain[LEGS], p2_gain[LEGS]; /* relative errors of the gains; p1_gain also stands for
+                                          * the gain of a force sensor */
     double length_gain[LEGS], length_zero_m[LEGS];
     double skew_s; /* age of the lengths less age of the pressures */
     /* lag of the pressures, and length of the pipe between pressure sensor and chamber: a value

@@ -27,8 +27,8 @@ static FILE *out_of(const struct options *o) { return o->json && !strcmp(o->json
 
 static int exit_status(const struct verdict *v) { return v->status == VERDICT_PASS ? EXIT_PASSED : EXIT_CHECK_FAILED; }
 
-/* Weighs a known weight by two logs, i[0] without and i[1] with it, and identifies i[0] again with
- * the sensor errors that the weight shows. */
+/* Compares a known weight with the readings of two logs, i[0] without and i[1] with it, and
+ * identifies i[0] again with the sensor errors that the weight shows. */
 static int weigh(const struct options *o, struct log_analysis *i, struct error *error) {
     static const char *const machine[] = {"mechanism", "geometry", "actuator", NULL};
     const struct identification *first = &i[0].analysis.ident.result;

@@ -67,8 +67,9 @@ struct session {
     char log_path[PATH_MAX];       /* path of the log if --log is a directory */
     struct machine_lock lock; /* lock of the machine, held to the end of the process */
     int signal_file;          /* descriptor from which signals are read */
-    int64_t signalled_ns;  /* time of the first signal to end, CLOCK_MONOTONIC; 0: there was none */
-    int signal;            /* number of the first signal to end */
+    int64_t signalled_ns;  /* CLOCK_MONOTONIC time of the first signal that asked the run to end; 0:
+                            * there was none */
+    int signal;            /* number of that signal */
     bool recorder_hangs, stuck;
 };
 

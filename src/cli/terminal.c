@@ -41,7 +41,7 @@ static void pose(const struct params *p, const struct cycle *c) {
     for (int i = 0; i < DOFS && mechanism->pose; i++) printf(" %s %.2f%s", dof_names[i], rounded(c->pose[i] * 1e3, 0.01), units[i]);
 }
 
-/* Draws a bar from the middle (0) to one end (1 or -1). */
+/* Draws a bar from the middle; with a share of 1 or -1 it reaches the right or the left end. */
 static const char *bar(double share, char text[BAR + 1]) {
     int half = BAR / 2, marks = isfinite(share) ? (int)round(fmin(fabs(share), 1.0) * half) : 0;
     memset(text, ' ', BAR);

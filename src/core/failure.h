@@ -15,7 +15,8 @@ enum reaction { REACTION_NONE, REACTION_PARK, REACTION_STOP };
 
 struct failure {
     uint32_t fault;       /* one of FAULT_...; 0: this failure is no fault of the supervisor */
-    const char *name;     /* fault's name or words, as the operator sees them */
+    const char *name;     /* name of the fault; for other failures the words that the operator
+                           * sees */
     const char *what;     /* the failure in words */
     const char *detected; /* check that detects the failure */
     const char *within;   /* time or motion until it is detected, in words */
@@ -25,7 +26,8 @@ struct failure {
     const char *remedy;   /* steps before the platform may move again */
     const char *least_key, *most_key; /* configuration keys of the fault's lower and upper limit;
                                        * NULL: there is no such limit */
-    const char *unit;     /* unit of the measured value in messages; NULL: nothing is measured */
+    const char *unit;     /* unit of the fault's measured value in messages; NULL: nothing is
+                           * measured */
     double per_si;        /* factor that converts SI to that unit */
 };
 

@@ -58,7 +58,7 @@ struct model_law {
     double delay_s;          /* delay from the sample to the spool's motion, mean of all legs */
     int delay_cycles;        /* delay_s, rounded up to whole cycles */
     double area_m2[2][LEGS]; /* piston areas, rodless and rod side */
-    /* state */
+    /* the members below are the law's state */
     double p1_pa[LEGS], p2_pa[LEGS];      /* last trusted pressures */
     double force_ref_lp_n[LEGS];          /* low-passed reference force frlp */
     double excess_lp_n[LEGS];             /* measured less reference force, low-passed */

@@ -160,8 +160,8 @@ static void take_command(struct oscillation *o, const double valve[LEGS]) {
     if (o->jumps) take_valves(o, &o->commanded, valve, &o->sum.commanded, &o->sum.white, o->sum.leg);
 }
 
-/* SAFETY: without trusted forces, or with an unknown inertia, forced counts as infinite, so that it
- * excuses no jump of the commands. */
+/* SAFETY: without trusted forces, or with an unknown inertia, forced counts as infinite, so that no
+ * jump of the commands is disregarded. */
 static void take_force(struct oscillation *o, const double force_n[LEGS]) {
     double mps2[DOFS] = {0};
     if (!force_n || !o->weighs) {

@@ -54,7 +54,8 @@ enum {
 
 /* Mean squares of accelerations over a block, (m/s^2)^2; `leg` has sums of squares. */
 struct oscillation_block {
-    double measured, commanded, opened, forced; /* forced: infinite without good pressures */
+    double measured, commanded, opened, forced; /* forced: infinite without valid pressures or
+                                                 * inertia */
     /* parts of commanded, opened and forced that are white noise, assuming that their fourth
      * differences contain nothing else */
     double white, opened_white, forced_white;
@@ -88,8 +89,8 @@ struct oscillation {
     int past;                /* number of poses kept: 2 lag + 1 */
     /* the members below have been collected since driving began */
     double pose[OSCILLATION_PAST][DOFS], ref[OSCILLATION_PAST][DOFS];
-    /* Leg speeds that correspond to the commands, and to the openings: newest first, and after the
-     * valve's first and second lag. */
+    /* Leg speeds that correspond to the commands, and likewise to the openings: the last five,
+     * newest first, and the newest after the valve's first and second lag. */
     struct oscillation_valves {
         double asked_mps[LEGS][5], half_mps[LEGS], valve_mps[LEGS];
     } commanded, opened;

@@ -31,7 +31,7 @@ enum trigger {
 
 struct supervisor {
     enum state state;
-    uint32_t faults, first_fault; /* latched faults, and the first of them */
+    uint32_t faults, first_fault; /* latched faults, and that one of them which is the headline */
     int bad;                      /* level of a leaky bucket of samples with faults that stop */
     int doubtful;                 /* level of a leaky bucket of samples with faults that park */
     int good;                     /* number of consecutive good samples */

@@ -34,7 +34,7 @@
 struct confinement {
     struct output *result; /* result that is still to be written; confine() copies its paths to
                             * read-only memory. NULL: none */
-    enum hal_reopens reopens; /* what the back-end opens again */
+    enum hal_reopens reopens; /* device that the back-end opens again after a lost connection */
 };
 
 /* Confines the process. To be called by the main thread, once, when everything is open and all

@@ -68,7 +68,8 @@ void loop_join(struct loop *l);
 struct loop_acted {
     uint32_t request_id;             /* id of the last request that was processed */
     bool taken;                      /* the request had an effect in the state at that time */
-    bool stopped;                    /* the latest tests were ended by a stop, or are ending */
+    bool stopped;                    /* the latest tests were ended by a stop, or are being ended by
+                                      * one */
     enum state state;                /* current state of the supervisor */
     uint32_t wrong;                  /* current wrong inputs: INPUT_... */
     uint32_t first_fault;        /* the first latched fault, one of FAULT_...; 0: none is latched */
@@ -92,8 +93,8 @@ void loop_quit(struct loop *l);
 #define LOOP_ATTENDED_S 1.0
 void loop_attend(struct loop *l);
 
-/* Runs one cycle; false after the last. RT: no heap, no lock; only clock and back-end make system
- * calls. */
+/* Runs one cycle. Returns false after the last cycle. RT: no heap, no lock; only clock and back-end
+ * make system calls. */
 bool loop_cycle(struct loop *l);
 
 #endif

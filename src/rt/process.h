@@ -36,8 +36,8 @@ enum {
 int process_start(struct error *error);
 
 /* Checks that the process's limits suffice; to be called after process_start(). STATUS_IO with
- * limit, value and remedy if one is too low. SAFETY: not for `hexid command`, except `set`, because
- * a stop must work within any limits. */
+ * limit, value and remedy if one is too low. SAFETY: `hexid command` does not call it, except for
+ * `set`, because a stop must work within any limits. */
 int process_limits(struct error *error);
 
 /* Returns true if this signal must stay ignored because the caller of the program ignored it. That

@@ -5,7 +5,8 @@
 
 #include "monotonic.h"
 
-/* A sanitizer keeps half a megabyte of state in each thread's stack. */
+/* A sanitizer keeps half a megabyte of state in each thread's stack, so its builds get 2 MB
+ * more. */
 #if defined __SANITIZE_THREAD__ || defined __SANITIZE_ADDRESS__
 enum { SANITIZER = 2 << 20 };
 #else

@@ -17,7 +17,8 @@ enum {
     THREAD_STACK_REALTIME = 512 << 10, /* stack of threads in real time; realtime_enter() prefaults
                                         * half of it */
     THREAD_STACK_IDENTIFY = 2 << 20,   /* stack of recorder and estimators, which identify */
-    THREAD_STACK_FIT = 8 << 20,        /* stack of `hexid gap`, which nests fits */
+    THREAD_STACK_FIT = 8 << 20,        /* stack of the threads of `hexid gap`, whose fits are
+                                        * nested */
 };
 
 /* Starts a thread. STATUS_IO with the new thread's name ("loop"), the reason and the remedy. Any
