@@ -115,8 +115,7 @@ static void judge_common(struct judgement *j, const struct platform *p, const st
     judge(j, FAULT_OSCILLATION, -1, p->oscillation.found_mps2, 0.0, p->oscillation.allowed_mps2);
 }
 
-/* Judges a sample by all limits. The legs' limits are left out if the sample has SAMPLE_IO, because
- * nothing was read. */
+/* Judges a sample by all limits, but by those of the legs only if it has no SAMPLE_IO. */
 static struct judgement judge_sample(const struct platform *p, const struct hal_sample *in, uint32_t asked) {
     struct judgement j = {.asked = asked, .measure = {.leg = -1, .value = (double)NAN, .limit = (double)NAN}};
     judge_common(&j, p, in);
