@@ -1,9 +1,10 @@
-/* The hardware abstraction layer: the only way to the platform. No caller can tell which back-end
+/* The hardware abstraction layer: the only way to the platform. The loop cannot tell which back-end
  * it talks to.
  *
- * read, write and safe are called from the loop thread: RT, never block, no heap, no lock. A
- * blocking device gets its own thread inside its back-end. open and close are called from the main
- * thread while the loop does not run. */
+ * read and write are called from the loop thread; safe is called from it, and from the handler of a
+ * crash in any thread (crash.h). All three are RT: never block, no heap, no lock. A blocking device
+ * gets its own thread inside its back-end. open and close are called from the main thread while the
+ * loop does not run. */
 #ifndef HEXID_HAL_H
 #define HEXID_HAL_H
 

@@ -230,7 +230,8 @@ static int find_duration(struct design *d, double wanted, double first, double l
     int status = STATUS_OK;
     double least_s = shortest_s(t), noise = fmax(first - longer, 0.0) * least_s / (1.0 - 1.0 / LONGER);
     double rest = fmax(longer - noise / (LONGER * least_s), 0.0);
-    /* a test longer than this would have a deviation near its floor */
+    /* a test longer than the second limit would gain little: the worst entry's deviation would be
+     * less than NEAR times its floor, sqrt(rest) */
     double most_s = fmin(longest_s(t), noise / ((NEAR * NEAR - 1.0) * rest));
     double next_s = wanted > rest ? noise / (wanted - rest) : most_s;
     for (int i = 0; i < CORRECTIONS && !status; i++) {

@@ -46,8 +46,9 @@ void rotation_from_angles(double phi, double theta, double psi, double t[3][3]);
 /* Computes the leg lengths of a pose. */
 void ik_lengths(const struct kinematics *k, const double pose[DOFS], double length_m[LEGS]);
 
-/* Computes the Jacobian that converts the twist to leg rates; the twist is [velocity; angular
- * velocity in {B}]. Row i is [n_i', (T a_i x n_i)']. */
+/* Computes the Jacobian that converts the twist to leg rates; the twist is [velocity of the origin
+ * of {M}; angular velocity], both in {B}. Row i is [n_i', (T a_i x n_i)']: n_i is the unit vector
+ * along leg i, and T a_i leads from that origin to the leg's upper joint. */
 void ik_jacobian(const struct kinematics *k, const double pose[DOFS], double j[LEGS][DOFS]);
 
 /* Computes the pose of given leg lengths by Newton's method, from the start value in `pose` (the

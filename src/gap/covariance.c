@@ -18,8 +18,8 @@ static int leg_of(int value) { return value % ROW / RESIDUAL_SIZE / RESIDUALS; }
 static int kind_of(int value) { return value % ROW / RESIDUAL_SIZE % RESIDUALS; }
 static int coefficient_of(int value) { return value % RESIDUAL_SIZE; }
 
-/* Band of a coefficient: the three slowest, the constant among them, then one octave in each band;
- * the last band is open. */
+/* Band of a coefficient. The first band has the three slowest coefficients, the constant among
+ * them; each further band is one octave, and the last one is open. */
 static int band_of(int value) {
     int a = coefficient_of(value);
     return a < 3 ? 0 : a < 5 ? 1 : a < 9 ? 2 : 3;

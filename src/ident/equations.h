@@ -54,9 +54,9 @@ struct equations {
      * scatter by more than their noise. */
     double product[UNKNOWNS][UNKNOWNS];
     double with[UNKNOWNS];              /* X' W y, y the right-hand side */
-    /* Gains of pressures and lengths: mean product of the noise in the column and the noise in the
-     * right-hand side, which is the change of `with` by attenuation. All other unknowns: this
-     * change is already subtracted from `with`, and its standard deviation is kept here. */
+    /* Attenuation: expected change of `with` by noise that a column and the right-hand side share.
+     * Gains of pressures and lengths: this change, which is still in `with`. All other unknowns:
+     * the change has been subtracted from `with`, and its standard deviation is kept here. */
     double attenuation[UNKNOWNS];
     double systematic[SYSTEMATICS];     /* prior standard deviation of each systematic error; 0:
                                          * there is no such error */

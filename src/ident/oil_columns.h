@@ -43,8 +43,9 @@ struct oil_leg {
                                       * determined */
     double leakage, leakage_std; /* between the chambers, m^3/(s Pa); NaN if the stiffness is not
                                   * determined */
-    double misfit;          /* rms residual of the tones' equations and the prior, as a multiple of
-                             * its standard deviation if the square-root law errs by 2 % */
+    double misfit;          /* rms residual of the tones' equations and of the nulls' prior, as a
+                             * multiple of the standard deviation that it would have by the sensors'
+                             * noise and an error of 2 % of the square-root law */
 };
 
 /* Finds the stiffness of each leg. A stiffness is not determined if its standard deviation exceeds
