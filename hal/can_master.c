@@ -474,7 +474,7 @@ void can_master_safe(struct can_master *m, struct can_queue *out) {
     give(m, centre, out);
 }
 
-/* Takes over the window's sample if it is complete and no pause is due. */
+/* Takes over the window's sample if it is complete and no pause (a cycle without SYNC) is due. */
 static void latch(struct can_master *m) {
     if (m->syncs == m->latched_sync) return;
     if (!whole(m)) miss(m);

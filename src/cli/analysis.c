@@ -23,8 +23,8 @@ void analysis_free(struct analysis *a) {
     parts_free(&a->parts);
 }
 
-/* The recorded motion decides, too, because a log from elsewhere may contain another motion than
- * its configuration says. */
+/* The recorded motion must not contradict the configured tests, because a log from elsewhere may
+ * contain another motion than its configuration says. */
 bool analysis_sinusoids(const struct analysis *a) {
     return tests_single(&a->params->tests) && (a->ident.result.tests || !a->motion.cycles);
 }

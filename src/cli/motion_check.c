@@ -115,8 +115,8 @@ static double force_left_n(const struct walk *w, int leg, int in, double mps) {
     return ai * (f->supply_pa - in_m3 * in_m3 / ki) - ao * (f->tank_pa + out_m3 * out_m3 / ko);
 }
 
-/* Returns the highest speed at which this force is left to a piston, by bisection. At most_mps less
- * force must be left. */
+/* Returns the highest speed at which a piston still has this force, by bisection between 0 and
+ * most_mps. It must have less force than this at the speed most_mps. */
 static double speed_mps(const struct walk *w, int leg, int in, double force_n, double most_mps) {
     double low = 0.0, high = most_mps;
     for (int i = 0; i < HALVINGS; i++) {

@@ -21,8 +21,8 @@ struct test_judgement {
                                 * as a share of the reference's */
     double leg_m, leg_n;       /* length amplitude of the leg that moves most, and force amplitude
                                 * of the leg that pushes most */
-    double noise_m, noise_n;   /* rms noise of one sample of the noisiest leg; of a length at least
-                                * its rounding error */
+    double noise_m, noise_n;   /* rms noise of one sample of length and of force, for the noisiest
+                                * leg; noise_m is at least the rounding error of a length */
     bool below;                /* the test's frequency is below both eigenfrequencies (below the
                                 * loop's only if there is one); false if the oil columns have
                                 * none */

@@ -16,7 +16,8 @@
 #include "diagnose.h"
 
 struct covariance_size {
-    double spread, repeats; /* as multiples of the size that the residuals of the reference model
+    double spread, repeats; /* sizes of the parts `spread` and `repeats` of the remainder (above),
+                             * as multiples of the size that the reference model's residuals
                              * show */
     double law;             /* error of the laws, as a share of a family's contribution, in addition
                              * to their own law_error */

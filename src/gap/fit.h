@@ -94,9 +94,9 @@ struct fit_result {
  * of the model without the hypothesis. */
 struct linear_part {
     int n;
-    const double *raw;                  /* raw residuals of the model at which the columns were
-                                         * computed; the fitted model differs from it in the fit's
-                                         * own variables alone */
+    const double *raw;                  /* raw residuals of the model from which x counts; only the
+                                         * fit's own variables have other values in the fitted
+                                         * model */
     const double *column;               /* [n][values]: Jacobian of the white residuals */
     const double *gram;        /* [n][n]: from fit_gram, plus a ridge that limits x and counts in
                                 * the sum of squares */

@@ -84,7 +84,8 @@ static const char no_inertia[] = "method C: the configured machine has no inerti
 static const char no_such_machine[] = "method C: model.tolerance: no pose of a machine whose joints or sensors are off by so much has "
                                       "these lengths: make joints_m, length_gain or length_zero_m smaller";
 
-/* Fills a suspect: the machine with these systematic errors, and a test's series without them. */
+/* Fills a suspect for given systematic errors: its machine has those of the joints, and its series
+ * is the test's, corrected for those of the sensors and pipes. */
 static void suspect_init(const struct work *w, const double error[SYSTEMATICS], int test, struct suspect *s) {
     memcpy(s->error, error, sizeof s->error);
     s->machine = *w->params;

@@ -111,8 +111,8 @@ static void subtract(const struct weighing *without, const struct weighing *with
     }
 }
 
-/* Change of the reading per metre of `changed`, a length in length_m or a coordinate of a joint in
- * k, N/m; 0 if no pose has these lengths. */
+/* Returns the change of the weight's reading, N, for one metre of `changed`, which is a length in
+ * length_m or a coordinate of a joint in k; 0 if no pose has these lengths. */
 static double turned(struct kinematics *k, const double length_m[LEGS], double *changed, const double force_n[LEGS],
                      const double lift[LEGS]) {
     double before = *changed, pose[DOFS] = {0}, other[LEGS], sum = 0.0;

@@ -41,8 +41,8 @@ static const double LAG_RATIO = 1.005;   /* ratio of successive trial periods */
 /* In steady motion, the mean square difference of successive cycles is at most this share of the
  * motion's variance, whatever the noise. */
 static const double MOTION = 0.25;
-/* Largest relative change of period from the first to the second half of a run; the part of a sweep
- * whose cycles are within ALIKE changes by 8e-3. */
+/* Largest relative change of period from the first to the second half of a run. A sweep exceeds it:
+ * in a run of it whose successive cycles are within ALIKE, the period changes by 8e-3. */
 static const double SWEEP = 3e-3;
 static const double SWELL = 0.1;         /* largest relative change of amplitude from the first to
                                           * the second half of a run */

@@ -20,8 +20,8 @@ struct picture_test {
     double from_s, seconds;
 };
 
-/* Chooses the time to be plotted of a test with an evaluated part. test: index in log->recording;
- * for a motion in segments, that of its first segment. */
+/* Chooses the stretch of time of a test that is plotted. The test must have an evaluated part.
+ * test: its index in log->recording; for a motion in segments, the index of its first segment. */
 struct picture_test picture_of_test(const struct identification_log *log, int test);
 
 /* Plots a struct picture_test: measured pose and, if recorded, reference, of the tested axis or of

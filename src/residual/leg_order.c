@@ -162,9 +162,9 @@ static void fill_rows(struct work *w, const struct residual_test *t) {
     for (int i = 0; i < ALL; i++) vary(t, w->rows[i]);
 }
 
-/* Adds a test's products. The error of a coefficient is a mean over all legs, so that no order is
- * favoured. It contains the noise of the force, the length's noise in the acceleration, and the
- * error of any model. */
+/* Adds a test's products of rows to the sums in struct work. The error variance of a coefficient,
+ * by which they are divided, is a mean over all legs, so that no order is favoured. It contains the
+ * noise of the force, the length's noise in the acceleration, and the error of any model. */
 static void add_test(struct work *w, const struct residual_test *t, double lambda[LEGS][LEGS]) {
     double varies = 0.0, mass = 0.0;
     fill_rows(w, t);

@@ -260,8 +260,9 @@ static int check_machine(const struct params *p, const struct recording_test *t,
     return STATUS_OK;
 }
 
-/* Refuses a drawing in which no pose near neutral has the mean lengths, if they are the neutral
- * lengths of a drawing whose two lists of joints are in different orders. */
+/* Refuses a drawing if no pose near neutral has the mean lengths, but the drawing would have just
+ * these lengths at neutral if the joints of the platform were listed in another order than those of
+ * the base. */
 static int check_lists(const struct params *p, const struct recording_test *t, const struct kinematics *k, struct error *error) {
     double mean_m[LEGS], pose[DOFS] = {0}, turned = 0.0;
     char order[LEG_ORDER_TEXT];

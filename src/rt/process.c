@@ -17,7 +17,8 @@ static int open_standard(struct error *error) {
     for (int file = STDIN_FILENO; file <= STDERR_FILENO; file++) {
         if (fcntl(file, F_GETFD) >= 0) continue;
         int got = open("/dev/null", file == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-        /* without /dev, a descriptor with O_PATH refuses reads and writes, too */
+        /* without /dev a descriptor with O_PATH serves: it refuses reads and writes, as /dev/null
+         * does if it is opened the wrong way round */
         if (got < 0) got = open("/", O_PATH);
         if (got != file)
             return error_set(error, STATUS_IO, "descriptor %d is closed, and /dev/null cannot take its place: %s", file, strerror(errno));
