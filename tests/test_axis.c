@@ -445,6 +445,7 @@ static void write_joint(uint64_t seed) {
 static void a_small_machine_lacks_a_mass_and_not_a_sensor(void **unused) {
     (void)unused;
     slow_case();
+    if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params given = params;
     params.axis.mass_kg = 1.0, params.loop.period_s = 0.01;
     for (int leg = 0; leg < LEGS; leg++) params.actuator.stroke_m[leg] = 3.8, params.hydraulics.viscous_n_s_per_m[leg] = 0.0;

@@ -50,7 +50,7 @@ static enum outcome drive(const struct params *p, struct error *error) {
     struct platform platform;
     struct cycle now = {0};
     static const double centred[LEGS] = {0};
-    int cycles = all ? 400 : 70;
+    int cycles = all ? 200 : 70;
     struct plant *plant = plant_create(p, 1, error);
     if (!plant) return said(error) ? REFUSED : REFUSED_WITHOUT_WORDS;
     if (platform_init(&platform, p, error)) return said(error) ? REFUSED : REFUSED_WITHOUT_WORDS;
