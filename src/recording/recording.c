@@ -173,6 +173,14 @@ int recording_at(const struct recording_test *t, double test_time_s) {
     return from;
 }
 
+const char *recording_test_name(const struct recording_test *t) { return t->dof == DOF_NONE ? "none" : dof_names[t->dof]; }
+
+int recording_first_of_run(const struct recording *r) {
+    int first = 0;
+    while (first < r->tests - 1 && r->test[first].run < r->runs - 1) first++;
+    return first;
+}
+
 double recording_step_s(const struct recording_test *t) {
     double first_s = t->sample[t->first].test_time_s, step_s = (t->sample[t->end - 1].test_time_s - first_s) / (t->end - 1 - t->first);
     for (int pass = 0; pass < 3; pass++) { /* mean of the steps that are not gaps */

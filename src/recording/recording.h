@@ -108,6 +108,13 @@ int recording_at(const struct recording_test *t, double test_time_s);
 /* Mean sampling period of a test's evaluated part, s; gaps do not count. */
 double recording_step_s(const struct recording_test *t);
 
+/* Name of a test's axis, for messages; "none" for any motion. */
+const char *recording_test_name(const struct recording_test *t);
+
+/* Index of the first test of the last run. Runs are checked one by one, since a mean over all of
+ * them would hide a plug that was in the wrong socket in one. */
+int recording_first_of_run(const struct recording *r);
+
 /* First test of this axis in this run, or NULL. */
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);
 

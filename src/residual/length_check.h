@@ -1,0 +1,13 @@
+/* Refuses lengths that the configured machine cannot have. Pure; any thread. */
+#ifndef HEXID_LENGTH_CHECK_H
+#define HEXID_LENGTH_CHECK_H
+
+#include "kinematics.h"
+#include "recording.h"
+
+/* k: NULL for a single axis. any: the motion is no steady sinusoid, so it may be far from neutral.
+ * 0, or -2 with the leg, the reason and, if it is known, the order in which the joints are
+ * listed. */
+int length_check(const struct params *p, const struct recording_test *t, const struct kinematics *k, bool any, struct error *error);
+
+#endif
