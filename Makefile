@@ -35,6 +35,7 @@ REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
 # The longest are started first, so that all cores are busy to the end.
 LONGEST := gap can survey pages figures
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
+LONG    := $(addprefix tests/long/,$(addsuffix .sh,rig extremes axis oscillation))
 # The fast tier: these scenarios, and the C tests without their slow cases (slow_case in tests/support.h). T=MODULE: what holds that one.
 QUICK   := $(addprefix tests/scenarios/,modules.sh print_config.sh)
 CHECKED := $(if $(T),$(or $(shell BUILD=$(BUILD) tests/of_module $(T)),$(error T=$(T): no module of src/, hal/ or sim/ and no test has this name)),$(QUICK) $(TESTS))
@@ -63,7 +64,7 @@ check: $(filter $(BUILD)/%,$(CHECKED)) $(if $(filter %.sh,$(CHECKED)),$(BUILD)/h
 	@CHECK=1 BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="all else: make test" tests/run $(CHECKED)
 
 test-long: $(BUILD)/hexid $(addprefix $(BUILD)/tests/test_,axis extremes gap loop_check loop_tune method_c oscillation) $(BUILD)/tests/rig/rig $(BUILD)/tests/ident/venv/ready $(VENV)/ready | deps-deb ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the spread over 30 seeds, the rig by other means, the package in a fresh root
-	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(wildcard tests/long/*.sh)
+	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(LONG) $(filter-out $(LONG),$(wildcard tests/long/*.sh))
 
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
 	@BUILD=$(BUILD) VENV=$(VENV) CLOCK=real JOBS=1 tests/run $(addprefix tests/scenarios/,can.sh modbus.sh signals.sh stop.sh) $(wildcard tests/rt/*.sh)
