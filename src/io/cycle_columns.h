@@ -1,5 +1,6 @@
 /* One cycle as a row of numbers: all fields of a HEXID_STATE message under their CSV names.
- * Shared by all export formats. Ordinary threads. */
+ * Shared by the exports of whole logs (csv --all, mat, mcap); the CSV files of single tests have
+ * the columns of csv_format.h. Ordinary threads. */
 #ifndef HEXID_CYCLE_COLUMNS_H
 #define HEXID_CYCLE_COLUMNS_H
 
