@@ -87,6 +87,27 @@ static void an_automatic_run_that_meets_an_open_input_is_over(void **unused) {
     plant_destroy(rig.plant);
 }
 
+static void open_beside_a_length(struct hal_sample *s, int leg) { open_inputs(s, leg), no_length(s, leg); }
+
+/* An input that was open once before the supply is on has ended the run, also if it closed before
+ * the platform settled, or was open in a doubtful sample alone. */
+static void an_automatic_run_is_over_once_an_input_was_open(void **unused) {
+    (void)unused;
+    for (int k = 0; k < 4; k++) {
+        struct params params = brisk();
+        struct rig rig;
+        params.motion.rest_s = 1.0;
+        rig_init(&rig, &params);
+        while (k % 2 && rig.now.state != STATE_SETTLED) rig_run(&rig, 1);
+        opened = INPUT_DOOR;
+        rig_spoilt(&rig, k < 2 ? open_inputs : open_beside_a_length, 0);
+        assert_false(rig.platform.automatic);
+        rig_run(&rig, 1000);
+        assert_int_equal(rig.now.state, STATE_SETTLED);
+        plant_destroy(rig.plant);
+    }
+}
+
 /* A failed write makes a sample doubtful, but its inputs remain valid. */
 static void an_input_opens_also_while_nothing_can_be_written(void **unused) {
     (void)unused;
@@ -476,6 +497,7 @@ int main(void) {
         cmocka_unit_test(an_open_input_is_a_fault_in_its_first_cycle_and_takes_the_supply_off),
         cmocka_unit_test(an_open_input_refuses_engage_and_says_which),
         cmocka_unit_test(an_automatic_run_that_meets_an_open_input_is_over),
+        cmocka_unit_test(an_automatic_run_is_over_once_an_input_was_open),
         cmocka_unit_test(an_input_opens_also_while_nothing_can_be_written),
         cmocka_unit_test(nothing_begins_on_a_doubtful_sample),
         cmocka_unit_test(a_reset_whose_cause_stands_is_not_taken),

@@ -251,36 +251,66 @@ static void a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads(void 
     }
 }
 
-/* A thread that takes stops for 0.9 s apart is attendance; then it hangs, and the platform is put
- * down although nobody asks for it. */
-static void a_loop_whose_stops_nobody_takes_parks_and_ends(void **unused) {
+/* Runs cycles until the platform is parked, and returns how many the loop took to begin with it; -1
+ * if it does not park within `cycles`. round, work: cycles from one call of loop_attend() to the
+ * next, and those of them in which its thread works; 0, 0: it is never heard of again. */
+static int parks_after(struct bench *b, int cycles, int round, int work) {
+    loop_attend(&b->loop, false);
+    for (int i = 0; i < cycles; i++) {
+        if (round && i % round == 0) loop_attend(&b->loop, work > 0);
+        if (round && i % round == work && work) loop_attend(&b->loop, false);
+        assert_true(bench_cycle(b));
+        if (b->last.state == STATE_PARKING) return i + 1;
+        assert_int_equal(b->last.state, STATE_READY);
+    }
+    return -1;
+}
+
+/* A thread that comes round in time, also one that works for half of it, is no reason to park; one
+ * that hangs, or is held up again and again, is. Virtual time is not watched. */
+static void a_loop_whose_stops_nobody_takes_parks(void **unused) {
     (void)unused;
     struct params params = by_hand();
-    const int patience = (int)(LOOP_ATTENDED_S / params.loop.period_s + 0.5), kinds[] = {CLOCK_REAL, CLOCK_PACED, CLOCK_VIRTUAL};
-    for (int k = 0; k < 3; k++) {
+    static const struct {
+        int kind, round, work, least, most;
+    } cases[] = {
+        {CLOCK_REAL, 10, 0, -1, -1},   {CLOCK_PACED, 40, 0, -1, -1},     {CLOCK_REAL, 10, 5, -1, -1},     {CLOCK_REAL, 0, 0, 550, 552},
+        {CLOCK_PACED, 0, 0, 550, 552}, {CLOCK_REAL, 500, 450, 740, 760}, {CLOCK_PACED, 30, 29, 500, 640}, {CLOCK_VIRTUAL, 0, 0, -1, -1},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct bench b;
-        int n = 0;
-        bench_init(&b, &params, NULL, 1, (enum clock_kind)kinds[k], 16);
+        bench_init(&b, &params, NULL, 1, (enum clock_kind)cases[k].kind, 16);
         bench_until(&b, STATE_READY); /* nobody attends yet, and nothing is watched */
-        for (int round = 0; round < 3; round++) {
-            loop_attend(&b.loop);
-            for (int i = 1; i <= patience; i++) assert_true(bench_cycle(&b) && b.last.state == STATE_READY);
-        }
-        assert_false(atomic_load(&b.loop.unattended));
-        if (kinds[k] == CLOCK_VIRTUAL) {
-            for (int i = 0; i < 3 * patience; i++) assert_true(bench_cycle(&b) && b.last.state == STATE_READY);
-        } else {
-            while (bench_cycle(&b)) { /* parks from the first cycle beyond 1 s on */
-                assert_int_equal(b.last.state, STATE_PARKING);
-                assert_true(++n < 5000);
-                if (n == 10) loop_attend(&b.loop); /* too late: it ends all the same */
-            }
-            assert_int_equal(b.last.state, STATE_SETTLED);
-            assert_int_equal(b.last.first_fault, 0);
-            assert_true(atomic_load(&b.loop.unattended));
-        }
+        int after = parks_after(&b, 3000, cases[k].round, cases[k].work);
+        if (after < cases[k].least || after > cases[k].most) fail_msg("case %d: parks after %d cycles", (int)k, after);
         bench_end(&b);
     }
+}
+
+/* As long as stops cannot be taken, nothing else is; then the loop does what it is told again. */
+static void a_loop_that_is_attended_again_takes_commands_again(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
+    bench_until(&b, STATE_READY);
+    assert_true(parks_after(&b, 1000, 0, 0) > 0);
+    for (int n = 0; b.last.state != STATE_SETTLED; n++) {
+        assert_true(n < 5000);
+        assert_true(bench_cycle(&b)); /* the run goes on */
+    }
+    mailbox_post(&b.loop.requests, COMMAND_ENGAGE);
+    for (int n = 0; n < 100; n++) assert_true(bench_cycle(&b) && b.last.state == STATE_SETTLED);
+    for (int n = 0; n < 200; n++) loop_attend(&b.loop, false), assert_true(bench_cycle(&b) && b.last.state == STATE_SETTLED);
+    assert_false(atomic_load(&b.loop.unattended));
+    mailbox_post(&b.loop.requests, COMMAND_ENGAGE);
+    for (int n = 0; b.last.state != STATE_READY; n++) {
+        assert_true(n < 5000);
+        loop_attend(&b.loop, false);
+        assert_true(bench_cycle(&b));
+    }
+    assert_int_equal(b.last.first_fault, 0);
+    bench_end(&b);
 }
 
 static void virtual_time_has_no_wall_clock_in_it(void **unused) {
@@ -632,7 +662,8 @@ int main(void) {
         cmocka_unit_test(overrun_limit_late_cycles_in_a_row_are_a_fault),
         cmocka_unit_test(deadlines_are_counted_on_the_grid_not_between_reads),
         cmocka_unit_test(a_loop_that_was_away_is_a_fault_whatever_its_first_cycle_reads),
-        cmocka_unit_test(a_loop_whose_stops_nobody_takes_parks_and_ends),
+        cmocka_unit_test(a_loop_whose_stops_nobody_takes_parks),
+        cmocka_unit_test(a_loop_that_is_attended_again_takes_commands_again),
         cmocka_unit_test(virtual_time_has_no_wall_clock_in_it),
         cmocka_unit_test(paced_time_is_virtual_time_whatever_the_host_does),
         cmocka_unit_test(paced_time_follows_the_hosts_and_stretches_by_the_periods_that_a_stall_took),

@@ -70,7 +70,8 @@ struct session {
     int64_t signalled_ns;  /* CLOCK_MONOTONIC time of the first signal that asked the run to end; 0:
                             * there was none */
     int signal;            /* number of that signal */
-    bool recorder_hangs, stuck;
+    struct error behind; /* report that the recorder fell too far behind; status 0: it did not */
+    bool stuck;
 };
 
 static void warn(const struct error *error) { cli_say(stderr, "hexid: warning: %s", error->text); }
@@ -283,11 +284,13 @@ static void release_signals(struct session *s) {
  * lost. */
 static void watch_recorder(struct session *s) {
     double behind_s = (double)ring_count(&s->ring) * s->params.loop.period_s;
-    if (s->options.fast || s->recorder_hangs || behind_s < RECORDER_BEHIND_S) return;
-    s->recorder_hangs = true;
+    if (s->options.fast || s->behind.status || behind_s < RECORDER_BEHIND_S) return;
     loop_quit(&s->loop);
-    if (s->options.log) progress_say(&s->progress, "hexid: %s takes no more: parking; look at its disk or reader\n", s->options.log);
-    else progress_say(&s->progress, "hexid: the recorder is not given the processor: parking; free this host\n");
+    if (s->options.log)
+        error_set(&s->behind, STATUS_IO, "%s took no more for %g s: look at its disk, its reader and the load of this host", s->options.log,
+                  RECORDER_BEHIND_S);
+    else error_set(&s->behind, STATUS_IO, "the recorder was not given the processor for %g s: free this host", RECORDER_BEHIND_S);
+    progress_say(&s->progress, "hexid: %s: parking\n", s->behind.text);
 }
 
 /* SAFETY: handles signals and commands until the loop ends. Nothing between a signal or a command
@@ -296,9 +299,10 @@ static void wait_for_end(struct session *s) {
     struct pollfd p[1 + COMMANDS_POLLS] = {{.fd = s->signal_file, .events = POLLIN}};
     commands_begin(&s->commands, &s->params, &s->loop, say, s);
     while (!atomic_load_explicit(&s->loop.ended, memory_order_acquire)) {
-        loop_attend(&s->loop);
         commands_polls(&s->commands, p + 1);
+        loop_attend(&s->loop, false);
         poll_any(p, 1 + COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands), NULL);
+        loop_attend(&s->loop, true);
         take_signals(s);
         commands_serve(&s->commands, p + 1, monotonic_ns());
         watch_recorder(s);
@@ -382,7 +386,7 @@ static int finish(struct session *s, struct error *error) {
     if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
     s->log = NULL;
     int reported = report(s, error);
-    const struct error *ends[] = {&s->recorder.error, &s->recorder.keeper_error, &s->recorder.unattended};
+    const struct error *ends[] = {&s->recorder.error, &s->recorder.keeper_error, &s->behind, &s->recorder.unattended};
     for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
         if (!ends[i]->status) continue;
         *error = *ends[i];
@@ -476,7 +480,7 @@ static int run(struct session *s, struct error *error) {
     warn_of_missing_inputs(s);
     int status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
-    loop_attend(&s->loop);
+    loop_attend(&s->loop, false);
     status = loop_start(&s->loop, realtime_of(s), error);
     if (status) {
         s->stuck = !recorder_join(&s->recorder);

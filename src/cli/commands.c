@@ -154,7 +154,10 @@ void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS
     if (c->listens && polls[COMMAND_POLLS].revents) taken += take_messages(c);
     operator_tick(&c->operator, c->now_ns);
     if (now_ns >= c->look_ns) c->look_ns = now_ns + look_every_ns, watch_files(c), watch_room(c);
-    if (taken >= FLOOD) clock_nanosleep(CLOCK_MONOTONIC, 0, &rest, NULL);
+    if (taken < FLOOD) return;
+    loop_attend(c->operator.loop, false);
+    clock_nanosleep(CLOCK_MONOTONIC, 0, &rest, NULL);
+    loop_attend(c->operator.loop, true);
 }
 
 void commands_close(struct commands *c) {

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <stdatomic.h>
 #include <stdio_ext.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -51,6 +52,10 @@ void outlet_flush(struct outlet *o) {
     if (!fflush(o->out)) return;
     __fpurge(o->out);
     clearerr(o->out);
+}
+
+void outlet_write(struct outlet *o, const char *text) {
+    if (write(fileno(o->out), text, strlen(text)) < 0) return; /* the pipe is full */
 }
 
 bool outlet_close(struct outlet *o) {

@@ -24,6 +24,10 @@ int outlet_open(struct outlet *o, int to);
  * passed on as a whole. */
 void outlet_flush(struct outlet *o);
 
+/* Passes on a text of at most 4096 bytes as a whole, or drops it if the pipe is full. Any thread;
+ * no lock. Text of `out` that was not flushed yet comes later. */
+void outlet_write(struct outlet *o, const char *text);
+
 /* Waits until everything is copied and returns true. After a second without progress it returns
  * false; the thread then keeps using the outlet until the process ends. */
 bool outlet_close(struct outlet *o);

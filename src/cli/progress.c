@@ -39,16 +39,17 @@ static void clear_line(struct progress *p) {
 }
 
 void progress_say(struct progress *p, const char *format, ...) {
-    char text[SAID_MAX], printable[SAID_MAX];
+    char text[SAID_MAX], printable[SAID_MAX], line[SAID_MAX + 8];
     va_list args;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
     text[strcspn(text, "\n")] = '\0';
     text_printable(text, printable, sizeof printable);
-    /* not p->out, because a thread that holds the lock of that stream may be delayed */
-    fprintf(p->words.out, "%s%s\n", p->terminal ? "\r\033[K" : "", printable);
-    outlet_flush(&p->words);
+    /* SAFETY: no stream, because a thread that holds its lock may be delayed, and the thread that
+     * takes stops must not wait for it */
+    snprintf(line, sizeof line, "%s%s\n", p->terminal ? "\r\033[K" : "", printable);
+    outlet_write(&p->words, line);
 }
 
 void progress_end(struct progress *p) { clear_line(p); }

@@ -132,15 +132,18 @@ static void law(struct recorder *r, const struct cycle *c, const struct cycle *b
     progress_say(r->progress, "hexid: %s\n", text);
 }
 
-/* Reports that the loop parked because the thread that takes stops is held up, which that thread
- * cannot report itself. */
-static void unattended(struct recorder *r) {
-    if (r->unattended.status || !atomic_load_explicit(&r->loop->unattended, memory_order_relaxed)) return;
-    error_set(&r->unattended, STATUS_IO,
+/* Reports that the loop parks because the thread that takes stops is held up, which that thread
+ * cannot report itself. If the platform was up, the run ends with this error. */
+static void unattended(struct recorder *r, const struct cycle *c) {
+    struct error why;
+    bool before = r->is_unattended, now = r->is_unattended = atomic_load_explicit(&r->loop->unattended, memory_order_acquire);
+    if (before || !now) return;
+    error_set(&why, STATUS_IO,
               "no stop could be taken for %g s, because the thread that takes them is held up: see who uses this host, and what starves it",
               LOOP_ATTENDED_S);
-    event(r, "unattended", r->unattended.text);
-    progress_say(r->progress, "hexid: %s: parking\n", r->unattended.text);
+    event(r, "unattended", why.text);
+    progress_say(r->progress, "hexid: %s%s\n", why.text, supervisor_powers(c->state) ? ": parking" : "");
+    if (supervisor_powers(c->state) && !r->unattended.status) r->unattended = why;
 }
 
 /* Reports, as events and to the terminal, what has changed since the last cycle. */
@@ -161,7 +164,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
     }
     interlocks(r, c);
     law(r, c, before);
-    unattended(r);
+    unattended(r, c);
     if (c->first_fault && c->first_fault != before->first_fault) fault(r);
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
         snprintf(text, sizeof text, "%d %s", c->test + 1, tests_name(&r->params->tests, c->dof));

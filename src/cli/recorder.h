@@ -58,8 +58,9 @@ struct recorder {
     struct error error;              /* first failure to write the log; status 0: none */
     struct error keeper_error;       /* error if the keeper has ended or hangs; status 0: it
                                       * works */
-    struct error unattended;         /* report that the loop parked because nobody took stops;
-                                      * status 0: it did not */
+    bool is_unattended;              /* the loop parks because nobody takes stops (loop.h) */
+    struct error unattended;         /* its first report while the platform was up; status 0: there
+                                      * was none */
     pthread_t thread;
 };
 

@@ -454,6 +454,9 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     /* SAFETY: engage and start have no effect with a doubtful sample, because its inputs are
      * doubtful, too. */
     if (asked != TRIGGER_NONE) p->request_taken = !(suspect && begins(asked)) && apply(p, asked);
+    /* SAFETY: closing the last interlock must not start the machine, so an input that is open
+     * before the supply is on ends an automatic run, even in a sample that is doubtful otherwise */
+    if (!in->flags && !supervisor_powers(s->state) && platform_wrong(p) & ~(uint32_t)INPUT_LINGERS) p->automatic = false;
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
     /* SAFETY: faults are judged last, so that no request of the same cycle can undo a fault

@@ -1,5 +1,6 @@
 #include "command_server.h"
 
+#include "local_socket.h"
 #include "poll_any.h"
 
 #include <errno.h>
@@ -33,24 +34,12 @@ static bool give_to_group(const char *path) {
     return !is || !chmod(path, 0660);
 }
 
-/* SAFETY: refuses packets with descriptors. The kernel drops descriptors that nobody takes within
- * the call that reads the packet, which a TCP socket that lingers holds up for as long as its
- * sender likes. Linux has this option from 6.16 on; before, the loop parks after LOOP_ATTENDED_S
- * (loop.h). Accepted connections inherit the option. */
-static void refuse_descriptors(int fd) {
-#ifndef SO_PASSRIGHTS
-    enum { SO_PASSRIGHTS = 83 };
-#endif
-    setsockopt(fd, SOL_SOCKET, SO_PASSRIGHTS, &(int){0}, sizeof(int));
-}
-
 /* Binds, sets the mode, then listens, so that nobody can connect before the mode is right. */
 static int listen_at(struct command_server *s, enum command_socket kind, struct error *error) {
     struct sockaddr_un address;
     struct stat file;
     machine_address(&s->machine, kind == SOCKET_STOP, &address);
-    int fd = s->listener[kind] = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd >= 0) refuse_descriptors(fd);
+    int fd = s->listener[kind] = local_socket();
     bool good = fd >= 0 && !bind(fd, (const struct sockaddr *)&address, sizeof address) &&
                 (kind == SOCKET_STOP ? !chmod(address.sun_path, 0666) : give_to_group(address.sun_path)) &&
                 !lstat(address.sun_path, &file) && !listen(fd, BACKLOG);

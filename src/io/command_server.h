@@ -1,7 +1,7 @@
 /* The daemon's end of its two command sockets (machine_name.h): connections and their packets.
  * operator.h decides on the requests. Main thread; opened before the daemon confines itself, and
  * nothing here blocks (before Linux 6.16 a client's descriptors can, and the loop then parks: see
- * refuse_descriptors() and loop_attend()).
+ * local_socket() and loop_attend()).
  *
  * SAFETY: nothing can hold up a stop. NAME.stop has its own places; command_server_serve() takes
  * one packet from each connection and a bounded number of new connections; if all places are taken,

@@ -1,5 +1,7 @@
 #include "host_lock.h"
 
+#include "local_socket.h"
+
 #include <errno.h>
 #include <grp.h>
 #include <pwd.h>
@@ -26,15 +28,13 @@ static socklen_t slot_address(const struct host_lock_key *key, int slot, struct 
     return (socklen_t)(offsetof(struct sockaddr_un, sun_path) + 1 + (size_t)length);
 }
 
-static int new_socket(void) { return socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0); }
-
 /* Takes the first free slot. Returns its socket, or -1 with errno: EADDRINUSE if no slot is
  * free. */
 static int take_slot(const struct host_lock_key *key, int *slot) {
     for (*slot = 0; *slot < HOST_LOCK_SLOTS; ++*slot) {
         struct sockaddr_un address;
         socklen_t length = slot_address(key, *slot, &address);
-        int own = new_socket();
+        int own = local_socket();
         if (own < 0) return -1;
         if (!bind(own, (struct sockaddr *)&address, length) && !listen(own, SOMAXCONN)) return own;
         int reason = errno;
@@ -51,7 +51,7 @@ static bool ask_slot(const struct host_lock_key *key, int slot, struct holder *h
     struct sockaddr_un address;
     socklen_t length = slot_address(key, slot, &address), size = sizeof h->who, bytes = sizeof h->group;
     *h = (struct holder){.who = {.uid = (uid_t)-1, .gid = (gid_t)-1}};
-    int s = new_socket();
+    int s = local_socket();
     if (s < 0) return false;
     bool there = !connect(s, (struct sockaddr *)&address, length);
     if (there && !getsockopt(s, SOL_SOCKET, SO_PEERCRED, &h->who, &size) && !getsockopt(s, SOL_SOCKET, SO_PEERGROUPS, h->group, &bytes))
@@ -108,7 +108,7 @@ int host_lock(const char *url, const struct host_lock_key *key, struct error *do
                   url, who, key->mode ? "who may write the device" : "group hexid");
     }
     /* If strangers have all slots, take a socket without a name, which locks nothing. */
-    if (own < 0 && reason == EADDRINUSE) own = new_socket();
+    if (own < 0 && reason == EADDRINUSE) own = local_socket();
     if (own >= 0) return own;
     return error_set(error, STATUS_IO, "--hal %.100s: no lock against a second master on this host: %s; it takes a Unix-domain socket", url,
                      strerror(reason));

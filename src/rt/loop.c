@@ -40,7 +40,8 @@ static struct request asked(const struct loop *l) {
     /* gains that are being written at this moment belong to a later request, so this request gets
      * NaN, which is refused */
     if (request.command == COMMAND_SET && !gains_box_get(&l->gains, &request.gains)) request.gains = (struct gains){.value = {(double)NAN}};
-    if (atomic_load_explicit(&l->quit, memory_order_acquire)) request.command = COMMAND_PARK;
+    bool parks = atomic_load_explicit(&l->quit, memory_order_acquire) || atomic_load_explicit(&l->unattended, memory_order_relaxed);
+    if (parks) request.command = COMMAND_PARK;
     return request;
 }
 
@@ -49,17 +50,25 @@ void loop_quit(struct loop *l) {
     mailbox_post(&l->requests, COMMAND_PARK);
 }
 
-void loop_attend(struct loop *l) { atomic_fetch_add_explicit(&l->attended, 1, memory_order_relaxed); }
+void loop_attend(struct loop *l, bool works) {
+    uint32_t next = (atomic_load_explicit(&l->attended, memory_order_relaxed) | 1u) + 1u;
+    atomic_store_explicit(&l->attended, next | works, memory_order_relaxed);
+}
 
-/* SAFETY: parks if the thread that takes stops is held up. Cycles are counted, not time: a host
- * that stands still holds up both threads, and is an overrun. */
+/* SAFETY: parks if the thread that takes stops is held up, at a stretch or again and again. Cycles
+ * are counted, not time: a host that stands still holds up both threads, and is an overrun. */
 static void watch_attendance(struct loop *l) {
     uint32_t attended = atomic_load_explicit(&l->attended, memory_order_relaxed);
-    bool came = attended != l->attended_before;
+    double period_s = l->params->loop.period_s;
+    if (!attended || l->clock.kind == CLOCK_VIRTUAL) return;
+    l->silent_cycles = attended == l->attended_before ? l->silent_cycles + 1 : 0;
     l->attended_before = attended;
-    l->unattended_cycles = came ? 0 : l->unattended_cycles + 1;
-    if (!attended || l->clock.kind == CLOCK_VIRTUAL || (double)l->unattended_cycles * l->params->loop.period_s < LOOP_ATTENDED_S) return;
-    if (!atomic_exchange_explicit(&l->unattended, true, memory_order_relaxed)) loop_quit(l);
+    bool held_up = attended & 1 || (double)l->silent_cycles * period_s >= LOOP_ROUND_S,
+         full = (double)l->held_up_cycles * period_s >= LOOP_ATTENDED_S;
+    if (!held_up) l->held_up_cycles = l->held_up_cycles > LOOP_RECOVERY ? l->held_up_cycles - LOOP_RECOVERY : 0;
+    else if (!full) l->held_up_cycles++;
+    else if (!atomic_exchange_explicit(&l->unattended, true, memory_order_release)) mailbox_post(&l->requests, COMMAND_PARK);
+    if (!l->held_up_cycles) atomic_store_explicit(&l->unattended, false, memory_order_relaxed);
 }
 
 static void hand_over(struct loop *l, const struct cycle *c) {

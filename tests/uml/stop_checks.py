@@ -174,7 +174,7 @@ def _():
     reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
     run = Run(log="fifo.lcm", wait=False)
     run.ended(3)
-    demand("takes no more: parking" in run.said() and "records of the end are not in it" in run.said(), run.said())
+    demand("took no more for 2 s" in run.said() and "records of the end are not in it" in run.said(), run.said())
     kept = os.path.join(WORK, "kept.lcm")
     with open(kept, "wb") as out, contextlib.suppress(BlockingIOError):
         while piece := os.read(reader, 1 << 16):
