@@ -14,9 +14,9 @@ static const double FIT_Z = 3.2;  /* quantile of the normal distribution at the 
 typedef void check(const struct method_c_findings *f, double level, struct verdict *v);
 
 static const char scope[] =
-    "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance, the payload is a body that can "
-    "exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's friction drives; all at 0.5 % of false "
-    "alarms together; not the error against the nominal matrix";
+    "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance, nor are all together, the payload "
+    "is a body that can exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's friction drives; all at "
+    "0.5 % of false alarms together; not the error against the nominal matrix";
 
 static void check_body(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct payload *p = &f->result->payload;
@@ -137,15 +137,24 @@ static void take_errors(const struct method_c_findings *f, struct errors *e) {
     }
 }
 
-/* Index of the error that is furthest from zero for its prior; -1: none is too far. If the priors
- * are right, an estimate has the prior variance less the posterior one. */
+/* Prior variance of an error less its posterior one: the variance of its estimate if the priors are
+ * right. */
+static double learned(const struct method_c_findings *f, const struct errors *e, int i) {
+    return square(f->result->systematic[i].prior) - e->covariance[i][i];
+}
+
+/* True if the data tell enough of an error to judge it. */
+static bool is_known(const struct method_c_findings *f, const struct errors *e, int i) {
+    return learned(f, e, i) > KNOWN * square(f->result->systematic[i].prior);
+}
+
+/* Index of the error that is furthest from zero for its prior; -1: none is too far. */
 static int find_furthest(const struct method_c_findings *f, const struct errors *e, double level) {
     int furthest = -1;
     double most = 0.0;
     for (int i = 0; i < SYSTEMATICS; i++) {
-        double prior = square(f->result->systematic[i].prior), variance = prior - e->covariance[i][i],
-               z = fabs(e->value[i]) / sqrt(variance);
-        if (e->freed[i] || !(variance > KNOWN * prior) || 2.0 * above(z) * SYSTEMATICS >= level || z <= most) continue;
+        double z = fabs(e->value[i]) / sqrt(learned(f, e, i));
+        if (e->freed[i] || !is_known(f, e, i) || 2.0 * above(z) * SYSTEMATICS >= level || z <= most) continue;
         furthest = i, most = z;
     }
     return furthest;
@@ -183,6 +192,38 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     }
 }
 
+/* Fails systematic errors of which each is likely enough, but not all of them together: something
+ * that is not among them, such as wrong diameters or a sensor that is not linear, needs many. In
+ * units of their priors the estimates have the covariance 1 - C, C the posterior one; its
+ * eigenvectors are the combinations that the data tell independently. */
+static void check_all_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
+    struct errors e;
+    int judged[LIN_MAX], n = 0, degrees = 0;
+    double of_data[LIN_MAX * LIN_MAX], unit[LIN_MAX * LIN_MAX] = {0}, share[LIN_MAX], vector[LIN_MAX * LIN_MAX], chi_square = 0.0;
+    take_errors(f, &e);
+    for (int i = 0; i < SYSTEMATICS && n < LIN_MAX; i++)
+        if (is_known(f, &e, i)) judged[n++] = i;
+    for (int a = 0; a < n; a++)
+        for (int b = 0; b < n; b++) {
+            double priors = f->result->systematic[judged[a]].prior * f->result->systematic[judged[b]].prior;
+            unit[a * n + b] = a == b;
+            of_data[a * n + b] = unit[a * n + b] - e.covariance[judged[a]][judged[b]] / priors;
+        }
+    if (!n || find_furthest(f, &e, level) >= 0 || lin_eigenvectors(n, of_data, unit, share, vector)) return;
+    for (int k = 0; k < n; k++) {
+        double along = 0.0;
+        if (!(share[k] > KNOWN)) continue;
+        for (int a = 0; a < n; a++) along += vector[k * n + a] * e.value[judged[a]] / f->result->systematic[judged[a]].prior;
+        chi_square += square(along) / share[k], degrees++;
+    }
+    if (agreement_chi_square_above(chi_square, degrees) >= level) return;
+    verdict_add(
+        v, VERDICT_FAIL,
+        "the errors of the sensors and the drawing are together further from zero than model.tolerance allows: chi-square %.0f of %d "
+        "degrees of freedom, though none by itself: compare diameters, masses of the legs and data sheets with the configuration",
+        chi_square, degrees);
+}
+
 /* Fails a calibration whose reading is too far from the one predicted from motion and priors. */
 static void check_calibration(const struct method_c_findings *f, double level, struct verdict *v) {
     for (int i = 0; i < CALIBRATIONS; i++) {
@@ -201,7 +242,8 @@ static void check_calibration(const struct method_c_findings *f, double level, s
     }
 }
 
-static check *const checks[] = {check_calibration, check_systematic, check_fit, check_body, check_one_body, check_definite, check_friction};
+static check *const checks[] = {check_calibration, check_systematic, check_all_systematic, check_fit,
+                                check_body,        check_one_body,   check_definite,       check_friction};
 enum { CHECKS = sizeof checks / sizeof *checks };
 
 struct verdict method_c_verdict(const struct method_c_findings *f) {
