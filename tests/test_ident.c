@@ -244,6 +244,9 @@ static void a_repeated_test_replaces_the_earlier_one(void **unused) {
     ident_end(id);
     assert_int_equal(id->result.tests, DOFS);
     assert_int_equal(last_result(id)->dof, DOF_X);
+    assert_int_equal(id->result.replaced[DOF_X], 1);
+    assert_int_equal(id->result.replaced[DOF_PHI], 1);
+    assert_int_equal(id->result.replaced[DOF_Z], 0);
 }
 
 static void without_all_six_axes_no_method_is_evaluated(void **unused) {

@@ -244,6 +244,22 @@ static bool gains_differ(const struct analysis *a) {
  * machine. */
 static void withhold(struct identification *id) { id->method_a.evaluated = id->modified_a.evaluated = id->method_b.evaluated = false; }
 
+/* Notes that only the last of several tests of an axis counts: they may be of several runs, between
+ * which the machine was changed. */
+static void note_replaced(const struct identification *id, struct verdict *v) {
+    char axes[64] = "";
+    int tests = 0;
+    for (int dof = 0; dof < DOFS; dof++) {
+        if (!id->replaced[dof]) continue;
+        size_t used = strlen(axes);
+        snprintf(axes + used, sizeof axes - used, "%s%s", used ? ", " : "", dof_names[dof]);
+        tests += id->replaced[dof];
+    }
+    if (tests)
+        verdict_note(v, "%d earlier test(s) of %s left out: the last test of an axis counts; identify each run by itself to compare them",
+                     tests, axes);
+}
+
 struct verdicts analysis_verdicts(struct analysis *a) {
     const struct identification *id = &a->ident.result;
     const struct run_facts facts = {.sinusoids = analysis_sinusoids(a), .cycles = a->cycles, .overruns = a->overruns};
@@ -264,6 +280,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
     if (fault) verdict_add(&v.run, VERDICT_FAIL, "fault %s", fault);
     verdict_of_run(&v, a->params, id, &facts);
     note_symmetries(a, &v.run);
+    note_replaced(id, &v.run);
     if (a->recording.excluded) verdict_note(&v.run, "%d record(s) excluded: %.200s", a->recording.excluded, a->recording.exclusion.text);
     if (v.method_c.status == VERDICT_FAIL) verdict_note(&v.run, "`hexid gap` on this log tries which sensor or effect explains it");
     return v;

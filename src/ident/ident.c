@@ -107,6 +107,7 @@ static struct test_result *append(struct identification *r, enum dof dof) {
     int kept = 0;
     for (int i = 0; i < r->tests; i++)
         if (r->test[i].dof != dof) r->test[kept++] = r->test[i];
+        else r->replaced[dof]++;
     r->tests = kept + 1;
     return &r->test[kept];
 }

@@ -26,6 +26,7 @@ struct identification {
     /* At most one test for each axis, in the order in which they ended; a new test of an axis
      * replaces the old one. */
     struct test_result test[DOFS];
+    int replaced[DOFS];           /* for each axis, number of tests that were replaced so far */
     double nominal_mt[DOFS][DOFS];/* configured inertia matrix at neutral */
     struct method_result method_a, modified_a, method_b;
     struct method_c method_c;     /* filled by callers that have a whole recording (method_c.h) */
