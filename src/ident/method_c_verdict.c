@@ -119,7 +119,7 @@ static void check_fit(const struct method_c_findings *f, double level, struct ve
     if (above(z) >= level) return;
     verdict_add(v, VERDICT_FAIL,
                 "the forces do not fit the model: residuals are %.2f times their noise, at most about %.2f is chance: a base or payload "
-                "that bends, another force on the platform, or friction of another kind; `hexid gap` names it",
+                "that bends, another force on the platform, or friction of another kind; ask `hexid gap`",
                 f->result->scatter, most);
 }
 
