@@ -1,6 +1,6 @@
-/* Latest-value mailbox for a request, from ordinary threads to the loop: id and command are one
- * 64-bit atomic, so neither side ever waits. Several writers are allowed; a reader sees the newest
- * request and recognises a new one by its id. */
+/* Latest-value mailbox for a request, from ordinary threads to the loop, which itself only posts
+ * parks: id and command are one 64-bit atomic, so neither side ever waits. Several writers are
+ * allowed; a reader sees the newest request and recognises a new one by its id. */
 #ifndef HEXID_MAILBOX_H
 #define HEXID_MAILBOX_H
 

@@ -177,6 +177,10 @@ struct cycle {
     struct fault_measure measure; /* value and limit of first_fault; no message carries them */
     uint32_t law_doubts;   /* DOUBT_... (model_law.h): why the PID drives in place of the configured
                             * law `model`; no message carries them, but an event reports them */
+    uint32_t opened;       /* inputs (INPUT_...) that were open and ended the automatic run; 0:
+                            * none; no message carries them, but an event reports them */
+    bool unattended;       /* the loop parks because nobody takes stops (loop_attend()); no message
+                            * carries it, but an event reports it */
     struct gains gains;    /* gains with which `out` was computed; no message carries them, but a
                             * change is an event, after which the log has a new configuration */
     int test;              /* index in the list of tests; -1 outside a test */

@@ -191,8 +191,8 @@ static void a_systematic_error_beyond_its_tolerance_fails_by_its_name(void **unu
     assert_int_equal(judge(r).status, VERDICT_PASS);
 }
 
-/* Twelve errors of 1.6 and of 1.8 of their deviations have a chi-square of 30 and 40; the
- * probability of the second is 8e-5. A thirteenth of which the data know little does not count. */
+/* Twelve errors of 1.6 and of 1.8 of their deviations have a chi-square of 31 and 39; the
+ * probability of the second is 1e-4. A thirteenth of which the data know little does not count. */
 static void errors_that_are_likely_each_but_not_all_fail_together(void **unused) {
     (void)unused;
     struct result *r = result_of(body);

@@ -256,8 +256,11 @@ static void note_replaced(const struct identification *id, struct verdict *v) {
         tests += id->replaced[dof];
     }
     if (tests)
-        verdict_note(v, "%d earlier test(s) of %s left out: the last test of an axis counts; identify each run by itself to compare them",
-                     tests, axes);
+        verdict_note(
+            v,
+            "%d earlier test(s) of %s left out: the last test of an axis counts, as after a second `start`; if they are of several "
+            "runs, identify each run by itself",
+            tests, axes);
 }
 
 struct verdicts analysis_verdicts(struct analysis *a) {

@@ -287,8 +287,8 @@ static void watch_recorder(struct session *s) {
     if (s->options.fast || s->behind.status || behind_s < RECORDER_BEHIND_S) return;
     loop_quit(&s->loop);
     if (s->options.log)
-        error_set(&s->behind, STATUS_IO, "%s took no more for %g s: look at its disk, its reader and the load of this host", s->options.log,
-                  RECORDER_BEHIND_S);
+        error_set(&s->behind, STATUS_IO, "%.300s took no more for %g s: look at its disk, its reader and the load of this host",
+                  s->options.log, RECORDER_BEHIND_S);
     else error_set(&s->behind, STATUS_IO, "the recorder was not given the processor for %g s: free this host", RECORDER_BEHIND_S);
     progress_say(&s->progress, "hexid: %s: parking\n", s->behind.text);
 }

@@ -112,6 +112,8 @@ static void move(struct operator *o, uint64_t peer, const struct command_request
     for (int i = 0; i < OPERATOR_LEASES; i++) leases += o->lease[i].peer && !o->lease[i].over;
     if (!may_move || !peer) why = "this way takes stop and park only; what moves comes over the machine's own socket, from group hexid";
     else if (!o->params->lcm.commands) why = "set lcm.commands to true to accept commands that move";
+    else if (atomic_load_explicit(&o->loop->unattended, memory_order_relaxed))
+        why = "stops could not be taken for a while, so nothing else is: ask again in a second";
     else if (stop_under_way(o)) why = "a stop came just before: ask again when it has been acted upon";
     else if (o->moves) why = "another operator's command is under way: ask again";
     else if (leases == OPERATOR_LEASES) why = "too many operators hold a lease: let one of them end";

@@ -38,7 +38,7 @@ int outlet_open(struct outlet *o, int to) {
     if (pipe2(end, O_CLOEXEC)) return -1;
     fcntl(end[1], F_SETFL, O_NONBLOCK);
     fcntl(end[1], F_SETPIPE_SZ, ROOM); /* the system may grant a smaller pipe */
-    o->from = end[0];
+    o->from = end[0], o->into = end[1];
     o->out = fdopen(end[1], "w");
     if (o->out && !setvbuf(o->out, NULL, _IOFBF, WHOLE) && !thread_start(&o->thread, "terminal", THREAD_STACK_COPY, copy, o, &error))
         return 0;
@@ -55,7 +55,7 @@ void outlet_flush(struct outlet *o) {
 }
 
 void outlet_write(struct outlet *o, const char *text) {
-    if (write(fileno(o->out), text, strlen(text)) < 0) return; /* the pipe is full */
+    if (write(o->into, text, strlen(text)) < 0) return; /* the pipe is full */
 }
 
 bool outlet_close(struct outlet *o) {

@@ -134,16 +134,26 @@ static void law(struct recorder *r, const struct cycle *c, const struct cycle *b
 
 /* Reports that the loop parks because the thread that takes stops is held up, which that thread
  * cannot report itself. If the platform was up, the run ends with this error. */
-static void unattended(struct recorder *r, const struct cycle *c) {
+static void unattended(struct recorder *r, const struct cycle *c, const struct cycle *before) {
     struct error why;
-    bool before = r->is_unattended, now = r->is_unattended = atomic_load_explicit(&r->loop->unattended, memory_order_acquire);
-    if (before || !now) return;
+    bool up = supervisor_powers(before->state);
+    if (!c->unattended || before->unattended) return;
     error_set(&why, STATUS_IO,
-              "no stop could be taken for %g s, because the thread that takes them is held up: see who uses this host, and what starves it",
-              LOOP_ATTENDED_S);
+              "at %.1f s stops could not be taken for %g s, at a stretch or in pieces, because the thread that takes them was held up: see "
+              "who uses this host, and what starves it",
+              seconds_from_ns(c->in.time_ns), LOOP_ATTENDED_S);
     event(r, "unattended", why.text);
-    progress_say(r->progress, "hexid: %s%s\n", why.text, supervisor_powers(c->state) ? ": parking" : "");
-    if (supervisor_powers(c->state) && !r->unattended.status) r->unattended = why;
+    progress_say(r->progress, "hexid: %s%s\n", why.text, up ? ": parking" : "");
+    if (up && !r->unattended.status) r->unattended = why;
+}
+
+/* Reports the inputs by which an automatic run is over. */
+static void opened(struct recorder *r, const struct cycle *c, const struct cycle *before) {
+    char text[240];
+    if (!c->opened || before->opened) return;
+    snprintf(text, sizeof text, "the automatic run is over: %s", interlock_why(c->opened));
+    event(r, "interlock", text);
+    progress_say(r->progress, "hexid: %s\n", text);
 }
 
 /* Reports, as events and to the terminal, what has changed since the last cycle. */
@@ -162,9 +172,10 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
         event(r, "state", state_names[c->state]);
         progress_state(r->progress, c);
     }
+    opened(r, c, before);
     interlocks(r, c);
     law(r, c, before);
-    unattended(r, c);
+    unattended(r, c, before);
     if (c->first_fault && c->first_fault != before->first_fault) fault(r);
     if (c->test >= 0 && (c->test != before->test || before->phase == PHASE_NONE)) {
         snprintf(text, sizeof text, "%d %s", c->test + 1, tests_name(&r->params->tests, c->dof));

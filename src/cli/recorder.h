@@ -58,9 +58,8 @@ struct recorder {
     struct error error;              /* first failure to write the log; status 0: none */
     struct error keeper_error;       /* error if the keeper has ended or hangs; status 0: it
                                       * works */
-    bool is_unattended;              /* the loop parks because nobody takes stops (loop.h) */
-    struct error unattended;         /* its first report while the platform was up; status 0: there
-                                      * was none */
+    struct error unattended;         /* first report, while the platform was up, that nobody took
+                                      * stops (loop_attend()); status 0: there was none */
     pthread_t thread;
 };
 

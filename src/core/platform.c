@@ -243,11 +243,21 @@ static enum trigger commanded(struct platform *p, struct request request) {
 
 static double in_state_s(const struct platform *p) { return (double)p->ticks * p->params->loop.period_s; }
 
+/* SAFETY: closing the last interlock must not start the machine, so an input that is open before
+ * the supply is on ends an automatic run, whatever else is doubtful in the sample. Pressure that
+ * lingers does so once the platform is settled. With these flags the inputs may be unknown or
+ * old. */
+static void end_automatic(struct platform *p, const struct hal_sample *in) {
+    uint32_t wrong = platform_wrong(p);
+    if (p->supervisor.state != STATE_SETTLED) wrong &= ~(uint32_t)INPUT_LINGERS;
+    if (!p->automatic || !wrong || supervisor_powers(p->supervisor.state)) return;
+    if (in->flags & (SAMPLE_IO | SAMPLE_INVALID | SAMPLE_STALE)) return;
+    p->automatic = false, p->opened = wrong;
+}
+
 /* Returns the request that `motion.automatic` makes by itself: engage, test, park. */
 static enum trigger automatic(struct platform *p) {
     bool left = p->test < tests_count(&p->params->tests);
-    /* SAFETY: closing the last interlock must not start the machine. */
-    if (p->supervisor.state == STATE_SETTLED && platform_wrong(p)) p->automatic = false;
     if (!p->automatic) return TRIGGER_NONE;
     bool rested = in_state_s(p) >= p->params->motion.rest_s;
     if (p->supervisor.state == STATE_SETTLED) return left && rested ? TRIGGER_ENGAGE : TRIGGER_NONE;
@@ -454,9 +464,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
     /* SAFETY: engage and start have no effect with a doubtful sample, because its inputs are
      * doubtful, too. */
     if (asked != TRIGGER_NONE) p->request_taken = !(suspect && begins(asked)) && apply(p, asked);
-    /* SAFETY: closing the last interlock must not start the machine, so an input that is open
-     * before the supply is on ends an automatic run, even in a sample that is doubtful otherwise */
-    if (!in->flags && !supervisor_powers(s->state) && platform_wrong(p) & ~(uint32_t)INPUT_LINGERS) p->automatic = false;
+    end_automatic(p, in);
     if (!suspect) apply(p, automatic(p));
     suspect |= await_pressure(p, !suspect);
     /* SAFETY: faults are judged last, so that no request of the same cycle can undo a fault
@@ -489,6 +497,7 @@ void platform_step(struct platform *p, const struct hal_sample *in, struct reque
                           .faults = s->faults,
                           .first_fault = s->first_fault,
                           .measure = p->measure,
+                          .opened = p->opened,
                           .gains = gains_of(&p->control),
                           .law_doubts = supervisor_drives(s->state) ? p->model.doubts : 0,
                           .test = -1,

@@ -14,9 +14,9 @@ static const double FIT_Z = 3.2;  /* quantile of the normal distribution at the 
 typedef void check(const struct method_c_findings *f, double level, struct verdict *v);
 
 static const char scope[] =
-    "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance, nor are all together, the payload "
-    "is a body that can exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's friction drives; all at "
-    "0.5 % of false alarms together; not the error against the nominal matrix";
+    "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance and all together are likely within "
+    "them, the payload is a body that can exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's "
+    "friction drives; all at 0.5 % of false alarms together; not the error against the nominal matrix";
 
 static void check_body(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct payload *p = &f->result->payload;
@@ -192,28 +192,27 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     }
 }
 
-/* Fails systematic errors of which each is likely enough, but not all of them together: something
- * that is not among them, such as wrong diameters or a sensor that is not linear, needs many. In
- * units of their priors the estimates have the covariance 1 - C, C the posterior one; its
- * eigenvectors are the combinations that the data tell independently. */
+/* Fails systematic errors that are likely each, but not together: something that is not among
+ * them, such as wrong diameters or a sensor that is not linear, needs many. If the priors are
+ * right, the estimates have the prior covariance less the posterior one; its eigenvectors against
+ * the prior are the combinations that the data tell independently. */
 static void check_all_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
     struct errors e;
     int judged[LIN_MAX], n = 0, degrees = 0;
-    double of_data[LIN_MAX * LIN_MAX], unit[LIN_MAX * LIN_MAX] = {0}, share[LIN_MAX], vector[LIN_MAX * LIN_MAX], chi_square = 0.0;
+    double learnt[LIN_MAX * LIN_MAX], prior[LIN_MAX * LIN_MAX], share[LIN_MAX], vector[LIN_MAX * LIN_MAX], chi_square = 0.0;
     take_errors(f, &e);
     for (int i = 0; i < SYSTEMATICS && n < LIN_MAX; i++)
         if (is_known(f, &e, i)) judged[n++] = i;
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
-            double priors = f->result->systematic[judged[a]].prior * f->result->systematic[judged[b]].prior;
-            unit[a * n + b] = a == b;
-            of_data[a * n + b] = unit[a * n + b] - e.covariance[judged[a]][judged[b]] / priors;
+            prior[a * n + b] = a == b ? square(f->result->systematic[judged[a]].prior) : 0.0;
+            learnt[a * n + b] = prior[a * n + b] - e.covariance[judged[a]][judged[b]];
         }
-    if (!n || find_furthest(f, &e, level) >= 0 || lin_eigenvectors(n, of_data, unit, share, vector)) return;
+    if (!n || find_furthest(f, &e, level) >= 0 || lin_eigenvectors(n, learnt, prior, share, vector)) return;
     for (int k = 0; k < n; k++) {
         double along = 0.0;
         if (!(share[k] > KNOWN)) continue;
-        for (int a = 0; a < n; a++) along += vector[k * n + a] * e.value[judged[a]] / f->result->systematic[judged[a]].prior;
+        for (int a = 0; a < n; a++) along += vector[k * n + a] * e.value[judged[a]];
         chi_square += square(along) / share[k], degrees++;
     }
     if (agreement_chi_square_above(chi_square, degrees) >= level) return;

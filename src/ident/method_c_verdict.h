@@ -5,6 +5,8 @@
  *   fit        residuals of the rows, whose noise is estimated from the cycles: Student's t
  *   systematic no systematic error of sensors and drawing is further from zero than its prior
  *              allows: two-sided normal tests
+ *   all systematic of the errors that the data tell (at most LIN_MAX; none if one fails by itself)
+ *              the combinations that they tell independently: chi-square of their number
  *   calibration a known weight and legs on their stops have the readings predicted from motion and
  *              priors: two-sided normal tests
  *   body       squared distance of the payload from the nearest body of positive density, which is

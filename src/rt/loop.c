@@ -34,7 +34,8 @@ static int64_t overrun(struct loop *l, int64_t late_ns) {
     return missed;
 }
 
-/* SAFETY: once told to end, the loop ignores other requests and parks the platform. */
+/* SAFETY: once told to end, the loop ignores other requests and parks the platform; so it does
+ * while nobody can stop it. */
 static struct request asked(const struct loop *l) {
     struct request request = mailbox_read(&l->requests);
     /* gains that are being written at this moment belong to a later request, so this request gets
@@ -51,23 +52,23 @@ void loop_quit(struct loop *l) {
 }
 
 void loop_attend(struct loop *l, bool works) {
-    uint32_t next = (atomic_load_explicit(&l->attended, memory_order_relaxed) | 1u) + 1u;
+    uint64_t next = (atomic_load_explicit(&l->attended, memory_order_relaxed) | 1) + 1;
     atomic_store_explicit(&l->attended, next | works, memory_order_relaxed);
 }
 
 /* SAFETY: parks if the thread that takes stops is held up, at a stretch or again and again. Cycles
  * are counted, not time: a host that stands still holds up both threads, and is an overrun. */
 static void watch_attendance(struct loop *l) {
-    uint32_t attended = atomic_load_explicit(&l->attended, memory_order_relaxed);
+    uint64_t attended = atomic_load_explicit(&l->attended, memory_order_relaxed);
     double period_s = l->params->loop.period_s;
     if (!attended || l->clock.kind == CLOCK_VIRTUAL) return;
     l->silent_cycles = attended == l->attended_before ? l->silent_cycles + 1 : 0;
     l->attended_before = attended;
-    bool held_up = attended & 1 || (double)l->silent_cycles * period_s >= LOOP_ROUND_S,
-         full = (double)l->held_up_cycles * period_s >= LOOP_ATTENDED_S;
-    if (!held_up) l->held_up_cycles = l->held_up_cycles > LOOP_RECOVERY ? l->held_up_cycles - LOOP_RECOVERY : 0;
-    else if (!full) l->held_up_cycles++;
-    else if (!atomic_exchange_explicit(&l->unattended, true, memory_order_release)) mailbox_post(&l->requests, COMMAND_PARK);
+    bool works = attended & 1, held_up = (double)l->silent_cycles * period_s >= (works ? LOOP_WORK_S : LOOP_ROUND_S);
+    bool full = (double)l->held_up_cycles * period_s >= LOOP_ATTENDED_S;
+    if (held_up && !full) l->held_up_cycles++;
+    if (held_up && full && !atomic_exchange_explicit(&l->unattended, true, memory_order_relaxed)) mailbox_post(&l->requests, COMMAND_PARK);
+    if (!held_up && !works) l->held_up_cycles = l->held_up_cycles > LOOP_RECOVERY ? l->held_up_cycles - LOOP_RECOVERY : 0;
     if (!l->held_up_cycles) atomic_store_explicit(&l->unattended, false, memory_order_relaxed);
 }
 
@@ -142,6 +143,7 @@ bool loop_cycle(struct loop *l) {
     bool powered = supervisor_powers(c.state);
     l->unwritten = powered && l->hal->ops->write(l->hal, &c.out) != 0;
     if (!powered || l->unwritten) l->hal->ops->safe(l->hal);
+    c.unattended = atomic_load_explicit(&l->unattended, memory_order_relaxed);
     c.wake_late_ns = late_ns;
     c.exec_ns = clock_since_wake(&l->clock);
     tell_acted(l);

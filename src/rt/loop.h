@@ -34,7 +34,7 @@ struct loop {
     _Atomic bool quit;         /* the loop is to park and end; set by any thread with loop_quit() */
     _Atomic bool abort;        /* the loop is to centre the valves and end now; set by any thread */
     _Atomic bool ended;              /* the last record is in the ring; set by the loop */
-    _Atomic uint32_t attended; /* twice the number of calls of loop_attend(), and 1 while its thread
+    _Atomic uint64_t attended; /* twice the number of calls of loop_attend(), and 1 while its thread
                                 * works */
     _Atomic bool unattended;   /* the loop parks because loop_attend()'s thread is held up; set by
                                 * the loop */
@@ -46,7 +46,7 @@ struct loop {
     int64_t deadline_ns;
     int64_t overruns;                /* number of deadlines missed on the real clock */
     bool unwritten;                  /* the last command was not written */
-    uint32_t attended_before;        /* `attended` in the last cycle */
+    uint64_t attended_before;        /* `attended` in the last cycle */
     int64_t silent_cycles;           /* number of cycles since `attended` last changed */
     int64_t held_up_cycles;          /* level of the bucket of watch_attendance() */
     enum realtime_mode mode;
@@ -90,13 +90,15 @@ void loop_quit(struct loop *l);
 
 /* SAFETY: tells the loop that the thread which takes stops has come round. That thread calls this
  * in each of its rounds, before it waits for something to take (works: false) and after it (true).
- * Whatever holds it up, nobody can stop the platform meanwhile. So the loop counts the cycles in
- * which it works, or does not come round for LOOP_ROUND_S; each other cycle takes LOOP_RECOVERY
- * off. When LOOP_ATTENDED_S are counted, the loop parks, and takes nothing else until all are off
- * again. The time counts from the first call; virtual time, which no thread keeps up with, is not
- * watched. */
+ * Whatever holds it up, nobody can stop the platform meanwhile. So the loop counts the cycles of a
+ * round in which that thread has worked for more than LOOP_WORK_S, or not come round for more than
+ * LOOP_ROUND_S; a cycle in which it waits takes LOOP_RECOVERY off. When LOOP_ATTENDED_S are
+ * counted, the loop parks, and takes nothing else until all are off again. So a stop is taken, or
+ * the platform parked, within LOOP_ROUND_S + LOOP_ATTENDED_S. The time counts from the first call;
+ * virtual time, which no thread keeps up with, is not watched. */
 #define LOOP_ATTENDED_S 1.0
 #define LOOP_ROUND_S 0.1
+#define LOOP_WORK_S 0.01
 #define LOOP_RECOVERY 4
 void loop_attend(struct loop *l, bool works);
 

@@ -435,7 +435,7 @@ def _():
         run.ended(3)
     took_ms = run.parked_after_ms(since)
     demand(990 <= took_ms <= 1000 + SIGNAL_MS, "parked after", took_ms, "ms")
-    demand("no stop could be taken for 1 s" in run.said(), run.said())
+    demand("stops could not be taken for 1 s" in run.said(), run.said())
     return f"{took_ms:.0f} ms"
 
 
