@@ -116,6 +116,20 @@ static void a_move_does_not_take_the_place_of_another_operators(void **unused) {
     expect(A, OUTCOME_DONE);
 }
 
+/* While the loop parks because nobody takes stops, a stop is still taken. */
+static void nothing_moves_where_stops_were_not_taken(void **unused) {
+    (void)unused;
+    begin(STATE_SETTLED);
+    atomic_store(&loop.unattended, true);
+    ask(A, COMMAND_ENGAGE, 0);
+    expect(A, OUTCOME_REFUSED);
+    assert_non_null(strstr(answered[(answers - 1) % ANSWERS].a.text, "stops could not be taken for a while"));
+    assert_int_equal(posted(), 0);
+    ask(A, COMMAND_STOP, 0);
+    assert_int_equal(asked(), COMMAND_STOP);
+    atomic_store(&loop.unattended, false);
+}
+
 static void stops_of_many_at_once_are_all_done(void **unused) {
     (void)unused;
     begin(STATE_TESTING);
@@ -413,6 +427,7 @@ int main(void) {
         cmocka_unit_test(a_move_does_not_take_the_place_of_a_stop),
         cmocka_unit_test(a_stop_does_not_undo_a_park_and_takes_the_place_of_a_move),
         cmocka_unit_test(a_move_does_not_take_the_place_of_another_operators),
+        cmocka_unit_test(nothing_moves_where_stops_were_not_taken),
         cmocka_unit_test(stops_of_many_at_once_are_all_done),
         cmocka_unit_test(what_moves_comes_from_who_may_move_it_alone),
         cmocka_unit_test(refusals_are_answered_and_do_not_flood_the_terminal),

@@ -1,4 +1,5 @@
-/* The recorder's log when gains are changed, and when it cannot hold the configuration. */
+/* The recorder's log when gains are changed, when it cannot hold the configuration, and when the
+ * platform parks or an automatic run ends for no command. */
 #include "support.h"
 
 #include <fcntl.h>
@@ -133,6 +134,45 @@ static void a_fault_after_they_were_set_back_says_what_it_said_before(void **unu
     assert_non_null(strstr(text, "; the gains: kp 30"));
 }
 
+static void drive_in(enum state state, bool unattended, uint32_t opened) {
+    struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * 2000000, .test = -1, .dof = DOF_NONE, .state = state};
+    c.gains = gains_of(&params.control);
+    c.measure.leg = -1, c.unattended = unattended, c.opened = opened;
+    seq++;
+    assert_true(ring_push(&records, &c));
+}
+
+/* It is said once each time, from the records, whatever the loop does meanwhile; the run ends with
+ * it if the platform was up. */
+static void that_nobody_took_stops_is_said(void **unused) {
+    (void)unused;
+    char text[sizeof error.text];
+    drive_in(STATE_READY, false, 0), drive_in(STATE_PARKING, true, 0), drive_in(STATE_PARKING, true, 0);
+    run();
+    read_event("unattended", text, sizeof text);
+    assert_non_null(strstr(text, "at 0.0 s stops could not be taken for 1 s"));
+    assert_int_equal(recorder.unattended.status, STATUS_IO);
+}
+
+static void nothing_was_up_when_nobody_took_stops(void **unused) {
+    (void)unused;
+    char text[sizeof error.text];
+    drive_in(STATE_SETTLED, false, 0), drive_in(STATE_SETTLED, true, 0);
+    run();
+    read_event("unattended", text, sizeof text);
+    assert_non_null(strstr(text, "stops could not be taken"));
+    assert_int_equal(recorder.unattended.status, STATUS_OK);
+}
+
+static void an_input_that_ends_an_automatic_run_is_named(void **unused) {
+    (void)unused;
+    char text[400];
+    drive_in(STATE_INIT, false, 0), drive_in(STATE_INIT, false, INPUT_DOOR), drive_in(STATE_SETTLED, false, INPUT_DOOR);
+    run();
+    read_event("interlock", text, sizeof text);
+    assert_non_null(strstr(text, "the automatic run is over: the door is open"));
+}
+
 /* With parts of a byte every cycle but that of a change begins a part. */
 static void the_cycle_of_a_change_begins_no_part(void **unused) {
     (void)unused;
@@ -165,6 +205,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(a_fault_after_a_change_says_to_set_the_gains_back, begin, end),
         cmocka_unit_test_setup_teardown(a_fault_after_they_were_set_back_says_what_it_said_before, begin, end),
         cmocka_unit_test_setup_teardown(the_cycle_of_a_change_begins_no_part, begin, end),
+        cmocka_unit_test_setup_teardown(that_nobody_took_stops_is_said, begin, end),
+        cmocka_unit_test_setup_teardown(nothing_was_up_when_nobody_took_stops, begin, end),
+        cmocka_unit_test_setup_teardown(an_input_that_ends_an_automatic_run_is_named, begin, end),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }
