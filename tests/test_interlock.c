@@ -87,7 +87,7 @@ static void an_automatic_run_that_meets_an_open_input_is_over(void **unused) {
     plant_destroy(rig.plant);
 }
 
-static void open_beside_a_length(struct hal_sample *s, int leg) { open_inputs(s, leg), no_length(s, leg); }
+static void open_beside_a_length(struct hal_sample *s, int leg) { open_inputs(s, leg), no_length(s, leg), s->flags |= SAMPLE_STALE; }
 
 /* An input that was open once before the supply is on has ended the run, also if it closed before
  * the platform settled, or was open in a doubtful sample alone. */

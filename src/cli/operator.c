@@ -103,8 +103,8 @@ static const char *why_not_set(const struct operator *o, const struct gain_chang
 }
 
 /* SAFETY: posts a command that moves the machine or sets gains. It is refused if the peer lacks the
- * permission, the configuration forbids such commands, a stop is pending, or another operator's
- * command is pending. */
+ * permission, the configuration forbids such commands, the loop parks because nobody took stops, a
+ * stop is pending, or another operator's command is pending. */
 static void move(struct operator *o, uint64_t peer, const struct command_request *r, bool may_move, int64_t now_ns) {
     const char *why = NULL;
     char text[WHY_SIZE];

@@ -245,13 +245,13 @@ static double in_state_s(const struct platform *p) { return (double)p->ticks * p
 
 /* SAFETY: closing the last interlock must not start the machine, so an input that is open before
  * the supply is on ends an automatic run, whatever else is doubtful in the sample. Pressure that
- * lingers does so once the platform is settled. With these flags the inputs may be unknown or
- * old. */
+ * lingers does so once the platform is settled. With these flags the inputs may be unknown; those
+ * of a stale sample are not, on CAN they are newer than the rest of it. */
 static void end_automatic(struct platform *p, const struct hal_sample *in) {
     uint32_t wrong = platform_wrong(p);
     if (p->supervisor.state != STATE_SETTLED) wrong &= ~(uint32_t)INPUT_LINGERS;
     if (!p->automatic || !wrong || supervisor_powers(p->supervisor.state)) return;
-    if (in->flags & (SAMPLE_IO | SAMPLE_INVALID | SAMPLE_STALE)) return;
+    if (in->flags & (SAMPLE_IO | SAMPLE_INVALID)) return;
     p->automatic = false, p->opened = wrong;
 }
 

@@ -59,7 +59,7 @@ struct platform {
     uint32_t opened;             /* inputs that were open and ended the automatic run; 0: none */
     bool automatic;              /* the platform engages, tests and parks without requests; becomes
                                   * false when it has parked, after a stop, a park or a fault, and
-                                  * if an input is wrong while it is settled */
+                                  * if an input is open before the supply is on */
     int64_t seq;
 };
 

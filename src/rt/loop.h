@@ -93,9 +93,10 @@ void loop_quit(struct loop *l);
  * Whatever holds it up, nobody can stop the platform meanwhile. So the loop counts the cycles of a
  * round in which that thread has worked for more than LOOP_WORK_S, or not come round for more than
  * LOOP_ROUND_S; a cycle in which it waits takes LOOP_RECOVERY off. When LOOP_ATTENDED_S are
- * counted, the loop parks, and takes nothing else until all are off again. So a stop is taken, or
- * the platform parked, within LOOP_ROUND_S + LOOP_ATTENDED_S. The time counts from the first call;
- * virtual time, which no thread keeps up with, is not watched. */
+ * counted, the loop parks, and takes nothing else until all are off again. A thread that is held up
+ * at a stretch has the platform parked within LOOP_ROUND_S + LOOP_ATTENDED_S; in pieces it takes
+ * longer, because a wait below LOOP_ROUND_S takes off. The time counts from the first call; virtual
+ * time, which no thread keeps up with, is not watched. */
 #define LOOP_ATTENDED_S 1.0
 #define LOOP_ROUND_S 0.1
 #define LOOP_WORK_S 0.01

@@ -40,7 +40,7 @@ OTHERWISE = (
     ("src/core/supervisor.c", "counts a sample", "*bucket -= *bucket > 0;", "*bucket = 0;"),
     ("src/rt/loop.c", "parks if the thread", "mailbox_post(&l->requests, COMMAND_PARK);", ";"),
     ("src/rt/loop.c", "parks if the thread", "held_up = (double)l->silent_cycles", "held_up = !works && (double)l->silent_cycles"),
-    (PLATFORM, "closing the last interlock must", "in->flags & (SAMPLE_IO | SAMPLE_INVALID | SAMPLE_STALE)", "in->flags"),
+    (PLATFORM, "closing the last interlock must", "in->flags & (SAMPLE_IO | SAMPLE_INVALID)", "in->flags"),
     (PLATFORM, "closing the last interlock must", "p->automatic = false, p->opened = wrong;", ";"),
     (PLATFORM, "returns SAMPLE_STALE if", "return anew ? 0 : SAMPLE_STALE;", "return 0;"),
     (PLATFORM, "returns SAMPLE_STALE if", "if (anew) p->anew_seq", "p->anew_seq"),
