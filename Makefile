@@ -45,6 +45,9 @@ OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh counts.sh faults.sh figures.s
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
 THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line modbus_rtu modbus_tcp)
 
+# Tests leave no files in the tree.
+export PYTHONDONTWRITEBYTECODE := 1
+
 # One job per core, unless the command line says otherwise.
 ifeq ($(MAKELEVEL),0)
 MAKEFLAGS += -j$(shell nproc)
