@@ -288,7 +288,7 @@ static void a_loop_whose_stops_nobody_takes_parks(void **unused) {
     }
 }
 
-/* As long as stops cannot be taken, nothing else is; then the loop does what it is told again. */
+/* The loop takes no command while stops cannot be taken, and takes commands again afterwards. */
 static void a_loop_that_is_attended_again_takes_commands_again(void **unused) {
     (void)unused;
     struct params params = by_hand();

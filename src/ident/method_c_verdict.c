@@ -199,16 +199,16 @@ static void check_systematic(const struct method_c_findings *f, double level, st
 static void check_all_systematic(const struct method_c_findings *f, double level, struct verdict *v) {
     struct errors e;
     int judged[LIN_MAX], n = 0, degrees = 0;
-    double learnt[LIN_MAX * LIN_MAX], prior[LIN_MAX * LIN_MAX], share[LIN_MAX], vector[LIN_MAX * LIN_MAX], chi_square = 0.0;
+    double expected[LIN_MAX * LIN_MAX], prior[LIN_MAX * LIN_MAX], share[LIN_MAX], vector[LIN_MAX * LIN_MAX], chi_square = 0.0;
     take_errors(f, &e);
     for (int i = 0; i < SYSTEMATICS && n < LIN_MAX; i++)
         if (is_known(f, &e, i)) judged[n++] = i;
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
             prior[a * n + b] = a == b ? square(f->result->systematic[judged[a]].prior) : 0.0;
-            learnt[a * n + b] = prior[a * n + b] - e.covariance[judged[a]][judged[b]];
+            expected[a * n + b] = prior[a * n + b] - e.covariance[judged[a]][judged[b]];
         }
-    if (!n || find_furthest(f, &e, level) >= 0 || lin_eigenvectors(n, learnt, prior, share, vector)) return;
+    if (!n || find_furthest(f, &e, level) >= 0 || lin_eigenvectors(n, expected, prior, share, vector)) return;
     for (int k = 0; k < n; k++) {
         double along = 0.0;
         if (!(share[k] > KNOWN)) continue;

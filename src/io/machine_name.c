@@ -1,5 +1,7 @@
 #include "machine_name.h"
 
+#include "local_socket.h"
+
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -209,7 +211,7 @@ int machine_connect(const struct machine_name *m, bool stop) {
     uid_t owner;
     errno = ENAMETOOLONG;
     if (!machine_address(m, stop, &address)) return -1;
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    int fd = local_socket();
     if (fd < 0) return -1;
     int why = 0;
     if (connect(fd, (const struct sockaddr *)&address, sizeof address)) why = errno;
