@@ -43,7 +43,7 @@ CHECKED := $(if $(T),$(or $(shell BUILD=$(BUILD) tests/of_module $(T)),$(error T
 # ThreadSanitizer sees what has threads.
 OF_NUMBERS  := $(addprefix tests/scenarios/,can.sh counts.sh faults.sh figures.sh install.sh machines.sh modbus.sh modules.sh pages.sh signals.sh stop.sh survey.sh table5.sh)
 WITH_THREADS := $(addprefix tests/scenarios/,command.sh lcm.sh paced.sh same_seed.sh)
-THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line modbus_rtu modbus_tcp)
+THREADED    := $(addprefix tests/test_,axis bus can_link confine loop modbus_line modbus_rtu modbus_tcp signals)
 
 # Tests leave no files in the tree.
 export PYTHONDONTWRITEBYTECODE := 1

@@ -5,7 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/signalfd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -30,6 +29,7 @@
 #include "process.h"
 #include "quality_plan.h"
 #include "recorder.h"
+#include "signals.h"
 #include "survey_report.h"
 #include "trajectory_file.h"
 #include "units.h"
@@ -66,10 +66,8 @@ struct session {
     struct output json;
     char log_path[PATH_MAX];       /* path of the log if --log is a directory */
     struct machine_lock lock; /* lock of the machine, held to the end of the process */
-    int signal_file;          /* descriptor from which signals are read */
-    int64_t signalled_ns;  /* CLOCK_MONOTONIC time of the first signal that asked the run to end; 0:
-                            * there was none */
-    int signal;            /* number of that signal */
+    struct signals signals;
+    bool said_parking, said_centred; /* what of the signals' effects the operator has been told */
     struct error behind; /* report that the recorder fell too far behind; status 0: it did not */
     bool stuck;
 };
@@ -226,38 +224,14 @@ static int open_all(struct session *s, struct error *error) {
     return status;
 }
 
-/* SAFETY: blocks signals and returns a descriptor to read them. So signals that would end or stop
- * the process become requests to park, which the main thread handles. SIGTTIN, SIGTTOU, SIGPIPE and
- * SIGXFSZ (process.h) are ignored, and SIGHUP under nohup(1). Threads inherit the mask. */
-static int block_signals(struct error *error) {
-    static const int ignored[] = {SIGTTIN, SIGTTOU};
-    static const int stops[] = {SIGINT,    SIGTERM, SIGHUP, SIGQUIT, SIGUSR1,   SIGUSR2, SIGALRM,
-                                SIGVTALRM, SIGPROF, SIGIO,  SIGPWR,  SIGSTKFLT, SIGTSTP, SIGXCPU};
-    sigset_t set;
-    process_survive_readers();
-    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) signal(ignored[i], SIG_IGN);
-    sigemptyset(&set);
-    for (size_t i = 0; i < sizeof stops / sizeof *stops; i++)
-        if (!process_ignores(stops[i])) sigaddset(&set, stops[i]);
-    for (int number = SIGRTMIN; number <= SIGRTMAX; number++) sigaddset(&set, number);
-    pthread_sigmask(SIG_BLOCK, &set, NULL);
-    int file = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
-    return file >= 0 ? file : error_set(error, STATUS_IO, "no descriptor for signals: %s", strerror(errno));
-}
-
-/* SAFETY: handles a signal. The first signal parks the platform and ends the run; a later SIGINT,
- * SIGTERM or SIGQUIT centres the valves at once. When a terminal is lost, and from timeout(1), two
- * signals come within milliseconds; they count as one. The function acts before it reports. */
-static void signalled(struct session *s, int number) {
-    static const int64_t twice_ns = 3 * NS_PER_S / 10;
-    int64_t now_ns = monotonic_ns();
-    bool by_hand = number == SIGINT || number == SIGTERM || number == SIGQUIT;
-    if (!s->signalled_ns) {
-        loop_quit(&s->loop);
-        s->signalled_ns = now_ns;
-        s->signal = number;
+/* Tells the operator what the signals' thread has done. That thread does not print itself. */
+static void report_signals(struct session *s) {
+    if (!s->said_parking && atomic_load(&s->signals.first)) {
+        s->said_parking = true;
         progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
-    } else if (by_hand && now_ns - s->signalled_ns >= twice_ns && !atomic_exchange(&s->loop.abort, true)) {
+    }
+    if (!s->said_centred && atomic_load(&s->signals.centred)) {
+        s->said_centred = true;
         progress_say(&s->progress, "hexid: interrupted again: valves centred\n");
     }
 }
@@ -265,18 +239,6 @@ static void signalled(struct session *s, int number) {
 static void say(void *context, const char *text) {
     struct session *s = context;
     progress_say(&s->progress, "hexid: %s\n", text);
-}
-
-static void take_signals(struct session *s) {
-    struct signalfd_siginfo signal;
-    while (read(s->signal_file, &signal, sizeof signal) == (ssize_t)sizeof signal) signalled(s, (int)signal.ssi_signo);
-}
-
-static void release_signals(struct session *s) {
-    sigset_t all;
-    take_signals(s);
-    sigfillset(&all);
-    pthread_sigmask(SIG_UNBLOCK, &all, NULL);
 }
 
 /* SAFETY: detects a recorder that hangs, because the log stalls without an error (a sleeping reader
@@ -293,18 +255,18 @@ static void watch_recorder(struct session *s) {
     progress_say(&s->progress, "hexid: %s: parking\n", s->behind.text);
 }
 
-/* SAFETY: handles signals and commands until the loop ends. Nothing between a signal or a command
- * and the loop's mailbox can block. */
+/* SAFETY: handles commands until the loop ends. Nothing between a command and the loop's mailbox
+ * can block, and a signal does not need this thread. */
 static void wait_for_end(struct session *s) {
-    struct pollfd p[1 + COMMANDS_POLLS] = {{.fd = s->signal_file, .events = POLLIN}};
+    struct pollfd p[COMMANDS_POLLS];
     commands_begin(&s->commands, &s->params, &s->loop, say, s);
     while (!atomic_load_explicit(&s->loop.ended, memory_order_acquire)) {
-        commands_polls(&s->commands, p + 1);
+        commands_polls(&s->commands, p);
         loop_attend(&s->loop, false);
-        poll_any(p, 1 + COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands), NULL);
+        poll_any(p, COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands), NULL);
         loop_attend(&s->loop, true);
-        take_signals(s);
-        commands_serve(&s->commands, p + 1, monotonic_ns());
+        report_signals(s);
+        commands_serve(&s->commands, p, monotonic_ns());
         watch_recorder(s);
         machine_lock_answer(&s->lock);
     }
@@ -340,7 +302,7 @@ static int report_survey(struct session *s, struct verdict *verdict, struct erro
  * parked without a fault. */
 static bool ended_by_order(const struct session *s) {
     const struct cycle *last = &s->recorder.analysis.last;
-    return s->signal == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
+    return atomic_load(&s->signals.first) == SIGTERM && !s->params.motion.automatic && last->state == STATE_SETTLED && !last->first_fault;
 }
 
 /* Tells the user which command prints the whole result. */
@@ -356,7 +318,7 @@ static int report(struct session *s, struct error *error) {
     analysis_identify(a);
     struct verdicts verdicts = analysis_verdicts(a);
     progress_end(&s->progress);
-    if (s->signalled_ns) verdict_add(&verdicts.run, VERDICT_NOT_EVALUATED, "interrupted");
+    if (atomic_load(&s->signals.first)) verdict_add(&verdicts.run, VERDICT_NOT_EVALUATED, "interrupted");
     int status = s->survey ? report_survey(s, &verdicts.run, error) : STATUS_OK;
     if (status) return status;
     if (s->survey) survey_report_print(s->survey, s->progress.out);
@@ -385,6 +347,9 @@ static int finish(struct session *s, struct error *error) {
     if (s->log) s->recorder.analysis.unlogged = log_lost(s->log);
     if (s->log && log_close(s->log, &closing) && !s->recorder.error.status) s->recorder.error = closing;
     s->log = NULL;
+    /* nothing is driven any more and the log is closed, so from here on signals may end the
+     * process */
+    signals_release(&s->signals);
     int reported = report(s, error);
     const struct error *ends[] = {&s->recorder.error, &s->recorder.keeper_error, &s->behind, &s->recorder.unattended};
     for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
@@ -464,7 +429,8 @@ static int confine_all(struct session *s, struct error *error) {
 
 static int run(struct session *s, struct error *error) {
     bool results_on_stdout = s->options.json && !strcmp(s->options.json, "-");
-    if ((s->signal_file = block_signals(error)) < 0) return s->signal_file;
+    int status = signals_start(&s->signals, &s->loop, realtime_of(s) != REALTIME_OFF, error);
+    if (status) return status;
     if (progress_open(&s->progress, &s->params, results_on_stdout ? STDERR_FILENO : STDOUT_FILENO, s->options.fast))
         return error_set(error, STATUS_IO, "no pipe to the terminal: %s", strerror(errno));
     crash_guard(s->hal, &s->loop.abort);
@@ -478,7 +444,7 @@ static int run(struct session *s, struct error *error) {
     if (s->keeper.socket >= 0) s->recorder.keeper = &s->keeper, s->recorder.part_bytes = (int64_t)s->options.log_part_bytes;
     if (notify_open(&s->recorder.notify, error)) warn(error);
     warn_of_missing_inputs(s);
-    int status = recorder_start(&s->recorder, s->config, error);
+    status = recorder_start(&s->recorder, s->config, error);
     if (status) return status;
     loop_attend(&s->loop, false);
     status = loop_start(&s->loop, realtime_of(s), error);
@@ -492,8 +458,7 @@ static int run(struct session *s, struct error *error) {
     confine_all(s, &refused);
     wait_for_end(s);
     loop_join(&s->loop);
-    release_signals(s); /* nothing is driven any more, so from here on signals may end the
-                         * process */
+    report_signals(s);
     realtime_leave();
     status = finish(s, error);
     if (refused.status) *error = refused;
@@ -509,6 +474,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     if (status < 0) status = cli_fail(error);
     /* a thread that hangs at a terminal or a disk still uses this memory, so it is not freed */
     if (!quiet || s->stuck) _exit(status);
+    signals_release(&s->signals);
     notify_close(&s->recorder.notify);
     log_keeper_stop(&s->keeper);
     commands_close(&s->commands);

@@ -88,15 +88,15 @@ uint64_t loop_acted_word(const struct loop_acted *acted);
  * is off. Any thread, also a signal handler; may be called repeatedly. */
 void loop_quit(struct loop *l);
 
-/* SAFETY: tells the loop that the thread which takes stops has come round. That thread calls this
- * in each of its rounds, before it waits for something to take (works: false) and after it (true).
- * Whatever holds it up, nobody can stop the platform meanwhile. So the loop counts the cycles of a
- * round in which that thread has worked for more than LOOP_WORK_S, or not come round for more than
- * LOOP_ROUND_S; a cycle in which it waits takes LOOP_RECOVERY off. When LOOP_ATTENDED_S are
- * counted, the loop parks, and takes nothing else until all are off again. A thread that is held up
- * at a stretch has the platform parked within LOOP_ROUND_S + LOOP_ATTENDED_S; in pieces it takes
- * longer, because a wait below LOOP_ROUND_S takes off. The time counts from the first call; virtual
- * time, which no thread keeps up with, is not watched. */
+/* SAFETY: tells the loop that the thread which takes commands has come round. That thread calls
+ * this in each of its rounds, before it waits for something to take (works: false) and after it
+ * (true). Whatever holds it up, no command can stop the platform meanwhile. So the loop counts the
+ * cycles of a round in which that thread has worked for more than LOOP_WORK_S, or not come round
+ * for more than LOOP_ROUND_S; a cycle in which it waits takes LOOP_RECOVERY off. When
+ * LOOP_ATTENDED_S are counted, the loop parks, and takes nothing else until all are off again. A
+ * thread that is held up at a stretch has the platform parked within LOOP_ROUND_S +
+ * LOOP_ATTENDED_S; in pieces it takes longer, because a wait below LOOP_ROUND_S takes off. The time
+ * counts from the first call; virtual time, which no thread keeps up with, is not watched. */
 #define LOOP_ATTENDED_S 1.0
 #define LOOP_ROUND_S 0.1
 #define LOOP_WORK_S 0.01

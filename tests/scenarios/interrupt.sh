@@ -73,6 +73,42 @@ goes_on() {
     [ "$status" -eq 0 ] && log_is_whole && put_down
 }
 
+# ---- while the main thread is held up ----
+
+gcc -O1 -shared -fPIC -D_GNU_SOURCE -o "$work/held_up.so" tests/scenarios/held_up.c -ldl
+held=(--set motion.hold_s=60 --set tests.duration_s=60 --set security.confine=false) # confined it may not look for the file
+# held_up AGAIN: while the main thread hangs, SIGINT comes at neutral and, with AGAIN, once more while the platform is put down. The main
+# thread comes round when the platform is down, or right after the second signal.
+held_up() {
+    local again=$1 run status line
+    rm -f "$work/lines"
+    mkfifo "$work/lines"
+    touch "$work/held"
+    LD_PRELOAD=$work/held_up.so HELD_UP=$work/held "${quick[@]}" "${held[@]}" --set motion.park_s="$([ "$again" ] && echo 600 || echo 2)" \
+        --log "$work/run.lcm" --json "$work/run.json" >"$work/lines" 2>"$work/error" &
+    run=$!
+    : >"$work/said"
+    while read -r line; do
+        echo "$line" | tee -a "$work/said"
+        [[ $line =~ ready ]] && kill -INT $run
+        [[ $again && $line =~ parking ]] && sleep 0.4 && kill -INT $run && rm -f "$work/held"
+        [[ $line =~ settled ]] && grep -q ready "$work/said" && rm -f "$work/held"
+    done <"$work/lines"
+    wait $run
+    status=$?
+    cat "$work/error"
+    echo "exit status $status"
+    [ $status -eq 1 ] && grep -q 'interrupted: parking' "$work/error" && not_evaluated
+}
+parks_held_up() { held_up '' && ! grep -q 'test ' "$work/said" && log_is_whole && put_down; }
+centres_held_up() { held_up again && grep -q 'interrupted again: valves centred' "$work/error" && ! put_down; }
+
+# The signal comes when the loop has ended by itself, and its last records may still be on their way to the log.
+late() {
+    ends 143 env LD_PRELOAD="$work/held_up.so" SIGNAL_LATE=yes "${quick[@]}" --set security.confine=false --log "$work/run.lcm" &&
+        log_is_whole && put_down
+}
+
 # The interrupted phase takes a minute of the run's time, so that the signal comes within it. Parking, the last phase, takes five minutes of
 # the run's, two or three seconds of this machine's.
 claim "SIGINT while engaging: parked, log closed, not evaluated" parks INT engaging motion.engage_s=60
@@ -88,3 +124,8 @@ claim "but SIGTERM parks there, too" by_nohup
 claim "SIGINT twice: the valves are centred where the platform is" twice
 claim "SIGINT in the first test: no other begins" ends_tests
 claim "the reader of its output goes away: the run goes on to its end, and parks" goes_on
+if ! built_with 'asan|tsan'; then # whose runtimes must be loaded first
+    claim "SIGINT while the main thread is held up: parked all the same" parks_held_up
+    claim "and a second one: the valves are centred" centres_held_up
+    claim "SIGTERM when the run has just ended by itself: the log is closed first" late
+fi

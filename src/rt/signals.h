@@ -1,0 +1,50 @@
+/* Takes the signals that end a run in a thread of its own, and passes them to the loop at once,
+ * whatever holds up the main thread.
+ *
+ * While the loop runs, the first signal parks the platform and ends the run; a later SIGINT,
+ * SIGTERM or SIGQUIT centres the valves. When a terminal is lost, and from timeout(1), two signals
+ * come within milliseconds; signals within SIGNALS_APART_NS of the first count as one with it.
+ *
+ * When the loop has ended, nothing is driven any more, and signals have their default effects, but
+ * not before signals_release(), so that the log is closed first. A person who does not want to wait
+ * for it sends SIGINT, SIGTERM or SIGQUIT once more. */
+#ifndef HEXID_SIGNALS_H
+#define HEXID_SIGNALS_H
+
+#include <pthread.h>
+#include <signal.h>
+
+#include "loop.h"
+#include "status.h"
+
+#define SIGNALS_APART_NS (3 * NS_PER_S / 10)
+
+struct signals {
+    struct loop *loop;
+    bool realtime;         /* the thread follows the loop's SCHED_FIFO */
+    bool confine;          /* the thread drops its capabilities */
+    bool running;          /* the thread has been started and not yet released */
+    sigset_t set;          /* signals that are taken */
+    pthread_t thread;
+    int64_t first_ns;      /* CLOCK_MONOTONIC time of `first`; the thread's */
+    int64_t late_ns;       /* CLOCK_MONOTONIC time of `late`; the thread's */
+    _Atomic int first;     /* number of the first signal that came while the loop ran; 0: none */
+    _Atomic int late;      /* number of the first signal that came after the loop's end; 0: none */
+    _Atomic bool centred;  /* a later signal has centred the valves */
+    _Atomic bool over;     /* the thread is to end */
+    _Atomic unsigned taken; /* number of signals that were taken */
+};
+
+/* Blocks the signals that would end or stop the process, and starts the thread that takes them;
+ * later threads inherit the mask. SIGTTIN, SIGTTOU, SIGPIPE and SIGXFSZ (process.h) are ignored,
+ * and SIGHUP under nohup(1). Main thread, before it starts other threads. realtime: the thread
+ * follows the loop's priority. STATUS_IO: the thread cannot be started; the signals remain
+ * blocked. */
+int signals_start(struct signals *s, struct loop *loop, bool realtime, struct error *error);
+
+/* Ends the thread and unblocks the signals. A signal that came after the loop's end now has its
+ * default effect, which is in most cases the end of the process. Main thread, when the log is
+ * closed; does nothing if the thread does not run. */
+void signals_release(struct signals *s);
+
+#endif
