@@ -97,8 +97,19 @@ static void begin(void) {
     cycle();
 }
 
+/* Closes what the end of the daemon's process closes. */
+static void close_sockets(void) {
+    struct command_server *s = &b.commands.server;
+    for (int k = 0; k < COMMAND_SOCKETS; k++) {
+        for (int i = 0; i < COMMAND_PLACES; i++)
+            if (s->place[k][i].fd >= 0) close(s->place[k][i].fd), s->place[k][i].fd = -1;
+        if (s->listener[k] >= 0) close(s->listener[k]), s->listener[k] = -1;
+    }
+}
+
 static void end(void) {
-    commands_close(&b.commands);
+    commands_end(&b.commands);
+    close_sockets();
     b.machine->ops->close(b.machine);
     ring_free(&b.ring);
 }
@@ -312,7 +323,7 @@ static void runs_out(void) {
 static void told_to_end(void) {
     mailbox_post(&b.loop.requests, COMMAND_PARK);
     for (int i = 0; b.state != STATE_SETTLED && i < CYCLES_MAX; i++) cycle();
-    commands_close(&b.commands);
+    commands_end(&b.commands);
 }
 static void killed(void) {
     struct command_server *s = &b.commands.server;
@@ -323,11 +334,7 @@ static void killed(void) {
         poll(p, COMMANDS_POLLS, 20);
         commands_serve(&b.commands, p, b.now_ns);
     }
-    for (int k = 0; k < COMMAND_SOCKETS; k++) {
-        for (int i = 0; i < COMMAND_PLACES; i++)
-            if (s->place[k][i].fd >= 0) close(s->place[k][i].fd), s->place[k][i].fd = -1;
-        close(s->listener[k]), s->listener[k] = -1;
-    }
+    close_sockets();
 }
 
 /* Starts a client that renews its lease, calls happens() or, if it is NULL, interrupts the client,
@@ -382,7 +389,7 @@ static struct row ask_deaf(enum command command, bool hangs) {
     struct row r = {.command = command};
     struct client c;
     begin();
-    if (!hangs) commands_close(&b.commands);
+    if (!hangs) commands_end(&b.commands);
     start(&c, command_names[command]);
     read_to_the_end(&c);
     finish(&c);

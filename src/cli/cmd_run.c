@@ -270,7 +270,7 @@ static void wait_for_end(struct session *s) {
         watch_recorder(s);
         machine_lock_answer(&s->lock);
     }
-    commands_close(&s->commands);
+    commands_end(&s->commands);
 }
 
 static int write_result(struct session *s, const struct verdicts *verdicts, struct error *error) {
@@ -477,7 +477,7 @@ static int close_all(struct session *s, int status, const struct error *error) {
     signals_release(&s->signals);
     notify_close(&s->recorder.notify);
     log_keeper_stop(&s->keeper);
-    commands_close(&s->commands);
+    commands_end(&s->commands);
     if (s->bus) bus_close(s->bus);
     if (s->log) log_close(s->log, &ignored);
     analysis_free(&s->recorder.analysis);

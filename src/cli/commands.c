@@ -38,6 +38,11 @@ static bool needs(void *context, uint64_t peer) {
     return operator_needs(&c->operator, peer);
 }
 
+static bool over(void *context) {
+    const struct commands *c = context;
+    return atomic_load_explicit(&c->operator.loop->ended, memory_order_acquire);
+}
+
 static void answer(void *context, uint64_t peer, const struct command_answer *a) {
     struct commands *c = context;
     command_server_answer(&c->server, peer, a);
@@ -52,7 +57,7 @@ static void say(void *context, const char *text) {
 }
 
 void commands_init(struct commands *c) {
-    *c = (struct commands){.missing = COMMAND_SOCKETS, .handler = {.context = c, .take = take, .gone = gone, .needs = needs}};
+    *c = (struct commands){.missing = COMMAND_SOCKETS, .handler = {.context = c, .take = take, .gone = gone, .needs = needs, .over = over}};
     command_server_init(&c->server);
 }
 
@@ -160,8 +165,8 @@ void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS
     loop_attend(c->operator.loop, true);
 }
 
-void commands_close(struct commands *c) {
+void commands_end(struct commands *c) {
     struct command_answer last = {.outcome = OUTCOME_ENDED};
     if (c->operator.loop) last.state = loop_acted(c->operator.loop).state;
-    command_server_close(&c->server, &last);
+    command_server_end(&c->server, &last);
 }

@@ -27,7 +27,7 @@ struct commands {
     void *context;
 };
 
-/* Marks everything as closed, so that commands_close() may be called at any time. */
+/* Marks everything as closed, so that commands_end() may be called at any time. */
 void commands_init(struct commands *c);
 
 /* Opens the sockets of the machine params->machine.name and listens on the bus, if there is one.
@@ -49,7 +49,7 @@ int commands_patience_ms(const struct commands *c);
  * SAFETY: nothing between a received command and the loop's mailbox can block. */
 void commands_serve(struct commands *c, const struct pollfd polls[COMMANDS_POLLS], int64_t now_ns);
 
-/* Sends the loop's final state to every client and closes the sockets. */
-void commands_close(struct commands *c);
+/* Sends the loop's final state to every client and ends the connections (command_server_end()). */
+void commands_end(struct commands *c);
 
 #endif

@@ -83,6 +83,9 @@ enum command_socket command_server_missing(const struct command_server *s) {
 
 /* ---- connections ---- */
 
+/* Once nothing is driven any more, nothing is read or closed. */
+static bool over(const struct command_server *s) { return s->handler->over && s->handler->over(s->handler->context); }
+
 static void release(struct command_server *s, struct command_place *c) {
     close(c->fd);
     c->fd = -1;
@@ -102,6 +105,7 @@ enum packet { PACKET_NONE, PACKET_TAKEN, PACKET_REFUSED, PACKET_END };
 static enum packet take_packet(struct command_server *s, struct command_place *c, enum command_socket kind) {
     unsigned char packet[PACKET_ROOM];
     struct command_request r;
+    if (over(s)) return PACKET_NONE;
     ssize_t size = recv(c->fd, packet, sizeof packet, MSG_DONTWAIT);
     /* if the client closed the connection with an answer unread, recv() first fails with
      * ECONNRESET; the client's packets can still be read afterwards */
@@ -130,7 +134,7 @@ static void dismiss(struct command_server *s, struct command_place *c, enum comm
     shutdown(c->fd, SHUT_RD);
     /* an empty packet and the end look alike, so only the number of packets ends the loop */
     for (int i = 0; i < LAST_PACKETS; i++) take_packet(s, c, kind);
-    release(s, c);
+    if (!over(s)) release(s, c);
 }
 
 static int places_of(const struct command_place *place, uid_t user) {
@@ -227,19 +231,20 @@ void command_server_answer(struct command_server *s, uint64_t peer, const struct
         }
 }
 
-void command_server_close(struct command_server *s, const struct command_answer *last_words) {
+static void end_connection(int fd, const struct command_answer *last_words) {
+    send_answer(fd, last_words);
+    shutdown(fd, SHUT_RDWR);
+}
+
+void command_server_end(struct command_server *s, const struct command_answer *last_words) {
     for (int k = 0; k < COMMAND_SOCKETS; k++) {
-        for (int i = 0; i < COMMAND_PLACES; i++) {
-            if (s->place[k][i].fd < 0) continue;
-            send_answer(s->place[k][i].fd, last_words);
-            close(s->place[k][i].fd);
-            s->place[k][i].fd = -1;
-        }
-        for (int i = 0, fd; i < LAST_AT_ONCE && s->listener[k] >= 0; i++) {
-            if ((fd = accept4(s->listener[k], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC)) < 0) break;
-            send_answer(fd, last_words);
-            close(fd);
-        }
+        for (int i = 0; i < COMMAND_PLACES; i++)
+            if (s->place[k][i].fd >= 0) end_connection(s->place[k][i].fd, last_words);
+        if (s->listener[k] < 0) continue;
+        shutdown(s->listener[k], SHUT_RDWR); /* no more can connect; who waits is accepted */
+        for (int i = 0, fd; i < LAST_AT_ONCE && (fd = accept4(s->listener[k], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0; i++)
+            end_connection(fd, last_words);
     }
-    close_listeners(s);
+    if (s->lock >= 0) close(s->lock);
+    s->lock = -1;
 }

@@ -36,6 +36,8 @@ struct command_handler {
     /* Returns true if this peer waits for an answer or holds a lease; its connection is then not
      * closed to make room. */
     bool (*needs)(void *context, uint64_t peer);
+    /* Returns true if nothing is driven any more, so that no packet matters. NULL: never. */
+    bool (*over)(void *context);
 };
 
 struct command_place {
@@ -64,7 +66,7 @@ struct command_server {
     const struct command_handler *handler;
 };
 
-/* Marks everything as closed, so that command_server_close() may be called before
+/* Marks everything as closed, so that command_server_end() may be called before
  * command_server_open(). */
 void command_server_init(struct command_server *s);
 
@@ -84,14 +86,20 @@ enum command_socket command_server_missing(const struct command_server *s);
 bool command_server_starved(const struct command_server *s);
 
 /* Takes packets and connections, those of NAME.stop first; to be called after poll(). Returns the
- * number of packets and new connections. */
+ * number of packets and new connections.
+ * SAFETY: takes and closes nothing more once command_handler.over, because each packet can hold it
+ * up (command_server_end()). */
 int command_server_serve(struct command_server *s, const struct pollfd polls[COMMAND_POLLS]);
 
 /* Sends an answer. Does nothing if the peer is gone. */
 void command_server_answer(struct command_server *s, uint64_t peer, const struct command_answer *answer);
 
-/* Sends `last_words` to all connected and waiting clients, and closes the sockets, so that later
- * clients find no daemon. */
-void command_server_close(struct command_server *s, const struct command_answer *last_words);
+/* Sends `last_words` to all connected clients, and to those that wait for a connection as far as
+ * there are descriptors, and ends the connections, so that later clients find no daemon. May be
+ * called again.
+ * SAFETY: closes no connection and no listener, because the descriptors in the packets that wait
+ * there can hold up each close() for as long as a client likes, and the log is closed only behind
+ * this call. At the end of the process the kernel closes them without that wait. */
+void command_server_end(struct command_server *s, const struct command_answer *last_words);
 
 #endif

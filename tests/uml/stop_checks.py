@@ -439,6 +439,39 @@ def _():
     return f"{took_ms:.0f} ms"
 
 
+@claim("while that thread is held up signals park and centre the valves, and when it is free again the log is closed, however much still waits")
+def _():
+    run, held = Run(), [lingering(1000) for _ in range(4)]
+    clients = [connection() for _ in held]
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(99))
+    try:
+        for client, (out, _) in zip(clients, held):
+            socket.send_fds(client, [b"x"], [out.fileno()])
+    except PermissionError:
+        stopped_by(run, signal.SIGTERM)
+        return "refused"
+    finally:
+        for out, _ in held:
+            out.close()
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    time.sleep(0.05)
+    since = now_us()
+    run.process.send_signal(signal.SIGINT)
+    time.sleep(0.4)
+    again = now_us()
+    run.process.send_signal(signal.SIGINT)
+    time.sleep(5)
+    demand(run.process.poll() is None, "nothing was held up")
+    for one in held[0][1]:  # which resets the first client's connection
+        one.close()
+    run.ended(1, 10)
+    states = run.states()
+    parked_ms = (next(at for at, state, _ in states if state == PARKING) - since) / 1e3
+    demand(-2 <= parked_ms <= SIGNAL_MS, "parked after", parked_ms, "ms")
+    demand(states[-1][0] - again <= SIGNAL_MS * 1000, "the last cycle came", (states[-1][0] - again) / 1e3, "ms after the second")
+    return f"{parked_ms:.0f} ms"
+
+
 @claim("a stop is taken from a client of a later version, and from one that went away at once")
 def _():
     took = []
