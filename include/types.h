@@ -179,6 +179,9 @@ struct cycle {
                             * law `model`; no message carries them, but an event reports them */
     uint32_t opened;       /* inputs (INPUT_...) that were open and ended the automatic run; 0:
                             * none; no message carries them, but an event reports them */
+    uint32_t request_id;   /* id of the last request that was processed; 0: none */
+    enum command request;  /* that request's command; no message carries either, but an event
+                            * reports each new one */
     bool unattended;       /* the loop parks because nobody takes stops (loop_attend()); no message
                             * carries it, but an event reports it */
     struct gains gains;    /* gains with which `out` was computed; no message carries them, but a

@@ -490,6 +490,26 @@ static void an_automatic_run_ends_by_itself_put_down(void **unused) {
     bench_end(&b);
 }
 
+static void a_record_says_which_request_was_taken_last(void **unused) {
+    (void)unused;
+    struct params params = by_hand();
+    struct bench b;
+    bench_init(&b, &params, NULL, 1, CLOCK_REAL, 16);
+    bench_until(&b, STATE_SETTLED);
+    uint32_t before = b.last.request_id, id = mailbox_post(&b.loop.requests, COMMAND_ENGAGE);
+    assert_int_not_equal(id, before);
+    bench_cycle(&b);
+    assert_int_equal(b.last.request_id, id);
+    assert_int_equal(b.last.request, COMMAND_ENGAGE);
+    bench_cycle(&b);
+    assert_int_equal(b.last.request_id, id);
+    loop_quit(&b.loop);
+    bench_cycle(&b);
+    assert_int_equal(b.last.request_id, id + 1);
+    assert_int_equal(b.last.request, COMMAND_PARK);
+    bench_end(&b);
+}
+
 static void quit_puts_the_platform_down_first_whatever_else_is_asked(void **unused) {
     (void)unused;
     static const enum state from[] = {STATE_ENGAGING, STATE_READY, STATE_TESTING, STATE_PARKING};
@@ -673,6 +693,7 @@ int main(void) {
         cmocka_unit_test(an_abort_does_not_wait_for_a_reader_that_is_gone),
         cmocka_unit_test(one_seed_gives_the_same_records_bit_for_bit),
         cmocka_unit_test(an_automatic_run_ends_by_itself_put_down),
+        cmocka_unit_test(a_record_says_which_request_was_taken_last),
         cmocka_unit_test(quit_puts_the_platform_down_first_whatever_else_is_asked),
         cmocka_unit_test(quit_ends_at_once_where_nothing_is_driven),
         cmocka_unit_test(abort_ends_at_once_with_the_valves_centred),

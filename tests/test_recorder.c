@@ -172,6 +172,48 @@ static void an_input_that_ends_an_automatic_run_is_named(void **unused) {
     assert_non_null(strstr(text, "the automatic run is over: the door is open"));
 }
 
+/* Copies the log's events of this kind, at most `most`; returns their number. */
+static int read_stamps(const char *kind, uint64_t *stamp, char (*text)[16], int most) {
+    struct log_reader *log;
+    struct log_event e;
+    struct event event;
+    int count = 0;
+    assert_int_equal(log_open(&log, first, &error), STATUS_OK);
+    while (count < most && log_next(log, &e))
+        if (!strcmp(e.channel, CHANNEL_EVENT) && event_decode(e.data, e.size, &event) && !strcmp(event.kind, kind)) {
+            assert_int_equal(event.time_ns, (int64_t)event.seq * 2000000);
+            stamp[count] = event.seq;
+            snprintf(text[count++], sizeof *text, "%s", event.text);
+        }
+    log_release(log);
+    return count;
+}
+
+/* The records wait in the ring, and the newest request is one that the loop has not seen yet. */
+static void a_command_has_the_stamp_of_the_cycle_that_took_it(void **unused) {
+    (void)unused;
+    static const struct {
+        uint32_t id;
+        enum command command;
+    } taken[] = {{0, COMMAND_NONE}, {0, COMMAND_NONE}, {1, COMMAND_ENGAGE}, {1, COMMAND_ENGAGE}, {3, COMMAND_PARK}, {3, COMMAND_PARK}};
+    uint64_t stamp[4];
+    char text[4][16];
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++) {
+        struct cycle c = {.seq = seq, .in.time_ns = (int64_t)seq * 2000000, .test = -1, .dof = DOF_NONE, .measure.leg = -1};
+        c.gains = gains_of(&params.control);
+        c.request_id = taken[i].id, c.request = taken[i].command;
+        seq++;
+        assert_true(ring_push(&records, &c));
+    }
+    for (int i = 0; i < 4; i++) mailbox_post(&loop.requests, COMMAND_STOP);
+    run();
+    assert_int_equal(read_stamps("command", stamp, text, 4), 2);
+    assert_int_equal(stamp[0], 2);
+    assert_string_equal(text[0], "engage");
+    assert_int_equal(stamp[1], 4);
+    assert_string_equal(text[1], "park");
+}
+
 /* With parts of a byte every cycle but that of a change begins a part. */
 static void the_cycle_of_a_change_begins_no_part(void **unused) {
     (void)unused;
@@ -206,6 +248,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(the_cycle_of_a_change_begins_no_part, begin, end),
         cmocka_unit_test_setup_teardown(the_run_ends_with_stops_that_were_not_taken, begin, end),
         cmocka_unit_test_setup_teardown(nothing_was_up_when_nobody_took_stops, begin, end),
+        cmocka_unit_test_setup_teardown(a_command_has_the_stamp_of_the_cycle_that_took_it, begin, end),
         cmocka_unit_test_setup_teardown(an_input_that_ends_an_automatic_run_is_named, begin, end),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);

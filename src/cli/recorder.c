@@ -164,9 +164,7 @@ static void changes(struct recorder *r, const struct cycle *before, int64_t lost
         snprintf(text, sizeof text, "%lld records lost: the recorder was too slow", (long long)(r->analysis.lost - lost));
         event(r, "lost", text);
     }
-    struct request request = mailbox_read(&r->loop->requests);
-    if (request.id != r->request_id) event(r, "command", command_names[request.command]);
-    r->request_id = request.id;
+    if (c->request_id != before->request_id) event(r, "command", command_names[c->request]);
     if (before->test >= 0 && before->dof == DOF_NONE && c->test < 0) progress_motion(r->progress, &r->analysis.motion);
     if (r->analysis.cycles == 1 || c->state != before->state) {
         event(r, "state", state_names[c->state]);

@@ -48,7 +48,6 @@ struct recorder {
     int estimate_tests; /* number of tests in the current estimate; 0: no estimate is running */
     _Atomic bool computes;     /* the recorder is computing something that may take longer than
                                 * RECORDER_PATIENCE_S */
-    uint32_t request_id;             /* id of the last request that was reported */
     int64_t statistics_cycles;       /* number of cycles between HEXID_LOOP_STATS messages */
     int64_t settled_cycles;          /* number of consecutive cycles in STATE_SETTLED */
     uint32_t interlocks_wrong;       /* interlocks that were last reported as wrong (interlock.h) */

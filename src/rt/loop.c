@@ -136,7 +136,10 @@ bool loop_cycle(struct loop *l) {
     sample.missed = missed;
 
     watch_attendance(l);
-    platform_step(&l->platform, &sample, asked(l), &c);
+    struct request request = asked(l);
+    platform_step(&l->platform, &sample, request, &c);
+    c.request_id = l->platform.supervisor.request_id;
+    c.request = request.command;
 
     /* SAFETY: without the supply, or after a failed write, the valves are centred in every cycle
      * by the back-end's fastest way. */
