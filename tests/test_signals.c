@@ -128,6 +128,20 @@ static void a_second_one_does_not(void **unused) {
     assert_false(closed);
 }
 
+/* As when a terminal is lost while the platform is down: the loop ends in the next cycle. */
+static void two_at_once_are_one_when_the_first_has_ended_the_loop(void **unused) {
+    (void)unused;
+    int64_t before_ns = monotonic_ns();
+    start(false);
+    take(SIGHUP);
+    atomic_store(&loop.ended, true);
+    take(SIGHUP), take(SIGTERM);
+    bool at_once = monotonic_ns() - before_ns < SIGNALS_APART_NS;
+    if (at_once) assert_int_equal(atomic_load(&signals.late), 0);
+    atomic_store(&signals.late, 0); /* on a busy host they were not at once */
+    signals_release(&signals);
+}
+
 static void afterwards_the_mask_is_empty_and_nothing_is_released_twice(void **unused) {
     (void)unused;
     sigset_t mask;
@@ -145,6 +159,7 @@ int main(void) {
         cmocka_unit_test(what_no_person_sends_parks_but_does_not_centre_the_valves),
         cmocka_unit_test(after_the_loops_end_a_signal_waits_for_the_log),
         cmocka_unit_test(a_second_one_does_not),
+        cmocka_unit_test(two_at_once_are_one_when_the_first_has_ended_the_loop),
         cmocka_unit_test(afterwards_the_mask_is_empty_and_nothing_is_released_twice),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

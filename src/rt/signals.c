@@ -1,6 +1,6 @@
 #include "signals.h"
 
-#include <string.h>
+#include <errno.h>
 #include <unistd.h>
 
 #include "confine.h"
@@ -39,8 +39,10 @@ static void end_process(int number) {
     raise(number);
 }
 
-/* Takes a signal that comes after the loop's end. */
+/* Takes a signal that comes after the loop's end. One that belongs to the signal which ended a loop
+ * that drove nothing has no further effect. */
 static void take_late(struct signals *s, int number, int64_t now_ns) {
+    if (atomic_load(&s->first) && now_ns - s->first_ns < SIGNALS_APART_NS) return;
     if (!atomic_load(&s->late)) {
         s->late_ns = now_ns;
         atomic_store(&s->late, number);
@@ -59,7 +61,13 @@ static void *signals_thread(void *argument) {
     if (s->realtime) realtime_follow(&s->loop->params->loop, BELOW_LOOP);
     if (s->confine) confine_thread();
     for (;;) {
-        if (sigwaitinfo(&s->set, &signal) < 0) continue; /* interrupted */
+        if (sigwaitinfo(&s->set, &signal) < 0) {
+            if (errno == EINTR) continue;
+            /* SAFETY: signals can be taken no more, and this thread must not spin ahead of others,
+             * so the platform is parked */
+            loop_quit(s->loop);
+            return NULL;
+        }
         if (wakes(s, &signal)) return NULL;
         int64_t now_ns = monotonic_ns();
         if (!atomic_load(&s->loop->ended)) stop_loop(s, signal.si_signo, now_ns);
