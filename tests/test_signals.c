@@ -2,6 +2,7 @@
  * thread that is held up. */
 #include "support.h"
 
+#include <errno.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -15,6 +16,14 @@
 static struct params params;
 static struct loop loop;
 static struct signals signals;
+
+static _Atomic bool refuses; /* the system refuses the wait for signals */
+
+/* Overrides the C library's function. */
+int sigwaitinfo(const sigset_t *set, siginfo_t *signal) {
+    errno = EPERM;
+    return atomic_load(&refuses) ? -1 : sigtimedwait(set, signal, NULL);
+}
 
 static void start(bool ended) {
     struct error error;
@@ -142,6 +151,15 @@ static void two_at_once_are_one_when_the_first_has_ended_the_loop(void **unused)
     signals_release(&signals);
 }
 
+static void a_wait_that_is_refused_parks(void **unused) {
+    (void)unused;
+    atomic_store(&refuses, true);
+    start(false);
+    while (!atomic_load(&loop.quit)) poll(NULL, 0, 1);
+    signals_release(&signals);
+    atomic_store(&refuses, false);
+}
+
 static void afterwards_the_mask_is_empty_and_nothing_is_released_twice(void **unused) {
     (void)unused;
     sigset_t mask;
@@ -160,6 +178,7 @@ int main(void) {
         cmocka_unit_test(after_the_loops_end_a_signal_waits_for_the_log),
         cmocka_unit_test(a_second_one_does_not),
         cmocka_unit_test(two_at_once_are_one_when_the_first_has_ended_the_loop),
+        cmocka_unit_test(a_wait_that_is_refused_parks),
         cmocka_unit_test(afterwards_the_mask_is_empty_and_nothing_is_released_twice),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

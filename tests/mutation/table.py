@@ -25,6 +25,7 @@ BY_MARK = (
     ("src/cli/cmd_run.c", "chooses the clock", ("paced.sh",)),
     ("src/cli/cmd_run.c", "checks the run's motion", ("motions.sh",)),
     ("src/cli/cmd_run.c", "detects a recorder", ("stop.sh",)),
+    ("src/cli/cmd_run.c", "handles commands until", ("command.sh",)),
     ("src/cli/cmd_run.c", "reports inputs that are", ("errors.sh", "service.sh")),
     ("src/cli/cmd_run.c", "warns of weaknesses with", ("errors.sh", "machines.sh")),
     ("src/cli/cmd_run.c", "refuses an unstable", ("errors.sh",)),
