@@ -54,9 +54,12 @@ static void find_tones(struct tones *t, const struct rounding *r, int harmonics,
         double x = course_at(r, harmonics, row, i, basis);
         for (int j = 0; j < SIZES; j++) {
             double off = (j + 0.5) / SIZES - 0.5, larger = peak > 0.0 ? x / peak * off : 0.0;
+            double turn = 2.0 * PI * (x / r->step + larger), first_s = sin(turn), first_c = cos(turn), s = first_s, c = first_c;
             for (int k = 0; k < tones; k++) {
-                double turn = 2.0 * PI * (k + 1) * (x / r->step + larger), s = sin(turn), c = cos(turn);
                 for (int a = 0; a < 1 + 2 * harmonics; a++) t->sine[k][j][a] += s * basis[a], t->cosine[k][j][a] += c * basis[a];
+                /* turns by the first tone's angle */
+                double next_s = s * first_c + c * first_s;
+                c = c * first_c - s * first_s, s = next_s;
             }
         }
     }
@@ -92,9 +95,10 @@ void rounding_in_step(const struct rounding *r, int harmonics, const double *row
     if (!tones) return;
     /* The motion is the fundamental, and those harmonics that cannot be errors. */
     double motion[1 + 2 * ROUNDING_HARMONICS] = {0.0, row[1], row[2]};
+    bool more = false;
     find_variance(r, harmonics, motion, tones, mean_square, variance);
     for (int a = 3; a < 1 + 2 * harmonics; a += 2)
         if (square(row[a]) + square(row[a + 1]) > square(SURE) * (variance[a] + variance[a + 1]))
-            motion[a] = row[a], motion[a + 1] = row[a + 1];
-    find_variance(r, harmonics, motion, tones, mean_square, variance);
+            motion[a] = row[a], motion[a + 1] = row[a + 1], more = true;
+    if (more) find_variance(r, harmonics, motion, tones, mean_square, variance);
 }
