@@ -26,16 +26,20 @@ SRC     := $(wildcard src/*/*.c hal/*.c sim/*.c sim/effects/*.c)
 LIB_SRC := $(filter-out src/cli/main.c,$(SRC))
 EFFECTS := $(sort $(basename $(notdir $(wildcard sim/effects/*.c))))
 PAGE    := $(sort $(wildcard src/monitor/page/*))
-LIB_OBJ := $(BUILD)/effect_table.o $(BUILD)/live_page.o $(LIB_SRC:%.c=$(BUILD)/%.o) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(LCM_C:.c=.o)
+# The C++ is first, since it takes longest to compile.
+LIB_OBJ := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard src/lin/*.cpp)) $(BUILD)/effect_table.o $(BUILD)/live_page.o $(LIB_SRC:%.c=$(BUILD)/%.o) $(LCM_C:.c=.o)
 TESTS   := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/test_*.c))
 BENCHES := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/bench/*.c))
 COUNTS  := $(BUILD)/tests/rt/counts.so
 FUZZERS := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 REPLAYS := $(subst /fuzz/fuzz_,/fuzz/replay_,$(FUZZERS))
 # The longest are started first, so that all cores are busy to the end.
-LONGEST := gap can survey pages figures
+LONGEST := can modbus stop faults figures
 SCRIPTS := $(LONGEST:%=tests/scenarios/%.sh) $(filter-out $(LONGEST:%=tests/scenarios/%.sh),$(wildcard tests/scenarios/*.sh))
-LONG    := $(addprefix tests/long/,$(addsuffix .sh,rig extremes axis oscillation))
+# The long tier, with MORE_CASES: the C tests and scenarios that have long cases, and tests/long/; the longest first.
+LONG    := $(patsubst %.c,$(BUILD)/%,$(shell grep -lE 'long_case\(\)|more_cases\(\)' tests/test_*.c)) \
+	$(shell grep -l MORE_CASES tests/scenarios/*.sh) $(wildcard tests/long/*.sh)
+FIRST   := tests/long/rig.sh $(addprefix $(BUILD)/tests/test_,extremes axis oscillation)
 # The fast tier: these scenarios, and the C tests without their slow cases (slow_case in tests/support.h). T=MODULE: what holds that one.
 QUICK   := $(addprefix tests/scenarios/,modules.sh print_config.sh)
 CHECKED := $(if $(T),$(or $(shell BUILD=$(BUILD) tests/of_module $(T)),$(error T=$(T): no module of src/, hal/ or sim/ and no test has this name)),$(QUICK) $(TESTS))
@@ -59,15 +63,15 @@ run: $(BUILD)/hexid ## run the simulated platform in real time: six tests, the i
 	@mkdir -p runs
 	$(BUILD)/hexid run --log runs/$$(date +%Y-%m-%d_%H-%M-%S).lcm $(ARGS)
 
-test: $(TESTS) $(REPLAYS) $(BENCHES) $(COUNTS) $(BUILD)/hexid $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
+test: $(BUILD)/hexid $(TESTS) $(REPLAYS) $(COUNTS) $(VENV)/ready ## run all tests; the last line is "N passed, N failed"
 	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what takes minutes: make test-long; what is claimed about the wall clock: make test-rt" \
 		tests/run $(SCRIPTS) $(TESTS)
 
 check: $(filter $(BUILD)/%,$(CHECKED)) $(if $(filter %.sh,$(CHECKED)),$(BUILD)/hexid $(VENV)/ready) ## the fast tier, half a minute of processor time; T=gap: the tests of src/gap/gap.c alone
 	@CHECK=1 BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="all else: make test" tests/run $(CHECKED)
 
-test-long: $(BUILD)/hexid $(addprefix $(BUILD)/tests/test_,axis extremes gap loop_check loop_tune method_c oscillation) $(BUILD)/tests/rig/rig $(BUILD)/tests/ident/venv/ready $(VENV)/ready | deps-deb ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the spread over 30 seeds, the rig by other means, the package in a fresh root
-	@BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(LONG) $(filter-out $(LONG),$(wildcard tests/long/*.sh))
+test-long: $(BUILD)/hexid $(filter $(BUILD)/%,$(LONG)) $(BUILD)/tests/rig/rig $(BUILD)/tests/ident/venv/ready $(VENV)/ready | deps-deb ## what takes minutes: whole runs and faults on the field buses, the hidden cases of score.py, all motions of one axis, the spread over 30 seeds, the rig by other means, the package in a fresh root
+	@MORE_CASES=1 BUILD=$(BUILD) VENV=$(VENV) NOT_RUN="what is claimed about the wall clock: make test-rt" tests/run $(FIRST) $(filter-out $(FIRST),$(LONG))
 
 test-rt: $(BUILD)/hexid $(VENV)/ready | deps-bench ## what is claimed about the wall clock: the field buses at a real 2 ms, latencies beside cyclictest; on a quiet machine
 	@BUILD=$(BUILD) VENV=$(VENV) CLOCK=real JOBS=1 tests/run $(addprefix tests/scenarios/,can.sh modbus.sh signals.sh stop.sh) $(wildcard tests/rt/*.sh)
@@ -102,13 +106,13 @@ test-rt-kernel: $(BUILD)/hexid | deps-rt-kernel ## hexid on Debian's PREEMPT_RT 
 	@BUILD=$(BUILD) VENV=$(VENV) tests/run tests/rt/kernel/kernel.sh
 
 asan: ## the same programs under AddressSanitizer and UndefinedBehaviorSanitizer
-	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) BENCHES= SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \
+	@$(MAKE) --no-print-directory BUILD=$(BUILD)/asan VENV=$(VENV) SCRIPTS="$(filter-out $(OF_NUMBERS),$(SCRIPTS))" \
 		SAN="-fsanitize=address,undefined -fno-sanitize-recover=all" test
 
 # Disables address space randomisation if allowed: ThreadSanitizer refuses the layouts of newer kernels.
 tsan: ## what has threads, under ThreadSanitizer
 	@$$(setarch -R true 2>/dev/null && echo setarch -R) $(MAKE) --no-print-directory BUILD=$(BUILD)/tsan VENV=$(VENV) \
-		BENCHES= REPLAYS= SCRIPTS="$(WITH_THREADS)" TESTS="$(THREADED:%=$(BUILD)/tsan/%)" SAN=-fsanitize=thread test
+		REPLAYS= SCRIPTS="$(WITH_THREADS)" TESTS="$(THREADED:%=$(BUILD)/tsan/%)" SAN=-fsanitize=thread test
 
 # Excludes -fsanitize=function, whose runtime is in the C++ driver's library, while C links here.
 fuzz: | deps-fuzz ## every fuzzer of tests/fuzz/ for a minute (FUZZ_S=60 seconds)

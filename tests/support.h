@@ -94,12 +94,22 @@ static inline double distance(const double *a, const double *b, int count) {
         skip();                                  \
     } while (0)
 
-/* True in the fast tier, which leaves slow cases out (`make check`). */
+/* True in the fast tier (`make check`). */
 static inline bool quick(void) { return getenv("CHECK") != NULL; }
 
-/* Starts a case that takes more than a third of a second of processor time; `make check`
- * skips it. */
-#define slow_case()                                                        \
+/* True in the long tier (`make test-long`). */
+static inline bool more_cases(void) { return getenv("MORE_CASES") != NULL; }
+
+/* Starts a case that takes more than a third of a second of processor time; only `make test` runs
+ * it. */
+#define slow_case()                                                                      \
+    do {                                                                                 \
+        if (quick() || more_cases()) skip_because("slow cases, left to make test"); \
+    } while (0)
+
+/* Starts a case that repeats a claim for the members of a list; `make test` takes a few of them,
+ * and `make test-long`, where more_cases() is true, takes all. */
+#define slow_sweep()                                                       \
     do {                                                                   \
         if (quick()) skip_because("slow cases, left to make test"); \
     } while (0)
@@ -107,11 +117,11 @@ static inline bool quick(void) { return getenv("CHECK") != NULL; }
 /* Returns the number of random cases: all of them under `make test`, a fifth under `make check`. */
 static inline int random_cases(int all) { return quick() ? all / 5 : all; }
 
-/* First line of a case that takes half a minute, or some seconds although another case of its kind
- * runs. `make test` skips it, and `make test-long` runs it. */
-#define long_case()                                                             \
-    do {                                                                        \
-        if (!getenv("MORE_CASES")) skip_because("left to make test-long"); \
+/* Starts a case that takes seconds although another case runs the same code; only `make test-long`
+ * runs it. */
+#define long_case()                                                       \
+    do {                                                                  \
+        if (!more_cases()) skip_because("long cases, left to make test-long"); \
     } while (0)
 
 /* Sanitizers bring their own allocator, locks and system calls and are ten times slower. Searches

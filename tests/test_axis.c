@@ -224,15 +224,15 @@ static void try_all(int count, bool electric, int seeds) {
 
 static void what_a_cylinder_hides_is_named_and_nothing_else(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
-    try_all(DEAD_BAND + 1, false, getenv("MORE_CASES") ? 2 : 1);
+    try_all(DEAD_BAND + 1, false, more_cases() ? 2 : 1);
 }
 
 static void what_an_electric_axis_hides_is_named_by_its_force_alone(void **unused) {
     (void)unused;
-    slow_case();
-    try_all(MECHANICAL, true, getenv("MORE_CASES") ? 3 : 1);
+    slow_sweep();
+    try_all(MECHANICAL, true, more_cases() ? 3 : 1);
 }
 
 static void try_in(enum motion motion, int i, bool electric, int seed) {
@@ -244,16 +244,16 @@ static void try_in(enum motion motion, int i, bool electric, int seed) {
     assert_named(&one, &g);
 }
 
-/* Covers motions at several rates: a third of the cases here, all in `make test-long`. Seals in
+/* Covers motions at several rates: a sixth of the cases here, all in `make test-long`. Seals in
  * steps are left out, because near a step the fitted series rings at 5 kHz by more than the noise,
  * and the computed deflection of the seals with it. */
 static void what_is_hidden_is_named_in_any_motion(void **unused) {
     (void)unused;
-    slow_case();
-    bool all = getenv("MORE_CASES");
+    slow_sweep();
+    bool all = more_cases();
     for (int motion = TRIANGLE; motion < MOTIONS; motion++)
         for (int i = 0; i < (SANITIZED ? 2 : MECHANICAL); i++)
-            if ((all || (motion + i) % 3 == 1) && !(motion == STEPS && i == SEAL)) try_in((enum motion)motion, i, true, motion);
+            if ((all || (motion + i) % 6 == 1) && !(motion == STEPS && i == SEAL)) try_in((enum motion)motion, i, true, motion);
 }
 
 /* Cases with two pressures take ten times as long. The corners of a triangle are sharper than the
@@ -261,11 +261,11 @@ static void what_is_hidden_is_named_in_any_motion(void **unused) {
  * band in point-to-point motion comes with a zero error of the pressure sensors. */
 static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     static const int shows[] = {NOTHING, FRICTION, VISCOUS, LEAKS, LOAD, SPRING};
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     try_in(TRIANGLE, DEAD_BAND, false, 11);
-    if (!getenv("MORE_CASES")) return;
+    if (!more_cases()) return;
     try_in(TRIANGLE, NOTHING, false, 11);
     try_in(MULTISINE, DEAD_BAND, false, 1);
     for (int motion = TRIANGLE; motion < MOTIONS; motion++)
@@ -276,9 +276,9 @@ static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
  * frequency. */
 static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     static const enum motion motions[] = {TRIANGLE, CHIRP, STEPS, MULTISINE, RESTS};
-    size_t step = SANITIZED ? 5 : getenv("MORE_CASES") ? 1 : 3;
+    size_t step = SANITIZED ? 5 : more_cases() ? 1 : 3;
     static struct gap_result g;
     for (size_t i = 0; i < sizeof motions / sizeof *motions; i += step) {
         struct rig rig = {RIG, .electric = true, .motion = motions[i], .force_lag_s = 8e-4};
@@ -316,13 +316,13 @@ static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void *
  * friction is still named; by three fifths, it is named together with a remainder. */
 static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static const enum motion motions[] = {SINE, TRIANGLE, CHIRP, POINT_TO_POINT, MULTISINE, RESTS};
     static struct gap_result g;
     struct rig rig = rigs[FRICTION];
     rig.electric = true, rig.coulomb_extend_n = rig.coulomb_retract_n = 300.0;
-    for (size_t i = 0; i < (getenv("MORE_CASES") ? sizeof motions / sizeof *motions : 2); i++) {
+    for (size_t i = 0; i < (more_cases() ? sizeof motions / sizeof *motions : 1); i++) {
         rig.motion = motions[i], rig.along_stroke = 0.2;
         solve(&rig, 11, &g);
         describe(&rig, 11, &g);
@@ -389,11 +389,11 @@ static const struct gap_effect *found(const struct gap_result *g, const char *na
  * an inverted pendulum, and no mass. */
 static void a_spring_of_either_sign_is_found_beside_friction(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static struct gap_result g;
     static const double springs_n_per_m[] = {-8e3, 8e3};
-    for (size_t i = 0; i < 2; i++) {
+    for (size_t i = 0; i < (more_cases() ? 2 : 1); i++) {
         struct rig rig = {RIG, .electric = true, .motion = CHIRP, .coulomb_extend_n = 150.0, .coulomb_retract_n = 150.0};
         rig.spring_n_per_m = springs_n_per_m[i];
         solve(&rig, 21, &g);
@@ -444,12 +444,12 @@ static void write_joint(uint64_t seed) {
  * likely there as one of a kilonewton elsewhere. */
 static void a_small_machine_lacks_a_mass_and_not_a_sensor(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     struct params given = params;
     params.axis.mass_kg = 1.0, params.loop.period_s = 0.01;
     for (int leg = 0; leg < LEGS; leg++) params.actuator.stroke_m[leg] = 3.8, params.hydraulics.viscous_n_s_per_m[leg] = 0.0;
-    for (uint64_t seed = 1; seed < 4; seed++) {
+    for (uint64_t seed = 1; seed <= (more_cases() ? 3 : 1); seed++) {
         struct recording r;
         struct gap_result g;
         struct gap_options options = {.replay = GAP_MOTION, .simulate = true, .threads = 2};
@@ -533,7 +533,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
  * 100 Hz) are left out. */
 static void rows_lost_in_bursts_cost_nothing(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     static const struct {
         enum motion motion;
         bool electric;
@@ -543,7 +543,7 @@ static void rows_lost_in_bursts_cost_nothing(void **unused) {
                  {POINT_TO_POINT, true, 100.0, 0.03, 14}, {CHIRP, false, 1000.0, 0.01, 12}, {MULTISINE, false, 1000.0, 0.01, 12}};
     static const size_t electric = 4, all = sizeof cases / sizeof *cases;
     static struct gap_result g;
-    for (size_t i = 0; i < (SANITIZED ? 1 : getenv("MORE_CASES") ? all : electric); i++) {
+    for (size_t i = 0; i < (SANITIZED ? 1 : more_cases() ? all : electric); i++) {
         struct rig one = variant(FRICTION, cases[i].electric, cases[i].seed);
         one.motion = cases[i].motion, one.rate_hz = cases[i].rate_hz, one.lost_share = cases[i].share;
         solve(&one, (uint64_t)cases[i].seed, &g);

@@ -1,5 +1,5 @@
-/* The closed loop predicted from the configuration alone against the nonlinear machine. With the
- * argument "all", on both engines and at every fifth of a decade. */
+/* The closed loop predicted from the configuration alone against the nonlinear machine;
+ * in `make test-long` on both engines and at every fifth of a decade. */
 #include "support.h"
 
 #include <stdio.h>
@@ -59,7 +59,7 @@ static bool set_gain(struct params *p, int i, double decades) {
  * gains shake the platform; accepted ones, and the proposed replacement, hold it. */
 static void just_the_gains_that_shake_the_machine_are_refused(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     int table[2][2] = {{0}};
     double step = all ? 0.2 : 1.0;
@@ -351,8 +351,8 @@ static void a_delay_beyond_the_laws_horizon_is_a_failure(void **unused) {
     json_decref(f.data);
 }
 
-int main(int argc, char **argv) {
-    all = argc > 1 && !strcmp(argv[1], "all");
+int main(void) {
+    all = more_cases();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_shipped_machines_are_damped_and_warned_of_nothing),
         cmocka_unit_test(just_the_gains_that_shake_the_machine_are_refused),

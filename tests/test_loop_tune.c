@@ -132,8 +132,8 @@ static int file_count;
 
 static void measured_margins_are_the_predicted_ones(void **unused) {
     (void)unused;
-    slow_case();
-    for (int i = 0; i < (SANITIZED ? 1 : MACHINES) && !file_count; i++) compare(machines[i]);
+    slow_sweep();
+    for (int i = 0; i < (more_cases() ? MACHINES : 1) && !file_count; i++) compare(machines[i]);
     for (int i = 0; i < file_count; i++) compare(files[i]);
 }
 
@@ -234,9 +234,9 @@ static void tuned_gains_reach_what_is_wanted(void **unused) {
 /* Gains of the modes do not spend the delay that the loop bears without them. */
 static void faster_modes_leave_half_of_the_delay(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     static const double wanted[MACHINES] = {0.0, 0.4, 1.0};
-    for (int i = 0; i < (SANITIZED ? 2 : MACHINES); i++) {
+    for (int i = 0; i < (more_cases() ? MACHINES : 2); i++) {
         struct params p = load(machines[i], NULL);
         struct loop_standing with, without;
         struct error error;
@@ -267,7 +267,7 @@ static void a_heavy_platform_with_the_default_gains_gets_its_own(void **unused) 
 /* Slow valves or air in the oil limit a loop, and a bus's delay lowers its gains. */
 static void what_limits_a_loop_is_named(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     static const struct {
         const char *setting;
         enum loop_part limit;
@@ -275,7 +275,7 @@ static void what_limits_a_loop_is_named(void **unused) {
     struct params p;
     struct loop_tune t;
     struct error error;
-    for (int i = 0; i < (SANITIZED ? 1 : 2); i++) {
+    for (int i = 0; i < (more_cases() ? 2 : 1); i++) {
         p = load(NULL, cases[i].setting);
         assert_int_equal(loop_tune(&p, false, true, &t, &error), STATUS_OK);
         assert_false(t.reached);

@@ -126,7 +126,7 @@ static void expect_right(const struct world *w) {
 /* A loop couples its axes by up to 40 %, or by 20 % if it moves only some of them. */
 static void a_drawing_that_is_right_is_not_refuted(void **unused) {
     (void)unused;
-    for (int i = 0; i < random_cases(300); i++) {
+    for (int i = 0; i < (more_cases() ? 300 : random_cases(100)); i++) {
         struct world w = world_of(0.1 * (1 + i % 4));
         expect_right(&w);
         w = world_of(0.2);
