@@ -4,7 +4,7 @@
 . tests/scenarios/lib
 
 run() { # NAME SEED [OPTION ...]
-    "$hexid" run --fast --seed "$2" --set sim.engine=closed_form --set lcm.url= --log "$work/$1.lcm" "${@:3}" >"$work/said" 2>&1 || [ $? = 1 ]
+    "$hexid" run --fast --seed "$2" --set sim.engine=closed_form --set lcm.url= --set tests.settle_s=0.5 --log "$work/$1.lcm" "${@:3}" >"$work/said" 2>&1 || [ $? = 1 ]
 }
 identify() { # RESULT OPTION ...
     "$hexid" identify "${@:2}" --json "$work/$1.json" >"$work/said" 2>&1 || [ $? = 1 ]

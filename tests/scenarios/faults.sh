@@ -74,5 +74,3 @@ if [ -n "${MORE_CASES:-}" ]; then # make test-long
 fi
 claim "every listed fault is detected in time or harmless, and never identified wrongly in silence" listed
 grep '^|' "$work/claim.out" | sed 's/^/# /' # the table
-skip_under 'asan|tsan' "faults of any kind, size and time" "the same code, ten times slower"
-claim "15 faults drawn from all kinds, sizes and times: the same" drawn 15

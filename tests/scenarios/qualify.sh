@@ -21,6 +21,11 @@ claim "a platform that hangs is refused" refuses 2 "not run geometry.height_m ha
 claim "a machine that is blind for too long is refused" \
     refuses 2 "not run limits.blind_time_s" "$hexid" run --fast "${exact[@]}" --qualify --set limits.blind_time_s=0.01
 claim "a ramp that is a blow is refused" refuses 2 "not run tests.ramp_s" "$hexid" run --fast "${exact[@]}" --qualify --set tests.ramp_s=0.001
+quick --tests x --log "$work/sines.lcm" >/dev/null 2>&1
+claim "a log of another motion is refused" refuses 2 "its motion is none of run --qualify" "$hexid" qualify "$work/sines.lcm"
+claim "a machine of one axis is refused" refuses 2 "mechanism" "$hexid" run --fast -c config/axis.yaml --qualify
+claim "another motion beside it is refused" refuses 2 "--qualify --survey" "$hexid" run --fast --qualify --survey
+[ -n "${MORE_CASES:-}" ] || exit 0 # ten minutes of motion: make test-long
 
 claim "a run of it is an ordinary run, with a verdict of its own and method C's result" \
     eval 'qualified a && grep -q "verdict  *pass" "$work/run.out" && grep -qE "^loop +28[0-9]{4} cycles of 2 ms, 0 overruns" "$work/run.out"'
@@ -58,12 +63,8 @@ claim "against a baseline with a hole nothing passes, and the page is drawn" hol
 view() { [ -n "$(command -v chromium)" ] || { echo "no chromium"; return 0; }; "$python" tests/scenarios/report_view.py "$work/page.html" "$work"; }
 claim "a browser draws the page, wide and narrow, light and dark" view
 
-quick --tests x --log "$work/sines.lcm" >/dev/null 2>&1
-claim "a log of another motion is refused" refuses 2 "its motion is none of run --qualify" "$hexid" qualify "$work/sines.lcm"
 claim "a baseline that is none is refused" refuses 2 "not a result of" "$hexid" qualify "$work/a.lcm" --baseline tests/scenarios/qualify.py
 claim "--json does not overwrite the baseline" \
     refuses 2 "--json baseline another" "$hexid" qualify "$work/a.lcm" --baseline "$work/a.json" --json "$work/a.json"
-claim "a machine of one axis is refused" refuses 2 "mechanism" "$hexid" run --fast -c config/axis.yaml --qualify
-claim "another motion beside it is refused" refuses 2 "--qualify --survey" "$hexid" run --fast --qualify --survey
 cut() { head -c 60000000 "$work/a.lcm" >"$work/cut.lcm" && "$hexid" qualify "$work/cut.lcm" >"$work/out" 2>&1; [ $? = 2 ] && says 'samples of the motion are missing'; }
 claim "a log that ends early is refused" cut

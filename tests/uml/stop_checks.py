@@ -27,10 +27,10 @@ def stalled_ms(since_us):
     return 0
 
 
-def claim(text, tries=3, signals=False):
-    """Runs the check it decorates. `make test-long` runs those over signals alone, with all of them."""
+def claim(text, tries=3, sweep=False, long=False):
+    """Runs the check it decorates. `make test-long` runs the long ones, and those that sweep over signals, with all of them."""
     def run(check):
-        if MORE and not signals:
+        if not (sweep or long == MORE):
             return
         for _ in range(tries):
             since = now_us()
@@ -191,7 +191,7 @@ if not MORE:  # the terminal's, the system's, one of the kernel's, one for the k
     STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP, signal.SIGRTMAX]
 
 
-@claim("every signal that would end or stop a process parks the platform instead", signals=True)
+@claim("every signal that would end or stop a process parks the platform instead", sweep=True)
 def _():
     worst = max(stopped_by(Run(), number) for number in STOPS)
     return f"{len(STOPS)} signals, {worst:.0f} ms at most"
@@ -384,7 +384,7 @@ def flood_sockets(packets, stop, per_ms=10):
         time.sleep(0.001)
 
 
-@claim("10,000 packets a second beside 200 idle connections, requests and garbage among them: park acts")
+@claim("10,000 packets a second beside 200 idle connections, requests and garbage among them: park acts", long=True)
 def _():
     run, stop, dice = Run("--set", "lcm.commands=true"), threading.Event(), random.Random(3)
     idle = [connection() for _ in range(200)]
@@ -575,7 +575,7 @@ def last_commands(dump, since_us):
     return last
 
 
-@claim("a crash centres the valves before the process ends, and before any watchdog must", signals=True)
+@claim("a crash centres the valves before the process ends, and before any watchdog must", sweep=True)
 def _():
     worst = 0.0
     for number in ERRORS:
