@@ -109,12 +109,12 @@ late() {
         log_is_whole && put_down
 }
 
-# The interrupted phase takes a minute of the run's time, so that the signal comes within it. Parking, the last phase, takes five minutes of
-# the run's, two or three seconds of this machine's.
+# The interrupted phase takes a minute of the run's time, so that the signal comes within it. Parking, the last phase, takes two minutes of
+# the run's, about a second of this machine's.
 claim "SIGINT while engaging: parked, log closed, not evaluated" parks INT engaging motion.engage_s=60
 claim "SIGINT at neutral: parked, log closed, not evaluated" parks INT ready motion.hold_s=60
 claim "SIGINT in a test: parked, log closed, not evaluated" parks INT 'test 1/6' tests.duration_s=60
-claim "SIGINT while parking: parked, log closed, not evaluated" parks INT parking motion.park_s=300
+claim "SIGINT while parking: parked, log closed, not evaluated" parks INT parking motion.park_s=120
 claim "SIGTERM in a test: the same" parks TERM 'test 1/6' tests.duration_s=60
 claim "SIGHUP in a test, the terminal is gone: the same" parks HUP 'test 1/6' tests.duration_s=60
 outlives() { local under=(nohup); ends 0 interrupt_at HUP 'test 1/6' && log_is_whole && put_down; }
