@@ -8,6 +8,7 @@
 #include "basis_sizes.h"
 #include "dense.h"
 #include "numeric.h"
+#include "skews.h"
 
 static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basis function's
                                       * coefficient */
@@ -47,6 +48,7 @@ void equations_add(struct equations *sum, const struct equations *e) {
         for (int d = 0; d <= c; d++) sum->product[c][d] += e->product[c][d];
         sum->attenuation[c] += e->attenuation[c];
     }
+    skews_join(sum, e);
     sum->cycles = sum->free ? fmin(sum->cycles, e->cycles) : e->cycles;
     sum->rest += e->rest;
     sum->free += e->free;
@@ -94,18 +96,50 @@ static void hold_scales(const struct equations *e, double factor[UNKNOWNS][UNKNO
     }
 }
 
-static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double factor[UNKNOWNS][UNKNOWNS]) {
-    double size[BASIS_SIZE];
-    memcpy(factor, e->product, sizeof e->product);
+/* Adds the priors of all unknowns but the basis functions to X' W X. */
+static void add_priors(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double sum[UNKNOWNS][UNKNOWNS]) {
+    memcpy(sum, e->product, sizeof e->product);
     for (int c = 0; c < MATRIX_ENTRIES; c++)
-        for (int d = 0; d <= c; d++) factor[c][d] += matrix[c][d];
-    for (int c = MATRIX_ENTRIES; c < UNKNOWN_SPRING; c++) factor[c][c] *= 1.0 + OF_NO_WEIGHT;
-    for (int i = 0; i < DOFS; i++) factor[UNKNOWN_SPRING + i][UNKNOWN_SPRING + i] += inverse_variance(e->spring[i]);
-    for (int i = 0; i < SYSTEMATICS; i++) factor[UNKNOWN_SYSTEMATIC + i][UNKNOWN_SYSTEMATIC + i] += inverse_variance(e->systematic[i]);
-    hold_scales(e, factor);
-    if (!basis_sizes_find(e, factor, size)) return false;
+        for (int d = 0; d <= c; d++) sum[c][d] += matrix[c][d];
+    for (int c = MATRIX_ENTRIES; c < UNKNOWN_SPRING; c++) sum[c][c] *= 1.0 + OF_NO_WEIGHT;
+    for (int i = 0; i < DOFS; i++) sum[UNKNOWN_SPRING + i][UNKNOWN_SPRING + i] += inverse_variance(e->spring[i]);
+    for (int i = 0; i < SYSTEMATICS; i++) sum[UNKNOWN_SYSTEMATIC + i][UNKNOWN_SYSTEMATIC + i] += inverse_variance(e->systematic[i]);
+    hold_scales(e, sum);
+}
+
+/* Adds the basis functions' prior and factors. */
+static bool factor_basis(const struct equations *e, const double size[BASIS_SIZE], double factor[UNKNOWNS][UNKNOWNS]) {
     for (int c = UNKNOWN_BASIS; c < UNKNOWNS; c++) factor[c][c] += 1.0 / equations_basis_variance(e, c - UNKNOWN_BASIS, size);
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
+}
+
+/* Finds the size of the departures of the tests' skews; 0 if there are none. The basis functions
+ * keep the sizes that they have beside the largest departures. own: workspace. */
+static bool find_skew_size(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct equations *own,
+                           double factor[UNKNOWNS][UNKNOWNS], double *skew_size_s) {
+    double size[BASIS_SIZE];
+    *skew_size_s = 0.0;
+    if (!e->skews || !(e->skew_test_s > 0.0)) return true;
+    *own = *e;
+    skews_eliminate(own, e->skew_test_s);
+    add_priors(own, matrix, factor);
+    if (!basis_sizes_find(own, factor, size)) return false;
+    add_priors(e, matrix, factor);
+    if (!factor_basis(e, size, factor)) return false;
+    *skew_size_s = skews_size(e, factor);
+    return true;
+}
+
+/* Eliminates the departures of the tests' skews, and factors what is left with all priors. own: the
+ * equations without the departures. */
+static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct equations *own,
+                              double factor[UNKNOWNS][UNKNOWNS], double *skew_size_s) {
+    double size[BASIS_SIZE];
+    if (!find_skew_size(e, matrix, own, factor, skew_size_s)) return false;
+    *own = *e;
+    skews_eliminate(own, *skew_size_s);
+    add_priors(own, matrix, factor);
+    return basis_sizes_find(own, factor, size) && factor_basis(own, size, factor);
 }
 
 static bool values(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS], double value[UNKNOWNS]) {
@@ -116,10 +150,14 @@ static bool values(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS],
     return finite;
 }
 
-bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS]) {
-    double (*factor)[UNKNOWNS] = malloc(sizeof e->product);
-    bool ok = factor && factor_with_prior(e, matrix, factor) && values(e, factor, value);
+bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS],
+                      double departure[SKEW_TESTS]) {
+    double (*factor)[UNKNOWNS] = malloc(sizeof e->product), skew_size_s;
+    struct equations *own = malloc(sizeof *own);
+    bool ok = factor && own && factor_with_prior(e, matrix, own, factor, &skew_size_s) && values(own, factor, value);
+    if (ok) skews_departures(e, skew_size_s, value, departure);
     free(factor);
+    free(own);
     return ok;
 }
 
@@ -169,8 +207,9 @@ static void clear_absent(const struct equations *e, struct estimate *estimate) {
 bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate) {
     double (*factor)[UNKNOWNS] = malloc(sizeof e->product), root[MATRIX_ENTRIES][MATRIX_ENTRIES], solved[UNKNOWNS];
     memcpy(root, matrix, sizeof root);
-    bool ok = factor && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) && factor_with_prior(e, matrix, factor) &&
-              values(e, factor, estimate->value);
+    struct equations *own = malloc(sizeof *own);
+    bool ok = factor && own && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) &&
+              factor_with_prior(e, matrix, own, factor, &estimate->skew_test_s) && values(own, factor, estimate->value);
     for (int c = 0; c < UNKNOWN_BASIS && ok; c++) {
         memset(solved, 0, sizeof solved);
         solved[c] = 1.0;
@@ -179,9 +218,10 @@ bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MA
     }
     if (ok) {
         clear_absent(e, estimate);
-        split(e, root, factor, estimate);
+        split(own, root, factor, estimate);
     }
     free(factor);
+    free(own);
     return ok;
 }
 

@@ -7,9 +7,10 @@
  * (systematic.h).
  *
  * The covariance of an estimate has two parts. Noise is independent from log to log and averages
- * out. Errors that all logs of a machine share do not: the systematic errors and the errors of the
- * legs' masses, as far as the data do not determine them, and attenuation (Fuller 1987 section
- * 1.1). Attenuation arises because the noise of the accelerations is on both sides of the
+ * out; the departures of single tests' skews (skews.h) are counted with it. Errors that all logs of
+ * a machine share do not: the systematic errors and the errors of the legs' masses, as far as the
+ * data do not determine them, and attenuation (Fuller 1987 section 1.1). Attenuation arises because
+ * the noise of the accelerations is on both sides of the
  * equations: an axis that moves only within this noise seems to have no mass, so the entries are
  * biased towards zero. Ordinary threads; heap. */
 #ifndef HEXID_EQUATIONS_H
@@ -49,6 +50,13 @@ enum {
     COMMON = COMMON_CALIBRATION + CALIBRATIONS
 };
 
+/* Greatest number of tests whose skews are kept apart (skews.h). */
+enum { SKEW_TESTS = 48 };
+/* A test's part of the normal equation of the common skew. */
+struct test_skew {
+    double product[UNKNOWNS], with;
+};
+
 struct equations {
     /* X' W X, lower triangle. W is the rows' inverse covariance, divided by scatter^2 if the rows
      * scatter by more than their noise. */
@@ -60,6 +68,11 @@ struct equations {
     double attenuation[UNKNOWNS];
     double systematic[SYSTEMATICS];     /* prior standard deviation of each systematic error; 0:
                                          * there is no such error */
+    /* Tests whose skews depart from the common one, and the largest standard deviation of such a
+     * departure, s; 0: all tests share one skew. `product` and `with` hold no departures. */
+    struct test_skew skew[SKEW_TESTS];
+    int skews;
+    double skew_test_s;
     /* Sum of squared residuals, weighted by W before its division by scatter^2. */
     double rest;
     /* Degrees of freedom of `rest`: number of rows less number of unknowns. Systematic errors and
@@ -93,6 +106,7 @@ struct estimate {
     double noise[UNKNOWN_BASIS][UNKNOWN_BASIS];  /* covariance by noise, without basis functions */
     double common[COMMON][UNKNOWN_BASIS];        /* change of `value` by each shared error of one
                                                   * standard deviation */
+    double skew_test_s; /* standard deviation of the tests' skews about the common one, as found */
     double surprise[CALIBRATIONS]; /* reading of each calibration less the reading predicted from
                                     * motion and priors, in standard deviations of the difference;
                                     * 0: there was no reading */
@@ -118,9 +132,11 @@ double equations_basis_variance(const struct equations *e, int i, const double s
 /* Adds the equations of another log of the same machine and configuration. */
 void equations_add(struct equations *sum, const struct equations *e);
 
-/* Solves for the values alone. matrix: inverse covariance of the matrix entries' prior. Returns
- * false if some unknown occurs in no row, a value is not finite, or memory is short. */
-bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS]);
+/* Solves for the values alone, and for how far the skew of each test departs from the common one,
+ * s. matrix: inverse covariance of the matrix entries' prior. Returns false if some unknown occurs
+ * in no row, a value is not finite, or memory is short. */
+bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS],
+                      double departure[SKEW_TESTS]);
 
 /* Solves for the values and their covariance. matrix, result: as equations_values(). */
 bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate);

@@ -11,6 +11,7 @@
 #include "numeric.h"
 #include "params.h"
 #include "series.h"
+#include "skews.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -75,6 +76,7 @@ struct work {
     double leg_mass[LEGS][LEGS], prior[MATRIX_ENTRIES][MATRIX_ENTRIES];
     double along[DOFS][LEGS];                          /* leg forces of unit wrenches at neutral */
     double x[UNKNOWNS];
+    double departure[SKEW_TESTS]; /* departures of the tests' skews from the common one, s */
     double more[DOFS][DOFS];     /* the entries of x as a matrix */
 };
 
@@ -91,6 +93,22 @@ static void suspect_init(const struct work *w, const double error[SYSTEMATICS], 
     s->machine = *w->params;
     systematic_joints(error, &s->machine);
     systematic_undo(&w->cylinder, error, &w->data.test[test], &s->series);
+}
+
+/* Returns the place of a test's skew among those of equations. */
+static int skew_of(const struct work *w, int test) {
+    int place = 0;
+    for (int i = 1; i <= test; i++) place += w->data.test[i].of != w->data.test[i - 1].of;
+    return place < SKEW_TESTS ? place : SKEW_TESTS - 1;
+}
+
+/* Fills w->found for a test: the machine with the errors as found so far, and the test's own
+ * skew. */
+static void suspect_found(struct work *w, int test) {
+    double error[SYSTEMATICS];
+    memcpy(error, w->x + SYSTEMATIC, sizeof error);
+    error[SYSTEMATIC_SKEW] += w->departure[skew_of(w, test)];
+    suspect_init(w, error, test, &w->found);
 }
 
 /* Computes the motion of the legs at a phase: length, rate and acceleration of each. */
@@ -470,31 +488,37 @@ static void find_rest(struct work *w) {
     w->sum->rest = w->square, w->sum->free = w->count - entries - (UNKNOWN_SPRING - MATRIX_ENTRIES);
     for (int i = 0; i < DOFS; i++) w->sum->free -= w->sum->spring[i] > 0.0;
     for (int c = 0; c < UNKNOWNS; c++) w->sum->rest -= w->x[c] * w->sum->with[c];
+    for (int t = 0; t < w->sum->skews; t++) w->sum->rest -= w->departure[t] * w->sum->skew[t].with;
 }
 
 /* Makes the equations of a pass. The first pass finds the size of friction and a matrix, with
  * sensors and drawing as configured; each later one is linearised about the errors found before. */
 static int pass(struct work *w, int number, struct error *error) {
     const struct tolerance_params *tolerance = &w->params->model.tolerance;
+    struct test_skew before;
     *w->sum = (struct equations){0};
     for (int i = 0; i < DOFS; i++) w->sum->spring[i] = i < 3 ? tolerance->springs_n_per_m : tolerance->springs_nm_per_rad;
     systematic_priors(w->params, w->data.tests && w->data.test[0].pressures, w->sum->systematic);
+    w->sum->skew_test_s = w->sum->systematic[SYSTEMATIC_SKEW] > 0.0 ? tolerance->skew_test_s : 0.0;
     w->square = 0.0, w->count = 0;
     expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {
         const struct residual_test *t = &w->data.test[i];
-        suspect_init(w, w->x + SYSTEMATIC, i, &w->found);
+        bool first = i == 0 || t->of != t[-1].of, last = i + 1 == w->data.tests || t->of != t[1].of;
+        if (first) before = skews_now(w->sum);
+        suspect_found(w, i);
         if (!fill_columns(w, i)) return error_set(error, STATUS_USAGE, no_pose);
         if (number > 0 && !fill_systematic(w, i)) return error_set(error, STATUS_USAGE, no_such_machine);
         fill_covariance(w, i);
         if (!accumulate(w)) return error_set(error, STATUS_USAGE, "method C: a force that is constant, or no number");
         if (number == 0) continue;
+        if (last && w->sum->skew_test_s > 0.0) skews_add(w->sum, &before);
         invert(w);
         add_attenuation(w, t);
         add_repeating(w, t);
     }
     take_attenuation_off(w->sum, w->noise_share);
-    bool solved = equations_values(w->sum, w->prior, w->x);
+    bool solved = equations_values(w->sum, w->prior, w->x, w->departure);
     for (int c = 0; c < ENTRIES; c++) {
         int i, j;
         equations_entry(c, &i, &j);
@@ -512,6 +536,10 @@ static void weigh_scatter(struct equations *e) {
         for (int d = 0; d <= c; d++) e->product[c][d] *= weight;
         e->attenuation[c] *= weight;
     }
+    for (int t = 0; t < e->skews; t++) {
+        e->skew[t].with *= weight;
+        for (int c = 0; c < UNKNOWNS; c++) e->skew[t].product[c] *= weight;
+    }
 }
 
 static void find_scales(struct work *w) {
@@ -520,7 +548,7 @@ static void find_scales(struct work *w) {
         const struct residual_test *t = &w->data.test[i];
         double rate[LEGS] = {0}, leg[LEGS][3];
         if (t->spectrum.cycles) w->sum->cycles = fmin(w->sum->cycles, t->spectrum.cycles);
-        suspect_init(w, w->x + SYSTEMATIC, i, &w->found);
+        suspect_found(w, i);
         for (int phase = 0; phase < t->phases; phase++) {
             legs_at(&w->found, t, phase, leg);
             for (int k = 0; k < LEGS; k++) rate[k] += square(leg[k][1]) / t->phases;

@@ -28,8 +28,9 @@
  * course. No friction law is assumed there: the covariance includes the variance of the course.
  * This variance depends on the size of friction, so several passes are made.
  *
- * The systematic errors of sensors and drawing (systematic.h) are unknowns, too, and the payload
- * counts as one rigid body within model.tolerance.rigidity (payload_prior()). Noise that is in the
+ * The systematic errors of sensors and drawing (systematic.h) are unknowns, too; the skew of each
+ * test may depart from that of all (skews.h); and the payload counts as one rigid body within
+ * model.tolerance.rigidity (payload_prior()). Noise that is in the
  * columns as well as in the right-hand side biases the estimate (attenuation); the mean of this
  * bias is subtracted. A standard deviation includes the sensors' noise, enlarged if the rows
  * scatter by more; the systematic errors and the legs' masses, as far as the data do not determine
@@ -79,6 +80,8 @@ struct method_c {
     double spring[DOFS], spring_std[DOFS];       /* springs on the coordinates of the pose, N/m and
                                                   * N m/rad */
     struct systematic_found systematic[SYSTEMATICS];
+    double skew_test_s;                          /* standard deviation of single tests' skews about
+                                                  * that of all (skews.h) */
     double share[CAUSES][DOFS][DOFS];            /* share of each cause in an entry's variance */
     struct payload payload;
     struct matrix_at_pose at_pose;

@@ -236,6 +236,8 @@ static const struct config_key keys[] = {
     KEY(model.tolerance, length_gain, "0.001", 0.0, 0.1, "-", "of each position sensor's gain, standard deviation"),
     KEY(model.tolerance, length_zero_m, "0.001", 0.0, 0.1, "m", "of each position sensor's zero, standard deviation"),
     KEY(model.tolerance, skew_s, "0.0005", 0.0, 0.1, "s", "of the time between lengths and pressures of one sample, standard deviation"),
+    KEY(model.tolerance, skew_test_s, "0.001", 0.0, 0.1, "s",
+        "how far a test's skew is from that of all tests, the largest standard deviation; method C finds the real one; needs skew_s"),
     KEY(model.tolerance, pressure_lag_s, "0.001", 0.0, 0.1, "s",
         "of the pressure sensors' lag, standard deviation; each leg's own is half of that about the common one"),
     KEY(model.tolerance, pipe_m, "0.3", 0.0, 50.0, "m",

@@ -107,6 +107,7 @@ json_t *report_method_c(const struct method_c *c, const struct common_gain *gain
         found = report_set(found, "springs",
                            json_pack("{so so}", "value", report_vector(c->spring, DOFS), "std", report_vector(c->spring_std, DOFS)));
     found = report_set(found, "systematic", systematic(c));
+    found = report_set(found, "skew_test_s", report_number(c->skew_test_s));
     if (gain->sensors)
         found = report_set(found, "common_gain",
                            json_pack("{ss so si so}", "rests_on", "model.tolerance.pressure_gain", "tolerance",

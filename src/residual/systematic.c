@@ -58,7 +58,7 @@ void systematic_priors(const struct params *params, bool pressures, double std[S
 }
 
 void systematic_exclude(struct tolerance_params *t) {
-    t->pressure_gain = t->length_gain = t->length_zero_m = t->skew_s = t->pressure_lag_s = t->pipe_m = t->joints_m = 0.0;
+    t->pressure_gain = t->length_gain = t->length_zero_m = t->skew_s = t->skew_test_s = t->pressure_lag_s = t->pipe_m = t->joints_m = 0.0;
 }
 
 bool systematic_common(int error) { return error == SYSTEMATIC_SKEW || error == SYSTEMATIC_LAG || error == SYSTEMATIC_PIPE; }

@@ -20,7 +20,7 @@ NO_DRIFT = ["--set", "model.tolerance.pressure_drift_pa=0"]
 
 def drawn(a, seed):
     """Draws the options of a machine, all of whose pressures have an additional gain in common."""
-    options = sensors.draw(a, "all_priors", seed)
+    options = sensors.draw(a, "all_priors", seed)[0]
     for i, text in enumerate(options):
         key, _, values = text.partition("=")
         if key.startswith("pressure_sensor_scale."):

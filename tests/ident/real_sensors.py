@@ -9,7 +9,7 @@ compares the result of `hexid identify` with that machine's own inertia matrix a
 friction within model.tolerance (`rig --tolerance`), its joints within model.tolerance.joints_m and --dry N of dry friction in each leg.
 KEY=VALUE goes to `hexid identify` alone. Recordings in DIR are used again, so a DIR belongs to one --dry. --truth mujoco needs a Python that has
 MuJoCo (`make bench-sensors TRUTH=mujoco`). Environment: HEXID, RIG."""
-import argparse, concurrent.futures, contextlib, functools, json, math, os, random, re, statistics, subprocess, sys, tempfile
+import argparse, concurrent.futures, contextlib, functools, json, math, os, random, re, shutil, statistics, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True # leaves no files in the tree
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -23,6 +23,7 @@ TRUTHS = { # Programs with the same options. The rig's step keeps fundamentals w
     "rig": [os.environ.get("RIG", "build/tests/rig/rig"), "--step", ".5e-3", "--settle", "1"],
     "mujoco": [sys.executable, os.path.join(HERE, "mujoco_machine.py")],
 }
+TESTS = 6
 BORE_M = .020     # of pipes
 NO_PIPE_M = .05   # a shorter pipe is left out, because the rig's step would be below 20 us
 
@@ -49,6 +50,11 @@ def lag(seconds): return {"pressure_sensor_lag.cutoff_hz": [1 / (2 * math.pi * x
 def skew(seconds):
     """Returns the effect of this skew; above zero the lengths are older than the pressures."""
     return {"%s_delay.delay_s" % ("position_sensor" if seconds > 0 else "pressure_sensor"): six(abs(seconds))}
+
+
+def skew_of_tests(r, std_s):
+    """Returns the effects of each test, whose skew is drawn anew for each."""
+    return [skew(r.gauss(0, std_s)) for _ in range(TESTS)]
 
 
 def joints(r, most_m):
@@ -89,6 +95,8 @@ ROWS = { # effects of each row's machine, drawn with r
     "lag_5ms": lambda r, config: lag(six(5e-3)),
     "lengths_1ms_older": lambda r, config: skew(1e-3),
     "pressures_1ms_older": lambda r, config: skew(-1e-3),
+    "skews_of_tests_0.5ms": lambda r, config: skew_of_tests(r, .5e-3),
+    "skews_of_tests_2ms": lambda r, config: skew_of_tests(r, 2e-3),
     "base_15Hz": lambda r, config: base(15),
     "base_10Hz": lambda r, config: base(10),
     "payload_8Hz": lambda r, config: payload(8, config),
@@ -118,22 +126,31 @@ def called(command):
 
 
 def draw(a, row, seed):
-    """Draws the options of the machine, for the recording and for its matrix."""
+    """Draws the options of the machine, for the recording and for its matrix; a list of them where each test has its own."""
     r, config = random.Random("%s %d" % (row, seed)), configured(a.c)
     effects = joints(r, config["model.tolerance.joints_m"])
     effects |= {"cylinder_coulomb_friction.force_%s_n" % way: six(a.dry) for way in ("extend", "retract")}
-    effects |= ROWS[row](r, config)
-    return (["-c", a.c] if a.c else []) + ["--tolerance", str(seed)] + [
-        x for key, values in effects.items() for x in ("--effect", "%s=%s" % (key, ",".join("%.9g" % v for v in values)))]
+    own = ROWS[row](r, config)
+    return [(["-c", a.c] if a.c else []) + ["--tolerance", str(seed)] + [
+        x for key, values in (effects | more).items() for x in ("--effect", "%s=%s" % (key, ",".join("%.9g" % v for v in values)))]
+        for more in (own if isinstance(own, list) else [own])]
+
+
+def record(a, seed, machine, directory):
+    called(TRUTHS[a.truth] + ["-o", directory + "/measured", "--noise", str(seed)] + machine)
 
 
 def recorded(a, row, seed, work):
     """Records the machine, unless it is there; the matrix is written last."""
     if not os.path.exists(work + "/matrix.json"):
         os.makedirs(work, exist_ok=True)
-        machine = draw(a, row, seed)
-        called(TRUTHS[a.truth] + ["-o", work + "/measured", "--noise", str(seed)] + machine)
-        matrix = json.loads(called(TRUTHS[a.truth] + ["--inertia-matrix"] + machine))
+        machines = draw(a, row, seed)
+        record(a, seed, machines[0], work)
+        for test, machine in enumerate(machines[1:], 1): # A machine for each test: all six are recorded, and its own is kept.
+            with tempfile.TemporaryDirectory() as other:
+                record(a, seed, machine, other)
+                shutil.copy("%s/measured/%d.csv" % (other, test), work + "/measured")
+        matrix = json.loads(called(TRUTHS[a.truth] + ["--inertia-matrix"] + machines[0]))
         with open(work + "/matrix.json", "w") as file: json.dump(matrix, file)
     with open(work + "/matrix.json") as file: return json.load(file)
 
