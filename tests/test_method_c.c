@@ -29,6 +29,7 @@ struct rig {
     double load_mu;             /* coefficient of friction under the load (A1 - A2) (P1 + P2) / 2 */
     double pressure_pa[DOFS];   /* pressure of the rod side, per test */
     double error[SYSTEMATICS];  /* systematic errors of the sensors: gains, zeros, skew */
+    double compliance_m_per_n;  /* of each leg between its sensor and its joints */
     double skew_s[DOFS];        /* skew of each test beside the common one */
     uint64_t seed;
 };
@@ -102,6 +103,7 @@ static struct recording_sample sample_at(struct rig *r, int dof, double t_s) {
     for (int k = 0; k < LEGS; k++) {
         double rate = in.leg[k][1], load_m2 = copysign(0.5 * r->load_mu * (a1 - a2), rate), p2_pa = r->pressure_pa[dof];
         force_n[k] += 2000.0 * rate + seal(r, k, in.leg[k][0], rate);
+        older[k][0] += r->compliance_m_per_n * force_n[k];
         double apart_m = older[k][0] - r->kinematics.neutral_length_m[k], p1_pa = (force_n[k] + (a2 + load_m2) * p2_pa) / (a1 - load_m2);
         s.length_m[k] = older[k][0] + r->error[SYSTEMATIC_LENGTH_ZERO + k] + r->error[SYSTEMATIC_LENGTH_GAIN + k] * apart_m +
                         r->noise_m * random_unit(&r->seed);
@@ -306,6 +308,7 @@ static void repeats_shrink_the_noise_and_not_what_they_have_in_common(void **unu
     rig_init(&r, 100.0);
     r.noise_m = 15e-6, r.noise_pa = 2e4;
     r.configured.model.tolerance.rigidity = 100.0, r.configured.model.tolerance.joints_m = 1e-4;
+    r.configured.model.tolerance.compliance_m_per_n = 0.0; /* its prior would differ */
     sum.equations = (struct equations){0};
     for (int i = 0; i < LOGS; i++) {
         find(&r, 0, DOFS, &log);
@@ -642,6 +645,60 @@ static void sensors_within_their_tolerances_are_in_the_stated_deviation(void **u
     assert_true(sqrt(square[0]) > 0.5 && square[1] > 2.0 * square[0]);
 }
 
+/* Legs that give by 50 N/um read a motion that is too large by what the force compresses, the more
+ * the higher the frequency, so two frequencies tell them from a mass. */
+static void legs_that_give_do_not_weigh(void **unused) {
+    (void)unused;
+    slow_case();
+    struct rig r;
+    static struct log log, sum;
+    rig_init(&r, 0.0);
+    r.noise_m = 15e-6, r.noise_pa = 2e4, r.compliance_m_per_n = 2e-8;
+    r.configured.sensors.enabled = true;
+    for (int allowed = 0; allowed < 2; allowed++) {
+        sum.equations = (struct equations){0};
+        r.configured.model.tolerance.compliance_m_per_n = allowed ? r.compliance_m_per_n : 0.0;
+        for (int l = 0; l < 2; l++) {
+            for (int d = 0; d < DOFS; d++) r.configured.tests.hz[d] = l ? 7.0 : 4.0;
+            find(&r, 0, DOFS, &log);
+            equations_add(&sum.equations, &log.equations);
+        }
+        solve(&r, &sum);
+        const struct systematic_found *e = &sum.result.systematic[SYSTEMATIC_COMPLIANCE];
+        print_message("compliance %.3g +- %.2g\n", e->value, e->std);
+        double z = (sum.result.matrix.mt[0][0] - r.nominal[0][0]) / sum.result.matrix.mt_std[0][0];
+        if (!allowed) {
+            assert_true(fabs(z) > 4.0 && e->prior == 0.0);
+            continue;
+        }
+        assert_below(fabs(z), 3.0);
+        assert_close(e->value, r.compliance_m_per_n, 3.0 * e->std);
+        assert_below(e->std, 0.3 * e->prior);
+    }
+}
+
+/* Where legs do not give, the prior of their compliance is narrowed to nearly nothing or to what
+ * chance shows, and the mass is hardly less sure. */
+static void legs_that_do_not_give_cost_little(void **unused) {
+    (void)unused;
+    slow_case();
+    enum { MACHINES = 4 };
+    double more = 0.0;
+    for (int m = 0; m < MACHINES; m++) {
+        struct rig r;
+        rig_init(&r, 50.0);
+        r.seed = 300 + (uint64_t)m;
+        r.configured.sensors.enabled = true, r.noise_m = 15e-6, r.noise_pa = 2e4;
+        struct method_c given = found(&r, DOFS);
+        r.configured.model.tolerance.compliance_m_per_n = 0.0;
+        struct method_c stiff = found(&r, DOFS);
+        assert_below(fabs(given.systematic[SYSTEMATIC_COMPLIANCE].value), 3e-8);
+        more += given.matrix.mt_std[0][0] / stiff.matrix.mt_std[0][0] / MACHINES;
+    }
+    print_message("legs that do not give: mx is less sure by a factor of %.2f on average\n", more);
+    assert_below(more, 1.35);
+}
+
 /* A recorder that is started anew for each test has another skew in each. Taken for one skew, these
  * would be inertia, by viscous friction that lags. */
 static void skews_of_single_tests_are_in_the_stated_deviation(void **unused) {
@@ -768,6 +825,8 @@ int main(void) {
                                        cmocka_unit_test(the_stated_deviation_is_that_of_the_errors),
                                        cmocka_unit_test(joints_within_their_tolerance_are_in_the_stated_deviation),
                                        cmocka_unit_test(sensors_within_their_tolerances_are_in_the_stated_deviation),
+                                       cmocka_unit_test(legs_that_give_do_not_weigh),
+                                       cmocka_unit_test(legs_that_do_not_give_cost_little),
                                        cmocka_unit_test(skews_of_single_tests_are_in_the_stated_deviation),
                                        cmocka_unit_test(a_wrong_gain_is_found),
                                        cmocka_unit_test(a_known_weight_finds_the_gain_that_all_pressures_have_in_common),

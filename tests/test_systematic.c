@@ -45,26 +45,30 @@ static struct world *begin(uint64_t seed) {
 /* Makes the readings. Pressures are read earlier than the lengths of the same sample, by the
  * skew. */
 static void read_all(struct world *w) {
-    double neutral_m, inertance, resistance;
+    double neutral_m, inertance, resistance, piston[SPECTRUM_SIZE];
     for (int k = 0; k < LEGS; k++) {
         const struct cylinder_leg *c = &w->machine.leg[k];
+        /* The piston is farther out than the joint by what the force compresses between them. */
+        for (int a = 0; a < 1 + 2 * HARMONICS; a++) {
+            double push_n = c->a1_m2 * w->p[PORT_A][k][a] - c->a2_m2 * w->p[PORT_B][k][a];
+            piston[a] = w->length[k][a] + w->error[SYSTEMATIC_COMPLIANCE] * push_n;
+        }
         double gain = w->error[SYSTEMATIC_LENGTH_GAIN + k], *length = w->test.spectrum.mean[CHANNEL_LENGTH][k];
         double lag_s = w->error[SYSTEMATIC_LAG] + w->error[SYSTEMATIC_LAG_REST + k];
         neutral_m = w->machine.machine.bodies.neutral_length_m[k];
-        length[0] = w->length[k][0] + w->error[SYSTEMATIC_LENGTH_ZERO + k] + gain * (w->length[k][0] - neutral_m);
-        for (int a = 1; a < 1 + 2 * HARMONICS; a++) length[a] = (1.0 + gain) * w->length[k][a];
+        length[0] = piston[0] + w->error[SYSTEMATIC_LENGTH_ZERO + k] + gain * (piston[0] - neutral_m);
+        for (int a = 1; a < 1 + 2 * HARMONICS; a++) length[a] = (1.0 + gain) * piston[a];
         cylinder_pipe(w->error[SYSTEMATIC_PIPE] + w->error[SYSTEMATIC_PIPE_REST + k], w->params.hydraulics.pipe_bore_m, &inertance,
                       &resistance);
         for (int port = 0; port < PORTS; port++) {
-            double area = port ? -c->a2_m2 : c->a1_m2,
-                   stroke_m = port ? c->length_max_m - w->length[k][0] : w->length[k][0] - c->length_min_m;
+            double area = port ? -c->a2_m2 : c->a1_m2, stroke_m = port ? c->length_max_m - piston[0] : piston[0] - c->length_min_m;
             double volume = c->dead_volume_m3[port] + fabs(area) * stroke_m;
             double scale = 1.0 + w->error[(port ? SYSTEMATIC_P2_GAIN : SYSTEMATIC_P1_GAIN) + k];
             double *reading = w->test.spectrum.mean[port ? CHANNEL_P2 : CHANNEL_P1][k];
             reading[0] = scale * w->p[port][k][0];
             for (int h = 1; h <= HARMONICS; h++) {
                 double complex s = IMAGINARY * (h * OMEGA), pressure = phasor(w->p[port][k], h);
-                double complex flow = s * (area * phasor(w->length[k], h) + volume / c->bulk_modulus_pa * pressure);
+                double complex flow = s * (area * phasor(piston, h) + volume / c->bulk_modulus_pa * pressure);
                 double complex gauge = pressure + (resistance + s * inertance) * flow;
                 set(reading, h, scale * gauge / (1.0 + s * lag_s) * cexp(s * w->error[SYSTEMATIC_SKEW]));
             }

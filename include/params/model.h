@@ -15,6 +15,7 @@ struct tolerance_params {         /* deviations of the model's parameters up to 
                            * sensors.pressure_full_scale_pa */
     double pressure_drift_pa; /* standard deviation of a pressure's zero between logs */
     double pressure_gain, length_gain, length_zero_m, skew_s, pressure_lag_s, pipe_m;
+    double compliance_m_per_n;
     double skew_test_s; /* largest standard deviation of a test's skew about the common one */
     double springs_n_per_m, springs_nm_per_rad; /* largest stiffness of hoses and cables, on x, y, z
                                                  * and on the angles; 0: there are none */

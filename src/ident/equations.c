@@ -14,6 +14,8 @@ static const double LEAST_N = 1e-3;  /* least prior standard deviation of a basi
                                       * coefficient */
 static const double HELD = 1e6;        /* weight of the condition that a scale is zero, as a
                                         * multiple of the weight of its prior */
+static const double RIGID = 1e-3;         /* least prior standard deviation of the compliance, as a
+                                           * share of the stated one */
 static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior without influence, as a share of the
                                            * data's weight */
 
@@ -113,31 +115,49 @@ static bool factor_basis(const struct equations *e, const double size[BASIS_SIZE
     return dense_factor(UNKNOWNS, UNKNOWNS, factor[0]);
 }
 
-/* Finds the size of the departures of the tests' skews; 0 if there are none. The basis functions
- * keep the sizes that they have beside the largest departures. own: workspace. */
-static bool find_skew_size(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct equations *own,
+/* Finds the size of the departures of the tests' skews; 0 if there are none. size: sizes of the
+ * basis functions. */
+static bool find_skew_size(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], const double size[BASIS_SIZE],
                            double factor[UNKNOWNS][UNKNOWNS], double *skew_size_s) {
-    double size[BASIS_SIZE];
-    *skew_size_s = 0.0;
-    if (!e->skews || !(e->skew_test_s > 0.0)) return true;
-    *own = *e;
-    skews_eliminate(own, e->skew_test_s);
-    add_priors(own, matrix, factor);
-    if (!basis_sizes_find(own, factor, size)) return false;
     add_priors(e, matrix, factor);
     if (!factor_basis(e, size, factor)) return false;
     *skew_size_s = skews_size(e, factor);
     return true;
 }
 
-/* Eliminates the departures of the tests' skews, and factors what is left with all priors. own: the
- * equations without the departures. */
+/* Narrows the prior of the compliance to what the data show of it. Without a prior they give the
+ * value c with the variance v; the prior variance at which c is most likely is c^2 - v, or 0 if c
+ * is negative, which no leg's is. A machine whose legs do not give within the noise then pays
+ * nothing for the question, and one whose legs clearly do keeps the stated prior. own: the
+ * equations without the departures of skews. */
+static bool narrow_compliance(struct equations *own, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], const double size[BASIS_SIZE],
+                              double factor[UNKNOWNS][UNKNOWNS]) {
+    enum { COMPLIANCE = UNKNOWN_SYSTEMATIC + SYSTEMATIC_COMPLIANCE };
+    double *prior = &own->systematic[SYSTEMATIC_COMPLIANCE], column[UNKNOWNS] = {0};
+    if (!(*prior > 0.0)) return true;
+    add_priors(own, matrix, factor);
+    if (!factor_basis(own, size, factor)) return false;
+    column[COMPLIANCE] = 1.0;
+    dense_solve(UNKNOWNS, UNKNOWNS, factor[0], column);
+    double value = dense_dot(UNKNOWNS, column, own->with), learned = 1.0 - column[COMPLIANCE] / square(*prior);
+    double size2 = learned > 0.0 && value > 0.0 ? square(value / learned) - column[COMPLIANCE] / learned : 0.0;
+    *prior = fmin(sqrt(fmax(size2, square(RIGID * *prior))), *prior);
+    return true;
+}
+
+/* Finds the sizes of what only the data tell, eliminates the departures of the tests' skews, and
+ * factors what is left with all priors. own: the equations without the departures, and with the
+ * priors as found. */
 static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct equations *own,
                               double factor[UNKNOWNS][UNKNOWNS], double *skew_size_s) {
     double size[BASIS_SIZE];
-    if (!find_skew_size(e, matrix, own, factor, skew_size_s)) return false;
+    *own = *e;
+    skews_eliminate(own, e->skew_test_s);
+    add_priors(own, matrix, factor);
+    if (!basis_sizes_find(own, factor, size) || !find_skew_size(e, matrix, size, factor, skew_size_s)) return false;
     *own = *e;
     skews_eliminate(own, *skew_size_s);
+    if (!narrow_compliance(own, matrix, size, factor)) return false;
     add_priors(own, matrix, factor);
     return basis_sizes_find(own, factor, size) && factor_basis(own, size, factor);
 }
@@ -217,7 +237,7 @@ bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MA
         memcpy(estimate->noise[c], solved, sizeof estimate->noise[c]);
     }
     if (ok) {
-        clear_absent(e, estimate);
+        clear_absent(own, estimate);
         split(own, root, factor, estimate);
     }
     free(factor);

@@ -369,6 +369,18 @@ static void attenuate_lags(struct work *w, const struct residual_test *t, int a,
     w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_LAG_REST + leg] -= pull;
 }
 
+/* Adds the attenuation of the compliance c by the noise n of one leg's force, of variance `force`:
+ * what n compresses is an acceleration of w^2 n, for which the legs need w^2 L n, L the mass along
+ * the legs. The right-hand side has n, less c w^2 L n, because c is undone in it. */
+static void attenuate_compliance(struct work *w, const struct residual_test *t, int a, int leg, double force, const double weighted[LEGS]) {
+    double twice = 0.0;
+    if (!(w->sum->systematic[SYSTEMATIC_COMPLIANCE] > 0.0)) return;
+    for (int i = 0; i < LEGS; i++) twice += w->leg_mass[i][leg] * weighted[i];
+    w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_COMPLIANCE] += t->curve[a] * force *
+                                                               (weighted[leg] -
+                                                                w->found.error[SYSTEMATIC_COMPLIANCE] * t->curve[a] * twice);
+}
+
 /* Adds the attenuation of a test: the mean product of the noise in the columns and the noise in the
  * right-hand side. The noise n of a leg's acceleration is in the column of entry c as T_c n, T_c
  * the leg forces for one unit of the entry, and in the right-hand side as -L n, L the configured
@@ -388,6 +400,7 @@ static void add_attenuation(struct work *w, const struct residual_test *t) {
             w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P1_GAIN + k] += own * square(a1);
             w->sum->attenuation[SYSTEMATIC + SYSTEMATIC_P2_GAIN + k] += own * square(a2);
             attenuate_lags(w, t, a, k, own * (square(a1) + square(a2)));
+            attenuate_compliance(w, t, a, k, square(a1) + square(a2), weighted);
             attenuate_pipes(w, t, a, k, own * square(a1), own * square(a2));
         }
 }

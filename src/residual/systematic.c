@@ -31,9 +31,11 @@ const struct systematic_words systematic_families[FAMILIES] = {
     [FAMILY_LAGS] = {"lags of the pressures", "pressure_lag_s", "ms", 1e3},
     [FAMILY_PIPES] = {"pipes", "pipe_m", "m", 1.0},
     [FAMILY_JOINTS] = {"joints", "joints_m", "mm", 1e3},
+    [FAMILY_COMPLIANCE] = {"compliance of the legs", "compliance_m_per_n", "um/kN", 1e9},
 };
 
 enum systematic_family systematic_family(int error) {
+    if (error >= SYSTEMATIC_COMPLIANCE) return FAMILY_COMPLIANCE;
     if (error >= SYSTEMATIC_JOINT) return FAMILY_JOINTS;
     if (error >= SYSTEMATIC_PIPE) return FAMILY_PIPES;
     if (error >= SYSTEMATIC_LAG) return FAMILY_LAGS;
@@ -47,21 +49,24 @@ void systematic_priors(const struct params *params, bool pressures, double std[S
     const double of_family[FAMILIES] = {[FAMILY_PRESSURE_GAINS] = t->pressure_gain, [FAMILY_LENGTH_GAINS] = t->length_gain,
                                         [FAMILY_LENGTH_ZEROS] = t->length_zero_m,   [FAMILY_SKEW] = t->skew_s,
                                         [FAMILY_LAGS] = t->pressure_lag_s,          [FAMILY_PIPES] = pressures ? t->pipe_m : 0.0,
-                                        [FAMILY_JOINTS] = t->joints_m / sqrt(3.0)};
+                                        [FAMILY_JOINTS] = t->joints_m / sqrt(3.0),  [FAMILY_COMPLIANCE] = t->compliance_m_per_n};
     for (int i = 0; i < SYSTEMATICS; i++) {
         enum systematic_family family = systematic_family(i);
         bool rest = (family == FAMILY_LAGS && i != SYSTEMATIC_LAG) || (family == FAMILY_PIPES && i != SYSTEMATIC_PIPE);
-        bool exact = family != FAMILY_JOINTS && !params->sensors.enabled;
+        bool exact = i < SYSTEMATIC_JOINT && !params->sensors.enabled;
         bool none = !pressures && i >= SYSTEMATIC_P2_GAIN && i < SYSTEMATIC_LENGTH_GAIN;
         std[i] = exact || none || of_family[family] < NO_ERROR ? 0.0 : of_family[family] * (rest ? REST : 1.0);
     }
 }
 
 void systematic_exclude(struct tolerance_params *t) {
-    t->pressure_gain = t->length_gain = t->length_zero_m = t->skew_s = t->skew_test_s = t->pressure_lag_s = t->pipe_m = t->joints_m = 0.0;
+    t->pressure_gain = t->length_gain = t->length_zero_m = t->skew_s = t->skew_test_s = t->pressure_lag_s = t->pipe_m = t->joints_m =
+        t->compliance_m_per_n = 0.0;
 }
 
-bool systematic_common(int error) { return error == SYSTEMATIC_SKEW || error == SYSTEMATIC_LAG || error == SYSTEMATIC_PIPE; }
+bool systematic_common(int error) {
+    return error == SYSTEMATIC_SKEW || error == SYSTEMATIC_LAG || error == SYSTEMATIC_PIPE || error == SYSTEMATIC_COMPLIANCE;
+}
 
 bool systematic_moves(int error) {
     enum systematic_family family = systematic_family(error);
@@ -80,7 +85,8 @@ static const struct kind {
              {SYSTEMATIC_LAG, "lag of the pressures"},
              {SYSTEMATIC_LAG_REST, "lag of the pressures beside the others'"},
              {SYSTEMATIC_PIPE, "length of the pipes"},
-             {SYSTEMATIC_PIPE_REST, "length of the pipes beside the others'"}};
+             {SYSTEMATIC_PIPE_REST, "length of the pipes beside the others'"},
+             {SYSTEMATIC_COMPLIANCE, "compliance of the legs"}};
 
 static const struct kind *kind_of(int error) {
     int i = 0;
@@ -96,7 +102,7 @@ const char *systematic_kind(int error, int *first) {
 void systematic_name(int error, char name[SYSTEMATIC_NAME]) {
     static const char *const joint[] = {"upper joint, x", "upper joint, y", "upper joint, z",
                                         "lower joint, x", "lower joint, y", "lower joint, z"};
-    if (error >= SYSTEMATIC_JOINT) {
+    if (error >= SYSTEMATIC_JOINT && error < SYSTEMATIC_COMPLIANCE) {
         int of = error - SYSTEMATIC_JOINT;
         snprintf(name, SYSTEMATIC_NAME, "%s, leg %d", joint[of % COORDINATES], of / COORDINATES + 1);
         return;
@@ -186,6 +192,16 @@ static void undo_all_pipes(const struct cylinder_model *m, double common_m, cons
     }
 }
 
+/* Makes the legs shorter by what the hydraulic force compresses between the position sensors and
+ * the joints. */
+static void undo_compliance(const struct cylinder_model *m, double compliance_m_per_n, const struct residual_test *t, struct series *rows) {
+    for (int k = 0; k < t->legs && compliance_m_per_n != 0.0; k++) {
+        double push_n[SPECTRUM_SIZE];
+        series_push(m, t, rows, k, push_n);
+        for (int a = 0; a < 1 + 2 * t->spectrum.harmonics; a++) rows->length[k][a] -= compliance_m_per_n * push_n[a];
+    }
+}
+
 void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMATICS], const struct residual_test *t, struct series *rows) {
     struct machine machine = m->machine;
     struct sensor_errors errors;
@@ -199,6 +215,7 @@ void systematic_undo(const struct cylinder_model *m, const double error[SYSTEMAT
         for (int k = 0; k < LEGS; k++) later[i][k].delay_s -= error[SYSTEMATIC_SKEW];
     series_undo(&machine, t, rows);
     undo_all_pipes(m, m->machine.params->hydraulics.pipe_length_m, &errors, t, rows);
+    undo_compliance(m, error[SYSTEMATIC_COMPLIANCE], t, rows);
 }
 
 void systematic_series(const struct cylinder_model *m, const struct residual_test *t, struct series *rows) {

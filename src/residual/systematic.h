@@ -11,6 +11,8 @@
  *          difference for each leg
  *   pipe   length of the oil column between pressure sensor and chamber: one value common to all
  *          legs, and a difference for each leg
+ *   compliance  by which a leg gives between its position sensor and its joints, under the
+ *          hydraulic force F: reading = length + compliance F; one value for all legs
  *   joint  coordinates of the joints; model.tolerance.joints_m is their greatest error, uniform
  *
  * The zero of a pressure is no unknown of method C, because a constant force of a leg is part of
@@ -40,7 +42,8 @@ enum {
     SYSTEMATIC_PIPE = SYSTEMATIC_LAG_REST + LEGS,
     SYSTEMATIC_PIPE_REST,
     SYSTEMATIC_JOINT = SYSTEMATIC_PIPE_REST + LEGS,
-    SYSTEMATICS = SYSTEMATIC_JOINT + JOINT_COORDINATES
+    SYSTEMATIC_COMPLIANCE = SYSTEMATIC_JOINT + JOINT_COORDINATES,
+    SYSTEMATICS
 };
 
 /* Finds the prior standard deviations, in the units of the errors: gains without unit, m, s. 0: the
@@ -63,6 +66,7 @@ enum systematic_family {
     FAMILY_LAGS,
     FAMILY_PIPES,
     FAMILY_JOINTS,
+    FAMILY_COMPLIANCE,
     FAMILIES
 };
 /* Words of a family: its name, the key of model.tolerance that states its prior, and the unit that

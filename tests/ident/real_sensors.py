@@ -57,6 +57,9 @@ def skew_of_tests(r, std_s):
     return [skew(r.gauss(0, std_s)) for _ in range(TESTS)]
 
 
+def compliance(stiffness_n_per_um): return {"leg_compliance.m_per_n": six(1e-6 / stiffness_n_per_um)}
+
+
 def joints(r, most_m):
     return {"geometry_error.%s_%s_m" % (end, axis): [r.uniform(-most_m, most_m) for _ in range(6)] for end in "ab" for axis in "xyz"}
 
@@ -97,6 +100,8 @@ ROWS = { # effects of each row's machine, drawn with r
     "pressures_1ms_older": lambda r, config: skew(-1e-3),
     "skews_of_tests_0.5ms": lambda r, config: skew_of_tests(r, .5e-3),
     "skews_of_tests_2ms": lambda r, config: skew_of_tests(r, 2e-3),
+    "legs_give_50N_um": lambda r, config: compliance(50),
+    "legs_give_20N_um": lambda r, config: compliance(20),
     "base_15Hz": lambda r, config: base(15),
     "base_10Hz": lambda r, config: base(10),
     "payload_8Hz": lambda r, config: payload(8, config),

@@ -5,7 +5,7 @@
 brief=(--set motion.park_z_m=0.35 --set motion.rate_mps=0.55 --set motion.engage_s=1.6 --set motion.park_s=1.6 --set motion.hold_s=0.1) # the tests are as shipped
 dry="--set effects.cylinder_coulomb_friction.force_extend_n=100 --set effects.cylinder_coulomb_friction.force_retract_n=100"
 # These machines have the sensors that the configuration states; what tolerances cost is in tests/long/sensors.sh.
-for key in pressure_gain length_gain length_zero_m skew_s pressure_lag_s pipe_m; do brief+=(--set "model.tolerance.$key=0"); done
+for key in pressure_gain length_gain length_zero_m skew_s pressure_lag_s pipe_m compliance_m_per_n; do brief+=(--set "model.tolerance.$key=0"); done
 judge() { "$python" tests/scenarios/figures.py "$@"; }
 
 seeds() {

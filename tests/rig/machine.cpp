@@ -15,6 +15,7 @@ constexpr double kLaminarDrop =
 constexpr double kVapour = -1.0e5; /* Pa gauge, lowest pressure, because oil bears no tension */
 constexpr double kPlayStiffness = 1e8,
                  kPlayDamping = 2e4; /* steel on steel, where the backlash of a joint ends */
+constexpr double kGiveDamping = 2e3; /* N s/m, of a leg that gives */
 constexpr double kBendShare = 0.5; /* largest step, as a share of the distance in which a seal
                                     * deflects */
 constexpr double kShortest = 1e-6; /* s: lower bound of the step that seals require, so that a
@@ -101,7 +102,7 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
 
     for (int i = 0; i < kLegs; i++) {
         const LegParameters &l = p.leg[i];
-        const double f = force[i] + (l.play > 0 ? now.bias[kRod + i] : 0);
+        const double f = force[i] + (l.loose() ? now.bias[kRod + i] : 0);
         double *s = &y[kLeg + kPerLeg * i];
         const double ratio2 =
             std::pow(l.gain_b / l.gain_a, 2); /* by continuity, equal oil flows out of A and into
@@ -142,6 +143,8 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
                 std::sqrt(l.bulk / inertance * (1 / (section * l.pipe_length) + 1 / volume2));
             p.step = std::min(p.step, 0.5 / omega);
         }
+        if (l.compliance > 0)
+            p.step = std::min(p.step, 0.5 * std::sqrt(l.compliance * p.bodies.upper_kg[i]));
         if (l.play > 0)
             p.step = std::min(p.step, 0.5 / std::sqrt(kPlayStiffness / p.bodies.upper_kg[i]));
         const Row r = now.rod_row.row(i);
@@ -327,7 +330,11 @@ void Machine::derivative(double at, const State &s, State &ds)
         }
         Q.head(n) += now.rod_row.row(i).head(n).transpose() * force;
 
-        if (l.play > 0) {
+        if (l.compliance > 0) {
+            const double push = (now.length[i] - now.rod[i]) / l.compliance +
+                                kGiveDamping * (now.length_rate[i] - rate);
+            Q.head(n) += (now.rod_row.row(i) - now.length_row.row(i)).head(n).transpose() * push;
+        } else if (l.play > 0) {
             const double gap = now.length[i] - now.rod[i], gap_rate = now.length_rate[i] - rate;
             const double side = gap > 0 ? 1 : -1, deep = std::abs(gap) - l.play / 2;
             const double push =

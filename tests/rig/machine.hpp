@@ -24,9 +24,11 @@ struct LegParameters {
     double dahl_extend, dahl_retract, dahl_distance;
     double joint_coulomb, joint_viscous; /* N m, N m s; for each of four axes per leg */
     double play;                         /* m, from stop to stop */
+    double compliance;                   /* m/N, between rod and platform; 0: stiff */
     double pipe_length, pipe_diameter;
     double command_delay; /* s */
 
+    bool loose() const { return play > 0 || compliance > 0; } /* the rod moves by itself */
     bool dahl() const { return dahl_extend > 0 || dahl_retract > 0; }
 };
 

@@ -107,10 +107,17 @@ static void write_truth(const std::string &file, const Setup &setup)
 }
 
 /* Prints the inertia matrix at neutral, for the platform's twist in {M}: x y z phi theta psi. A
- * part of the payload on springs counts as rigid. */
+ * part of the payload on springs counts as rigid, and so do legs that give. */
 static void print_inertia_matrix(const Setup &setup)
 {
-    const MachineParameters p = make_parameters(setup, draw_base(setup));
+    MachineParameters p = make_parameters(setup, draw_base(setup));
+    for (LegParameters &leg : p.leg)
+        leg.compliance = 0;
+    p.bodies.play = false;
+    for (int i = 0; i < kLegs; i++) {
+        p.bodies.has_play[i] = p.leg[i].loose();
+        p.bodies.play = p.bodies.play || p.leg[i].loose();
+    }
     const Machine machine(p, Vec6::Zero());
     const int order[6] = {0, 1, 2, 5, 4, 3}; /* at neutral the angles' rates equal the twist */
     for (int i = 0; i < 6; i++)

@@ -49,7 +49,7 @@ const std::map<std::string, double> kEffects = {
     {"pressure_sensor_lag.cutoff_hz", 0}, {"position_sensor_delay.delay_s", 0},
     {"command_delay.delay_s", 0}, {"clock_skew.ratio", 1}, {"base_spring.frequency_hz", 0},
     {"base_spring.mass_kg", 1000}, {"payload_mode.frequency_hz", 0}, {"payload_mode.mass_kg", 20},
-    {"pressure_sensor_delay.delay_s", 0}, {"pump_ripple.pressure_pa", 0},
+    {"leg_compliance.m_per_n", 0}, {"pressure_sensor_delay.delay_s", 0}, {"pump_ripple.pressure_pa", 0},
     {"pump_ripple.frequency_hz", 216}, {"bristle_friction.force_n", 0},
     {"bristle_friction.excess_n", 0}, {"bristle_friction.velocity_mps", 0.01},
     {"bristle_friction.give_m", 1e-4}, {"bristle_friction.damping_n_s_per_m", 0},
@@ -257,8 +257,9 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
         l.joint_coulomb = fx("passive_joint_friction.coulomb_nm", i);
         l.joint_viscous = fx("passive_joint_friction.viscous_nm_s", i);
         l.play = fx("joint_backlash.clearance_m", i);
-        b.has_play[i] = l.play > 0;
-        b.play = b.play || l.play > 0;
+        l.compliance = fx("leg_compliance.m_per_n", i);
+        b.has_play[i] = l.loose();
+        b.play = b.play || l.loose();
         l.pipe_length = fx("pipeline_dynamics.length_m", i);
         l.pipe_diameter = fx("pipeline_dynamics.diameter_m", i);
         l.command_delay = fx("command_delay.delay_s", i);

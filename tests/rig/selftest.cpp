@@ -561,6 +561,7 @@ static void each_effect_does_what_it_says(const Settings &s)
         {{"position_sensor_delay.delay_s=0.003"},
          [&](const Response &r) { return turned(Z(r, 1), Z(clean, 1)) / (w * 0.003); },
          0.05},
+        {{"leg_compliance.m_per_n=1e-7"}, moves, 0},
         {{"pressure_sensor_delay.delay_s=0.003"},
          [&](const Response &r) { return turned(Z(clean, 1), Z(r, 1)) / (w * 0.003); },
          0.05},
