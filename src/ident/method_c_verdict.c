@@ -7,16 +7,16 @@
 
 static const double KNOWN = 0.25; /* an error is judged only if the data reduce its variance by more
                                    * than this share of the prior variance */
-static const double FIT_Z = 3.2;  /* quantile of the normal distribution at the level of one check,
+static const double FIT_Z = 3.3;  /* quantile of the normal distribution at the level of one check,
                                    * used in the message */
 
 /* Type of a check. level: probability with which the check may fail a true result. */
 typedef void check(const struct method_c_findings *f, double level, struct verdict *v);
 
 static const char scope[] =
-    "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance and all together are likely within "
-    "them, the payload is a body that can exist, the matrix is that of one rigid body on the legs and is positive definite, no leg's "
-    "friction drives; all at 0.5 % of false alarms together; not the error against the nominal matrix";
+    "method C: the forces fit the model within their noise, no systematic error is beyond its tolerance, all together and P2 against P1 "
+    "are likely within them, the payload is a body that can exist, the matrix is that of one rigid body on the legs and is positive "
+    "definite, no leg's friction drives; all at 0.5 % of false alarms together; not the error against the nominal matrix";
 
 static void check_body(const struct method_c_findings *f, double level, struct verdict *v) {
     const struct payload *p = &f->result->payload;
@@ -192,6 +192,34 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     }
 }
 
+/* Fails a difference between the gains of all P2 and of all P1. Areas that are wrong alike in all
+ * legs act as a gain of all P1 and another of all P2. What the two have in common scales all
+ * forces, and no motion tells it, but their difference is told well. With P the prior covariance of
+ * the gains, C the posterior one and d a unit of the difference, the estimate g has the covariance
+ * P - C, and a difference s shifts it by s (P - C) P^-1 d; the best estimate of s is d' P^-1 g,
+ * divided by its variance d' P^-1 (P - C) P^-1 d. */
+static void check_areas(const struct method_c_findings *f, double level, struct verdict *v) {
+    double weight[2 * LEGS], score = 0.0, prior = 0.0, information = 0.0;
+    for (int i = 0; i < 2 * LEGS; i++) {
+        double variance = square(f->result->systematic[SYSTEMATIC_P1_GAIN + i].prior);
+        if (!(variance > 0.0)) return;
+        weight[i] = (i < LEGS ? -0.5 : 0.5) / variance;
+        score += weight[i] * f->result->systematic[SYSTEMATIC_P1_GAIN + i].value;
+        prior += square(weight[i]) * variance;
+    }
+    information = prior;
+    for (int i = 0; i < 2 * LEGS; i++)
+        for (int j = 0; j < 2 * LEGS; j++)
+            information -= weight[i] * weight[j] *
+                           estimate_covariance(f->estimate, UNKNOWN_SYSTEMATIC + SYSTEMATIC_P1_GAIN + i,
+                                               UNKNOWN_SYSTEMATIC + SYSTEMATIC_P1_GAIN + j);
+    if (!(information > KNOWN * prior) || 2.0 * above(fabs(score) / sqrt(information)) >= level) return;
+    verdict_add(v, VERDICT_FAIL,
+                "the pressures P2 of all legs read %+.2f %% +- %.2f too much against P1, where model.tolerance.pressure_gain expects "
+                "%.2f %% (standard deviation): compare the diameters of pistons and rods with actuator, then the sensors' range",
+                100.0 * score / information, 100.0 * NUMERIC_95 / sqrt(information), 100.0 / sqrt(prior));
+}
+
 /* Fails systematic errors that are likely each, but not together: something that is not among
  * them, such as wrong diameters or a sensor that is not linear, needs many. If the priors are
  * right, the estimates have the prior covariance less the posterior one; its eigenvectors against
@@ -241,8 +269,8 @@ static void check_calibration(const struct method_c_findings *f, double level, s
     }
 }
 
-static check *const checks[] = {check_calibration, check_systematic, check_all_systematic, check_fit,
-                                check_body,        check_one_body,   check_definite,       check_friction};
+static check *const checks[] = {check_calibration, check_systematic, check_areas,    check_all_systematic, check_fit,
+                                check_body,        check_one_body,   check_definite, check_friction};
 enum { CHECKS = sizeof checks / sizeof *checks };
 
 struct verdict method_c_verdict(const struct method_c_findings *f) {

@@ -5,6 +5,8 @@
  *   fit        residuals of the rows, whose noise is estimated from the cycles: Student's t
  *   systematic no systematic error of sensors and drawing is further from zero than its prior
  *              allows: two-sided normal tests
+ *   areas      the gains of all P2 do not differ from those of all P1, as wrong diameters would
+ *              make them: two-sided normal test
  *   all systematic of the errors that the data tell (at most LIN_MAX; none if one fails by itself)
  *              the combinations that they tell independently: chi-square of their number
  *   calibration a known weight and legs on their stops have the readings predicted from motion and
