@@ -48,10 +48,18 @@ static void open_as(const char *name) {
 }
 static int closed_sockets;
 
+/* Returns true if the socket is that of a listener which stays open. */
+static bool of_open_listener(int fd, ino_t inode) {
+    struct stat s;
+    for (int k = 0; k < COMMAND_SOCKETS; k++)
+        if (server.listener[k] != fd && !fstat(server.listener[k], &s) && s.st_ino == inode) return true;
+    return false;
+}
+
 /* Overrides the C library's function. */
 int close(int fd) {
     struct stat s;
-    closed_sockets += !fstat(fd, &s) && S_ISSOCK(s.st_mode);
+    closed_sockets += !fstat(fd, &s) && S_ISSOCK(s.st_mode) && !of_open_listener(fd, s.st_ino);
     return (int)syscall(SYS_close, fd);
 }
 
@@ -65,6 +73,7 @@ static void close_all_of(struct command_server *s) {
     for (int k = 0; k < COMMAND_SOCKETS; k++) {
         for (int i = 0; i < COMMAND_PLACES; i++)
             if (s->place[k][i].fd >= 0) close(s->place[k][i].fd), s->place[k][i].fd = -1;
+        if (s->passing[k].fd >= 0) close(s->passing[k].fd), s->passing[k].fd = -1;
         if (s->listener[k] >= 0) close(s->listener[k]), s->listener[k] = -1;
     }
 }
@@ -240,6 +249,32 @@ static void once_nothing_is_driven_the_rest_of_a_round_is_dropped(void **unused)
     assert_int_equal(closed_sockets, 0);
     for (int i = 0; i < 4; i++) close(fd[i]);
     close(waits);
+    close_all();
+}
+
+/* The stop in the connection that is to make room ends the loop: nobody's place is given away. */
+static void who_comes_when_the_loop_ends_hears_the_last_words(void **unused) {
+    (void)unused;
+    struct command_client c[COMMAND_PLACES + 2];
+    open_as("");
+    for (int i = 0; i < COMMAND_PLACES; i++) assert_int_equal(command_client_open(&c[i], &server.machine, true, 0), 0);
+    serve_all();
+    got.ends = 1;
+    command_client_send(&c[0], COMMAND_STOP, false);
+    for (int i = COMMAND_PLACES; i < COMMAND_PLACES + 2; i++) assert_int_equal(command_client_open(&c[i], &server.machine, true, 0), 0);
+    struct pollfd p[COMMAND_POLLS];
+    command_server_polls(&server, p);
+    for (int times = 0; times < 2; times++) {
+        p[0].revents = POLLIN; /* the stop arrives after poll() */
+        command_server_serve(&server, p);
+    }
+    assert_int_equal(got.stops, 1);
+    assert_int_equal(got.goes, 0);
+    end_server(&server);
+    for (int i = 0; i < COMMAND_PLACES + 2; i++) {
+        assert_int_equal(command_client_wait(&c[i], 0, NULL), NEWS_LEFT);
+        command_client_close(&c[i]);
+    }
     close_all();
 }
 
@@ -513,6 +548,30 @@ static void without_a_descriptor_the_silent_connection_makes_room_for_a_stop(voi
     close_all();
 }
 
+/* Those who wait are accepted, but what is written afterwards has descriptors. */
+static void at_the_end_four_descriptors_are_left(void **unused) {
+    (void)unused;
+    enum { WAITING = 10, LEFT = 4, FOR_CLIENTS = 2 };
+    int waits[WAITING], left = 0;
+    open_as("");
+    for (int i = 0; i < WAITING; i++) waits[i] = client(true);
+    take_all_descriptors();
+    for (int i = 0; i < LEFT + FOR_CLIENTS; i++) close(taken.fd[--taken.count]);
+    command_server_end(&server, &(struct command_answer){.outcome = OUTCOME_ENDED});
+    /* the name's lock, which is closed too, is one more */
+    for (int fd; (fd = dup(STDERR_FILENO)) >= 0; left++) taken.fd[taken.count++] = fd;
+    assert_int_equal(left, LEFT + 1);
+    give_descriptors_back();
+    int heard = 0;
+    for (int i = 0; i < WAITING; i++) {
+        unsigned char packet[COMMAND_ANSWER_SIZE];
+        heard += recv(waits[i], packet, sizeof packet, MSG_DONTWAIT) == COMMAND_ANSWER_SIZE;
+        close(waits[i]);
+    }
+    assert_int_equal(heard, FOR_CLIENTS);
+    close_all();
+}
+
 /* ---- names and directories ---- */
 
 static void a_name_is_one_daemons_and_what_it_leaves_is_removed(void **unused) {
@@ -720,6 +779,7 @@ int main(void) {
         cmocka_unit_test(who_is_not_yet_accepted_hears_the_last_words_too),
         cmocka_unit_test(at_the_end_no_connection_is_closed_but_all_are_over),
         cmocka_unit_test(once_nothing_is_driven_the_rest_of_a_round_is_dropped),
+        cmocka_unit_test(who_comes_when_the_loop_ends_hears_the_last_words),
         cmocka_unit_test(a_stop_passes_beside_hundreds_of_idle_connections),
         cmocka_unit_test(one_that_floods_does_not_hold_another_up),
         cmocka_unit_test(no_connection_is_closed_over_a_stop_that_waits_in_it),
@@ -731,6 +791,7 @@ int main(void) {
         cmocka_unit_test(descriptors_are_refused),
         cmocka_unit_test(without_a_descriptor_the_listener_rests_and_then_takes_who_waited),
         cmocka_unit_test(without_a_descriptor_the_silent_connection_makes_room_for_a_stop),
+        cmocka_unit_test(at_the_end_four_descriptors_are_left),
         cmocka_unit_test(a_name_is_one_daemons_and_what_it_leaves_is_removed),
         cmocka_unit_test(a_file_that_is_no_socket_is_not_deleted),
         cmocka_unit_test(a_socket_that_is_deleted_moved_or_replaced_is_missed),

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <poll.h>
 #include <signal.h>
+#include <string.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -25,12 +26,27 @@ int sigwaitinfo(const sigset_t *set, siginfo_t *signal) {
     return atomic_load(&refuses) ? -1 : sigtimedwait(set, signal, NULL);
 }
 
+static struct {
+    _Atomic int count;
+    char last[128];
+    bool stopped; /* the loop had already been told when the operator was */
+} said;
+
+static void say(void *context, const char *text) {
+    struct loop *of = context;
+    snprintf(said.last, sizeof said.last, "%s", text);
+    said.stopped = atomic_load(&of->quit) && (!strstr(text, "centred") || atomic_load(&of->abort));
+    atomic_fetch_add(&said.count, 1);
+}
+
 static void start(bool ended) {
     struct error error;
+    atomic_store(&said.count, 0);
     config_default(&params);
     loop = (struct loop){.params = &params};
     atomic_store(&loop.ended, ended);
-    if (signals_start(&signals, &loop, false, &error)) fail_msg("%s", error.text);
+    signals_block(&signals);
+    if (signals_start(&signals, &loop, false, say, &loop, &error)) fail_msg("%s", error.text);
 }
 
 /* Sends a signal to the process and waits until it was taken. */
@@ -52,10 +68,15 @@ static void the_first_parks_and_the_second_centres_the_valves(void **unused) {
         assert_true(atomic_load(&loop.quit));
         assert_int_equal(mailbox_read(&loop.requests).command, COMMAND_PARK);
         assert_int_equal(atomic_load(&signals.first), by_hand[i]);
+        assert_string_equal(said.last, "interrupted: parking (once more to centre the valves at once)");
+        assert_true(said.stopped);
         wait_apart();
         take(by_hand[i]);
-        assert_true(atomic_load(&loop.abort) && atomic_load(&signals.centred));
+        assert_true(atomic_load(&loop.abort));
+        assert_string_equal(said.last, "interrupted again: valves centred");
+        assert_true(said.stopped);
         take(SIGTERM); /* a third one changes nothing */
+        assert_int_equal(atomic_load(&said.count), 2);
         assert_int_equal(atomic_load(&signals.first), by_hand[i]);
         assert_int_equal(atomic_load(&signals.late), 0);
         signals_release(&signals);
@@ -104,6 +125,7 @@ static int end_with(int number, int times, bool *closed) {
             take(number);
         }
         if (atomic_load(&loop.quit) || atomic_load(&loop.abort)) _exit(2);
+        if (atomic_load(&said.count) != !!times || (times && !strstr(said.last, "once more to end at once"))) _exit(4);
         byte = CLOSES;
         if (write(told[1], &byte, 1) != 1) _exit(3);
         signals_release(&signals);
@@ -156,8 +178,28 @@ static void a_wait_that_is_refused_parks(void **unused) {
     atomic_store(&refuses, true);
     start(false);
     while (!atomic_load(&loop.quit)) poll(NULL, 0, 1);
+    assert_int_equal(atomic_load(&signals.refused), EPERM);
     signals_release(&signals);
     atomic_store(&refuses, false);
+}
+
+static void a_signal_before_the_start_is_taken_and_a_mute_thread_says_nothing(void **unused) {
+    (void)unused;
+    struct error error;
+    config_default(&params);
+    loop = (struct loop){.params = &params};
+    atomic_store(&said.count, 0);
+    signals_block(&signals);
+    assert_int_equal(kill(getpid(), SIGINT), 0);
+    if (signals_start(&signals, &loop, false, say, &loop, &error)) fail_msg("%s", error.text);
+    while (atomic_load(&signals.taken) == 0) poll(NULL, 0, 1);
+    assert_int_equal(atomic_load(&said.count), 1);
+    signals_mute(&signals);
+    wait_apart();
+    take(SIGINT);
+    assert_true(atomic_load(&loop.abort));
+    assert_int_equal(atomic_load(&said.count), 1);
+    signals_release(&signals);
 }
 
 static void afterwards_the_mask_is_empty_and_nothing_is_released_twice(void **unused) {
@@ -179,6 +221,7 @@ int main(void) {
         cmocka_unit_test(a_second_one_does_not),
         cmocka_unit_test(two_at_once_are_one_when_the_first_has_ended_the_loop),
         cmocka_unit_test(a_wait_that_is_refused_parks),
+        cmocka_unit_test(a_signal_before_the_start_is_taken_and_a_mute_thread_says_nothing),
         cmocka_unit_test(afterwards_the_mask_is_empty_and_nothing_is_released_twice),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -67,7 +67,6 @@ struct session {
     char log_path[PATH_MAX];       /* path of the log if --log is a directory */
     struct machine_lock lock; /* lock of the machine, held to the end of the process */
     struct signals signals;
-    bool said_parking, said_centred; /* what of the signals' effects the operator has been told */
     struct error behind; /* report that the recorder fell too far behind; status 0: it did not */
     bool stuck;
 };
@@ -224,18 +223,7 @@ static int open_all(struct session *s, struct error *error) {
     return status;
 }
 
-/* Tells the operator what the signals' thread has done. That thread does not print itself. */
-static void report_signals(struct session *s) {
-    if (!s->said_parking && atomic_load(&s->signals.first)) {
-        s->said_parking = true;
-        progress_say(&s->progress, "hexid: interrupted: parking (once more to centre the valves at once)\n");
-    }
-    if (!s->said_centred && atomic_load(&s->signals.centred)) {
-        s->said_centred = true;
-        progress_say(&s->progress, "hexid: interrupted again: valves centred\n");
-    }
-}
-
+/* Any thread. */
 static void say(void *context, const char *text) {
     struct session *s = context;
     progress_say(&s->progress, "hexid: %s\n", text);
@@ -265,7 +253,6 @@ static void wait_for_end(struct session *s) {
         loop_attend(&s->loop, false);
         poll_any(p, COMMANDS_POLLS, s->options.fast ? 2 : commands_patience_ms(&s->commands), NULL);
         loop_attend(&s->loop, true);
-        report_signals(s);
         commands_serve(&s->commands, p, monotonic_ns());
         watch_recorder(s);
         machine_lock_answer(&s->lock);
@@ -350,8 +337,10 @@ static int finish(struct session *s, struct error *error) {
     /* nothing is driven any more and the log is closed, so from here on signals may end the
      * process */
     signals_release(&s->signals);
-    int reported = report(s, error);
-    const struct error *ends[] = {&s->recorder.error, &s->recorder.keeper_error, &s->behind, &s->recorder.unattended};
+    int reported = report(s, error), refused = atomic_load(&s->signals.refused);
+    struct error deaf = {0};
+    if (refused) error_set(&deaf, STATUS_IO, "signals cannot be taken: %s", strerror(refused));
+    const struct error *ends[] = {&s->recorder.error, &s->recorder.keeper_error, &s->behind, &s->recorder.unattended, &deaf};
     for (size_t i = 0; i < sizeof ends / sizeof *ends; i++) {
         if (!ends[i]->status) continue;
         *error = *ends[i];
@@ -429,10 +418,11 @@ static int confine_all(struct session *s, struct error *error) {
 
 static int run(struct session *s, struct error *error) {
     bool results_on_stdout = s->options.json && !strcmp(s->options.json, "-");
-    int status = signals_start(&s->signals, &s->loop, realtime_of(s) != REALTIME_OFF, error);
-    if (status) return status;
+    signals_block(&s->signals);
     if (progress_open(&s->progress, &s->params, results_on_stdout ? STDERR_FILENO : STDOUT_FILENO, s->options.fast))
         return error_set(error, STATUS_IO, "no pipe to the terminal: %s", strerror(errno));
+    int status = signals_start(&s->signals, &s->loop, realtime_of(s) != REALTIME_OFF, say, s, error);
+    if (status) return status;
     crash_guard(s->hal, &s->loop.abort);
     s->recorder = (struct recorder){.params = &s->params,
                                     .loop = &s->loop,
@@ -458,7 +448,6 @@ static int run(struct session *s, struct error *error) {
     confine_all(s, &refused);
     wait_for_end(s);
     loop_join(&s->loop);
-    report_signals(s);
     realtime_leave();
     status = finish(s, error);
     if (refused.status) *error = refused;
@@ -469,6 +458,7 @@ static int run(struct session *s, struct error *error) {
  * otherwise it frees everything and returns the exit status. */
 static int close_all(struct session *s, int status, const struct error *error) {
     struct error ignored;
+    signals_mute(&s->signals);
     bool quiet = !s->progress.out || progress_close(&s->progress);
     if (s->hal) s->hal->ops->close(s->hal);
     if (status < 0) status = cli_fail(error);

@@ -40,7 +40,7 @@ void progress_fault(struct progress *p, const struct cycle *c, const char *cause
 void progress_result(struct progress *p, const struct test_result *t);
 void progress_motion(struct progress *p, const struct motion_result *m);
 /* Prints a line on standard error, without disturbing the live line; the text is made printable,
- * because it may come from anywhere. Main or recorder thread; never waits. */
+ * because it may come from anywhere. Main, recorder or signals' thread; never waits. */
 __attribute__((format(printf, 2, 3))) void progress_say(struct progress *p, const char *format, ...);
 /* Shows the progress of a computation after the run: on a terminal in the live line, with seconds
  * spent and expected, elsewhere as a line for each `what`, which must be a string literal. share:

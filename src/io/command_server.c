@@ -4,6 +4,7 @@
 #include "poll_any.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <grp.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -12,13 +13,15 @@
 
 #define GROUP "hexid"
 
-enum { BACKLOG = 512, NEW_AT_ONCE = 16, LAST_AT_ONCE = 2 * BACKLOG, PACKET_ROOM = 128, LAST_PACKETS = 64 };
+enum { BACKLOG = 512, NEW_AT_ONCE = 16, LAST_AT_ONCE = 2 * BACKLOG, PACKET_ROOM = 128, LAST_PACKETS = 64, SPARE = 4 };
 
 void command_server_init(struct command_server *s) {
     memset(s, 0, sizeof *s);
     s->lock = s->listener[SOCKET_STOP] = s->listener[SOCKET_ALL] = -1;
-    for (int k = 0; k < COMMAND_SOCKETS; k++)
+    for (int k = 0; k < COMMAND_SOCKETS; k++) {
+        s->passing[k].fd = -1;
         for (int i = 0; i < COMMAND_PLACES; i++) s->place[k][i].fd = -1;
+    }
 }
 
 /* ---- opening ---- */
@@ -164,7 +167,7 @@ static struct command_place *free_place(struct command_server *s, enum command_s
     struct command_place *c = least_needed(s, kind);
     if (!c) return NULL;
     dismiss(s, c, kind);
-    return c;
+    return c->fd < 0 ? c : NULL;
 }
 
 static bool awaited(int listener) {
@@ -174,6 +177,7 @@ static bool awaited(int listener) {
 
 /* Accepts a connection and takes its first packet, which has usually arrived with it. */
 static bool take_connection(struct command_server *s, enum command_socket kind) {
+    if (over(s)) return false;
     struct ucred peer = {.uid = (uid_t)-1};
     socklen_t length = sizeof peer;
     int fd = accept4(s->listener[kind], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC), why = fd < 0 ? errno : 0;
@@ -186,7 +190,7 @@ static bool take_connection(struct command_server *s, enum command_socket kind) 
     s->rests[kind] = short_of && !sheds;
     if (fd < 0) return false;
     getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length);
-    struct command_place passing, *here = c ? c : &passing;
+    struct command_place *here = c ? c : &s->passing[kind];
     *here = (struct command_place){.fd = fd, .peer = ++s->peers, .user = peer.uid, .heard = ++s->heard, .closing = !c};
     if (!serve(s, here, kind) || !c) dismiss(s, here, kind);
     return true;
@@ -237,14 +241,19 @@ static void end_connection(int fd, const struct command_answer *last_words) {
 }
 
 void command_server_end(struct command_server *s, const struct command_answer *last_words) {
+    int spare[SPARE];
+    for (int i = 0; i < SPARE; i++) spare[i] = fcntl(s->listener[SOCKET_STOP], F_DUPFD_CLOEXEC, 0);
     for (int k = 0; k < COMMAND_SOCKETS; k++) {
         for (int i = 0; i < COMMAND_PLACES; i++)
             if (s->place[k][i].fd >= 0) end_connection(s->place[k][i].fd, last_words);
+        if (s->passing[k].fd >= 0) end_connection(s->passing[k].fd, last_words);
         if (s->listener[k] < 0) continue;
         shutdown(s->listener[k], SHUT_RDWR); /* no more can connect; who waits is accepted */
         for (int i = 0, fd; i < LAST_AT_ONCE && (fd = accept4(s->listener[k], NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0; i++)
             end_connection(fd, last_words);
     }
+    for (int i = 0; i < SPARE; i++)
+        if (spare[i] >= 0) close(spare[i]);
     if (s->lock >= 0) close(s->lock);
     s->lock = -1;
 }

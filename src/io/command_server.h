@@ -61,6 +61,9 @@ struct command_server {
                                     * by which a replaced file is noticed */
     bool rests[COMMAND_SOCKETS];   /* this listener is left out of the next poll() */
     struct command_place place[COMMAND_SOCKETS][COMMAND_PLACES];
+    struct command_place passing[COMMAND_SOCKETS]; /* connection without a place: closed at
+                                                    * once, or kept for the last words once
+                                                    * command_handler.over */
     uint64_t peers;                /* number of the latest peer */
     int64_t heard;                 /* count of connections and packets so far */
     const struct command_handler *handler;
@@ -87,8 +90,8 @@ bool command_server_starved(const struct command_server *s);
 
 /* Takes packets and connections, those of NAME.stop first; to be called after poll(). Returns the
  * number of packets and new connections.
- * SAFETY: takes and closes nothing more once command_handler.over, because each packet can hold it
- * up (command_server_end()). */
+ * SAFETY: takes and closes nothing more once command_handler.over, because each packet can hold
+ * up this thread (command_server_end()). */
 int command_server_serve(struct command_server *s, const struct pollfd polls[COMMAND_POLLS]);
 
 /* Sends an answer. Does nothing if the peer is gone. */
@@ -99,7 +102,9 @@ void command_server_answer(struct command_server *s, uint64_t peer, const struct
  * called again.
  * SAFETY: closes no connection and no listener, because the descriptors in the packets that wait
  * there can hold up each close() for as long as a client likes, and the log is closed only behind
- * this call. At the end of the process the kernel closes them without that wait. */
+ * this call. At the end of the process the kernel closes them without that wait. Up to four
+ * descriptors are kept from the clients, for what is written after this call (results, log); they
+ * are duplicates of a listener, whose close() waits for nothing. */
 void command_server_end(struct command_server *s, const struct command_answer *last_words);
 
 #endif

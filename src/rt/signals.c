@@ -1,6 +1,7 @@
 #include "signals.h"
 
 #include <errno.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "confine.h"
@@ -18,15 +19,24 @@ enum { BELOW_LOOP = 1, WAKE = SIGUSR1 };
 
 static bool by_hand(int number) { return number == SIGINT || number == SIGTERM || number == SIGQUIT; }
 
-/* SAFETY: passes a signal to the loop. Nothing in here can block or print: a thread that waits
- * takes no second signal, which centres the valves. */
+/* Tells the operator, unless signals_mute() was called; that function waits for the end of this
+ * one, and never the other way round. */
+static void tell(struct signals *s, const char *text) {
+    atomic_store(&s->telling, true);
+    if (!atomic_load(&s->mute)) s->say(s->context, text);
+    atomic_store(&s->telling, false);
+}
+
+/* SAFETY: passes a signal to the loop, and only then tells the operator. Nothing in here can block:
+ * a thread that waits takes no second signal, which centres the valves. */
 static void stop_loop(struct signals *s, int number, int64_t now_ns) {
     if (!atomic_load(&s->first)) {
         loop_quit(s->loop);
         s->first_ns = now_ns;
         atomic_store(&s->first, number);
+        tell(s, "interrupted: parking (once more to centre the valves at once)");
     } else if (by_hand(number) && now_ns - s->first_ns >= SIGNALS_APART_NS && !atomic_exchange(&s->loop->abort, true)) {
-        atomic_store(&s->centred, true);
+        tell(s, "interrupted again: valves centred");
     }
 }
 
@@ -39,13 +49,14 @@ static void end_process(int number) {
     raise(number);
 }
 
-/* Takes a signal that comes after the loop's end. One that belongs to the signal which ended a loop
- * that drove nothing has no further effect. */
+/* Takes a signal that comes after the loop's end. A signal within SIGNALS_APART_NS of the first
+ * counts as part of it and is dropped. */
 static void take_late(struct signals *s, int number, int64_t now_ns) {
     if (atomic_load(&s->first) && now_ns - s->first_ns < SIGNALS_APART_NS) return;
     if (!atomic_load(&s->late)) {
         s->late_ns = now_ns;
         atomic_store(&s->late, number);
+        tell(s, "ends when the log is closed (once more to end at once)");
     } else if (by_hand(number) && now_ns - s->late_ns >= SIGNALS_APART_NS) end_process(number);
 }
 
@@ -60,11 +71,13 @@ static void *signals_thread(void *argument) {
     crash_stack();
     if (s->realtime) realtime_follow(&s->loop->params->loop, BELOW_LOOP);
     if (s->confine) confine_thread();
+    sem_post(&s->started);
     for (;;) {
         if (sigwaitinfo(&s->set, &signal) < 0) {
             if (errno == EINTR) continue;
             /* SAFETY: signals can be taken no more, and this thread must not spin ahead of others,
              * so the platform is parked */
+            atomic_store(&s->refused, errno);
             loop_quit(s->loop);
             return NULL;
         }
@@ -91,12 +104,28 @@ static void block(sigset_t *set) {
     pthread_sigmask(SIG_BLOCK, set, NULL);
 }
 
-int signals_start(struct signals *s, struct loop *loop, bool realtime, struct error *error) {
-    *s = (struct signals){.loop = loop, .realtime = realtime, .confine = loop->params->security.confine};
+void signals_block(struct signals *s) {
+    *s = (struct signals){0};
     block(&s->set);
+}
+
+int signals_start(struct signals *s, struct loop *loop, bool realtime, signals_say *say, void *context, struct error *error) {
+    s->loop = loop;
+    s->realtime = realtime;
+    s->confine = loop->params->security.confine;
+    s->say = say;
+    s->context = context;
+    sem_init(&s->started, 0, 0);
     int status = thread_start(&s->thread, "signals", THREAD_STACK_COPY, signals_thread, s, error);
     s->running = !status;
-    return status;
+    if (status) return status;
+    while (sem_wait(&s->started)) continue;
+    return STATUS_OK;
+}
+
+void signals_mute(struct signals *s) {
+    atomic_store(&s->mute, true);
+    while (atomic_load(&s->telling)) nanosleep(&(struct timespec){.tv_nsec = NS_PER_MS}, NULL);
 }
 
 void signals_release(struct signals *s) {

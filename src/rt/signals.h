@@ -2,8 +2,10 @@
  * whatever holds up the main thread.
  *
  * While the loop runs, the first signal parks the platform and ends the run; a later SIGINT,
- * SIGTERM or SIGQUIT centres the valves. When a terminal is lost, and from timeout(1), two signals
- * come within milliseconds; signals within SIGNALS_APART_NS of the first count as one with it.
+ * SIGTERM or SIGQUIT centres the valves. The thread itself tells the operator, because he must know
+ * of the first press before he presses again. When a terminal is lost, and from timeout(1), two
+ * signals come within milliseconds; signals within SIGNALS_APART_NS of the first count as one with
+ * it.
  *
  * When the loop has ended, nothing is driven any more, and signals have their default effects, but
  * not before signals_release(), so that the log is closed first. A person who does not want to wait
@@ -12,6 +14,7 @@
 #define HEXID_SIGNALS_H
 
 #include <pthread.h>
+#include <semaphore.h>
 #include <signal.h>
 
 #include "loop.h"
@@ -19,28 +22,43 @@
 
 #define SIGNALS_APART_NS (3 * NS_PER_S / 10)
 
+/* Tells the operator this line; never waits and takes no lock. The signals' thread calls it. */
+typedef void signals_say(void *context, const char *text);
+
 struct signals {
     struct loop *loop;
     bool realtime;         /* the thread follows the loop's SCHED_FIFO */
     bool confine;          /* the thread drops its capabilities */
     bool running;          /* the thread has been started and not yet released */
     sigset_t set;          /* signals that are taken */
+    signals_say *say;      /* tells the operator what a signal has done */
+    void *context;         /* first argument of `say` */
     pthread_t thread;
+    sem_t started;         /* posted when the thread has its priority and its rights */
     int64_t first_ns;      /* CLOCK_MONOTONIC time of `first`; the thread's */
     int64_t late_ns;       /* CLOCK_MONOTONIC time of `late`; the thread's */
     _Atomic int first;     /* number of the first signal that came while the loop ran; 0: none */
     _Atomic int late;      /* number of the first signal that came after the loop's end; 0: none */
-    _Atomic bool centred;  /* a later signal has centred the valves */
+    _Atomic int refused;   /* errno of the wait for signals that the system refused; 0: none */
+    _Atomic bool telling;  /* the thread may be in `say` */
+    _Atomic bool mute;     /* `say` is called no more */
     _Atomic bool over;     /* the thread is to end */
-    _Atomic unsigned taken; /* number of signals that were taken */
+    _Atomic unsigned taken; /* number of signals that were taken; only tests use it */
 };
 
-/* Blocks the signals that would end or stop the process, and starts the thread that takes them;
- * later threads inherit the mask. SIGTTIN, SIGTTOU, SIGPIPE and SIGXFSZ (process.h) are ignored,
- * and SIGHUP under nohup(1). Main thread, before it starts other threads. realtime: the thread
- * follows the loop's priority. STATUS_IO: the thread cannot be started; the signals remain
- * blocked. */
-int signals_start(struct signals *s, struct loop *loop, bool realtime, struct error *error);
+/* Blocks the signals that would end or stop the process; later threads inherit the mask. SIGTTIN,
+ * SIGTTOU, SIGPIPE and SIGXFSZ (process.h) are ignored, and SIGHUP under nohup(1). Main thread,
+ * before it starts other threads. */
+void signals_block(struct signals *s);
+
+/* Starts the thread that takes the signals which signals_block() has blocked, also those that came
+ * meanwhile, and waits until it has its priority, which a confined process may no longer set. Main
+ * thread. realtime: the thread follows the loop's priority. STATUS_IO: the thread cannot be
+ * started; the signals remain blocked. */
+int signals_start(struct signals *s, struct loop *loop, bool realtime, signals_say *say, void *context, struct error *error);
+
+/* After this call `say` is not called any more. Main thread. */
+void signals_mute(struct signals *s);
 
 /* Ends the thread and unblocks the signals. A signal that came after the loop's end now has its
  * default effect, which is in most cases the end of the process. Main thread, when the log is
