@@ -79,6 +79,42 @@ static void values_stay_in_their_range(void **unused) {
     assert_close(change[0], 0.0, 1e-12);
 }
 
+/* Twice the negative log density of the residuals and of the values' priors, under noise alone. */
+static double square_at(const struct world *w, const double change[VARIABLES]) {
+    double sum = 0.0;
+    for (int a = 0; a < ROWS; a++) {
+        double left = w->white[a];
+        for (int i = 0; i < VARIABLES; i++) left += w->column[i][a] * change[i];
+        sum += square(left) / (1.0 + w->least[a]);
+    }
+    for (int i = 0; i < VARIABLES; i++) sum += square((w->model.off[i] + change[i]) * w->model.inverse_std[i]);
+    return sum;
+}
+
+/* The columns are nearly parallel, so both values leave their ranges if they are free. The best
+ * place may be at the end of one range and inside the other. */
+static void ends_of_ranges_are_chosen_together(void **unused) {
+    (void)unused;
+    enum { GRID = 200 };
+    static const struct covariance_size noise = {0.0, 0.0, 0.0};
+    struct world w;
+    for (uint64_t seed = 1; seed < 40; seed++) {
+        double change[VARIABLES], tried[VARIABLES], best = HUGE_VAL;
+        build(&w, seed);
+        for (int a = 0; a < ROWS; a++) w.column[1][a] = 20.0 * (w.column[0][a] + 0.02 * w.column[1][a]), w.column[0][a] *= 20.0;
+        for (int i = 0; i < VARIABLES; i++) w.model.least[i] = -0.1 - 0.2 * i, w.model.most[i] = 0.3 - 0.1 * i;
+        evidence_of(&w.model, &w.covariance, &noise, change, NULL);
+        for (int i = 0; i <= GRID; i++)
+            for (int j = 0; j <= GRID; j++) {
+                tried[0] = w.model.least[0] + (w.model.most[0] - w.model.least[0]) * i / GRID;
+                tried[1] = w.model.least[1] + (w.model.most[1] - w.model.least[1]) * j / GRID;
+                best = fmin(best, square_at(&w, tried));
+            }
+        for (int i = 0; i < VARIABLES; i++) assert_true(change[i] >= w.model.least[i] - 1e-12 && change[i] <= w.model.most[i] + 1e-12);
+        assert_below(square_at(&w, change), best + 1e-9);
+    }
+}
+
 /* A remainder that is the same function of the motion in every piece hides effects that look like
  * it, however many pieces there are; one that differs from piece to piece averages out. */
 static void pieces_that_repeat_are_no_more_evidence(void **unused) {
@@ -99,6 +135,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(evidence_is_the_density_of_the_residuals),
         cmocka_unit_test(values_stay_in_their_range),
+        cmocka_unit_test(ends_of_ranges_are_chosen_together),
         cmocka_unit_test(pieces_that_repeat_are_no_more_evidence),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

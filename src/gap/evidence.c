@@ -1,6 +1,7 @@
 #include "evidence.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -91,32 +92,76 @@ static void state(const struct linearised *l, const struct covariance *c, const 
     free(weight);
 }
 
-/* Solves h x + g = 0 with values kept within their ranges: all values that would leave their ranges
- * are fixed at the ends, and the others are solved again, until none leaves. */
-static void solve(const struct linearised *l, int n, const double *h, const double *g, double *x) {
-    double *a = memory_get((size_t)(n * n), sizeof *a), *b = memory_get((size_t)n, sizeof *b);
-    bool *fixed = memory_get((size_t)n, sizeof *fixed);
-    for (bool again = true; again;) {
-        again = false;
-        for (int i = 0; i < n; i++) {
-            b[i] = fixed[i] ? x[i] : -g[i];
-            for (int j = 0; j < n; j++) {
-                a[i * n + j] = fixed[i] || fixed[j] ? i == j : h[i * n + j];
-                if (!fixed[i] && fixed[j]) b[i] -= h[i * n + j] * x[j];
-            }
-        }
-        if (!dense_factor(n, n, a)) break;
-        dense_solve(n, n, a, b);
-        for (int i = 0; i < l->variables; i++) {
-            double least = l->least[i] * l->inverse_std[i], most = l->most[i] * l->inverse_std[i];
-            if (fixed[i] || (b[i] >= least && b[i] <= most)) continue;
-            x[i] = b[i] < least ? least : most, fixed[i] = again = true;
+/* Values at an end of their range, -1 or 1; 0: the value is free. */
+struct bounded {
+    int n;
+    const double *h, *g, *least, *most;
+    double *x, *matrix, *target;
+    int *end;
+};
+
+/* Finds the least of 1/2 x' h x + g' x over the free values. Returns false if h is not positive
+ * definite to rounding. */
+static bool find_target(const struct bounded *p) {
+    int n = p->n;
+    for (int i = 0; i < n; i++) {
+        p->target[i] = p->end[i] ? p->x[i] : -p->g[i];
+        for (int j = 0; j < n; j++) {
+            p->matrix[i * n + j] = p->end[i] || p->end[j] ? i == j : p->h[i * n + j];
+            if (!p->end[i] && p->end[j]) p->target[i] -= p->h[i * n + j] * p->x[j];
         }
     }
-    memcpy(x, b, (size_t)n * sizeof *x);
-    free(a);
-    free(b);
-    free(fixed);
+    if (!dense_factor(n, n, p->matrix)) return false;
+    dense_solve(n, n, p->matrix, p->target);
+    return true;
+}
+
+/* Moves towards the target until the first value reaches an end of its range, and fixes that value
+ * there. Returns false if the target is within all ranges. */
+static bool move(const struct bounded *p) {
+    double share = 1.0;
+    int first = -1;
+    for (int i = 0; i < p->n; i++) {
+        double end = p->target[i] < p->least[i] ? p->least[i] : p->target[i] > p->most[i] ? p->most[i] : p->target[i];
+        if (p->end[i] || end == p->target[i]) continue;
+        double reached = fmax((end - p->x[i]) / (p->target[i] - p->x[i]), 0.0);
+        if (reached < share || first < 0) share = fmin(share, reached), first = i;
+    }
+    for (int i = 0; i < p->n; i++) p->x[i] += share * (p->target[i] - p->x[i]);
+    if (first >= 0) p->end[first] = p->target[first] < p->x[first] ? -1 : 1;
+    return first >= 0;
+}
+
+/* Frees the value whose gradient points most away from its end. Returns false if there is none. */
+static bool release(const struct bounded *p) {
+    double most = 1e-9;
+    int which = -1;
+    for (int i = 0; i < p->n; i++) {
+        if (!p->end[i]) continue;
+        double pull = p->end[i] * (p->g[i] + dense_dot(p->n, p->h + i * p->n, p->x)) / sqrt(p->h[i * p->n + i]);
+        if (pull > most) most = pull, which = i;
+    }
+    if (which >= 0) p->end[which] = 0;
+    return which >= 0;
+}
+
+/* Finds the x within their ranges for which 1/2 x' h x + g' x is least (primal active set). Each
+ * round lowers it, from x = 0 on. */
+static void solve(const struct linearised *l, int n, const double *h, const double *g, double *x) {
+    double *work = memory_get((size_t)(n * (n + 3)), sizeof *work);
+    struct bounded p = {
+        .n = n, .h = h, .g = g, .x = x, .matrix = work + 3 * n, .target = work, .end = memory_get((size_t)n, sizeof *p.end)};
+    double *least = work + n, *most = work + 2 * n;
+    for (int i = 0; i < n; i++) {
+        least[i] = i < l->variables ? l->least[i] * l->inverse_std[i] : -HUGE_VAL;
+        most[i] = i < l->variables ? l->most[i] * l->inverse_std[i] : HUGE_VAL;
+        x[i] = 0.0;
+    }
+    p.least = least, p.most = most;
+    for (int round = 0; round < 4 * n && find_target(&p); round++)
+        if (!move(&p) && !release(&p)) break;
+    free(work);
+    free(p.end);
 }
 
 double evidence_of(const struct linearised *l, const struct covariance *c, const struct covariance_size *size, double *change,
