@@ -13,7 +13,7 @@
 #include "places.h"
 #include "replay.h"
 #include "search.h"
-#include "sets.h"
+#include "statements.h"
 #include "tone.h"
 #include "waves.h"
 
@@ -111,7 +111,7 @@ static int review(struct diagnosis *d, struct remainder *m, const struct recordi
     other->simulated = other->tone_simulated = other->matrices = other->offset_rival = false;
     other->replay_fault[0] = '\0';
     gap_progress(options, "comparing sets of effects", 0.9);
-    bool sure = sets_compare(d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT;
+    bool sure = statements_find(d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT;
     if (sure) read_remainder(d, other, m);
     bool changes = sure && (unknown ? params_legs(d->given) == 1 || m->beyond_laws > 1.0 : differs(r, other));
     if (changes) {

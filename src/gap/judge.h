@@ -21,7 +21,7 @@ struct remainder {
 void judge(struct gap_result *r, const struct remainder *m);
 
 /* Makes the verdict partly_named, for a result whose effects and statements come from
- * sets_compare(). Returns false and changes nothing if a tone or most of the gap remains. */
+ * statements_find(). Returns false and changes nothing if a tone or most of the gap remains. */
 bool judge_partly(struct gap_result *r);
 
 #endif

@@ -1,15 +1,65 @@
 /* Sets of effects under a remainder: on a real machine no law is exact, so every model leaves
  * something unexplained. Each set of at most four effects has one number, its evidence, under a
- * covariance that includes the remainder. The probability of a statement is the sum over the sets
- * in which the statement is true. Ordinary threads; heap. */
+ * covariance that includes the remainder. Ordinary threads; heap. */
 #ifndef HEXID_SETS_H
 #define HEXID_SETS_H
 
-#include "diagnose.h"
+#include "evidence.h"
 
-/* Compares sets of effects by their evidence and fills r->statement. If statements are sure and the
- * held-out cycles confirm them, puts their effects into r and the diagnosis, and returns true.
- * Otherwise returns false; r's effects and the model of d must then not be used any more. */
-bool sets_compare(struct diagnosis *d, struct gap_result *r);
+enum { SETS_MAX = 64, SETS_SIZES = 80 };
+
+/* A set of effects, fitted. */
+struct set {
+    int effects;
+    struct hypothesis hypothesis[GAP_EFFECTS];
+    struct params model;
+    struct linearised linear;
+    /* evidence: log of the mean evidence over the sizes of the remainder, plus log_prior.
+     * log_evidence: at each size, without log_prior. probability: among all sets that are kept */
+    double log_prior, evidence, probability;
+    double log_evidence[SETS_SIZES];
+};
+
+/* All sets that are compared, and the sizes of the remainder under which they are. */
+struct comparison {
+    struct diagnosis *d;
+    struct fit_data fit, held_out;  /* data with the whiteners of noise alone */
+    struct covariance covariance, held_covariance;
+    double *variance;               /* [values]: variances of the whiteners in d, relative to those
+                                     * of noise */
+    double gap;                     /* rms of the residuals without any effect, in units of the
+                                     * noise */
+    int sizes;
+    struct covariance_size size[SETS_SIZES];
+    double weight[SETS_SIZES];       /* probability of each size */
+    int sets;
+    struct set *set;
+};
+
+/* Begins a comparison around the model of a diagnosis, whose whiteners get a remainder of this size
+ * (covariance.h: spread) until sets_end(). */
+void sets_begin(struct comparison *s, struct diagnosis *d, double spread);
+void sets_end(struct comparison *s);
+
+/* Searches sets, the likeliest first, beginning with the base without effects. */
+void sets_search(struct comparison *s, const struct params *base);
+
+/* Fits a set and keeps it with its evidence, unless it is known already, impossible or without
+ * effect, or has a law at the end of its range. */
+void sets_keep(struct comparison *s, struct set *one);
+
+/* Fits a set that is not kept; its linearisation is freed by the caller. Returns false if it cannot
+ * be fitted, or if the fit leaves any of its effects without strength. */
+bool sets_fit(struct comparison *s, struct set *one);
+
+/* Finds the probabilities of all sets and sorts them, the likeliest first. A set is left out if one
+ * of its limiting cases explains about as much. Returns false without a set. */
+bool sets_rank(struct comparison *s);
+
+/* Place of an effect in a set; -1: the set lacks it. */
+int sets_place(const struct set *set, int effect);
+
+/* False for the errors of sensors and clocks, which do not grow with the machine. */
+bool sets_grows_with_machine(int effect);
 
 #endif

@@ -1,0 +1,283 @@
+#include "statements.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "goodness.h"
+#include "memory.h"
+#include "numeric.h"
+#include "sets.h"
+
+static const double SURE = 0.95;        /* least probability of a statement that the verdict
+                                         * makes */
+static const double NEGLIGIBLE = 0.01;  /* an effect that is less probable than this is not listed
+                                         * beside sure ones */
+static const double EMPIRICAL = 0.05;   /* least law_error of an effect that may leave a remainder
+                                         * on six legs. A smaller law_error means an exact law,
+                                         * which a remainder refutes: a base on springs looks like
+                                         * springs on the platform, but leaves a remainder */
+static const double EXPLAINED = 0.5;    /* least share of the held-out gap that the effects of a
+                                         * verdict explain together */
+
+static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before a set is the
+                                         * reference model */
+
+static bool has_family(const struct set *s, int family) {
+    for (int i = 0; i < s->effects; i++)
+        if ((int)effect_table[s->hypothesis[i].effect]->family == family) return true;
+    return false;
+}
+
+static const struct set *likeliest_with(const struct comparison *s, int effect) {
+    for (int i = 0; i < s->sets; i++)
+        if (sets_place(&s->set[i], effect) >= 0) return &s->set[i];
+    return NULL;
+}
+
+/* Log evidence of the best set without an effect, from which the effect's z follows. */
+static double without(const struct comparison *s, int effect) {
+    for (int i = 0; i < s->sets; i++)
+        if (sets_place(&s->set[i], effect) < 0) return s->set[i].evidence;
+    return -HUGE_VAL;
+}
+
+/* Share of the held-out gap that the model of a set explains, with the whiteners of noise alone. */
+static double share_of(const struct comparison *s, const struct params *base, const struct params *model) {
+    struct diagnosis noise = {.held_out = s->held_out};
+    double before = diagnosis_held_square(&noise, base), after = diagnosis_held_square(&noise, model);
+    return fmin(fmax((before - after) / (before - s->held_out.evaluated), 0.0), 1.0);
+}
+
+/* Number of the key after the last one that a variable sets. */
+static int end_of(const struct variable *v) { return v->key + (v->legs > LEGS ? 2 : 1); }
+
+/* Fills an effect's values in a set: means and standard deviations over the sizes of the remainder.
+ * The deviations include the law error that these sizes allow. */
+static void read_values(const struct comparison *s, const struct set *one, int place, struct gap_effect *e) {
+    const struct hypothesis *h = &one->hypothesis[place];
+    double change[FIT_VARIABLES] = {0}, std[FIT_VARIABLES] = {0}, mean[FIT_VARIABLES] = {0}, square_sum[FIT_VARIABLES] = {0}, law = 0.0,
+           total = 0.0;
+    int first = one->linear.variables;
+    for (int i = one->effects - 1; i >= place; i--) first -= one->hypothesis[i].variables;
+    for (int j = 0; j < s->sizes; j++) {
+        double weight = exp(one->log_evidence[j] + one->log_prior + log(1.0 / s->sizes) - one->evidence);
+        if (weight < 1e-4) continue;
+        evidence_of(&one->linear, &s->covariance, &s->size[j], change, std);
+        for (int i = 0; i < one->linear.variables; i++)
+            mean[i] += weight * change[i], square_sum[i] += weight * (square(change[i]) + square(std[i]));
+        law += weight * square(s->size[j].law), total += weight;
+    }
+    struct params moved = one->model;
+    for (int i = 0; i < h->variables; i++) {
+        const struct variable *v = &h->variable[i];
+        double value = fmin(fmax(variable_get(v, &one->model) + mean[first + i] / total, v->min), v->max);
+        double scatter = fmax(square_sum[first + i] / total - square(mean[first + i] / total), 0.0);
+        double of_law = effect_table[h->effect]->keys[v->key].shapes_law ? 0.0 : law / total * square(value - v->neutral);
+        variable_set(v, &moved, value);
+        for (int key = v->key; key < end_of(v); key++)
+            for (int leg = 0; leg < LEGS; leg++) {
+                if (v->leg >= 0 && v->leg != leg) continue;
+                e->bound[key][leg] = value <= v->min || value >= v->max;
+                e->std[key][leg] = e->bound[key][leg] ? 0.0 : sqrt(scatter + of_law);
+            }
+    }
+    e->values = moved.effects[h->effect];
+}
+
+static void state_effect(const struct comparison *s, const struct params *base, int effect, struct gap_effect *e) {
+    const struct set *one = likeliest_with(s, effect);
+    int place = sets_place(one, effect), keys = 0;
+    *e = (struct gap_effect){.effect = effect, .pattern = one->hypothesis[place].pattern, .given = s->d->given->effects[effect]};
+    for (int i = 0; i < one->hypothesis[place].variables; i++) {
+        const struct variable *v = &one->hypothesis[place].variable[i];
+        keys = end_of(v) > keys ? end_of(v) : keys;
+    }
+    e->keys = keys;
+    e->z = sqrt(2.0 * fmax(one->evidence - without(s, effect), 0.0));
+    read_values(s, one, place, e);
+    const struct set *single = NULL;
+    for (int i = s->sets - 1; i >= 0; i--)
+        if (s->set[i].effects == 1 && sets_place(&s->set[i], effect) == 0) single = &s->set[i];
+    struct params alone = single ? single->model : *base;
+    if (!single) alone.effects[effect] = one->model.effects[effect];
+    e->share_explained = share_of(s, base, &alone);
+}
+
+/* Lists statements about all effects, or about all families, each with its probability; the
+ * likeliest first. Returns their number. */
+static int list_statements(const struct comparison *s, bool families, struct gap_statement *list) {
+    int n = 0, end = families ? EFFECT_FAMILIES : EFFECTS_MAX;
+    for (int which = 0; which < end && (families || effect_table[which]); which++) {
+        struct gap_statement one = {.family = families, .which = which};
+        for (int i = 0; i < s->sets; i++)
+            if (families ? has_family(&s->set[i], which) : sets_place(&s->set[i], which) >= 0) one.probability += s->set[i].probability;
+        int place = n;
+        if (!(one.probability > 0.0)) continue;
+        for (; place > 0 && one.probability > list[place - 1].probability; place--) list[place] = list[place - 1];
+        list[place] = one, n++;
+    }
+    return n;
+}
+
+/* Returns the likeliest effect of a family. effects: sorted, the likeliest first. */
+static int member(const struct gap_statement *effects, int n, int family) {
+    for (int i = 0; i < n; i++)
+        if ((int)effect_table[effects[i].which]->family == family) return effects[i].which;
+    return -1;
+}
+
+static void add_statement(const struct comparison *s, struct gap_result *r, struct gap_statement one, int effect) {
+    state_effect(s, &r->base_model, effect, &one.effect);
+    one.share_explained = one.effect.share_explained;
+    r->statement[r->statements++] = one;
+}
+
+/* Fills the statements: first the sure ones, which are an effect if it is sure, otherwise its
+ * family if the family is sure; then the likeliest others. Returns the number of sure ones. */
+static int state_all(const struct comparison *s, struct gap_result *r) {
+    enum { LIKELIEST = 3 };
+    struct gap_statement effect[EFFECTS_MAX], family[EFFECT_FAMILIES];
+    int effects = list_statements(s, false, effect), families = list_statements(s, true, family), sure = 0;
+    bool covered[EFFECT_FAMILIES] = {false};
+    r->statements = 0;
+    r->certainty = 1.0;
+    for (int i = 0; i < effects && effect[i].probability >= SURE && sure < GAP_EFFECTS; i++) {
+        covered[effect_table[effect[i].which]->family] = true;
+        r->certainty = fmin(r->certainty, effect[i].probability);
+        add_statement(s, r, effect[i], effect[i].which), sure++;
+    }
+    for (int i = 0; i < families && family[i].probability >= SURE && sure < GAP_EFFECTS; i++) {
+        if (covered[family[i].which]) continue;
+        r->certainty = fmin(r->certainty, family[i].probability);
+        add_statement(s, r, family[i], member(effect, effects, family[i].which)), sure++;
+    }
+    for (int i = 0; i < effects && i < LIKELIEST && r->statements < GAP_STATEMENTS; i++)
+        if (effect[i].probability < SURE && (!sure || effect[i].probability > NEGLIGIBLE)) add_statement(s, r, effect[i], effect[i].which);
+    return sure;
+}
+
+/* True if the machine surely has exactly one of two effects. */
+static bool either(const struct comparison *s, int one, int other) {
+    double sum = 0.0;
+    for (int i = 0; i < s->sets; i++) {
+        bool has = sets_place(&s->set[i], one) >= 0, has_other = sets_place(&s->set[i], other) >= 0;
+        if (has != has_other) sum += s->set[i].probability;
+    }
+    return sum >= SURE;
+}
+
+/* True if a sure statement is about the effect's family. */
+static bool in_sure_family(const struct gap_result *r, int sure, int effect) {
+    for (int i = 0; i < sure; i++)
+        if (r->statement[i].family && r->statement[i].which == (int)effect_table[effect]->family) return true;
+    return false;
+}
+
+/* Looks for two effects of which one is surely there, though not which of them (either()). The
+ * likelier one becomes a sure statement, the other its rival. Returns the number of sure
+ * statements. */
+static int find_rivals(const struct comparison *s, struct gap_result *r, int sure) {
+    for (int i = sure; i < r->statements; i++)
+        for (int j = i + 1; j < r->statements && sure < GAP_EFFECTS; j++) {
+            struct gap_statement first = r->statement[i];
+            int other = r->statement[j].which;
+            bool known = in_sure_family(r, sure, first.which) || in_sure_family(r, sure, other);
+            if (known || !either(s, first.which, other)) continue;
+            r->ambiguous = 1, r->ambiguous_with[0] = other, r->in_doubt = sure;
+            memmove(r->statement + sure + 1, r->statement + sure, (size_t)(i - sure) * sizeof first);
+            r->statement[sure] = first;
+            r->certainty = fmin(r->certainty, first.probability);
+            return sure + 1;
+        }
+    return sure;
+}
+
+/* Makes a set of the effects of the sure statements, and fits it. Returns false if the set cannot
+ * be fitted, or if the fit leaves any of its effects without strength. */
+static bool fit_sure(struct comparison *s, const struct gap_result *r, int sure, struct set *one) {
+    const struct set *from = likeliest_with(s, r->statement[0].effect.effect);
+    *one = (struct set){.model = from->model};
+    for (int i = 0; i < sure; i++) {
+        int effect = r->statement[i].effect.effect;
+        const struct set *with = sets_place(from, effect) >= 0 ? from : likeliest_with(s, effect);
+        one->hypothesis[one->effects++] = with->hypothesis[sets_place(with, effect)];
+        one->model.effects[effect] = with->model.effects[effect];
+    }
+    for (int i = 0; i < from->effects; i++) {
+        int effect = from->hypothesis[i].effect;
+        if (sets_place(one, effect) < 0) one->model.effects[effect] = s->d->given->effects[effect];
+    }
+    return sets_fit(s, one);
+}
+
+/* True if the laws of the set's effects are inexact enough to leave a remainder; always true for a
+ * machine of one leg. */
+static bool may_leave(const struct comparison *s, const struct set *one) {
+    bool all = true;
+    for (int i = 0; i < one->effects; i++) all = all && effect_table[one->hypothesis[i].effect]->law_error >= EMPIRICAL;
+    return all || params_legs(s->d->given) == 1;
+}
+
+/* True if a model leaves more on held-out data than noise. */
+static bool leaves(const struct comparison *s, const struct params *model) {
+    struct diagnosis noise = {.held_out = s->held_out};
+    return diagnosis_held_square(&noise, model) > LEFT_WHITE * s->held_out.evaluated;
+}
+
+/* Moves the errors of sensors and clocks behind the other sure statements. Returns the number of
+ * the others. */
+static int sensors_last(struct gap_result *r, int sure) {
+    int kept = 0;
+    for (int i = 0; i < sure; i++) {
+        struct gap_statement one = r->statement[i];
+        if (!sets_grows_with_machine(one.effect.effect)) continue;
+        memmove(r->statement + kept + 1, r->statement + kept, (size_t)(i - kept) * sizeof one);
+        r->statement[kept++] = one;
+    }
+    return kept;
+}
+
+/* Fits the sure statements. With one leg, errors of sensors and clocks are left out if a remainder
+ * is left, unless there is no other statement, or an effect is in doubt. Their laws are exact, so
+ * beside a remainder they stand for something else, such as a damper's elastic mount. Returns the
+ * number of statements that were fitted; 0 if the fit failed. */
+static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct set *one) {
+    if (!fit_sure(s, r, sure, one)) return 0;
+    bool remainder = params_legs(s->d->given) == 1 && leaves(s, &s->d->model);
+    int others = remainder && !r->ambiguous ? sensors_last(r, sure) : sure;
+    if (!others || others == sure) return sure;
+    linearised_free(&one->linear);
+    return fit_sure(s, r, others, one) ? others : 0;
+}
+
+/* Makes the sure statements the findings. Returns false if there are none, or if they do not
+ * explain the gap together. */
+static bool settle(struct comparison *s, struct gap_result *r, int sure) {
+    struct set *one = memory_get(1, sizeof *one);
+    r->ambiguous = 0, r->in_doubt = 0;
+    sure = find_rivals(s, r, sure);
+    sure = sure ? fit_all(s, r, sure, one) : 0;
+    bool settled = sure && may_leave(s, one) && share_of(s, &r->base_model, &s->d->model) > EXPLAINED;
+    r->effects = 0;
+    for (int i = 0; i < sure && settled; i++) {
+        struct gap_effect *e = &r->effect[r->effects++];
+        read_values(s, one, i, &r->statement[i].effect);
+        *e = r->statement[i].effect;
+        snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", effect_table[e->effect]->signature, r->statement[i].probability);
+    }
+    linearised_free(&one->linear);
+    free(one);
+    return settled;
+}
+
+bool statements_find(struct diagnosis *d, struct gap_result *r) {
+    struct comparison *s = memory_get(1, sizeof *s);
+    sets_begin(s, d, FIRST_SPREAD);
+    sets_search(s, &r->base_model);
+    bool settled = sets_rank(s) && settle(s, r, state_all(s, r));
+    sets_end(s);
+    free(s);
+    return settled && diagnosis_assume(d, d->added, d->addition, &d->model);
+}
