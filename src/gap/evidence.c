@@ -1,7 +1,6 @@
 #include "evidence.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -92,7 +91,8 @@ static void state(const struct linearised *l, const struct covariance *c, const 
     free(weight);
 }
 
-/* Values at an end of their range, -1 or 1; 0: the value is free. */
+/* A quadratic form 1/2 x' h x + g' x of values in ranges. target: where it is least if the values
+ * at an end of their range stay there. end: -1, 1: the value is at this end; 0: it is free. */
 struct bounded {
     int n;
     const double *h, *g, *least, *most;
@@ -100,8 +100,7 @@ struct bounded {
     int *end;
 };
 
-/* Finds the least of 1/2 x' h x + g' x over the free values. Returns false if h is not positive
- * definite to rounding. */
+/* Finds the target. Returns false if h is not positive definite to rounding. */
 static bool find_target(const struct bounded *p) {
     int n = p->n;
     for (int i = 0; i < n; i++) {
@@ -116,20 +115,46 @@ static bool find_target(const struct bounded *p) {
     return true;
 }
 
+static double value_at(const struct bounded *p, const double *x) {
+    double sum = 0.0;
+    for (int i = 0; i < p->n; i++) sum += x[i] * (0.5 * dense_dot(p->n, p->h + i * p->n, x) + p->g[i]);
+    return sum;
+}
+
+/* Moves all values to the target, or to the ends of their ranges where it lies beyond them. Returns
+ * false and moves nothing if that does not lower the form. */
+static bool project(const struct bounded *p) {
+    double *clipped = p->matrix; /* its factor is needed no more */
+    for (int i = 0; i < p->n; i++) clipped[i] = fmin(fmax(p->target[i], p->least[i]), p->most[i]);
+    if (!(value_at(p, clipped) < value_at(p, p->x))) return false;
+    for (int i = 0; i < p->n; i++) {
+        if (!p->end[i] && clipped[i] != p->target[i]) p->end[i] = clipped[i] > p->target[i] ? -1 : 1;
+        p->x[i] = clipped[i];
+    }
+    return true;
+}
+
 /* Moves towards the target until the first value reaches an end of its range, and fixes that value
- * there. Returns false if the target is within all ranges. */
-static bool move(const struct bounded *p) {
+ * there. */
+static void move(const struct bounded *p) {
     double share = 1.0;
     int first = -1;
     for (int i = 0; i < p->n; i++) {
-        double end = p->target[i] < p->least[i] ? p->least[i] : p->target[i] > p->most[i] ? p->most[i] : p->target[i];
+        double end = fmin(fmax(p->target[i], p->least[i]), p->most[i]);
         if (p->end[i] || end == p->target[i]) continue;
         double reached = fmax((end - p->x[i]) / (p->target[i] - p->x[i]), 0.0);
         if (reached < share || first < 0) share = fmin(share, reached), first = i;
     }
     for (int i = 0; i < p->n; i++) p->x[i] += share * (p->target[i] - p->x[i]);
-    if (first >= 0) p->end[first] = p->target[first] < p->x[first] ? -1 : 1;
-    return first >= 0;
+    bool low = p->target[first] < p->least[first];
+    p->end[first] = low ? -1 : 1, p->x[first] = low ? p->least[first] : p->most[first];
+}
+
+/* True if the target is within all ranges. */
+static bool in_range(const struct bounded *p) {
+    bool in = true;
+    for (int i = 0; i < p->n; i++) in = in && p->target[i] >= p->least[i] && p->target[i] <= p->most[i];
+    return in;
 }
 
 /* Frees the value whose gradient points most away from its end. Returns false if there is none. */
@@ -145,8 +170,8 @@ static bool release(const struct bounded *p) {
     return which >= 0;
 }
 
-/* Finds the x within their ranges for which 1/2 x' h x + g' x is least (primal active set). Each
- * round lowers it, from x = 0 on. */
+/* Finds the x within their ranges for which 1/2 x' h x + g' x is least (primal active set). No
+ * round raises it, from x = 0 on. */
 static void solve(const struct linearised *l, int n, const double *h, const double *g, double *x) {
     double *work = memory_get((size_t)(n * (n + 3)), sizeof *work);
     struct bounded p = {
@@ -155,11 +180,17 @@ static void solve(const struct linearised *l, int n, const double *h, const doub
     for (int i = 0; i < n; i++) {
         least[i] = i < l->variables ? l->least[i] * l->inverse_std[i] : -HUGE_VAL;
         most[i] = i < l->variables ? l->most[i] * l->inverse_std[i] : HUGE_VAL;
-        x[i] = 0.0;
+        x[i] = fmin(fmax(0.0, least[i]), most[i]);
     }
     p.least = least, p.most = most;
-    for (int round = 0; round < 4 * n && find_target(&p); round++)
-        if (!move(&p) && !release(&p)) break;
+    for (int round = 0; round < 4 * n && find_target(&p); round++) {
+        if (!in_range(&p)) {
+            if (!project(&p)) move(&p);
+            continue;
+        }
+        memcpy(x, p.target, (size_t)n * sizeof *x);
+        if (!release(&p)) break;
+    }
     free(work);
     free(p.end);
 }
@@ -188,7 +219,8 @@ double evidence_of(const struct linearised *l, const struct covariance *c, const
                                        * it */
     solve(l, n, h, g, x);
     for (int i = 0; i < n; i++) sum += x[i] * (2.0 * g[i] + dense_dot(n, h + i * n, x));
-    if (dense_factor(n, n, factor)) {
+    bool definite = dense_factor(n, n, factor);
+    if (definite) {
         for (int i = 0; i < n; i++) log_curvature += 2.0 * log(factor[i * n + i]);
         double *diagonal = g, *work = p.white; /* g and p.white are needed no more; p.white is long
                                                 * enough if rows >= n */
@@ -204,5 +236,5 @@ double evidence_of(const struct linearised *l, const struct covariance *c, const
     free(x);
     free(p.column);
     free(p.white);
-    return -0.5 * (sum + p.log_variance + log_curvature) + l->one_sided * log(2.0);
+    return definite ? -0.5 * (sum + p.log_variance + log_curvature) + l->one_sided * log(2.0) : -HUGE_VAL;
 }

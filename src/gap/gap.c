@@ -41,6 +41,7 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
  * models and sizes become those without effects. */
 static void give_up(const struct params *given, struct gap_result *r) {
     r->effects = r->ambiguous = 0;
+    r->certainty = (double)NAN;
     r->model = *given;
     r->fitted = r->base_model;
     r->after = r->before;
@@ -144,9 +145,10 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     int open_loop = compare_check(params, measured, error);
     if (open_loop && options->replay == GAP_CLOSED_LOOP) return open_loop;
     struct diagnosis *d = memory_get(1, sizeof *d);
+    struct tried *tried = memory_get(1, sizeof *tried);
 
     bool motion = open_loop || options->replay == GAP_MOTION;
-    *r = (struct gap_result){.replay = motion ? GAP_MOTION : GAP_CLOSED_LOOP, .validated = validate != NULL};
+    *r = (struct gap_result){.replay = motion ? GAP_MOTION : GAP_CLOSED_LOOP, .validated = validate != NULL, .certainty = (double)NAN};
     r->controller_difference = controller_difference(params, measured);
     r->sampled_s = controller_other_rate(params, measured);
     for (int i = measured->tests - 1; i >= 0; i--)
@@ -163,7 +165,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
         r->tone = tone_find(measured, options->threads, 1.0);
-        search_effects(d, measured, options, r);
+        search_effects(d, measured, options, r, tried);
         r->white_after = d->held_square / d->held_out.evaluated;
         extend(params, d, r);
     }
@@ -174,6 +176,10 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         judge(r, &remainder);
         if (doubtful(r)) status = review(d, &remainder, measured, validate, options, r, runs, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
+        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty)) {
+            struct gap_certainty certainty = statements_certainty(d, r, &tried->found, tried->sets, tried->set);
+            judge_certainty(r, &certainty);
+        }
         if (waves && r->simulated) waves_closed_loop(waves, measured, &runs[0].run, r->effects ? replay_after(runs) : &runs[0].run);
     }
     replay_free(runs);
@@ -187,6 +193,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
 
     diagnosis_free(d);
     free(d);
+    free(tried);
     r->seconds = seconds_from_ns(monotonic_ns() - start_ns);
     if (status) gap_progress(options, "not solved", 1.0);
     return status;

@@ -33,8 +33,6 @@ const char *gap_family_name(const struct gap_result *r) {
     return "";
 }
 
-double gap_certainty(const struct gap_result *r) { return r->statements && r->effects ? r->certainty : (double)NAN; }
-
 double gap_short(const struct gap_result *r, const struct gap_candidate *candidate) {
     double most = 0.0;
     for (int i = 0; i < r->candidates; i++) most = fmax(most, r->candidate[i].z);

@@ -80,6 +80,13 @@ struct gap_statement {
                                            * its values in the likeliest set that contains it */
 };
 
+/* Probability of a verdict among the sets of effects that were compared, and the likeliest set that
+ * contradicts it. */
+struct gap_certainty {
+    double probability, other_probability;
+    int others, other[GAP_EFFECTS];       /* effects of that set; none: the base alone */
+};
+
 struct gap_place {
     int test, leg, harmonic;
     enum dof dof;
@@ -131,8 +138,9 @@ struct gap_result {
                                            * other effects; 0: sets of effects were not compared, or
                                            * did not change the verdict */
     struct gap_statement statement[GAP_STATEMENTS];
-    double certainty;                     /* least probability of the statements that the verdict
-                                           * makes; read it by gap_certainty() */
+    double certainty;                     /* probability of what the verdict says, among the sets of
+                                           * effects that were compared; NaN: not known, as for
+                                           * unknown_effect */
     int ambiguous;                        /* number of effects that the data cannot distinguish from
                                            * effect[in_doubt]; ambiguous_with: their indices in
                                            * effect_table */
@@ -199,10 +207,8 @@ double gap_deviation(const struct gap_effect *effect, int key, int leg);
 const char *gap_statement_name(const struct gap_statement *statement);
 const char *gap_statement_level(const struct gap_statement *statement);
 
-/* Returns the family that the verdict states in place of an effect, "" if it states none.
- * gap_certainty(): the verdict's probability, NaN if it was not computed. */
+/* Returns the family that the verdict states in place of an effect, "" if it states none. */
 const char *gap_family_name(const struct gap_result *result);
-double gap_certainty(const struct gap_result *result);
 
 /* How far a candidate is behind the likeliest one, on the scale of z: the root of the difference of
  * the two squared z. */

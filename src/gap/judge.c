@@ -7,6 +7,7 @@
 #include "base.h"
 #include "experiment.h"
 #include "numeric.h"
+#include "statements.h"
 
 static const double OFFSET_SIGMAS = 6.0, /* a constant force, or a difference of friction between
                                           * directions, counts from this many standard deviations
@@ -348,4 +349,25 @@ bool judge_partly(struct gap_result *r) {
     say_constants(r);
     say_rest(r);
     return true;
+}
+
+/* Appends the names of effects. */
+static void append_names(struct gap_result *r, int effects, const int effect[]) {
+    for (int i = 0; i < effects; i++) {
+        append(r, i == 0 ? "" : i + 1 == effects ? " and " : ", ");
+        append(r, name_of(effect[i]));
+    }
+    if (!effects) append(r, "no effect");
+}
+
+void judge_certainty(struct gap_result *r, const struct gap_certainty *c) {
+    r->certainty = c->probability;
+    if (!(c->probability < STATEMENTS_SURE)) return;
+    if (r->verdict == GAP_EFFECT_NAMED) r->verdict = GAP_PARTLY_NAMED;
+    char text[GAP_TEXT];
+    snprintf(text, sizeof text, "; the probability of this verdict is %.2g, that of ", c->probability);
+    append(r, text);
+    append_names(r, c->others, c->other);
+    snprintf(text, sizeof text, " %.2g", c->other_probability);
+    append(r, text);
 }

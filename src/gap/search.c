@@ -30,6 +30,12 @@ static const double RIVAL_GAIN = 16.0;     /* a candidate that is behind the bes
                                             * = 4; the error of the law is the limit if it is
                                             * larger */
 
+static const double NEAR_GAIN = 60.0;      /* a candidate that is behind the best one by more
+                                            * evidence than this is not compared with the verdict:
+                                            * odds of 1e13 to one; four times the error of the
+                                            * law is the limit if it is larger */
+enum { NEAR = 4 };                         /* most candidates of a round that are compared */
+
 /* Most rounds of the search. Four effects need half of them if each is added once and judged again
  * beside those added later, and none is replaced. */
 enum { ROUNDS_MAX = GAP_EFFECTS * (GAP_EFFECTS + 1) };
@@ -140,6 +146,34 @@ static int list_rivals(const struct diagnosis *d, const struct trial *trial, int
         if (!seen && rivals < GAP_RIVALS) rival[rivals++] = effect;
     }
     return drop_containing(rivals, rival);
+}
+
+/* Notes a trial beside the added effects as a set that the verdict is compared with. */
+static void note_tried(const struct diagnosis *d, const struct trial *t, struct tried *tried) {
+    struct set *one = &tried->set[tried->sets];
+    if (tried->sets == TRIED_MAX) return;
+    *one = (struct set){.effects = d->added, .model = t->model};
+    memcpy(one->hypothesis, d->addition, (size_t)d->added * sizeof *one->hypothesis);
+    one->hypothesis[one->effects++] = *t->hypothesis;
+    bool known = false;
+    for (int i = 0; i < tried->sets; i++) known = known || sets_same(&tried->set[i], one);
+    tried->sets += !known;
+}
+
+static bool effect_before(const struct trial *trial, int place) {
+    bool before = false;
+    for (int i = 0; i < place; i++) before = before || trial[i].hypothesis->effect == trial[place].hypothesis->effect;
+    return before;
+}
+
+/* Notes the best trial of each effect whose evidence is near that of the best one. */
+static void note_rivals(const struct diagnosis *d, const struct trial *trial, int trials, struct tried *tried) {
+    double most = fmax(NEAR_GAIN * dispersion(d, &trial[0]), 4.0 * law_error(&trial[0]));
+    for (int i = 0, noted = 0; i < trials && noted < NEAR; i++) {
+        if (!trial[i].ok || !trial[i].polished || unseen(d, &trial[i]) || effect_before(trial, i)) continue;
+        if (trial_evidence(&trial[0]) - trial_evidence(&trial[i]) > most) continue;
+        note_tried(d, &trial[i], tried), noted++;
+    }
 }
 
 static void put_first(struct trial *trial, int place) {
@@ -469,7 +503,8 @@ void search_read_base(const struct diagnosis *d, struct gap_result *r) {
     }
 }
 
-void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *o, struct gap_result *r) {
+void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *o, struct gap_result *r,
+                    struct tried *tried) {
     find_skew(d, measured, r);
     struct trial *trial = memory_get(HYPOTHESES_MAX, sizeof *trial);
     struct revision *revision = memory_get(1, sizeof *revision);
@@ -484,6 +519,7 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
         if (round == 0) list_candidates(d, trial, trials, r);
         prefer_seen(d, trial, trials);
         prefer_simple(d, trial, trials);
+        note_rivals(d, trial, trials, tried);
 
         int rival[GAP_RIVALS] = {0}, rivals = list_rivals(d, trial, trials, rival);
         int effect = trial[0].hypothesis->effect;
@@ -527,4 +563,6 @@ void search_effects(struct diagnosis *d, const struct recording *measured, const
     search_read_base(d, r);
     read_effects(d, r);
     sort_effects(r);
+    tried->found = (struct set){.effects = d->added, .model = d->model};
+    memcpy(tried->found.hypothesis, d->addition, sizeof tried->found.hypothesis);
 }

@@ -4,13 +4,22 @@
 #ifndef HEXID_SEARCH_H
 #define HEXID_SEARCH_H
 
-#include "diagnose.h"
+#include "sets.h"
 
 struct gap_options;
 
+/* The set that the search found, and those that it came near to. */
+enum { TRIED_MAX = 40 };
+struct tried {
+    struct set found;
+    int sets;
+    struct set set[TRIED_MAX];
+};
+
 /* Searches the effects of the machine and fills the result's effects, candidates, rivals and base
- * values. */
-void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result);
+ * values. tried: zeroed by the caller. */
+void search_effects(struct diagnosis *d, const struct recording *measured, const struct gap_options *options, struct gap_result *result,
+                    struct tried *tried);
 
 /* Fills the result's base values from the diagnosis' last fit. */
 void search_read_base(const struct diagnosis *d, struct gap_result *result);

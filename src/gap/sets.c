@@ -33,14 +33,24 @@ static const double MORE = 3.0;         /* log of the odds, 20 to 1, by which a 
 
 /* --- covariance */
 
+static bool any(int values, const double *x) {
+    bool some = false;
+    for (int i = 0; i < values; i++) some = some || x[i] > 0.0;
+    return some;
+}
+
+/* Lists the sizes that differ: a covariance without a remainder, features or laws has one size of
+ * each. */
 static void list_sizes(struct comparison *s) {
     /* law error in addition to the laws' own law_error: none, or 0.4 % to a fifth in nearly equal
      * ratios */
     static const double spread[] = {0.03, 0.1, 0.3, 1.0}, repeats[] = {0.0, 0.1, 0.3, 1.0}, law[] = {0.0, 4e-3, 0.015, 0.05, 0.2};
+    const struct covariance *c = &s->covariance;
+    int spreads = any(c->values, c->spread) ? 4 : 1, laws = !s->exact && any(c->values, c->law) ? 5 : 1;
     s->sizes = 0;
-    for (int i = 0; i < 4; i++)
-        for (int j = 0; j < (s->covariance.features ? 4 : 1); j++)
-            for (int k = 0; k < 5; k++) s->size[s->sizes++] = (struct covariance_size){spread[i], repeats[j], law[k]};
+    for (int i = 0; i < spreads; i++)
+        for (int j = 0; j < (c->features ? 4 : 1); j++)
+            for (int k = 0; k < laws; k++) s->size[s->sizes++] = (struct covariance_size){spread[i], repeats[j], law[k]};
 }
 
 /* Divides the rows of the whiteners by the standard deviations that a covariance gives. */
@@ -130,7 +140,7 @@ static bool assume(struct diagnosis *d, const struct set *s) {
     return possible;
 }
 
-static bool same(const struct set *a, const struct set *b) {
+bool sets_same(const struct set *a, const struct set *b) {
     int common = 0;
     for (int i = 0; i < a->effects; i++)
         for (int j = 0; j < b->effects; j++)
@@ -206,7 +216,7 @@ static struct set *place_for(struct comparison *s, double evidence) {
 
 void sets_keep(struct comparison *s, struct set *one) {
     bool known = false;
-    for (int i = 0; i < s->sets; i++) known = known || same(&s->set[i], one);
+    for (int i = 0; i < s->sets; i++) known = known || sets_same(&s->set[i], one);
     if (known || !assume(s->d, one)) return;
     one->model = s->d->model;
     if (!acts(one) || at_end(one)) return;
@@ -276,33 +286,28 @@ static bool limit_of(const struct set *a, const struct set *b) {
 
 /* Leaves out a set if one of its limiting cases explains about as much, because the simpler set is
  * then preferred. */
-static void prefer_limits(struct comparison *s) {
+static void prefer_limits(struct comparison *s, const struct set *stays) {
     for (int i = s->sets - 1; i >= 0; i--) {
         bool limit = false;
         for (int j = 0; j < s->sets; j++)
             limit = limit || (limit_of(&s->set[i], &s->set[j]) && s->set[i].evidence < s->set[j].evidence + MORE);
-        if (!limit) continue;
+        if (!limit || (stays && sets_same(&s->set[i], stays))) continue;
         linearised_free(&s->set[i].linear);
         memmove(s->set + i, s->set + i + 1, (size_t)(--s->sets - i) * sizeof *s->set);
     }
 }
 
-/* Finds the probabilities of sets and sizes. */
 static void find_probabilities(struct comparison *s) {
-    double sum = -HUGE_VAL, size[SETS_SIZES];
-    for (int j = 0; j < s->sizes; j++) size[j] = -HUGE_VAL;
-    for (int i = 0; i < s->sets; i++) {
-        sum = log_sum(sum, s->set[i].evidence);
-        for (int j = 0; j < s->sizes; j++) size[j] = log_sum(size[j], s->set[i].log_evidence[j] + s->set[i].log_prior);
-    }
+    double sum = -HUGE_VAL;
+    for (int i = 0; i < s->sets; i++) sum = log_sum(sum, s->set[i].evidence);
     for (int i = 0; i < s->sets; i++) s->set[i].probability = exp(s->set[i].evidence - sum);
-    for (int j = 0; j < s->sizes; j++) s->weight[j] = exp(size[j] - log(s->sizes) - sum);
 }
 
 /* Makes the model of the best set the reference model, and weighs all sets anew. Returns false
  * without a set, or if the model with the best one cannot be fitted. */
 static bool better_reference(struct comparison *s) {
     restore_noise(s);
+    qsort(s->set, (size_t)s->sets, sizeof *s->set, by_evidence);
     if (!s->sets || !assume(s->d, &s->set[0])) return false;
     take_reference(s, 1.0);
     for (int i = 0; i < s->sets; i++) weigh(s, &s->set[i]);
@@ -330,9 +335,9 @@ void sets_search(struct comparison *s, const struct params *base) {
     for (int round = 0; round < effort_of(s).rounds && better_reference(s); round++) search_once(s, base);
 }
 
-bool sets_rank(struct comparison *s) {
+bool sets_rank(struct comparison *s, const struct set *stays) {
     if (!better_reference(s)) return false;
-    prefer_limits(s);
+    prefer_limits(s, stays);
     find_probabilities(s);
     return true;
 }
@@ -343,8 +348,8 @@ static void keep_noise(const struct fit_data *d, struct fit_data *noise) {
     memcpy(noise->whitener, d->whitener, (size_t)d->residual->tests * sizeof *noise->whitener);
 }
 
-void sets_begin(struct comparison *s, struct diagnosis *d, double spread) {
-    *s = (struct comparison){.d = d};
+void sets_begin(struct comparison *s, struct diagnosis *d, double spread, bool exact) {
+    *s = (struct comparison){.d = d, .exact = exact};
     s->set = memory_get(SETS_MAX, sizeof *s->set);
     s->variance = memory_get((size_t)d->fit.values, sizeof *s->variance);
     keep_noise(&d->fit, &s->fit), keep_noise(&d->held_out, &s->held_out);

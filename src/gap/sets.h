@@ -23,6 +23,7 @@ struct set {
 /* All sets that are compared, and the sizes of the remainder under which they are. */
 struct comparison {
     struct diagnosis *d;
+    bool exact;
     struct fit_data fit, held_out;  /* data with the whiteners of noise alone */
     struct covariance covariance, held_covariance;
     double *variance;               /* [values]: variances of the whiteners in d, relative to those
@@ -31,14 +32,14 @@ struct comparison {
                                      * noise */
     int sizes;
     struct covariance_size size[SETS_SIZES];
-    double weight[SETS_SIZES];       /* probability of each size */
     int sets;
     struct set *set;
 };
 
-/* Begins a comparison around the model of a diagnosis, whose whiteners get a remainder of this size
- * (covariance.h: spread) until sets_end(). */
-void sets_begin(struct comparison *s, struct diagnosis *d, double spread);
+/* Begins a comparison around the model of a diagnosis. Until sets_end() its whiteners contain a
+ * remainder, at first of this size (covariance.h: spread). exact: no law is less exact than its
+ * law_error says; otherwise the laws of a family may be off by up to a fifth. */
+void sets_begin(struct comparison *s, struct diagnosis *d, double spread, bool exact);
 void sets_end(struct comparison *s);
 
 /* Searches sets, the likeliest first, beginning with the base without effects. */
@@ -53,8 +54,12 @@ void sets_keep(struct comparison *s, struct set *one);
 bool sets_fit(struct comparison *s, struct set *one);
 
 /* Finds the probabilities of all sets and sorts them, the likeliest first. A set is left out if one
- * of its limiting cases explains about as much. Returns false without a set. */
-bool sets_rank(struct comparison *s);
+ * of its limiting cases explains about as much, unless it is the one that stays, which may be NULL.
+ * Returns false without a set, or if the best one cannot be fitted. */
+bool sets_rank(struct comparison *s, const struct set *stays);
+
+/* True if two sets have the same effects with the same choices of legs. */
+bool sets_same(const struct set *a, const struct set *b);
 
 /* Place of an effect in a set; -1: the set lacks it. */
 int sets_place(const struct set *set, int effect);

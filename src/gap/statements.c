@@ -10,8 +10,6 @@
 #include "numeric.h"
 #include "sets.h"
 
-static const double SURE = 0.95;        /* least probability of a statement that the verdict
-                                         * makes */
 static const double NEGLIGIBLE = 0.01;  /* an effect that is less probable than this is not listed
                                          * beside sure ones */
 static const double EMPIRICAL = 0.05;   /* least law_error of an effect that may leave a remainder
@@ -142,19 +140,17 @@ static int state_all(const struct comparison *s, struct gap_result *r) {
     int effects = list_statements(s, false, effect), families = list_statements(s, true, family), sure = 0;
     bool covered[EFFECT_FAMILIES] = {false};
     r->statements = 0;
-    r->certainty = 1.0;
-    for (int i = 0; i < effects && effect[i].probability >= SURE && sure < GAP_EFFECTS; i++) {
+    for (int i = 0; i < effects && effect[i].probability >= STATEMENTS_SURE && sure < GAP_EFFECTS; i++) {
         covered[effect_table[effect[i].which]->family] = true;
-        r->certainty = fmin(r->certainty, effect[i].probability);
         add_statement(s, r, effect[i], effect[i].which), sure++;
     }
-    for (int i = 0; i < families && family[i].probability >= SURE && sure < GAP_EFFECTS; i++) {
+    for (int i = 0; i < families && family[i].probability >= STATEMENTS_SURE && sure < GAP_EFFECTS; i++) {
         if (covered[family[i].which]) continue;
-        r->certainty = fmin(r->certainty, family[i].probability);
         add_statement(s, r, family[i], member(effect, effects, family[i].which)), sure++;
     }
     for (int i = 0; i < effects && i < LIKELIEST && r->statements < GAP_STATEMENTS; i++)
-        if (effect[i].probability < SURE && (!sure || effect[i].probability > NEGLIGIBLE)) add_statement(s, r, effect[i], effect[i].which);
+        if (effect[i].probability < STATEMENTS_SURE && (!sure || effect[i].probability > NEGLIGIBLE))
+            add_statement(s, r, effect[i], effect[i].which);
     return sure;
 }
 
@@ -165,7 +161,7 @@ static bool either(const struct comparison *s, int one, int other) {
         bool has = sets_place(&s->set[i], one) >= 0, has_other = sets_place(&s->set[i], other) >= 0;
         if (has != has_other) sum += s->set[i].probability;
     }
-    return sum >= SURE;
+    return sum >= STATEMENTS_SURE;
 }
 
 /* True if a sure statement is about the effect's family. */
@@ -188,7 +184,6 @@ static int find_rivals(const struct comparison *s, struct gap_result *r, int sur
             r->ambiguous = 1, r->ambiguous_with[0] = other, r->in_doubt = sure;
             memmove(r->statement + sure + 1, r->statement + sure, (size_t)(i - sure) * sizeof first);
             r->statement[sure] = first;
-            r->certainty = fmin(r->certainty, first.probability);
             return sure + 1;
         }
     return sure;
@@ -252,6 +247,34 @@ static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct 
     return fit_sure(s, r, others, one) ? others : 0;
 }
 
+/* Number of effects in a set that are in doubt: an effect, and those that the data cannot tell from
+ * it. */
+static int doubted_in(const struct set *one, const struct gap_result *r) {
+    int count = sets_place(one, r->effect[r->in_doubt].effect) >= 0;
+    for (int i = 0; i < r->ambiguous; i++) count += sets_place(one, r->ambiguous_with[i]) >= 0;
+    return count;
+}
+
+/* True if a set has the effects of a result, or their families where it states these; of effects
+ * that the result cannot tell apart exactly one. The set may have others, too, unless the result
+ * has none. Clock skew is measured, and in no set. */
+static bool confirms(const struct set *one, const struct gap_result *r) {
+    bool all = r->effects || !one->effects;
+    for (int i = 0; i < r->effects; i++) {
+        int effect = r->effect[i].effect;
+        bool family = i < r->statements && r->statement[i].family, doubted = r->ambiguous && i == r->in_doubt;
+        bool has = family ? has_family(one, r->statement[i].which) : doubted ? doubted_in(one, r) == 1 : sets_place(one, effect) >= 0;
+        all = all && (has || effect == effect_find("clock_skew"));
+    }
+    return all;
+}
+
+static double probability_of(const struct comparison *s, const struct gap_result *r) {
+    double sum = 0.0;
+    for (int i = 0; i < s->sets; i++) sum += confirms(&s->set[i], r) ? s->set[i].probability : 0.0;
+    return sum > 1.0 ? 1.0 : sum; /* above 1 by rounding */
+}
+
 /* Makes the sure statements the findings. Returns false if there are none, or if they do not
  * explain the gap together. */
 static bool settle(struct comparison *s, struct gap_result *r, int sure) {
@@ -267,6 +290,7 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
         *e = r->statement[i].effect;
         snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", effect_table[e->effect]->signature, r->statement[i].probability);
     }
+    r->certainty = probability_of(s, r);
     linearised_free(&one->linear);
     free(one);
     return settled;
@@ -274,10 +298,58 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
 
 bool statements_find(struct diagnosis *d, struct gap_result *r) {
     struct comparison *s = memory_get(1, sizeof *s);
-    sets_begin(s, d, FIRST_SPREAD);
+    sets_begin(s, d, FIRST_SPREAD, false);
     sets_search(s, &r->base_model);
-    bool settled = sets_rank(s) && settle(s, r, state_all(s, r));
+    bool settled = sets_rank(s, NULL) && settle(s, r, state_all(s, r));
     sets_end(s);
     free(s);
     return settled && diagnosis_assume(d, d->added, d->addition, &d->model);
+}
+
+/* Copies a set without one of its effects. */
+static struct set without_one(const struct diagnosis *d, const struct set *whole, int place) {
+    struct set one = {.model = whole->model};
+    for (int i = 0; i < whole->effects; i++)
+        if (i != place) one.hypothesis[one.effects++] = whole->hypothesis[i];
+    one.model.effects[whole->hypothesis[place].effect] = d->given->effects[whole->hypothesis[place].effect];
+    return one;
+}
+
+/* Describes the likeliest set that contradicts a result. */
+static void find_other(const struct comparison *s, const struct gap_result *r, struct gap_certainty *c) {
+    for (int i = 0; i < s->sets; i++) {
+        const struct set *one = &s->set[i];
+        if (confirms(one, r)) continue;
+        c->other_probability = one->probability;
+        c->others = one->effects;
+        for (int j = 0; j < one->effects; j++) c->other[j] = one->hypothesis[j].effect;
+        return;
+    }
+}
+
+static bool is_kept(const struct comparison *s, const struct set *one) {
+    bool kept = false;
+    for (int i = 0; i < s->sets; i++) kept = kept || sets_same(&s->set[i], one);
+    return kept;
+}
+
+struct gap_certainty statements_certainty(struct diagnosis *d, const struct gap_result *r, const struct set *found, int sets,
+                                          const struct set *tried) {
+    struct gap_certainty c = {.probability = (double)NAN};
+    if (!diagnosis_assume(d, found->effects, found->hypothesis, &found->model)) return c;
+    struct comparison *s = memory_get(1, sizeof *s);
+    struct set *one = memory_get(1, sizeof *one);
+    sets_begin(s, d, 0.0, d->held_square < LEFT_WHITE * d->held_out.evaluated);
+    *one = (struct set){.model = r->base_model}, sets_keep(s, one);
+    *one = *found, sets_keep(s, one);
+    for (int i = 0; i < found->effects; i++) *one = without_one(d, found, i), sets_keep(s, one);
+    for (int i = 0; i < sets; i++) *one = tried[i], sets_keep(s, one);
+    if (is_kept(s, found) && sets_rank(s, found)) {
+        c.probability = probability_of(s, r);
+        find_other(s, r, &c);
+    }
+    sets_end(s);
+    free(one);
+    free(s);
+    return c;
 }

@@ -73,6 +73,7 @@ static void headline(FILE *out, const struct gap_result *r) {
     if (!stream) return;
     static const char *const sizes[] = {NULL, "Missing in the model, or of another size than there", "Of another size than in the model"};
     const char *kicker = r->verdict == GAP_EFFECT_NAMED && given(r) ? sizes[given(r)] : kickers[r->verdict];
+    if (r->verdict == GAP_PARTLY_NAMED && !r->statements) kicker = "Missing in the model, but other effects explain about as much";
     if (r->verdict == GAP_AMBIGUOUS && given(r)) kicker = "Missing in the model, or of another size, and these data cannot tell which";
     headline_words(stream, r);
     if (!fclose(stream))
@@ -140,6 +141,8 @@ static void sure_card(FILE *out, const struct gap_result *r) {
             "<p>What is left on held-out data, squared and divided by the variance of its noise: <b>%.2f</b> on average; noise alone stays "
             "near or below 1.</p>\n",
             r->white_after);
+    if (isfinite(r->certainty))
+        fprintf(out, "<p>Its probability among the sets of effects that were compared: <b>%.3g</b>.</p>\n", r->certainty);
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
         section_effect_words(out, next->effect, next->pattern, params_legs(&r->model));
