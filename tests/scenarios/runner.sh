@@ -23,3 +23,27 @@ every_reason() {
 claim "every skipped claim is listed, with its reason" every_reason
 claim "and counted neither as passed nor as failed" grep -qx '6 skipped' "$work/said"
 claim "what passed is counted" grep -qx '3 passed, 0 failed' "$work/said"
+
+program twin.sh $'ok - holds'
+mkdir "$work/other" && cp "$work/twin.sh" "$work/other"
+twins() {
+    BUILD=$work/build ends 1 tests/run "$work/twin.sh" "$work/other/twin.sh" >"$work/said" 2>&1
+    cat "$work/said"
+    grep -qx 'two programs have the same name: twin.sh' "$work/said" && grep -qx '0 passed, 1 failed' "$work/said"
+}
+claim "two programs of one name are refused, since their results would be one" twins
+
+# On a full disk the count's file is there, and empty.
+mkdir "$work/full"
+cat >"$work/full/awk" <<END
+#!/bin/sh
+case \$(readlink /proc/\$\$/fd/1) in *.count) exit 2 ;; esac
+exec $(command -v awk) "\$@"
+END
+chmod +x "$work/full/awk"
+full() {
+    BUILD=$work/build PATH=$work/full:$PATH ends 1 tests/run "$work/twin.sh" >"$work/said" 2>&1
+    cat "$work/said"
+    grep -qx '# was not run to its end' "$work/said" && grep -qx '0 passed, 1 failed' "$work/said"
+}
+claim "a program whose count is empty has failed" full
