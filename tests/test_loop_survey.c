@@ -11,7 +11,9 @@
 #include "machine_found.h"
 #include "loop_tune.h"
 #include "modal.h"
+#include "motion_check.h"
 #include "pid.h"
+#include "proposal.h"
 #include "recording_check.h"
 #include "trajectory_file.h"
 
@@ -456,6 +458,37 @@ static void samples_lost_in_every_pass_are_said(void **unused) {
     free(test.sample);
 }
 
+static void rises(void *context, double share) {
+    double *before = context;
+    assert_true(share > *before && share < 1.0);
+    *before = share;
+}
+
+/* A search for shares of a multisine repeats these predictions; tests/scenarios/survey.sh runs what
+ * is proposed. */
+static void proposed_sines_keep_to_every_limit_and_reach_what_is_wanted(void **unused) {
+    (void)unused;
+    slow_case();
+    struct surveyed *s = surveyed_default();
+    double share = -1.0, wanted_pct = 3.0;
+    struct proposal_watch watch = {.share = rises, .context = &share};
+    struct params run = s->configured;
+    struct proposal p;
+    struct error error;
+    run.tests.trajectory[0] = '\0';
+    assert_int_equal(propose(PROPOSAL_SINES, &s->survey, &run, wanted_pct, &watch, &p, &error), 0);
+    if (p.none.status) fail_msg("%s", p.none.text);
+    print_message("# %g %% wanted, %g %% predicted, %g s an axis\n", wanted_pct, p.predicted.worst_pct, p.tests.duration_s);
+    assert_true(p.reached && !p.tests.multisine && p.tests.count == DOFS);
+    assert_close(p.predicted.worst_pct / wanted_pct, 1.0, 0.05);
+    for (int i = 0; i < DOFS; i++) {
+        assert_true(p.tests.hz[i] >= 1.0 && p.tests.amplitude[i] > 0.0);
+        assert_true(p.tests.hz[i] <= loop_survey_oil_hz(&s->survey) / 3.0 && p.tests.hz[i] <= loop_survey_loop_hz(&s->survey) / 2.0);
+    }
+    run.tests = p.tests;
+    if (motion_check(&run, NULL, &error)) fail_msg("%s", error.text);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(the_oil_columns_are_within_5_pct_of_the_plants_linearisation),
                                        cmocka_unit_test(and_of_a_machine_that_is_not_as_configured),
@@ -467,6 +500,7 @@ int main(void) {
                                        cmocka_unit_test(a_surveys_flow_outweighs_the_tolerance),
                                        cmocka_unit_test(a_surveys_leakage_is_found_beside_a_null),
                                        cmocka_unit_test(what_the_pressures_do_not_show_is_no_number),
-                                       cmocka_unit_test(samples_lost_in_every_pass_are_said)};
+                                       cmocka_unit_test(samples_lost_in_every_pass_are_said),
+                                       cmocka_unit_test(proposed_sines_keep_to_every_limit_and_reach_what_is_wanted)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

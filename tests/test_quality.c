@@ -409,6 +409,82 @@ static void json_is_read_back_as_it_was(void **unused) {
     free(json), free(q), free(r);
 }
 
+/* Makes a report against a baseline: every gain is 3 % less than that of the reference, one tone of
+ * z has no number, and one limit is missed. */
+static struct quality_report *reported(void) {
+    struct quality_report *r = calloc(1, sizeof *r);
+    struct quality *before = measured(&(struct answer){.gain = 1.0, .noise_m = 1e-9, .seed = 1}),
+                   *now = measured(&(struct answer){.gain = 0.97, .noise_m = 1e-9, .seed = 2});
+    r->version = "1.2.3", r->log = "a<b>.lcm", r->law = "pid", r->baseline = "base&line.json";
+    r->quality = *now, r->before = *before;
+    r->quality.missing = 7;
+    r->quality.tone[DOF_Z][2].gain[DOF_Z] = (double)NAN;
+    r->limits = (struct qualify_params){.up_to_hz = 2.0, .amplitude_pct = 2.0, .phase_deg = 5.0};
+    quality_judge(&r->quality, &r->before, &r->limits, r->check);
+    free(now), free(before);
+    return r;
+}
+
+static int times(const char *text, const char *words) {
+    int n = 0;
+    for (; (text = strstr(text, words)); text += strlen(words)) n++;
+    return n;
+}
+
+#define assert_says(text, words)                                           \
+    do {                                                                   \
+        if (!strstr(text, words)) fail_msg("\"%s\" is not in\n%s", words, text); \
+    } while (0)
+
+static void the_text_has_every_tone_axis_and_limit(void **unused) {
+    (void)unused;
+    struct quality_report *r = reported();
+    char *text, samples[99];
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+    quality_text(r, out);
+    fclose(out);
+    snprintf(samples, sizeof samples, "measured as, by %d samples, 7 of them missing; control.law pid;", rig.plan.cycles);
+    assert_says(text, samples);
+    assert_int_equal(times(text, " 0.9700 "), DOFS * QUALITY_TONES - 1);
+    assert_int_equal(times(text, "\n"), 2 + DOFS * QUALITY_TONES + 3 + DOFS + 2 + QUALITY_CHECKS + 3);
+    assert_says(text, "\nfail          amplitude");
+    assert_says(text, ", limit 2  (");
+    assert_says(text, "; some are not measured");
+    assert_says(text, "\nagainst base&line.json: tones differ by ");
+    assert_says(text, "\nverdict   fail\n");
+    assert_null(strstr(text, "nan"));
+    free(text), free(r);
+}
+
+/* Both pictures are drawn although a tone has no number. */
+static void the_page_has_verdict_pictures_tones_and_baseline(void **unused) {
+    (void)unused;
+    struct quality_report *r = reported();
+    struct error error;
+    char *page;
+    if (quality_html(r, &page, &error)) fail_msg("%s", error.text);
+    assert_says(page, "a&lt;b&gt;.lcm</code>");
+    assert_says(page, "Measured as outside the operator&#39;s limits");
+    assert_says(page, "<td class=\"off\">fail</td>");
+    assert_int_equal(times(page, "<div class=\"picture\">"), 2);
+    assert_int_equal(times(page, ">0.9700<"), DOFS * QUALITY_TONES - 1 + LEGS);
+    assert_says(page, "<h2>Cross-talk</h2>");
+    assert_says(page, "<h3>Leg balance: z at 0.5 Hz</h3>");
+    assert_says(page, "Dashed: the baseline.");
+    assert_says(page, "<h2>Against the baseline</h2>\n<p><code>base&amp;line.json</code>");
+    assert_int_equal(times(page, ">-3.00 %<"), DOFS * QUALITY_TONES - 1);
+    assert_null(strstr(page, "nan"));
+    assert_says(page, "</html>\n");
+    free(page);
+    r->baseline = NULL, r->limits = (struct qualify_params){.up_to_hz = 2.0};
+    quality_judge(&r->quality, NULL, &r->limits, r->check);
+    assert_int_equal(quality_html(r, &page, &error), 0);
+    assert_says(page, "Measured; not evaluated against all limits");
+    assert_null(strstr(page, "gainst the baseline"));
+    free(page), free(r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_motion_lasts_ten_minutes_with_engaging_and_parking),
@@ -430,6 +506,8 @@ int main(void) {
         cmocka_unit_test(a_value_that_is_missing_does_not_pass),
         cmocka_unit_test(other_amplitudes_are_not_compared),
         cmocka_unit_test(json_is_read_back_as_it_was),
+        cmocka_unit_test(the_text_has_every_tone_axis_and_limit),
+        cmocka_unit_test(the_page_has_verdict_pictures_tones_and_baseline),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

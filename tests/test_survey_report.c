@@ -77,11 +77,51 @@ static void predicted_figures_are_of_all_draws(void **unused) {
     assert_float_equal(e.axis_pct[DOF_PSI], 1.0, 1e-12);
 }
 
+static void proposed_tests_are_options_of_hexid_run(void **unused) {
+    (void)unused;
+    char text[600];
+    struct proposal p = {
+        .tests = {
+            .multisine = true, .hz = {1.5, 2, 2.5, 3, 3.5, 4}, .amplitude = {0.01, 0.02, 0.03, 0.04, 0.05, 0.06}, .duration_s = 12.3}};
+    proposal_options(&p, text, sizeof text);
+    assert_string_equal(text,
+                        "--tests x,y,z,phi,theta,psi --set tests.multisine=true --set tests.frequency_hz=1.5,2,2.5,3,3.5,4 "
+                        "--set tests.amplitude_m=0.01,0.02,0.03 --set tests.amplitude_rad=0.04,0.05,0.06 --set tests.duration_s=12.3");
+    assert_printed(printed(0.3, 0.5, true), "hexid run --tests x,y,z,phi,theta,psi --set tests.multisine=false", true);
+}
+
+static void never(void *context, double share) {
+    (void)context;
+    fail_msg("a prediction was begun at %g", share);
+}
+
+static void what_a_survey_does_not_determine_is_no_proposal(void **unused) {
+    (void)unused;
+    struct loop_survey *s = calloc(1, sizeof *s);
+    struct proposal_watch watch = {.share = never};
+    struct params params;
+    struct proposal p;
+    struct error error;
+    config_default(&params);
+    for (int kind = 0; kind < PROPOSALS; kind++) {
+        s->determined = false;
+        assert_int_equal(propose((enum proposal_kind)kind, s, &params, 1.0, &watch, &p, &error), STATUS_OK);
+        assert_true(p.none.status && !p.reached && strstr(p.none.text, "is not determined"));
+        s->determined = true;
+        for (int i = 0; i < DOFS; i++) s->mode[i].hz = 2.9, s->loop[i].hz = 10.0;
+        assert_int_equal(propose((enum proposal_kind)kind, s, &params, 1.0, &watch, &p, &error), STATUS_OK);
+        assert_true(p.none.status && strstr(p.none.text, "above the survey's lowest tone, 1 Hz"));
+    }
+    free(s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_deviation_above_the_wanted_one_is_not_the_wanted_one),
         cmocka_unit_test(a_mode_that_rings_is_remarked_with_what_to_look_at),
         cmocka_unit_test(predicted_figures_are_of_all_draws),
+        cmocka_unit_test(proposed_tests_are_options_of_hexid_run),
+        cmocka_unit_test(what_a_survey_does_not_determine_is_no_proposal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

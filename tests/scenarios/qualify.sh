@@ -1,9 +1,8 @@
 #!/bin/bash
 # hexid run --qualify drives ten minutes of motion, and hexid qualify measures its log: describing functions agree with single sines,
 # hidden effects change the expected quantities, and limits, baseline and page work. tests/test_quality.c measures recordings with known
-# results.
+# results, and reads text and page.
 . tests/scenarios/lib
-skip_under 'asan|tsan' "hexid qualify" "minutes of motion; tests/test_quality.c runs the same code"
 
 exact=(--set sim.engine=closed_form --set lcm.url= --set sensors.enabled=false)
 value() { "$python" -c 'import json, sys; print(eval(sys.argv[2], {"r": json.load(open(sys.argv[1])), "o": json.load(open(sys.argv[-1])), "axis": lambda r, n: next(a for a in r["axes"] if a["axis"] == n)}))' "$@"; }
@@ -23,6 +22,11 @@ claim "a machine that is blind for too long is refused" \
 claim "a ramp that is a blow is refused" refuses 2 "not run tests.ramp_s" "$hexid" run --fast "${exact[@]}" --qualify --set tests.ramp_s=0.001
 quick --tests x --log "$work/sines.lcm" >/dev/null 2>&1
 claim "a log of another motion is refused" refuses 2 "its motion is none of run --qualify" "$hexid" qualify "$work/sines.lcm"
+short() {
+    refuses 2 "samples of the motion are missing" "$hexid" qualify "$work/sines.lcm" -c config/tian2015.yaml -o "$work/none.html" &&
+        [ ! -e "$work/none.html" ]
+}
+claim "and so is a log that has too little of the motion, without a page" short
 claim "a machine of one axis is refused" refuses 2 "mechanism" "$hexid" run --fast -c config/axis.yaml --qualify
 claim "another motion beside it is refused" refuses 2 "--qualify --survey" "$hexid" run --fast --qualify --survey
 [ -n "${MORE_CASES:-}" ] || exit 0 # ten minutes of motion: make test-long
