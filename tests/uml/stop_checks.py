@@ -9,7 +9,7 @@ URL = "udpm://239.255.76.67:7667?ttl=0"
 GROUP = ("239.255.76.67", 7667)
 SIGNAL_MS, MESSAGE_MS = 100, 20  # from the signal or the message's arrival to the first cycle that parks
 PACKET_MS = 4 if os.environ.get("CLOCK") == "virtual" else 20  # from a command over a socket: two cycles
-MORE = bool(os.environ.get("MORE_CASES"))
+MORE, REAL = bool(os.environ.get("MORE_CASES")), os.environ.get("CLOCK") == "real"
 QUICK = [word for key in """sim.engine=closed_form motion.park_z_m=0.35 motion.rate_mps=0.55
 motion.engage_s=1.6 motion.park_s=1.6 motion.hold_s=0.1 tests.settle_s=0.2 tests.ramp_s=0.3
     tests.duration_s=30 tests.ramp_out_s=0.2 sensors.enabled=false""".split() for word in ("--set", key)]
@@ -28,9 +28,9 @@ def stalled_ms(since_us):
 
 
 def claim(text, tries=3, sweep=False, long=False):
-    """Runs the check it decorates. `make test-long` runs the long ones, and those that sweep over signals, with all of them."""
+    """Runs the check it decorates. `make test-long` and `make test-rt` run the long ones; `make test-long` sweeps over all signals."""
     def run(check):
-        if not (sweep or long == MORE):
+        if not (sweep or long == MORE or (long and REAL)):
             return
         for _ in range(tries):
             since = now_us()
