@@ -124,8 +124,9 @@ claim "but SIGTERM parks there, too" by_nohup
 claim "SIGINT twice: the valves are centred where the platform is" twice
 claim "SIGINT in the first test: no other begins" ends_tests
 claim "the reader of its output goes away: the run goes on to its end, and parks" goes_on
-if ! built_with 'asan|tsan'; then # whose runtimes must be loaded first
-    claim "SIGINT while the main thread is held up: parked all the same" parks_held_up
-    claim "and a second one: the valves are centred" centres_held_up
-    claim "SIGTERM when the run has just ended by itself: the log is closed first" late
-fi
+in_its_way=("SIGINT while the main thread is held up: parked all the same" "and a second one: the valves are centred"
+    "SIGTERM when the run has just ended by itself: the log is closed first")
+skip_under 'asan|tsan' "${in_its_way[@]}" "a sanitizer's runtime must be loaded before held_up.so"
+claim "${in_its_way[0]}" parks_held_up
+claim "${in_its_way[1]}" centres_held_up
+claim "${in_its_way[2]}" late
