@@ -107,8 +107,8 @@ static inline bool more_cases(void) { return getenv("MORE_CASES") != NULL; }
         if (quick() || more_cases()) skip_because("slow cases, left to make test"); \
     } while (0)
 
-/* Starts a case that repeats a claim for the members of a list; `make test` takes a few of them,
- * and `make test-long`, where more_cases() is true, takes all. */
+/* Starts a case that repeats a claim for the members of a list; `make check` skips it, `make test`
+ * takes a few of them, and `make test-long`, where more_cases() is true, takes all. */
 #define slow_sweep()                                                       \
     do {                                                                   \
         if (quick()) skip_because("slow cases, left to make test"); \

@@ -1,8 +1,6 @@
 #!/bin/bash
 # A valve's response to noisy commands: its values, found on the machine with its controller, equal the hidden ones.
 . tests/scenarios/lib
-skip_under tsan "hexid gap" "a quarter of an hour under ThreadSanitizer; tests/test_axis.c searches with the same threads"
-skip_under asan "hexid gap" "minutes under AddressSanitizer; tests/scenarios/gap.sh searches with the same code"
 
 # found NAME KEY LEAST MOST: the first effect and its first leg's value.
 found() {

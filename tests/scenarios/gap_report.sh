@@ -25,3 +25,11 @@ without_pictures() {
         listed "$work/plain" "gap.json model.yaml report.html "
 }
 claim "without gnuplot all files are written, the page without pictures, and the status says so" without_pictures
+
+if [ -n "${MORE_CASES:-}" ]; then # make test-long
+    rm "$work/run.lcm"
+    quick --tests x,phi --set tests.duration_s=2 $friction --log "$work/run.lcm" >/dev/null
+    drawn() { gap -o "$work/two" "${@:2}" >/dev/null 2>&1 && "$python" tests/scenarios/gap_page.py "$work/two/report.html" "$1" "$work"; }
+    claim "of two axes nine pictures are drawn" drawn 9
+    claim "and eight without a closed loop" drawn 8 --replay motion
+fi

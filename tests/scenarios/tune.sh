@@ -59,6 +59,11 @@ short() {
 }
 claim "what is not reached is said, with the part that limits it, and the status is 1" short
 
+plain() {
+    (cd "$work" && mkdir plain && cd plain && "$hexid" tune >"$work/out" && [ -z "$(ls -A)" ]) &&
+        says '^  gain margin, dB ' '^control:' '  kpf: 6.2e-06.*was 2e-05' && lacks '^written'
+}
+claim "without -o and --json it prints its result and writes nothing" plain
 claim "a load that the supply does not hold gets no gains" refuses 2 "supply does not hold" "$hexid" tune --set payload.mass_kg=90000
 claim "an axis has no gains" refuses 2 "mechanism: axis" "$hexid" tune -c config/axis.yaml
 claim "the configuration that is read is not overwritten" refuses 2 "name another file" "$hexid" tune -c "$work/tuned.yaml" -o "$work/tuned.yaml"
