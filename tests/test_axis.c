@@ -143,7 +143,7 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     if (!rig->hides) {
         assert_int_equal(g->verdict, GAP_NO_GAP);
         assert_int_equal(g->effects, 0);
-        assert_true(g->certainty >= 0.95);
+        assert_true(g->certainty.probability >= 0.95);
         return;
     }
     if (!lag_beside_leakage(rig, g)) assert_int_equal(g->effects, 1);
@@ -151,7 +151,7 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     bool rival = strcmp(first, rig->hides) && alike(rig, first) && in_set(g, rig->hides);
     if (!rival) assert_string_equal(first, rig->hides);
     assert_true(g->verdict == GAP_EFFECT_NAMED || (g->verdict == GAP_AMBIGUOUS && g->ambiguous));
-    assert_true(g->verdict == GAP_AMBIGUOUS || g->certainty >= 0.95);
+    assert_true(g->verdict == GAP_AMBIGUOUS || g->certainty.probability >= 0.95);
     for (int i = 0; i < g->ambiguous; i++) {
         const char *name = effect_table[g->ambiguous_with[i]]->name;
         assert_true(alike(rig, name) || !strcmp(name, rig->hides));
@@ -340,7 +340,7 @@ static void friction_that_differs_along_the_stroke_is_friction(void **unused) {
     assert_string_equal(effect_table[g.effect[0].effect]->name, rig.hides);
     assert_close(g.effect[0].values.value[0][0], 300.0, 2.0 * g.effect[0].std[0][0]);
     assert_below(g.effect[0].std[0][0], 100.0);
-    assert_true(g.certainty >= 0.95 && g.statements > 0);
+    assert_true(g.certainty.probability >= 0.95 && g.statements > 0);
 }
 
 /* On one axis, friction in one direction and a constant force look the same. */

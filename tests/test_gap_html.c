@@ -413,7 +413,7 @@ static void the_message_keeps_every_number(void **unused) {
     hexid_gap_2_t m;
     struct gap_result r = named;
     r.ambiguous = 1, r.ambiguous_with[0] = effect_find("external_stiffness");
-    r.statements = 1, r.certainty = 0.97;
+    r.statements = 1, r.certainty.probability = 0.97;
     r.statement[0] = (struct gap_statement){.family = true, .which = EFFECT_LOAD, .probability = 0.98, .share_explained = 0.9};
     int size = gap_encode(&r, 99, buffer, sizeof buffer);
     assert_int_equal(hexid_gap_2_t_decode(buffer, 0, size, &m), size);

@@ -229,19 +229,19 @@ static void a_tone_refutes_what_is_no_larger_than_it(void **state) {
 static void what_others_explain_as_well_is_named_in_part(void **state) {
     (void)state;
     struct gap_result sure = found("valve_lag"), unsure = sure, needless = sure, nothing = {0}, unknown = sure;
-    struct gap_certainty other = {0.3, 0.7, 2, {effect_find("command_delay"), effect_find("base_tilt")}}, none = {0.2, 0.8, 0, {0}};
+    struct gap_certainty other = {0.3, 0.7, 2, {effect_find("command_delay"), effect_find("base_tilt")}}, none = {1e-9, 0.99995, 0, {0}};
     unsure.moved_hz = 4.01, unsure.stated_hz = 4.0;
     judge(&sure, &noise), judge(&unsure, &noise), judge(&needless, &noise), judge(&nothing, &noise), judge(&unknown, &noise);
     judge_certainty(&sure, &(struct gap_certainty){.probability = 0.96});
     judge_certainty(&unknown, &(struct gap_certainty){.probability = (double)NAN});
     judge_certainty(&unsure, &other), judge_certainty(&needless, &none), judge_certainty(&nothing, &other);
     assert_true(sure.verdict == GAP_EFFECT_NAMED && unknown.verdict == GAP_EFFECT_NAMED);
-    assert_true(sure.certainty == 0.96 && isnan(unknown.certainty) && unsure.certainty == 0.3);
+    assert_true(sure.certainty.probability == 0.96 && isnan(unknown.certainty.probability) && unsure.certainty.probability == 0.3);
     assert_true(unsure.verdict == GAP_PARTLY_NAMED && needless.verdict == GAP_PARTLY_NAMED && nothing.verdict == GAP_NO_GAP);
     assert_non_null(strstr(unsure.reason, "lacks valve_lag"));
-    assert_non_null(strstr(unsure.reason, "; the probability of this verdict is 0.3, that of command_delay and base_tilt 0.7"));
-    assert_non_null(strstr(needless.reason, "; the probability of this verdict is 0.2, that of no effect 0.8"));
-    assert_non_null(strstr(nothing.reason, "noise; the probability of this verdict is 0.3, that of command_delay and base_tilt 0.7"));
+    assert_non_null(strstr(unsure.reason, "; the probability of this verdict is 0.3, that of command_delay and base_tilt alone 0.7"));
+    assert_non_null(strstr(needless.reason, "; the probability of this verdict is below 0.001, that of no effect above 0.999"));
+    assert_non_null(strstr(nothing.reason, "noise; the probability of this verdict is 0.3, that of command_delay and base_tilt alone 0.7"));
 }
 
 static void three_that_are_needed_are_none_of_them(void **state) {

@@ -41,7 +41,7 @@ static void extend(const struct params *given, const struct diagnosis *d, struct
  * models and sizes become those without effects. */
 static void give_up(const struct params *given, struct gap_result *r) {
     r->effects = r->ambiguous = 0;
-    r->certainty = (double)NAN;
+    r->certainty = (struct gap_certainty){.probability = (double)NAN};
     r->model = *given;
     r->fitted = r->base_model;
     r->after = r->before;
@@ -148,7 +148,8 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     struct tried *tried = memory_get(1, sizeof *tried);
 
     bool motion = open_loop || options->replay == GAP_MOTION;
-    *r = (struct gap_result){.replay = motion ? GAP_MOTION : GAP_CLOSED_LOOP, .validated = validate != NULL, .certainty = (double)NAN};
+    *r = (struct gap_result){
+        .replay = motion ? GAP_MOTION : GAP_CLOSED_LOOP, .validated = validate != NULL, .certainty.probability = (double)NAN};
     r->controller_difference = controller_difference(params, measured);
     r->sampled_s = controller_other_rate(params, measured);
     for (int i = measured->tests - 1; i >= 0; i--)
@@ -176,7 +177,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         judge(r, &remainder);
         if (doubtful(r)) status = review(d, &remainder, measured, validate, options, r, runs, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
-        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty)) {
+        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty.probability)) {
             struct gap_certainty certainty = statements_certainty(d, r, &tried->found, tried->sets, tried->set);
             judge_certainty(r, &certainty);
         }

@@ -21,6 +21,14 @@ double gap_deviation(const struct gap_effect *e, int key, int leg) {
     return e->std[key][leg] > 0.0 ? hypot(e->std[key][leg], law) : 0.0;
 }
 
+const char *gap_probability_words(double probability, char words[GAP_WORDS]) {
+    static const double LEAST = 1e-3;
+    bool low = probability < LEAST, high = probability > 1.0 - LEAST;
+    if (low || high) snprintf(words, GAP_WORDS, "%s %g", low ? "below" : "above", low ? LEAST : 1.0 - LEAST);
+    else snprintf(words, GAP_WORDS, "%.2g", probability);
+    return words;
+}
+
 const char *gap_statement_name(const struct gap_statement *s) {
     return s->family ? effect_families[s->which].name : effect_table[s->which]->name;
 }

@@ -8,6 +8,9 @@
 
 enum { GAP_EFFECTS = 4, GAP_PLACES = 12, GAP_BASE = 128, GAP_TEXT = 1024, GAP_RIVALS = 8, GAP_WORDS = 80, GAP_STATEMENTS = 6 };
 
+/* Least probability of what a verdict says. */
+#define GAP_SURE 0.95
+
 enum gap_verdict { GAP_EFFECT_NAMED, GAP_NO_GAP, GAP_AMBIGUOUS, GAP_UNKNOWN_EFFECT, GAP_PARTLY_NAMED, GAP_VERDICTS };
 extern const char *const gap_verdict_names[GAP_VERDICTS]; /* effect_named, no_gap, ambiguous,
                                                            * unknown_effect, partly_named */
@@ -81,7 +84,7 @@ struct gap_statement {
 };
 
 /* Probability of a verdict among the sets of effects that were compared, and the likeliest set that
- * contradicts it. */
+ * contradicts it. probability NaN: not known, as for unknown_effect. */
 struct gap_certainty {
     double probability, other_probability;
     int others, other[GAP_EFFECTS];       /* effects of that set; none: the base alone */
@@ -138,9 +141,7 @@ struct gap_result {
                                            * other effects; 0: sets of effects were not compared, or
                                            * did not change the verdict */
     struct gap_statement statement[GAP_STATEMENTS];
-    double certainty;                     /* probability of what the verdict says, among the sets of
-                                           * effects that were compared; NaN: not known, as for
-                                           * unknown_effect */
+    struct gap_certainty certainty;       /* of what the verdict says */
     int ambiguous;                        /* number of effects that the data cannot distinguish from
                                            * effect[in_doubt]; ambiguous_with: their indices in
                                            * effect_table */
@@ -206,6 +207,9 @@ double gap_deviation(const struct gap_effect *effect, int key, int leg);
  * "family". */
 const char *gap_statement_name(const struct gap_statement *statement);
 const char *gap_statement_level(const struct gap_statement *statement);
+
+/* Writes a probability in words, as in "0.91" or "below 0.001"; returns them. */
+const char *gap_probability_words(double probability, char words[GAP_WORDS]);
 
 /* Returns the family that the verdict states in place of an effect, "" if it states none. */
 const char *gap_family_name(const struct gap_result *result);

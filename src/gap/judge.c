@@ -7,7 +7,6 @@
 #include "base.h"
 #include "experiment.h"
 #include "numeric.h"
-#include "statements.h"
 
 static const double OFFSET_SIGMAS = 6.0, /* a constant force, or a difference of friction between
                                           * directions, counts from this many standard deviations
@@ -361,13 +360,14 @@ static void append_names(struct gap_result *r, int effects, const int effect[]) 
 }
 
 void judge_certainty(struct gap_result *r, const struct gap_certainty *c) {
-    r->certainty = c->probability;
-    if (!(c->probability < STATEMENTS_SURE)) return;
+    r->certainty = *c;
+    if (!(c->probability < GAP_SURE)) return;
     if (r->verdict == GAP_EFFECT_NAMED) r->verdict = GAP_PARTLY_NAMED;
-    char text[GAP_TEXT];
-    snprintf(text, sizeof text, "; the probability of this verdict is %.2g, that of ", c->probability);
-    append(r, text);
+    char words[GAP_WORDS];
+    append(r, "; the probability of this verdict is ");
+    append(r, gap_probability_words(c->probability, words));
+    append(r, ", that of ");
     append_names(r, c->others, c->other);
-    snprintf(text, sizeof text, " %.2g", c->other_probability);
-    append(r, text);
+    append(r, c->others ? " alone " : " ");
+    append(r, gap_probability_words(c->other_probability, words));
 }

@@ -24,7 +24,7 @@ void judge(struct gap_result *r, const struct remainder *m);
  * statements_find(). Returns false and changes nothing if a tone or most of the gap remains. */
 bool judge_partly(struct gap_result *r);
 
-/* Notes the probability of what the verdict says. Below STATEMENTS_SURE the reason has it, with the
+/* Notes the probability of what the verdict says. Below GAP_SURE the reason has it, with the
  * likeliest set that contradicts the verdict, and effect_named becomes partly_named. */
 void judge_certainty(struct gap_result *r, const struct gap_certainty *certainty);
 

@@ -140,16 +140,16 @@ static int state_all(const struct comparison *s, struct gap_result *r) {
     int effects = list_statements(s, false, effect), families = list_statements(s, true, family), sure = 0;
     bool covered[EFFECT_FAMILIES] = {false};
     r->statements = 0;
-    for (int i = 0; i < effects && effect[i].probability >= STATEMENTS_SURE && sure < GAP_EFFECTS; i++) {
+    for (int i = 0; i < effects && effect[i].probability >= GAP_SURE && sure < GAP_EFFECTS; i++) {
         covered[effect_table[effect[i].which]->family] = true;
         add_statement(s, r, effect[i], effect[i].which), sure++;
     }
-    for (int i = 0; i < families && family[i].probability >= STATEMENTS_SURE && sure < GAP_EFFECTS; i++) {
+    for (int i = 0; i < families && family[i].probability >= GAP_SURE && sure < GAP_EFFECTS; i++) {
         if (covered[family[i].which]) continue;
         add_statement(s, r, family[i], member(effect, effects, family[i].which)), sure++;
     }
     for (int i = 0; i < effects && i < LIKELIEST && r->statements < GAP_STATEMENTS; i++)
-        if (effect[i].probability < STATEMENTS_SURE && (!sure || effect[i].probability > NEGLIGIBLE))
+        if (effect[i].probability < GAP_SURE && (!sure || effect[i].probability > NEGLIGIBLE))
             add_statement(s, r, effect[i], effect[i].which);
     return sure;
 }
@@ -161,7 +161,7 @@ static bool either(const struct comparison *s, int one, int other) {
         bool has = sets_place(&s->set[i], one) >= 0, has_other = sets_place(&s->set[i], other) >= 0;
         if (has != has_other) sum += s->set[i].probability;
     }
-    return sum >= STATEMENTS_SURE;
+    return sum >= GAP_SURE;
 }
 
 /* True if a sure statement is about the effect's family. */
@@ -269,10 +269,22 @@ static bool confirms(const struct set *one, const struct gap_result *r) {
     return all;
 }
 
-static double probability_of(const struct comparison *s, const struct gap_result *r) {
-    double sum = 0.0;
-    for (int i = 0; i < s->sets; i++) sum += confirms(&s->set[i], r) ? s->set[i].probability : 0.0;
-    return sum > 1.0 ? 1.0 : sum; /* above 1 by rounding */
+/* Finds the probability of a result, and the likeliest set that contradicts it. The sets are
+ * sorted. */
+static struct gap_certainty certainty_of(const struct comparison *s, const struct gap_result *r) {
+    struct gap_certainty c = {0};
+    for (int i = s->sets - 1; i >= 0; i--) {
+        const struct set *one = &s->set[i];
+        if (confirms(one, r)) {
+            c.probability += one->probability;
+            continue;
+        }
+        c.other_probability = one->probability;
+        c.others = one->effects;
+        for (int j = 0; j < one->effects; j++) c.other[j] = one->hypothesis[j].effect;
+    }
+    if (c.probability > 1.0) c.probability = 1.0; /* by rounding */
+    return c;
 }
 
 /* Makes the sure statements the findings. Returns false if there are none, or if they do not
@@ -290,7 +302,7 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
         *e = r->statement[i].effect;
         snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", effect_table[e->effect]->signature, r->statement[i].probability);
     }
-    r->certainty = probability_of(s, r);
+    r->certainty = certainty_of(s, r);
     linearised_free(&one->linear);
     free(one);
     return settled;
@@ -315,18 +327,6 @@ static struct set without_one(const struct diagnosis *d, const struct set *whole
     return one;
 }
 
-/* Describes the likeliest set that contradicts a result. */
-static void find_other(const struct comparison *s, const struct gap_result *r, struct gap_certainty *c) {
-    for (int i = 0; i < s->sets; i++) {
-        const struct set *one = &s->set[i];
-        if (confirms(one, r)) continue;
-        c->other_probability = one->probability;
-        c->others = one->effects;
-        for (int j = 0; j < one->effects; j++) c->other[j] = one->hypothesis[j].effect;
-        return;
-    }
-}
-
 static bool is_kept(const struct comparison *s, const struct set *one) {
     bool kept = false;
     for (int i = 0; i < s->sets; i++) kept = kept || sets_same(&s->set[i], one);
@@ -344,10 +344,7 @@ struct gap_certainty statements_certainty(struct diagnosis *d, const struct gap_
     *one = *found, sets_keep(s, one);
     for (int i = 0; i < found->effects; i++) *one = without_one(d, found, i), sets_keep(s, one);
     for (int i = 0; i < sets; i++) *one = tried[i], sets_keep(s, one);
-    if (is_kept(s, found) && sets_rank(s, found)) {
-        c.probability = probability_of(s, r);
-        find_other(s, r, &c);
-    }
+    if (is_kept(s, found) && sets_rank(s, found)) c = certainty_of(s, r);
     sets_end(s);
     free(one);
     free(s);

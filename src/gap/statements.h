@@ -5,9 +5,6 @@
 
 #include "sets.h"
 
-/* Least probability of what a verdict says: 95 in 100. */
-#define STATEMENTS_SURE 0.95
-
 /* Compares sets of effects by their evidence and fills r->statement. If statements are sure and the
  * held-out cycles confirm them, puts their effects into r and the diagnosis, and returns true.
  * Otherwise returns false; r's effects and the model of d must then not be used any more. */

@@ -73,7 +73,7 @@ static void headline(FILE *out, const struct gap_result *r) {
     if (!stream) return;
     static const char *const sizes[] = {NULL, "Missing in the model, or of another size than there", "Of another size than in the model"};
     const char *kicker = r->verdict == GAP_EFFECT_NAMED && given(r) ? sizes[given(r)] : kickers[r->verdict];
-    if (r->verdict == GAP_PARTLY_NAMED && !r->statements) kicker = "Missing in the model, but other effects explain about as much";
+    if (r->verdict == GAP_PARTLY_NAMED && !r->statements) kicker = "Missing in the model, but another set of effects explains as much";
     if (r->verdict == GAP_AMBIGUOUS && given(r)) kicker = "Missing in the model, or of another size, and these data cannot tell which";
     headline_words(stream, r);
     if (!fclose(stream))
@@ -131,6 +131,22 @@ static void evidence(FILE *out, const struct gap_effect *e, bool first, bool str
     else html_print(out, "<p><code>%s</code>: z&nbsp;=&nbsp;%.0f on what was left after that.</p>\n", effect_table[e->effect]->name, e->z);
 }
 
+static void certainty_line(FILE *out, const struct gap_result *r) {
+    const struct gap_certainty *c = &r->certainty;
+    char words[GAP_WORDS];
+    fprintf(out, "<p>Its probability among the sets of effects that were compared: <b>%s</b>.",
+            gap_probability_words(c->probability, words));
+    if (c->probability < GAP_SURE) {
+        fputs(c->others ? " Likelier, or nearly as likely:" : " That of no effect", out);
+        for (int i = 0; i < c->others; i++) {
+            fputs(i ? " and " : " ", out);
+            section_effect_words(out, c->other[i], PATTERN_ALL, params_legs(&r->model));
+        }
+        fprintf(out, ", %s.", gap_probability_words(c->other_probability, words));
+    }
+    fputs("</p>\n", out);
+}
+
 static void sure_card(FILE *out, const struct gap_result *r) {
     const struct gap_candidate *next = runner_up(r);
     html_print(out, "<div><h2>How sure</h2>\n<p>Verdict <code>%s</code></p>\n", gap_verdict_names[r->verdict]);
@@ -141,8 +157,7 @@ static void sure_card(FILE *out, const struct gap_result *r) {
             "<p>What is left on held-out data, squared and divided by the variance of its noise: <b>%.2f</b> on average; noise alone stays "
             "near or below 1.</p>\n",
             r->white_after);
-    if (isfinite(r->certainty))
-        fprintf(out, "<p>Its probability among the sets of effects that were compared: <b>%.3g</b>.</p>\n", r->certainty);
+    if (isfinite(r->certainty.probability)) certainty_line(out, r);
     if (next) {
         fputs(r->effects ? "<p>Runner-up: " : "<p>Closest effect: ", out);
         section_effect_words(out, next->effect, next->pattern, params_legs(&r->model));

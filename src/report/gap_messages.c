@@ -99,7 +99,7 @@ int gap_encode(const struct gap_result *r, int64_t time_ns, unsigned char *buffe
         .statement_probability = l.probability,
         .statement_share = l.statement_share,
         .family = lcm_text(gap_family_name(r)),
-        .certainty = r->certainty,
+        .certainty = r->certainty.probability,
     };
     return hexid_gap_2_t_encode(buffer, 0, capacity, &m);
 }

@@ -36,7 +36,10 @@ static void print_effect(FILE *out, const struct gap_effect *e, bool alone) {
 }
 
 static void print_findings(FILE *out, const struct gap_result *r) {
-    if (isfinite(r->certainty)) fprintf(out, "  probability %.3g, among the sets of effects that were compared\n", r->certainty);
+    char words[GAP_WORDS];
+    if (isfinite(r->certainty.probability))
+        fprintf(out, "  probability %s, among the sets of effects that were compared\n",
+                gap_probability_words(r->certainty.probability, words));
     for (int i = 0; i < r->effects; i++) {
         print_effect(out, &r->effect[i], i == 0);
         for (int j = 0; j < r->ambiguous && i == r->in_doubt; j++)
