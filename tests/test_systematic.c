@@ -140,13 +140,19 @@ static void sensors_that_are_exact_have_no_errors(void **unused) {
     params.sensors.enabled = false;
     systematic_priors(&params, true, prior);
     for (int i = 0; i < SYSTEMATICS; i++) assert_true((prior[i] > 0.0) == (i >= SYSTEMATIC_JOINT));
+    assert_true(systematic_test_skew(&params) == 0.0);
     params.sensors.enabled = true;
+    assert_true(systematic_test_skew(&params) == params.model.tolerance.skew_test_s);
     systematic_priors(&params, false, prior);
     for (int i = SYSTEMATIC_P2_GAIN; i < SYSTEMATIC_LENGTH_GAIN; i++) assert_true(prior[i] == 0.0);
     assert_true(prior[SYSTEMATIC_PIPE] == 0.0 && prior[SYSTEMATIC_P1_GAIN] == 0.005);
     systematic_exclude(&params.model.tolerance);
     systematic_priors(&params, true, prior);
     for (int i = 0; i < SYSTEMATICS; i++) assert_true(prior[i] == 0.0);
+    params.model.tolerance.skew_test_s = 1e-3;
+    assert_true(systematic_test_skew(&params) == 0.0);
+    params.model.tolerance.skew_s = 1e-3, params.model.tolerance.skew_test_s = 1e-13;
+    assert_true(systematic_test_skew(&params) == 0.0);
 }
 
 int main(void) {

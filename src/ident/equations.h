@@ -19,6 +19,7 @@
 #include <stdbool.h>
 
 #include "payload.h"
+#include "recording.h"
 #include "systematic.h"
 
 /* Basis functions of each leg's dry friction beside the constants: six for low speed, one for the
@@ -50,8 +51,8 @@ enum {
     COMMON = COMMON_CALIBRATION + CALIBRATIONS
 };
 
-/* Greatest number of tests whose skews are kept apart (skews.h). */
-enum { SKEW_TESTS = 48 };
+/* Greatest number of tests whose departures of the skew are found (skews.h): those of one log. */
+enum { SKEW_TESTS = RECORDING_TESTS };
 /* A test's part of the normal equation of the common skew. */
 struct test_skew {
     double product[UNKNOWNS], with;

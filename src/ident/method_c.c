@@ -99,7 +99,7 @@ static void suspect_init(const struct work *w, const double error[SYSTEMATICS], 
 static int skew_of(const struct work *w, int test) {
     int place = 0;
     for (int i = 1; i <= test; i++) place += w->data.test[i].of != w->data.test[i - 1].of;
-    return place < SKEW_TESTS ? place : SKEW_TESTS - 1;
+    return place;
 }
 
 /* Fills w->found for a test: the machine with the errors as found so far, and the test's own
@@ -512,7 +512,7 @@ static int pass(struct work *w, int number, struct error *error) {
     *w->sum = (struct equations){0};
     for (int i = 0; i < DOFS; i++) w->sum->spring[i] = i < 3 ? tolerance->springs_n_per_m : tolerance->springs_nm_per_rad;
     systematic_priors(w->params, w->data.tests && w->data.test[0].pressures, w->sum->systematic);
-    w->sum->skew_test_s = w->sum->systematic[SYSTEMATIC_SKEW] > 0.0 ? tolerance->skew_test_s : 0.0;
+    w->sum->skew_test_s = systematic_test_skew(w->params);
     w->square = 0.0, w->count = 0;
     expect_friction(w, number);
     for (int i = 0; i < w->data.tests; i++) {

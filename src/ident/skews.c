@@ -16,26 +16,33 @@ struct test_skew skews_now(const struct equations *e) {
     return now;
 }
 
-static void add(struct test_skew *to, const struct test_skew *by, double factor) {
-    to->with += factor * by->with;
-    for (int c = 0; c < UNKNOWNS; c++) to->product[c] += factor * by->product[c];
+/* Inverse of a test's own normal equation. */
+static double gain(const struct test_skew *test, double size) { return 1.0 / (test->product[SKEW] + 1.0 / square(size)); }
+
+static void eliminate(struct equations *e, const struct test_skew *test, double size) {
+    double own = gain(test, size);
+    for (int c = 0; c < UNKNOWNS; c++) {
+        if (test->product[c] == 0.0) continue;
+        e->with[c] -= own * test->product[c] * test->with;
+        for (int d = 0; d <= c; d++) e->product[c][d] -= own * test->product[c] * test->product[d];
+    }
 }
 
-/* Returns a new test's place; the last one if all are taken. */
-static struct test_skew *new_test(struct equations *e) {
-    if (e->skews < SKEW_TESTS) e->skew[e->skews++] = (struct test_skew){0};
-    return &e->skew[e->skews - 1];
+static void keep(struct equations *e, const struct test_skew *test) {
+    if (e->skews < SKEW_TESTS) e->skew[e->skews++] = *test;
+    else eliminate(e, test, e->skew_test_s);
 }
 
 void skews_add(struct equations *e, const struct test_skew *before) {
-    struct test_skew now = skews_now(e), *test = new_test(e);
-    add(test, &now, 1.0);
-    add(test, before, -1.0);
+    struct test_skew test = skews_now(e);
+    test.with -= before->with;
+    for (int c = 0; c < UNKNOWNS; c++) test.product[c] -= before->product[c];
+    keep(e, &test);
 }
 
 void skews_join(struct equations *sum, const struct equations *e) {
     sum->skew_test_s = fmax(sum->skew_test_s, e->skew_test_s);
-    for (int t = 0; t < e->skews; t++) add(new_test(sum), &e->skew[t], 1.0);
+    for (int t = 0; t < e->skews; t++) keep(sum, &e->skew[t]);
 }
 
 /* Normal equations of the departures alone, with all other unknowns eliminated. */
@@ -80,18 +87,8 @@ double skews_size(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS]) 
     return size;
 }
 
-/* Inverse of a test's own normal equation. */
-static double gain(const struct test_skew *test, double size) { return 1.0 / (test->product[SKEW] + 1.0 / square(size)); }
-
 void skews_eliminate(struct equations *e, double size) {
-    for (int t = 0; t < e->skews && size > 0.0; t++) {
-        const double *product = e->skew[t].product, own = gain(&e->skew[t], size);
-        for (int c = 0; c < UNKNOWNS; c++) {
-            if (product[c] == 0.0) continue;
-            e->with[c] -= own * product[c] * e->skew[t].with;
-            for (int d = 0; d <= c; d++) e->product[c][d] -= own * product[c] * product[d];
-        }
-    }
+    for (int t = 0; t < e->skews && size > 0.0; t++) eliminate(e, &e->skew[t], size);
 }
 
 void skews_departures(const struct equations *e, double size, const double value[UNKNOWNS], double departure[SKEW_TESTS]) {

@@ -23,10 +23,11 @@
 /* Returns the equation of the common skew as it is now. */
 struct test_skew skews_now(const struct equations *e);
 
-/* Adds a test, whose rows are those that were added to the equations since `before`. */
+/* Adds a test, whose rows are those that were added to the equations since `before`. Beyond
+ * SKEW_TESTS tests, a departure counts with the largest size and is not found. */
 void skews_add(struct equations *e, const struct test_skew *before);
 
-/* Adds the tests of another log. Beyond SKEW_TESTS tests the last ones share a departure. */
+/* Adds the tests of another log, whose rows are in the sum already. */
 void skews_join(struct equations *sum, const struct equations *e);
 
 /* Finds the size of the departures, s; 0: there are none. factor: Cholesky factor of X'WX + P, P

@@ -59,6 +59,11 @@ void systematic_priors(const struct params *params, bool pressures, double std[S
     }
 }
 
+double systematic_test_skew(const struct params *params) {
+    const struct tolerance_params *t = &params->model.tolerance;
+    return !params->sensors.enabled || t->skew_s < NO_ERROR || t->skew_test_s < NO_ERROR ? 0.0 : t->skew_test_s;
+}
+
 void systematic_exclude(struct tolerance_params *t) {
     t->pressure_gain = t->length_gain = t->length_zero_m = t->skew_s = t->skew_test_s = t->pressure_lag_s = t->pipe_m = t->joints_m =
         t->compliance_m_per_n = 0.0;

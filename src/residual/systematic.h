@@ -50,11 +50,17 @@ enum {
  * error does not exist. pressures: the forces are measured by pressures. */
 void systematic_priors(const struct params *params, bool pressures, double std[SYSTEMATICS]);
 
+/* Returns the largest standard deviation of a test's skew about the common one, s. 0: all tests
+ * share one skew. */
+double systematic_test_skew(const struct params *params);
+
 /* Makes the tolerances of all these errors zero. */
 struct tolerance_params;
 void systematic_exclude(struct tolerance_params *tolerance);
 
-/* True if this error changes the measured motion or the joints, and not just the leg forces. */
+/* True if this error changes the measured motion or the joints, and not just the leg forces. Errors
+ * of the forces change the motion, too, through the compliance: by 2 % of their column at 20 N/um,
+ * which is neglected. */
 bool systematic_moves(int error);
 
 /* Families of errors as they are shown to users: their names, and the family of an error. */
