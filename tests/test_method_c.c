@@ -683,7 +683,6 @@ static void legs_that_do_not_give_cost_little(void **unused) {
     (void)unused;
     slow_case();
     enum { MACHINES = 4 };
-    double more = 0.0;
     for (int m = 0; m < MACHINES; m++) {
         struct rig r;
         rig_init(&r, 50.0);
@@ -692,11 +691,14 @@ static void legs_that_do_not_give_cost_little(void **unused) {
         struct method_c given = found(&r, DOFS);
         r.configured.model.tolerance.compliance_m_per_n = 0.0;
         struct method_c stiff = found(&r, DOFS);
-        assert_below(fabs(given.systematic[SYSTEMATIC_COMPLIANCE].value), 3e-8);
-        more += given.matrix.mt_std[0][0] / stiff.matrix.mt_std[0][0] / MACHINES;
+        const struct systematic_found *e = &given.systematic[SYSTEMATIC_COMPLIANCE];
+        double more = given.matrix.mt_std[0][0] / stiff.matrix.mt_std[0][0];
+        print_message("legs that do not give: compliance %.3g +- %.2g, mx is less sure by a factor of %.2f\n", e->value, e->std, more);
+        /* the deviation is that of the data, however far the prior was narrowed */
+        assert_below(fabs(e->value), 3.0 * 5e-9);
+        assert_true(e->std > 2e-9 && e->std < 8e-9);
+        assert_below(more, 1.35);
     }
-    print_message("legs that do not give: mx is less sure by a factor of %.2f on average\n", more);
-    assert_below(more, 1.35);
 }
 
 /* A recorder that is started anew for each test has another skew in each. Taken for one skew, these

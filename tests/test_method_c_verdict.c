@@ -213,6 +213,22 @@ static void errors_that_are_likely_each_but_not_all_fail_together(void **unused)
     assert_int_equal(judge(r).status, VERDICT_PASS);
 }
 
+/* A compliance is judged by the prior that it was estimated with. One whose prior was narrowed to
+ * nothing has its stated deviation and is no degree of freedom. */
+static void a_compliance_with_a_narrowed_prior_is_not_judged(void **unused) {
+    (void)unused;
+    enum { UNKNOWN = UNKNOWN_SYSTEMATIC + SYSTEMATIC_COMPLIANCE };
+    struct result *r = result_of(body);
+    set_gains(r, 1.8 * 0.00449);
+    r->found.systematic[SYSTEMATIC_COMPLIANCE] = (struct systematic_found){0.0, 8e-9, 2e-8};
+    r->estimate.compliance_prior = 2e-11, r->estimate.noise[UNKNOWN][UNKNOWN] = square(1.99e-11);
+    expect(r, "together further from zero than model.tolerance allows: chi-square 39 of 12");
+    set_gains(r, 0.0);
+    r->found.systematic[SYSTEMATIC_COMPLIANCE].value = 1e-7;
+    r->estimate.compliance_prior = 2e-8, r->estimate.noise[UNKNOWN][UNKNOWN] = square(8e-9);
+    expect(r, "compliance of the legs: +119 um/kN +- 17");
+}
+
 /* A bore stated too large makes all pressures seem too high, those of the smaller area more. The
  * mean of six gains of 0.0045 scatters by 0.0018, the difference of two such means by 0.0026. */
 static void diameters_that_are_not_those_stated_fail(void **unused) {
@@ -281,6 +297,7 @@ int main(void) {
         cmocka_unit_test(rows_that_scatter_by_more_than_their_noise_fail),
         cmocka_unit_test(a_systematic_error_beyond_its_tolerance_fails_by_its_name),
         cmocka_unit_test(errors_that_are_likely_each_but_not_all_fail_together),
+        cmocka_unit_test(a_compliance_with_a_narrowed_prior_is_not_judged),
         cmocka_unit_test(diameters_that_are_not_those_stated_fail),
         cmocka_unit_test(an_error_is_not_laid_at_another_sensors_door),
         cmocka_unit_test(a_matrix_that_is_not_definite_fails),

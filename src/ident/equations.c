@@ -16,6 +16,8 @@ static const double HELD = 1e6;        /* weight of the condition that a scale i
                                         * multiple of the weight of its prior */
 static const double RIGID = 1e-3;         /* least prior standard deviation of the compliance, as a
                                            * share of the stated one */
+static const double UNTOLD = 1e-6;        /* the data tell nothing of the compliance if they reduce
+                                           * its variance by less than this share */
 static const double OF_NO_WEIGHT = 1e-12; /* weight of a prior without influence, as a share of the
                                            * data's weight */
 
@@ -125,13 +127,19 @@ static bool find_skew_size(const struct equations *e, double matrix[MATRIX_ENTRI
     return true;
 }
 
+/* Sizes of priors that are found from the data, and the compliance's deviation: those of struct
+ * estimate. */
+struct sizes {
+    double skew_test_s, compliance_prior, compliance_std;
+};
+
 /* Narrows the prior of the compliance to what the data show of it. Without a prior they give the
- * value c with the variance v; the prior variance at which c is most likely is c^2 - v, or 0 if c
- * is negative, which no leg's is. A machine whose legs do not give within the noise then pays
- * nothing for the question, and one whose legs clearly do keeps the stated prior. own: the
- * equations without the departures of skews. */
+ * value c with the variance v. The prior variance of greatest likelihood is c^2 - v, or 0; it is 0,
+ * too, if c is negative, which no leg's is. The prior becomes this, but at most the stated one. A
+ * stiff machine's intervals then stay as narrow as without this unknown. own: the equations without
+ * the departures of skews. */
 static bool narrow_compliance(struct equations *own, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], const double size[BASIS_SIZE],
-                              double factor[UNKNOWNS][UNKNOWNS]) {
+                              double factor[UNKNOWNS][UNKNOWNS], struct sizes *sizes) {
     enum { COMPLIANCE = UNKNOWN_SYSTEMATIC + SYSTEMATIC_COMPLIANCE };
     double *prior = &own->systematic[SYSTEMATIC_COMPLIANCE], column[UNKNOWNS] = {0};
     if (!(*prior > 0.0)) return true;
@@ -140,7 +148,9 @@ static bool narrow_compliance(struct equations *own, double matrix[MATRIX_ENTRIE
     column[COMPLIANCE] = 1.0;
     dense_solve(UNKNOWNS, UNKNOWNS, factor[0], column);
     double value = dense_dot(UNKNOWNS, column, own->with), learned = 1.0 - column[COMPLIANCE] / square(*prior);
-    double size2 = learned > 0.0 && value > 0.0 ? square(value / learned) - column[COMPLIANCE] / learned : 0.0;
+    sizes->compliance_std = sqrt(column[COMPLIANCE]);
+    if (!(learned > UNTOLD)) return true;
+    double size2 = value > 0.0 ? square(value / learned) - column[COMPLIANCE] / learned : 0.0;
     *prior = fmin(sqrt(fmax(size2, square(RIGID * *prior))), *prior);
     return true;
 }
@@ -149,15 +159,17 @@ static bool narrow_compliance(struct equations *own, double matrix[MATRIX_ENTRIE
  * factors what is left with all priors. own: the equations without the departures, and with the
  * priors as found. */
 static bool factor_with_prior(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct equations *own,
-                              double factor[UNKNOWNS][UNKNOWNS], double *skew_size_s) {
+                              double factor[UNKNOWNS][UNKNOWNS], struct sizes *sizes) {
     double size[BASIS_SIZE];
     *own = *e;
+    *sizes = (struct sizes){0};
     skews_eliminate(own, e->skew_test_s);
     add_priors(own, matrix, factor);
-    if (!basis_sizes_find(own, factor, size) || !find_skew_size(e, matrix, size, factor, skew_size_s)) return false;
+    if (!basis_sizes_find(own, factor, size) || !find_skew_size(e, matrix, size, factor, &sizes->skew_test_s)) return false;
     *own = *e;
-    skews_eliminate(own, *skew_size_s);
-    if (!narrow_compliance(own, matrix, size, factor)) return false;
+    skews_eliminate(own, sizes->skew_test_s);
+    if (!narrow_compliance(own, matrix, size, factor, sizes)) return false;
+    sizes->compliance_prior = own->systematic[SYSTEMATIC_COMPLIANCE];
     add_priors(own, matrix, factor);
     return basis_sizes_find(own, factor, size) && factor_basis(own, size, factor);
 }
@@ -172,10 +184,11 @@ static bool values(const struct equations *e, double factor[UNKNOWNS][UNKNOWNS],
 
 bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], double value[UNKNOWNS],
                       double departure[SKEW_TESTS]) {
-    double (*factor)[UNKNOWNS] = malloc(sizeof e->product), skew_size_s;
+    double (*factor)[UNKNOWNS] = malloc(sizeof e->product);
     struct equations *own = malloc(sizeof *own);
-    bool ok = factor && own && factor_with_prior(e, matrix, own, factor, &skew_size_s) && values(own, factor, value);
-    if (ok) skews_departures(e, skew_size_s, value, departure);
+    struct sizes sizes;
+    bool ok = factor && own && factor_with_prior(e, matrix, own, factor, &sizes) && values(own, factor, value);
+    if (ok) skews_departures(e, sizes.skew_test_s, value, departure);
     free(factor);
     free(own);
     return ok;
@@ -228,8 +241,11 @@ bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MA
     double (*factor)[UNKNOWNS] = malloc(sizeof e->product), root[MATRIX_ENTRIES][MATRIX_ENTRIES], solved[UNKNOWNS];
     memcpy(root, matrix, sizeof root);
     struct equations *own = malloc(sizeof *own);
-    bool ok = factor && own && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) &&
-              factor_with_prior(e, matrix, own, factor, &estimate->skew_test_s) && values(own, factor, estimate->value);
+    struct sizes sizes = {0};
+    bool ok = factor && own && dense_factor(MATRIX_ENTRIES, MATRIX_ENTRIES, root[0]) && factor_with_prior(e, matrix, own, factor, &sizes) &&
+              values(own, factor, estimate->value);
+    estimate->skew_test_s = sizes.skew_test_s;
+    estimate->compliance_prior = sizes.compliance_prior, estimate->compliance_std = sizes.compliance_std;
     for (int c = 0; c < UNKNOWN_BASIS && ok; c++) {
         memset(solved, 0, sizeof solved);
         solved[c] = 1.0;

@@ -108,6 +108,9 @@ struct estimate {
     double common[COMMON][UNKNOWN_BASIS];        /* change of `value` by each shared error of one
                                                   * standard deviation */
     double skew_test_s; /* standard deviation of the tests' skews about the common one, as found */
+    /* Prior standard deviation of the compliance, narrowed to what the data show, which is the unit
+     * of its shared error; and the standard deviation that it would have with the stated prior. */
+    double compliance_prior, compliance_std;
     double surprise[CALIBRATIONS]; /* reading of each calibration less the reading predicted from
                                     * motion and priors, in standard deviations of the difference;
                                     * 0: there was no reading */

@@ -55,7 +55,7 @@ struct matrix_at_pose {
 };
 
 /* A systematic error (systematic.h) as estimated: value, standard deviation, and standard deviation
- * of its prior; prior 0: there is no such error. */
+ * of its stated prior; prior 0: there is no such error. */
 struct systematic_found {
     double value, std, prior;
 };

@@ -96,6 +96,7 @@ static void report_systematic(const struct estimate *e, const struct equations *
         int unknown = UNKNOWN_SYSTEMATIC + s;
         m->systematic[s] = (struct systematic_found){e->value[unknown], sqrt(estimate_covariance(e, unknown, unknown)), of->systematic[s]};
     }
+    m->systematic[SYSTEMATIC_COMPLIANCE].std = e->compliance_std;
     m->skew_test_s = e->skew_test_s;
     for (int c = 0; c < MATRIX_ENTRIES; c++) {
         int i, j;

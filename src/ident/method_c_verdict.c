@@ -137,15 +137,21 @@ static void take_errors(const struct method_c_findings *f, struct errors *e) {
     }
 }
 
+/* Prior standard deviation with which an error was estimated. */
+static double prior_of(const struct method_c_findings *f, int i) {
+    return i == SYSTEMATIC_COMPLIANCE ? f->estimate->compliance_prior : f->result->systematic[i].prior;
+}
+
 /* Prior variance of an error less its posterior one: the variance of its estimate if the priors are
  * right. */
 static double learned(const struct method_c_findings *f, const struct errors *e, int i) {
-    return square(f->result->systematic[i].prior) - e->covariance[i][i];
+    return square(prior_of(f, i)) - e->covariance[i][i];
 }
 
-/* True if the data tell enough of an error to judge it. */
+/* True if the data tell enough of an error to judge it. A compliance whose prior was narrowed to
+ * nothing is not judged. */
 static bool is_known(const struct method_c_findings *f, const struct errors *e, int i) {
-    return learned(f, e, i) > KNOWN * square(f->result->systematic[i].prior);
+    return learned(f, e, i) > KNOWN * square(prior_of(f, i));
 }
 
 /* Index of the error that is furthest from zero for its prior; -1: none is too far. */
@@ -178,11 +184,11 @@ static void check_systematic(const struct method_c_findings *f, double level, st
     struct errors errors;
     int found[SYSTEMATICS], count = 0;
     take_errors(f, &errors);
-    for (int i; (i = find_furthest(f, &errors, level)) >= 0; found[count++] = i) free_error(&errors, i, f->result->systematic[i].prior);
+    for (int i; (i = find_furthest(f, &errors, level)) >= 0; found[count++] = i) free_error(&errors, i, prior_of(f, i));
     for (int n = 0; n < count; n++) {
         int i = found[n];
         const struct systematic_words *words = &systematic_families[systematic_family(i)];
-        double prior = f->result->systematic[i].prior;
+        double prior = prior_of(f, i);
         char name[SYSTEMATIC_NAME];
         systematic_name(i, name);
         verdict_add(v, VERDICT_FAIL,
@@ -199,7 +205,7 @@ static void check_systematic(const struct method_c_findings *f, double level, st
  * P - C, and a difference s shifts it by s (P - C) P^-1 d; the best estimate of s is d' P^-1 g,
  * divided by its variance d' P^-1 (P - C) P^-1 d. */
 static void check_areas(const struct method_c_findings *f, double level, struct verdict *v) {
-    double weight[2 * LEGS], score = 0.0, prior = 0.0, information = 0.0;
+    double weight[2 * LEGS], score = 0.0, prior = 0.0;
     for (int i = 0; i < 2 * LEGS; i++) {
         double variance = square(f->result->systematic[SYSTEMATIC_P1_GAIN + i].prior);
         if (!(variance > 0.0)) return;
@@ -207,7 +213,7 @@ static void check_areas(const struct method_c_findings *f, double level, struct 
         score += weight[i] * f->result->systematic[SYSTEMATIC_P1_GAIN + i].value;
         prior += square(weight[i]) * variance;
     }
-    information = prior;
+    double information = prior;
     for (int i = 0; i < 2 * LEGS; i++)
         for (int j = 0; j < 2 * LEGS; j++)
             information -= weight[i] * weight[j] *
@@ -233,7 +239,7 @@ static void check_all_systematic(const struct method_c_findings *f, double level
         if (is_known(f, &e, i)) judged[n++] = i;
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
-            prior[a * n + b] = a == b ? square(f->result->systematic[judged[a]].prior) : 0.0;
+            prior[a * n + b] = a == b ? square(prior_of(f, judged[a])) : 0.0;
             expected[a * n + b] = prior[a * n + b] - e.covariance[judged[a]][judged[b]];
         }
     if (!n || find_furthest(f, &e, level) >= 0 || lin_eigenvectors(n, expected, prior, share, vector)) return;

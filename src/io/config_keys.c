@@ -243,7 +243,7 @@ static const struct config_key keys[] = {
     KEY(model.tolerance, pipe_m, "0.3", 0.0, 50.0, "m",
         "of hydraulics.pipe_length_m, standard deviation; each leg's own is half of that about the common one"),
     KEY(model.tolerance, compliance_m_per_n, "2e-8", 0.0, 1e-5, "m/N",
-        "how far a leg gives under force between its position sensor and its joints, the largest standard deviation: 50 N/um as shipped"),
+        "how far a leg gives under force between its position sensor and its joints, the largest standard deviation; 2e-8 is 50 N/um"),
     KEY(model.tolerance, springs_n_per_m, "0", 0.0, 1e7, "N/m",
         "of hoses and cables on x, y, z, so stiff at most; 0: there are none. Method C estimates them"),
     KEY(model.tolerance, springs_nm_per_rad, "0", 0.0, 1e7, "N m/rad", "the same on phi, theta, psi"),

@@ -12,7 +12,8 @@
  *   pipe   length of the oil column between pressure sensor and chamber: one value common to all
  *          legs, and a difference for each leg
  *   compliance  by which a leg gives between its position sensor and its joints, under the
- *          hydraulic force F: reading = length + compliance F; one value for all legs
+ *          hydraulic force F, positive where it pushes: reading = length + compliance F; one value
+ *          for all legs
  *   joint  coordinates of the joints; model.tolerance.joints_m is their greatest error, uniform
  *
  * The zero of a pressure is no unknown of method C, because a constant force of a leg is part of
