@@ -27,8 +27,9 @@ double agreement_chi_square_above(double x, int degrees) {
 }
 
 static double deviation(const struct estimate *one, const struct estimate *other, int c) {
-    double variance = one->noise[c][c] + other->noise[c][c];
-    for (int j = 0; j < COMMON; j++) variance += pow(one->common[j][c] - other->common[j][c], 2.0);
+    double variance = one->noise[c][c] + other->noise[c][c], compliance = fmax(one->compliance_prior, other->compliance_prior);
+    for (int j = 0; j < COMMON; j++)
+        variance += pow(estimate_common(one, j, c, compliance) - estimate_common(other, j, c, compliance), 2.0);
     return (one->value[c] - other->value[c]) / sqrt(variance);
 }
 
@@ -56,9 +57,9 @@ struct joined {
 };
 
 /* Adds a log's determined values, relative to `from`, to the normal equations, weighted by their
- * noise alone, because the shared errors are unknowns. Returns the number of these values, or -1 if
- * their covariance is not positive definite. */
-static int join(const struct agreement_log *log, const struct estimate *from, struct joined *n) {
+ * noise alone, because the shared errors are unknowns. compliance: unit of this error, m/N. Returns
+ * the number of these values, or -1 if their covariance is not positive definite. */
+static int join(const struct agreement_log *log, const struct estimate *from, double compliance, struct joined *n) {
     double covariance[VALUES * VALUES], difference[VALUES], column[JOINED][VALUES], solved[VALUES], std;
     int at[VALUES], count = 0;
     for (int c = 0; c < VALUES; c++)
@@ -68,7 +69,7 @@ static int join(const struct agreement_log *log, const struct estimate *from, st
         for (int j = 0; j < count; j++) covariance[i * count + j] = log->estimate->noise[at[i]][at[j]];
         difference[i] = log->estimate->value[at[i]] - from->value[at[i]];
         column[at[i]][i] = 1.0;
-        for (int j = 0; j < COMMON; j++) column[VALUES + j][i] = log->estimate->common[j][at[i]];
+        for (int j = 0; j < COMMON; j++) column[VALUES + j][i] = estimate_common(log->estimate, j, at[i], compliance);
     }
     if (!dense_factor(count, count, covariance)) return -1;
     for (int a = 0; a <= JOINED; a++) {
@@ -84,9 +85,10 @@ static int join(const struct agreement_log *log, const struct estimate *from, st
 
 static bool compare_whole(int logs, const struct agreement_log *log, struct agreement *a) {
     struct joined n = {0};
-    double x[JOINED];
+    double x[JOINED], compliance = 0.0;
+    for (int l = 0; l < logs; l++) compliance = fmax(compliance, log[l].estimate->compliance_prior);
     for (int l = 0; l < logs; l++) {
-        int count = join(&log[l], log[0].estimate, &n);
+        int count = join(&log[l], log[0].estimate, compliance, &n);
         if (count < 0) return false;
         a->degrees += count;
     }

@@ -261,6 +261,11 @@ bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MA
     return ok;
 }
 
+double estimate_common(const struct estimate *e, int error, int unknown, double compliance) {
+    bool scaled = error == SYSTEMATIC_COMPLIANCE && e->compliance_prior > 0.0;
+    return e->common[error][unknown] * (scaled ? compliance / e->compliance_prior : 1.0);
+}
+
 double estimate_covariance(const struct estimate *e, int a, int b) {
     double sum = e->noise[a][b];
     for (int j = 0; j < COMMON; j++) sum += e->common[j][a] * e->common[j][b];

@@ -145,6 +145,11 @@ bool equations_values(const struct equations *e, double matrix[MATRIX_ENTRIES][M
 /* Solves for the values and their covariance. matrix, result: as equations_values(). */
 bool equations_solve(const struct equations *e, double matrix[MATRIX_ENTRIES][MATRIX_ENTRIES], struct estimate *estimate);
 
+/* Change of an unknown by a shared error, in a unit that several estimates have in common, whose
+ * priors of the compliance may differ: a compliance of `compliance` m/N, or one standard deviation
+ * of another error. */
+double estimate_common(const struct estimate *e, int error, int unknown, double compliance);
+
 /* Covariance of two unknowns, by noise and by shared errors. */
 double estimate_covariance(const struct estimate *e, int a, int b);
 
