@@ -244,6 +244,21 @@ static void what_others_explain_as_well_is_named_in_part(void **state) {
     assert_non_null(strstr(nothing.reason, "noise; the probability of this verdict is 0.3, that of command_delay and base_tilt alone 0.7"));
 }
 
+static void an_effect_that_another_replaces_is_ambiguous(void **state) {
+    (void)state;
+    struct gap_result r = found("external_stiffness"), sure = r;
+    struct gap_certainty other = {0.02, 0.97, 2, {effect_find("valve_lag"), effect_find("payload_mass")}};
+    r.effects = 2, r.effect[1] = (struct gap_effect){.effect = effect_find("valve_lag"), .z = 30.0};
+    judge(&r, &noise), judge(&sure, &noise);
+    judge_certainty(&r, &other), judge_certainty(&sure, &other);
+    assert_true(r.verdict == GAP_AMBIGUOUS && r.in_doubt == 0 && r.ambiguous == 1 && r.ambiguous_with[0] == effect_find("payload_mass"));
+    assert_non_null(strstr(r.reason, "lacks valve_lag; these data cannot tell external_stiffness from payload_mass"));
+    assert_null(strstr(r.reason, "probability"));
+    assert_string_not_equal(r.next_experiment, "");
+    assert_close(r.certainty.probability, 0.99, 1e-12);
+    assert_int_equal(sure.verdict, GAP_PARTLY_NAMED); /* two effects in place of one */
+}
+
 static void three_that_are_needed_are_none_of_them(void **state) {
     (void)state;
     struct gap_result r = found("valve_lag");
@@ -274,6 +289,7 @@ int main(void) {
         cmocka_unit_test(a_trace_beside_one_effect_is_said_and_refutes_nothing),
         cmocka_unit_test(a_tone_refutes_what_is_no_larger_than_it),
         cmocka_unit_test(what_others_explain_as_well_is_named_in_part),
+        cmocka_unit_test(an_effect_that_another_replaces_is_ambiguous),
         cmocka_unit_test(three_that_are_needed_are_none_of_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -359,9 +359,35 @@ static void append_names(struct gap_result *r, int effects, const int effect[]) 
     if (!effects) append(r, "no effect");
 }
 
+/* Finds the one effect of the result that the contradicting set lacks, and the one that it has in
+ * its place. Returns false if the two differ otherwise. */
+static bool exchanged(const struct gap_result *r, const struct gap_certainty *c, int *place, int *rival) {
+    int lacks = 0, has = 0;
+    for (int i = 0; i < r->effects; i++) {
+        bool in = false;
+        for (int j = 0; j < c->others; j++) in = in || c->other[j] == r->effect[i].effect;
+        if (!in) lacks++, *place = i;
+    }
+    for (int j = 0; j < c->others; j++) {
+        bool in = false;
+        for (int i = 0; i < r->effects; i++) in = in || c->other[j] == r->effect[i].effect;
+        if (!in) has++, *rival = c->other[j];
+    }
+    return lacks == 1 && has == 1;
+}
+
 void judge_certainty(struct gap_result *r, const struct gap_certainty *c) {
+    int place = 0, rival = 0;
     r->certainty = *c;
     if (!(c->probability < GAP_SURE)) return;
+    if (r->verdict == GAP_EFFECT_NAMED && c->probability + c->other_probability >= GAP_SURE && exchanged(r, c, &place, &rival)) {
+        r->ambiguous = 1, r->in_doubt = place, r->ambiguous_with[0] = rival;
+        r->certainty.probability = fmin(c->probability + c->other_probability, 1.0);
+        name(r);
+        say_constants(r);
+        say_rest(r);
+        return;
+    }
     if (r->verdict == GAP_EFFECT_NAMED) r->verdict = GAP_PARTLY_NAMED;
     char words[GAP_WORDS];
     append(r, "; the probability of this verdict is ");
