@@ -84,7 +84,7 @@ struct gap_statement {
 };
 
 /* Probability of a verdict among the sets of effects that were compared, and the likeliest set that
- * contradicts it. probability NaN: not known, as for unknown_effect. */
+ * contradicts it. probability NaN: not known, as without effects. */
 struct gap_certainty {
     double probability, other_probability;
     int others, other[GAP_EFFECTS];       /* effects of that set; none: the base alone */
