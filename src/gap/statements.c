@@ -255,6 +255,15 @@ static int doubted_in(const struct set *one, const struct gap_result *r) {
     return count;
 }
 
+/* True if a set has an effect, or one that contains it as a limiting case. The search has decided
+ * between the two: it prefers the simpler one if that explains about as much. */
+static bool has_or_contains(const struct set *one, int effect) {
+    bool has = false;
+    for (int i = 0; i < one->effects; i++)
+        has = has || one->hypothesis[i].effect == effect || hypothesis_contains(one->hypothesis[i].effect, effect);
+    return has;
+}
+
 /* True if a set has the effects of a result, or their families where it states these; of effects
  * that the result cannot tell apart exactly one. The set may have others, too, unless the result
  * has none. Clock skew is measured, and in no set. */
@@ -263,7 +272,7 @@ static bool confirms(const struct set *one, const struct gap_result *r) {
     for (int i = 0; i < r->effects; i++) {
         int effect = r->effect[i].effect;
         bool family = i < r->statements && r->statement[i].family, doubted = r->ambiguous && i == r->in_doubt;
-        bool has = family ? has_family(one, r->statement[i].which) : doubted ? doubted_in(one, r) == 1 : sets_place(one, effect) >= 0;
+        bool has = family ? has_family(one, r->statement[i].which) : doubted ? doubted_in(one, r) == 1 : has_or_contains(one, effect);
         all = all && (has || effect == effect_find("clock_skew"));
     }
     return all;
