@@ -26,17 +26,29 @@ int sigwaitinfo(const sigset_t *set, siginfo_t *signal) {
     return atomic_load(&refuses) ? -1 : sigtimedwait(set, signal, NULL);
 }
 
+/* What the operator was told, each time in a place of its own: the thread writes while the test
+ * reads. */
 static struct {
     _Atomic int count;
-    char last[128];
-    bool stopped; /* the loop had already been told when the operator was */
+    struct told {
+        char text[128];
+        bool stopped; /* the loop had already been told when the operator was */
+    } told[8];
 } said;
+
+static const struct told *last_told(void) {
+    int count = atomic_load(&said.count);
+    assert_in_range(count, 1, 8);
+    return &said.told[count - 1];
+}
 
 static void say(void *context, const char *text) {
     struct loop *of = context;
-    snprintf(said.last, sizeof said.last, "%s", text);
-    said.stopped = atomic_load(&of->quit) && (!strstr(text, "centred") || atomic_load(&of->abort));
-    atomic_fetch_add(&said.count, 1);
+    int count = atomic_load(&said.count);
+    if (count == 8) abort();
+    snprintf(said.told[count].text, sizeof said.told[count].text, "%s", text);
+    said.told[count].stopped = atomic_load(&of->quit) && (!strstr(text, "centred") || atomic_load(&of->abort));
+    atomic_store(&said.count, count + 1);
 }
 
 static void start(bool ended) {
@@ -68,13 +80,13 @@ static void the_first_parks_and_the_second_centres_the_valves(void **unused) {
         assert_true(atomic_load(&loop.quit));
         assert_int_equal(mailbox_read(&loop.requests).command, COMMAND_PARK);
         assert_int_equal(atomic_load(&signals.first), by_hand[i]);
-        assert_string_equal(said.last, "interrupted: parking (once more to centre the valves at once)");
-        assert_true(said.stopped);
+        assert_string_equal(last_told()->text, "interrupted: parking (once more to centre the valves at once)");
+        assert_true(last_told()->stopped);
         wait_apart();
         take(by_hand[i]);
         assert_true(atomic_load(&loop.abort));
-        assert_string_equal(said.last, "interrupted again: valves centred");
-        assert_true(said.stopped);
+        assert_string_equal(last_told()->text, "interrupted again: valves centred");
+        assert_true(last_told()->stopped);
         take(SIGTERM); /* a third one changes nothing */
         assert_int_equal(atomic_load(&said.count), 2);
         assert_int_equal(atomic_load(&signals.first), by_hand[i]);
@@ -125,7 +137,7 @@ static int end_with(int number, int times, bool *closed) {
             take(number);
         }
         if (atomic_load(&loop.quit) || atomic_load(&loop.abort)) _exit(2);
-        if (atomic_load(&said.count) != !!times || (times && !strstr(said.last, "once more to end at once"))) _exit(4);
+        if (atomic_load(&said.count) != !!times || (times && !strstr(last_told()->text, "once more to end at once"))) _exit(4);
         byte = CLOSES;
         if (write(told[1], &byte, 1) != 1) _exit(3);
         signals_release(&signals);
