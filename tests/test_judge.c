@@ -232,9 +232,9 @@ static void what_others_explain_as_well_is_named_in_part(void **state) {
     struct gap_certainty other = {0.3, 0.7, 2, {effect_find("command_delay"), effect_find("base_tilt")}}, none = {1e-9, 0.99995, 0, {0}};
     unsure.moved_hz = 4.01, unsure.stated_hz = 4.0;
     judge(&sure, &noise), judge(&unsure, &noise), judge(&needless, &noise), judge(&nothing, &noise), judge(&unknown, &noise);
-    judge_certainty(&sure, &(struct gap_certainty){.probability = 0.96});
-    judge_certainty(&unknown, &(struct gap_certainty){.probability = (double)NAN});
-    judge_certainty(&unsure, &other), judge_certainty(&needless, &none), judge_certainty(&nothing, &other);
+    judge_certainty(&sure, &noise, &(struct gap_certainty){.probability = 0.96});
+    judge_certainty(&unknown, &noise, &(struct gap_certainty){.probability = (double)NAN});
+    judge_certainty(&unsure, &noise, &other), judge_certainty(&needless, &noise, &none), judge_certainty(&nothing, &noise, &other);
     assert_true(sure.verdict == GAP_EFFECT_NAMED && unknown.verdict == GAP_EFFECT_NAMED);
     assert_true(sure.certainty.probability == 0.96 && isnan(unknown.certainty.probability) && unsure.certainty.probability == 0.3);
     assert_true(unsure.verdict == GAP_PARTLY_NAMED && needless.verdict == GAP_PARTLY_NAMED && nothing.verdict == GAP_NO_GAP);
@@ -250,7 +250,7 @@ static void an_effect_that_another_replaces_is_ambiguous(void **state) {
     struct gap_certainty other = {0.02, 0.97, 2, {effect_find("valve_lag"), effect_find("payload_mass")}};
     r.effects = 2, r.effect[1] = (struct gap_effect){.effect = effect_find("valve_lag"), .z = 30.0};
     judge(&r, &noise), judge(&sure, &noise);
-    judge_certainty(&r, &other), judge_certainty(&sure, &other);
+    judge_certainty(&r, &noise, &other), judge_certainty(&sure, &noise, &other);
     assert_true(r.verdict == GAP_AMBIGUOUS && r.in_doubt == 0 && r.ambiguous == 1 && r.ambiguous_with[0] == effect_find("payload_mass"));
     assert_non_null(strstr(r.reason, "lacks valve_lag; these data cannot tell external_stiffness from payload_mass"));
     assert_null(strstr(r.reason, "probability"));

@@ -171,7 +171,7 @@ static void a_second_one_does_not(void **unused) {
     assert_false(closed);
 }
 
-/* As when a terminal is lost while the platform is down: the loop ends in the next cycle. */
+/* The loop ends in the next cycle, as when a terminal is lost while the platform is down. */
 static void two_at_once_are_one_when_the_first_has_ended_the_loop(void **unused) {
     (void)unused;
     int64_t before_ns = monotonic_ns();

@@ -179,7 +179,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
         if (!status && r->effects && isnan(r->certainty.probability)) {
             struct gap_certainty certainty = statements_certainty(d, r, &tried->found, tried->sets, tried->set);
-            judge_certainty(r, &certainty);
+            judge_certainty(r, &remainder, &certainty);
         }
         if (waves && r->simulated) waves_closed_loop(waves, measured, &runs[0].run, r->effects ? replay_after(runs) : &runs[0].run);
     }

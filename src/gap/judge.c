@@ -376,16 +376,14 @@ static bool exchanged(const struct gap_result *r, const struct gap_certainty *c,
     return lacks == 1 && has == 1;
 }
 
-void judge_certainty(struct gap_result *r, const struct gap_certainty *c) {
+void judge_certainty(struct gap_result *r, const struct remainder *m, const struct gap_certainty *c) {
     int place = 0, rival = 0;
     r->certainty = *c;
     if (!(c->probability < GAP_SURE)) return;
     if (r->verdict == GAP_EFFECT_NAMED && c->probability + c->other_probability >= GAP_SURE && exchanged(r, c, &place, &rival)) {
         r->ambiguous = 1, r->in_doubt = place, r->ambiguous_with[0] = rival;
         r->certainty.probability = fmin(c->probability + c->other_probability, 1.0);
-        name(r);
-        say_constants(r);
-        say_rest(r);
+        judge(r, m);
         return;
     }
     if (r->verdict == GAP_EFFECT_NAMED) r->verdict = GAP_PARTLY_NAMED;

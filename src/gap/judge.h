@@ -27,6 +27,6 @@ bool judge_partly(struct gap_result *r);
 /* Notes the probability of what the verdict says. Below GAP_SURE the reason has it, with the
  * likeliest set that contradicts the verdict, and effect_named becomes partly_named; it becomes
  * ambiguous if that set has one other effect in place of one, and both together are sure. */
-void judge_certainty(struct gap_result *r, const struct gap_certainty *certainty);
+void judge_certainty(struct gap_result *r, const struct remainder *m, const struct gap_certainty *certainty);
 
 #endif

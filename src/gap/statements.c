@@ -247,14 +247,6 @@ static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct 
     return fit_sure(s, r, others, one) ? others : 0;
 }
 
-/* Number of effects in a set that are in doubt: an effect, and those that the data cannot tell from
- * it. */
-static int doubted_in(const struct set *one, const struct gap_result *r) {
-    int count = sets_place(one, r->effect[r->in_doubt].effect) >= 0;
-    for (int i = 0; i < r->ambiguous; i++) count += sets_place(one, r->ambiguous_with[i]) >= 0;
-    return count;
-}
-
 /* True if a set has an effect, or one that contains it as a limiting case. The search has decided
  * between the two: it prefers the simpler one if that explains about as much. */
 static bool has_or_contains(const struct set *one, int effect) {
@@ -262,6 +254,14 @@ static bool has_or_contains(const struct set *one, int effect) {
     for (int i = 0; i < one->effects; i++)
         has = has || one->hypothesis[i].effect == effect || hypothesis_contains(one->hypothesis[i].effect, effect);
     return has;
+}
+
+/* Number of effects in a set that are in doubt: an effect, and those that the data cannot tell from
+ * it. */
+static int doubted_in(const struct set *one, const struct gap_result *r) {
+    int count = has_or_contains(one, r->effect[r->in_doubt].effect);
+    for (int i = 0; i < r->ambiguous; i++) count += has_or_contains(one, r->ambiguous_with[i]);
+    return count;
 }
 
 /* True if a set has the effects of a result, or their families where it states these; of effects
