@@ -309,7 +309,8 @@ static void no_gain_shakes_a_machine_for_half_a_second(void **unused) {
 static void no_effect_of_typical_size_is_stopped_but_what_shakes(void **unused) {
     (void)unused;
     slow_sweep();
-    for (int e = 0; effect_table[e]; e += more_cases() ? 1 : 3) {
+    for (int e = 0; effect_table[e]; e++) {
+        if (!more_cases() && e % 3) continue;
         struct params params;
         struct trial t;
         const char *settings[] = {"tests.order=[x,z,psi]", "tests.duration_s=1", "motion.engage_s=3"};
