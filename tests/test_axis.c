@@ -147,6 +147,7 @@ static void assert_named(const struct rig *rig, const struct gap_result *g) {
     if (!rig->hides) {
         assert_int_equal(g->verdict, GAP_NO_GAP);
         assert_int_equal(g->effects, 0);
+        assert_true(g->certainty.probability >= GAP_SURE);
         return;
     }
     if (lag_beside_leakage(rig, g)) {

@@ -5,13 +5,17 @@
 #include "evidence.h"
 #include "numeric.h"
 
-enum { ROWS = 9, VARIABLES = 2, FEATURES = 1 };
+enum { ROWS = 9, VARIABLES = 2, FEATURES = 1, FIRST_HELD = 2, HELD = 5, COEFFICIENTS = 3 };
 
 struct world {
     double white[ROWS], column[VARIABLES][ROWS], spread[ROWS], law[ROWS], least[ROWS], feature[FEATURES][ROWS];
     bool evaluated[ROWS];
     struct linearised model;
     struct covariance covariance;
+    /* friction of a leg that may be held, in the rows from FIRST_HELD on */
+    struct held_rows place;
+    int coefficient[ROWS];
+    double per_n[ROWS];
 };
 
 static void build(struct world *w, uint64_t seed) {
@@ -35,8 +39,27 @@ static void build(struct world *w, uint64_t seed) {
                                         .feature = w->feature[0]};
 }
 
+/* Lets a leg be held whose force has COEFFICIENTS coefficients. Some rows share a coefficient, as
+ * those of a force and of a pressure do. */
+static void hold(struct world *w, uint64_t seed) {
+    double root[COEFFICIENTS][COEFFICIENTS];
+    w->place = (struct held_rows){.first = FIRST_HELD, .rows = HELD};
+    for (int i = 0; i < COEFFICIENTS; i++)
+        for (int k = 0; k < COEFFICIENTS; k++) root[i][k] = 3.0 * random_unit(&seed);
+    for (int i = 0; i < COEFFICIENTS; i++)
+        for (int j = 0; j < COEFFICIENTS; j++)
+            for (int k = 0; k < COEFFICIENTS; k++) w->place.covariance[i][j] += root[i][k] * root[j][k];
+    for (int a = 0; a < ROWS; a++) w->coefficient[a] = a % COEFFICIENTS, w->per_n[a] = 1.0 + random_unit(&seed);
+    w->model.held = (struct held){.places = 1, .place = &w->place, .coefficient = w->coefficient, .per_n = w->per_n};
+}
+
+static double of_friction(const struct world *w, int a, int b) {
+    bool in = w->model.held.places && a >= FIRST_HELD && b >= FIRST_HELD && a < FIRST_HELD + HELD && b < FIRST_HELD + HELD;
+    return in ? w->per_n[a] * w->per_n[b] * w->place.covariance[w->coefficient[a]][w->coefficient[b]] : 0.0;
+}
+
 /* Returns the log density of the residuals. They are normal; their covariance is the sum of noise,
- * remainder, and the priors of the values. */
+ * remainder, friction of a leg that may be held, and the priors of the values. */
 static double density(const struct world *w, const struct covariance_size *size) {
     double c[ROWS][ROWS] = {{0}}, off[ROWS], x[ROWS], sum = 0.0;
     for (int a = 0; a < ROWS; a++) {
@@ -46,7 +69,7 @@ static double density(const struct world *w, const struct covariance_size *size)
         for (int b = 0; b < ROWS; b++) {
             if (a == b) c[a][a] = covariance_of(&w->covariance, size, a);
             for (int i = 0; i < VARIABLES; i++) c[a][b] += w->column[i][a] * w->column[i][b] / square(w->model.inverse_std[i]);
-            c[a][b] += square(size->repeats) * w->feature[0][a] * w->feature[0][b];
+            c[a][b] += square(size->repeats) * w->feature[0][a] * w->feature[0][b] + of_friction(w, a, b);
         }
     }
     assert_true(dense_factor(ROWS, ROWS, c[0]));
@@ -62,6 +85,8 @@ static void evidence_is_the_density_of_the_residuals(void **unused) {
     for (uint64_t seed = 1; seed < 20; seed++)
         for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
             build(&w, seed);
+            assert_close(evidence_of(&w.model, &w.covariance, &sizes[i], NULL, NULL), density(&w, &sizes[i]), 1e-9);
+            hold(&w, seed);
             assert_close(evidence_of(&w.model, &w.covariance, &sizes[i], NULL, NULL), density(&w, &sizes[i]), 1e-9);
         }
 }

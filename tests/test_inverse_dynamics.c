@@ -215,6 +215,24 @@ static void deflected_seals_push_back(void **unused) {
     assert_close(force_n[0], 0.25 * DRY_N - 0.1 * params.hydraulics.viscous_n_s_per_m[0], 1e-9);
 }
 
+/* A leg at rest is held or about to slide, each as likely; a leg above twice the slow speed slides.
+ * */
+static void only_a_slow_leg_has_uncertain_friction(void **unused) {
+    (void)unused;
+    struct params params;
+    struct inverse_dynamics d;
+    struct inverse_dynamics_input in = {0};
+    make_axis(&params, &d, DRY_N, 5.0);
+    assert_close(inverse_dynamics_held_variance(&d, 0, &in), 2.0 / 3.0 * DRY_N * DRY_N, 1e-9);
+    in.leg[0][1] = -1.5 * INVERSE_DYNAMICS_SLOW_MPS;
+    assert_close(inverse_dynamics_held_variance(&d, 0, &in), 0.25 * 2.0 / 3.0 * DRY_N * DRY_N, 1e-9);
+    in.leg[0][1] = 2.0 * INVERSE_DYNAMICS_SLOW_MPS;
+    assert_close(inverse_dynamics_held_variance(&d, 0, &in), 0.0, 1e-12);
+    make_axis(&params, &d, 0.0, 5.0);
+    in.leg[0][1] = 0.0;
+    assert_close(inverse_dynamics_held_variance(&d, 0, &in), 0.0, 1e-12);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(noise_is_no_friction),
@@ -224,6 +242,7 @@ int main(void) {
         cmocka_unit_test(deflected_seals_push_back),
         cmocka_unit_test(a_balance_is_believed_as_far_as_it_is_sure),
         cmocka_unit_test(friction_is_found_through_noise),
+        cmocka_unit_test(only_a_slow_leg_has_uncertain_friction),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -37,16 +37,17 @@ void linearised_init(struct linearised *l, const struct diagnosis *d, const stru
     size_t values = (size_t)d->fit.values;
     *l = (struct linearised){.rows = rows_of(c), .variables = d->variables};
     size_t rows = (size_t)l->rows;
-    double *white = memory_get(values, sizeof *white);
+    double *white = memory_get(values, sizeof *white), *column = memory_get(values * (size_t)l->variables, sizeof *column);
     l->white = memory_get(rows, sizeof *l->white);
     l->column = memory_get(rows * (size_t)l->variables, sizeof *l->column);
-    fit_residual(&d->fit, &d->model, white);
+    held_init(&l->held, d, c, l->rows, variance);
+    if (l->held.places) held_residuals(d, white, column);
+    else fit_residual(&d->fit, &d->model, white);
     compress(c, white, variance, l->white);
-    free(white);
     for (int i = 0; i < l->variables; i++) {
         const struct variable *v = &d->variable[i];
         double value = variable_get(v, &d->model);
-        compress(c, d->column + (size_t)i * values, variance, l->column + (size_t)i * rows);
+        compress(c, (l->held.places ? column : d->column) + (size_t)i * values, variance, l->column + (size_t)i * rows);
         bool normal = v->prior_inverse_std > 0.0;
         l->inverse_std[i] = normal ? v->prior_inverse_std : uniform_inverse_std(v, value);
         l->uniform[i] = !normal;
@@ -54,11 +55,14 @@ void linearised_init(struct linearised *l, const struct diagnosis *d, const stru
         l->least[i] = v->min - value, l->most[i] = v->max - value;
         l->one_sided += normal && !v->base && (v->min >= v->neutral || v->max <= v->neutral);
     }
+    free(white);
+    free(column);
 }
 
 void linearised_free(struct linearised *l) {
     free(l->white);
     free(l->column);
+    held_free(&l->held);
 }
 
 /* Columns of the values and of the covariance's features, each for one standard deviation of its
@@ -88,6 +92,7 @@ static void state(const struct linearised *l, const struct covariance *c, const 
     }
     for (int j = 0; j < l->variables; j++)
         for (size_t k = 0; k < rows; k++) p->column[(size_t)j * rows + k] = weight[k] * l->column[(size_t)j * rows + k] / l->inverse_std[j];
+    p->log_variance += held_whiten(&l->held, p->rows, weight, p->white, p->n, p->column);
     free(weight);
 }
 

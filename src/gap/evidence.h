@@ -4,6 +4,7 @@
 #define HEXID_EVIDENCE_H
 
 #include "covariance.h"
+#include "held.h"
 
 /* A model, linearised where it was fitted. Values that are not evaluated are left out. */
 struct linearised {
@@ -18,6 +19,7 @@ struct linearised {
     double least[FIT_VARIABLES], most[FIT_VARIABLES]; /* distances of the value from the lower end
                                                        * of its range, <= 0, and from the upper
                                                        * end */
+    struct held held;               /* friction of legs that may be held */
     int one_sided; /* number of variables whose prior is half a normal distribution */
 };
 

@@ -177,7 +177,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
         judge(r, &remainder);
         if (doubtful(r)) status = review(d, &remainder, measured, validate, options, r, runs, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
-        if (!status && r->effects && isnan(r->certainty.probability)) {
+        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty.probability)) {
             struct gap_certainty certainty = statements_certainty(d, r, &tried->found, tried->sets, tried->set);
             judge_certainty(r, &remainder, &certainty);
         }

@@ -1,6 +1,7 @@
 #include "sets.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -111,6 +112,13 @@ static void widen(struct diagnosis *d) {
     }
 }
 
+/* True for masses, frictions and springs, and for a constant force: the place of a constant force
+ * may be taken by a friction that differs between the directions. */
+static bool scales(const struct variable *v) {
+    if (v->base) return v->offset == offsetof(struct params, axis.force_offset_n);
+    return sets_grows_with_machine(v->effect) && !effect_table[v->effect]->keys[v->key].shapes_law;
+}
+
 /* Makes the priors of masses, frictions and springs of one axis OWN_SIZE times as wide as values
  * that would make the gap by themselves. The typical sizes are those of a platform. For a joint of
  * 0.1 N m a prior of a kilonewton would lower the evidence of each effect, and a sensor's scale,
@@ -119,7 +127,7 @@ static void scale_priors(const struct comparison *s, struct linearised *l) {
     if (!params_mechanism(s->d->given)->force_sensor) return;
     for (int i = 0; i < l->variables; i++) {
         const struct variable *v = &s->d->variable[i];
-        if (v->base || l->uniform[i] || !sets_grows_with_machine(v->effect) || effect_table[v->effect]->keys[v->key].shapes_law) continue;
+        if (!scales(v) || (l->uniform[i] && !v->base)) continue;
         const double *column = l->column + (size_t)i * (size_t)l->rows;
         double size = sqrt(dense_dot(l->rows, column, column) / l->rows);
         if (size > 0.0) l->inverse_std[i] = size / (OWN_SIZE * s->gap);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "mechanism.h"
+#include "numeric.h"
 #include "vec.h"
 
 static const double POSE_TOLERANCE_M = 1e-12;
@@ -152,6 +153,15 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
     double held = held_friction(balance_n - other, d->force_std_n[leg], extend.dry, retract.dry, sliding);
     double share = sliding_share(d, leg, in);
     return other + share * sliding + (1.0 - share) * held;
+}
+
+double inverse_dynamics_held_variance(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in) {
+    struct cylinder_state s = {.p1_pa = in->p1_pa[leg], .p2_pa = in->p2_pa[leg], .deflection = in->deflection[leg]};
+    double speed = fabs(in->leg[leg][1] + in->ahead[leg][1]), share = sliding_share(d, leg, in);
+    double limit_n = 0.5 *
+                     (cylinder_friction(&d->cylinder, leg, &s, 1, speed).dry + cylinder_friction(&d->cylinder, leg, &s, -1, speed).dry);
+    /* half of the second moment of a uniform density about one of its ends, (1 + 1/3) limit^2 */
+    return square(1.0 - share) * square(limit_n) * 2.0 / 3.0;
 }
 
 bool inverse_dynamics_move(struct inverse_dynamics *d, const double leg[LEGS][3], struct rigid_legs *legs, double j[LEGS][DOFS],

@@ -75,6 +75,11 @@ struct inverse_dynamics_input {
  * friction according to the balance of forces, which is used for a leg that is held. */
 double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in, double balance_n);
 
+/* Variance, N^2, of a leg's friction about the force of a sliding leg, because the leg may be held:
+ * it slides or it is held, each as likely, and the friction of a held leg is anywhere between the
+ * limits of its dry friction. 0 if the leg surely slides or has no dry friction. */
+double inverse_dynamics_held_variance(const struct inverse_dynamics *d, int leg, const struct inverse_dynamics_input *in);
+
 /* Finds the hydraulic force that bodies and friction need from each leg. False: no pose has these
  * lengths. */
 bool inverse_dynamics_step(struct inverse_dynamics *d, const struct inverse_dynamics_input *in, double force_n[LEGS]);

@@ -396,6 +396,45 @@ bool residual_required(const struct residual_test *t, const struct params *model
     return required(t, model, &rows, NULL, force_n);
 }
 
+/* Adds the covariance of a force that all instants from begin to end - 1 share, in proportion to
+ * std_n. */
+static void add_shared(const struct residual_test *t, int begin, int end, const double *std_n, double share,
+                       double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
+    double sum[RESIDUAL_SIZE] = {0};
+    for (int i = begin; i < end; i++) project_phase(t, i, std_n[i], sum);
+    for (int a = 0; a < t->size; a++)
+        for (int b = 0; b < t->size; b++) covariance[a][b] += share * sum[a] * sum[b];
+}
+
+/* Covariance of a force that has these standard deviations at the instants. Half of its variance is
+ * constant while the leg is held, the other half changes as fast as the row resolves. */
+static void add_held(const struct residual_test *t, const double std_n[PHASES], double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
+    for (int i = 0, end; i < t->phases; i = end + 1) {
+        for (end = i; end < t->phases && std_n[end] > 0.0; end++) add_shared(t, end, end + 1, std_n, 0.5 * t->phases / t->size, covariance);
+        if (end > i) add_shared(t, i, end, std_n, 0.5, covariance);
+    }
+}
+
+bool residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]) {
+    struct series rows;
+    struct inverse_dynamics inverse;
+    struct inverse_dynamics_input table[PHASES];
+    bool held = false;
+    prepare_inverse(t, model, &inverse);
+    systematic_series(&inverse.cylinder, t, &rows);
+    memset(covariance, 0, LEGS * sizeof covariance[0]);
+    if (!find_play(t, &inverse, NULL, &rows) || !tabulate_cycle(t, t->harmonics, &inverse, &rows, NULL, table)) return false;
+    for (int k = 0; k < t->legs; k++) {
+        double std_n[PHASES];
+        for (int i = 0; i < t->phases; i++) {
+            std_n[i] = sqrt(inverse_dynamics_held_variance(&inverse, k, &table[i]));
+            held = held || std_n[i] > 0.0;
+        }
+        add_held(t, std_n, covariance[k]);
+    }
+    return held;
+}
+
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]) {
     double rate[SPECTRUM_SIZE];
     series_rate(t, t->spectrum.mean[CHANNEL_LENGTH][leg], rate);

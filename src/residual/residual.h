@@ -145,6 +145,12 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
  * it moves the pose. Otherwise all are returned. */
 enum residual_equations residual_legs_apart(const struct params *model);
 
+/* Computes the covariance of a leg's force row, N^2, that the friction of a leg that may be held
+ * adds: at each instant it has inverse_dynamics_held_variance(), and it changes as fast as the row
+ * resolves. Returns false, and zeros, if the leg is never held or the model cannot move like
+ * this. */
+bool residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]);
+
 /* Coefficient row of the rate of a leg's length, m/s. */
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]);
 

@@ -1,0 +1,41 @@
+/* Friction of legs that may be held, as uncertainty of the residuals. A leg that sticks resists any
+ * load up to the limit of its dry friction, so a model with dry friction says little about what a
+ * leg does at rest. If the evidence took the friction there from the balance of forces, as the fit
+ * does, dry friction would explain noise and errors of every kind, and a model with more of it
+ * would be likelier. Ordinary threads; heap. */
+#ifndef HEXID_HELD_H
+#define HEXID_HELD_H
+
+#include "covariance.h"
+
+/* Rows of a leg in a test in which it may be held: their first one and their number, and the
+ * covariance that its friction adds to the coefficients of the force, N^2. */
+struct held_rows {
+    int first, rows;
+    double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE];
+};
+
+struct held {
+    int places;
+    struct held_rows *place;
+    int *coefficient; /* [rows]: coefficient of each evaluated row in these places */
+    double *per_n;    /* [rows]: change of the row with that coefficient of the force, in units of
+                       * the noise, 1/N */
+};
+
+/* Finds the legs that may be held by the model of a diagnosis. variance: [values], the variances
+ * that its whiteners assume, relative to those of the noise. */
+void held_init(struct held *h, const struct diagnosis *d, const struct covariance *c, int rows, const double *variance);
+void held_free(struct held *h);
+
+/* Computes white residuals and columns of the diagnosis with the friction of sliding legs
+ * everywhere: the friction of a leg that may be held is uncertain, but it does not follow the
+ * balance of forces. */
+void held_residuals(const struct diagnosis *d, double *white, double *column);
+
+/* Adds the uncertain friction to the covariance of white residuals and columns, [columns][rows],
+ * and whitens them again. weight: [rows], factors by which the rows, in units of the noise, were
+ * multiplied. Returns the log of the determinant by which the covariance of the rows grew. */
+double held_whiten(const struct held *h, int rows, const double *weight, double *white, int columns, double *column);
+
+#endif
