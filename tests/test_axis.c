@@ -10,6 +10,7 @@
 #include "messages.h"
 #include "numeric.h"
 #include "recording_check.h"
+#include "statements.h"
 
 static char directory[] = "/tmp/hexid_axis_XXXXXX";
 static char csv_path[60], log_path[60];
@@ -451,6 +452,50 @@ static void write_joint(uint64_t seed) {
     fclose(f);
 }
 
+/* Adds the hypothesis of an effect for all legs to a set, at its typical strength. */
+static void add_effect(const struct diagnosis *d, const char *name, struct set *one) {
+    static struct hypothesis list[HYPOTHESES_MAX];
+    int n = hypotheses_list(d->given, &d->model, (const bool[EFFECTS_MAX]){0}, d->even.equations, list);
+    for (int i = 0; i < n; i++) {
+        if (list[i].effect != effect_find(name) || list[i].pattern != PATTERN_ALL) continue;
+        one->hypothesis[one->effects++] = list[i];
+        assert_true(hypothesis_at(&list[i], 1.0, &one->model));
+    }
+}
+
+/* Friction that falls with the speed, and a load that bends, are in the result of a search, where
+ * the machine has their limiting cases: dry friction and a spring. */
+static void laws_give_way_to_their_limiting_cases(void **unused) {
+    (void)unused;
+    slow_case();
+    struct rig rig = {RIG, .electric = true, .motion = CHIRP, .coulomb_extend_n = 150.0, .coulomb_retract_n = 150.0};
+    rig.spring_n_per_m = -8e3;
+    struct recording r;
+    struct error error;
+    static struct diagnosis d;
+    static struct gap_result g;
+    static struct set found;
+    struct gap_certainty certainty;
+    params.loop.period_s = 1.0 / rig.rate_hz;
+    run_rig(&rig, 21, csv_path);
+    load(&r);
+    assert_int_equal(recording_check(&r, &error), 0);
+    assert_int_equal(diagnosis_init(&d, &params, &r, 2, &error), 0);
+    g.base_model = d.model;
+    found = (struct set){.model = d.model};
+    add_effect(&d, "cylinder_stribeck_friction", &found);
+    add_effect(&d, "lever_load", &found);
+    assert_int_equal(found.effects, 2);
+    assert_true(statements_weigh(&d, &g, &found, 0, NULL, &certainty));
+    assert_int_equal(g.effects, 2);
+    assert_string_equal(effect_table[g.effect[0].effect]->name, "cylinder_coulomb_friction");
+    assert_string_equal(effect_table[g.effect[1].effect]->name, "external_stiffness");
+    assert_close(g.effect[1].values.value[0][0] / -8e3, 1.0, 0.1);
+    assert_true(certainty.probability >= GAP_SURE && d.found[effect_find("external_stiffness")] && !d.found[effect_find("lever_load")]);
+    diagnosis_free(&d);
+    recording_free(&r);
+}
+
 /* A sensor's error is as small on a small machine as on a large one, and a friction of 1 N is as
  * likely there as one of a kilonewton elsewhere. */
 static void a_small_machine_lacks_a_mass_and_not_a_sensor(void **unused) {
@@ -629,6 +674,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_spring_of_either_sign_is_found_beside_friction),
         cmocka_unit_test(a_weight_on_a_lever_is_found_beside_friction),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
+        cmocka_unit_test(laws_give_way_to_their_limiting_cases),
         cmocka_unit_test(a_small_machine_lacks_a_mass_and_not_a_sensor),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -102,37 +102,76 @@ static bool differs(const struct gap_result *search, const struct gap_result *se
     return noise;
 }
 
-/* Compares sets of effects under a remainder, and judges again if they say something else than the
- * search. */
-static int review(struct diagnosis *d, struct remainder *m, const struct recording *measured, const struct recording *validate,
-                  const struct gap_options *options, struct gap_result *r, struct replay runs[2], struct error *error) {
+/* A recording that is judged: its diagnosis, what the effects of the result leave, and the
+ * simulations with them. */
+struct inquiry {
+    struct diagnosis *d;
+    struct remainder remainder;
+    const struct recording *measured, *validate;
+    const struct gap_options *options;
+    struct replay runs[2];
+    struct tried *tried;
+};
+
+/* Copies a result for other effects, which no simulation has shown yet. */
+static struct gap_result *copy_for_others(const struct gap_result *r) {
     struct gap_result *other = memory_get(1, sizeof *other);
-    int status = STATUS_OK;
     *other = *r;
     other->simulated = other->tone_simulated = other->matrices = other->offset_rival = false;
     other->replay_fault[0] = '\0';
-    gap_progress(options, "comparing sets of effects", 0.9);
-    bool sure = statements_find(d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT;
-    if (sure) read_remainder(d, other, m);
-    bool changes = sure && (unknown ? params_legs(d->given) == 1 || m->beyond_laws > 1.0 : differs(r, other));
-    if (changes) {
-        search_read_base(d, other);
-        extend(d->given, d, other);
-        replay_free(runs);
-        memset(runs, 0, 2 * sizeof *runs);
-        status = compare_models(d, measured, validate, options, other, runs, error);
+    return other;
+}
+
+/* Compares the models and judges again with the effects of another result, which the diagnosis has
+ * now. If they are named, at least partly, that becomes the result; `named` says so. */
+static int judge_again(struct inquiry *q, struct gap_result *other, struct gap_result *r, bool *named, struct error *error) {
+    struct replay runs[2] = {{0}};
+    struct remainder remainder = q->remainder;
+    read_remainder(q->d, other, &remainder);
+    search_read_base(q->d, other);
+    extend(q->d->given, q->d, other);
+    int status = compare_models(q->d, q->measured, q->validate, q->options, other, runs, error);
+    if (!status) judge(other, &remainder);
+    bool strict = other->verdict != GAP_UNKNOWN_EFFECT && (other->ambiguous || least_z(other) >= Z_NAMED);
+    *named = !status && (strict || judge_partly(other));
+    replay_free(*named ? q->runs : runs);
+    if (!*named) return status;
+    memcpy(q->runs, runs, sizeof runs);
+    q->remainder = remainder;
+    *r = *other;
+    return STATUS_OK;
+}
+
+/* Compares sets of effects under a remainder, and judges again if they say something else than the
+ * search. */
+static int review(struct inquiry *q, struct gap_result *r, struct error *error) {
+    struct gap_result *other = copy_for_others(r);
+    int status = STATUS_OK;
+    gap_progress(q->options, "comparing sets of effects", 0.9);
+    bool sure = statements_find(q->d, other), unknown = r->verdict == GAP_UNKNOWN_EFFECT, changes = false;
+    if (sure) {
+        struct remainder remainder = q->remainder;
+        read_remainder(q->d, other, &remainder);
+        changes = unknown ? params_legs(q->d->given) == 1 || remainder.beyond_laws > 1.0 : differs(r, other);
     }
-    if (!status && changes) {
-        judge(other, m);
-        bool strict = other->verdict != GAP_UNKNOWN_EFFECT && (other->ambiguous || least_z(other) >= Z_NAMED);
-        changes = strict || judge_partly(other);
-    }
-    if (changes) {
-        *r = *other;
-    } else if (unknown) {
+    if (unknown) {
         r->statements = other->statements;
         memcpy(r->statement, other->statement, sizeof r->statement);
     }
+    if (changes) status = judge_again(q, other, r, &changes, error);
+    free(other);
+    return status;
+}
+
+/* Finds the certainty of the search's result. If limiting cases of its effects explain about as
+ * much, these become the result. */
+static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
+    struct gap_result *other = copy_for_others(r);
+    struct gap_certainty certainty;
+    int status = STATUS_OK;
+    bool simpler = statements_weigh(q->d, other, &q->tried->found, q->tried->sets, q->tried->set, &certainty), named = true;
+    if (simpler) status = judge_again(q, other, r, &named, error);
+    if (!status && named) judge_certainty(r, &q->remainder, &certainty);
     free(other);
     return status;
 }
@@ -140,12 +179,10 @@ static int review(struct diagnosis *d, struct remainder *m, const struct recordi
 int gap_solve(const struct params *params, const struct recording *measured, const struct recording *validate,
               const struct gap_options *options, struct gap_result *r, struct waves *waves, struct error *error) {
     int64_t start_ns = monotonic_ns();
-    struct remainder remainder = {0};
-    struct replay runs[2] = {{0}};
     int open_loop = compare_check(params, measured, error);
     if (open_loop && options->replay == GAP_CLOSED_LOOP) return open_loop;
     struct diagnosis *d = memory_get(1, sizeof *d);
-    struct tried *tried = memory_get(1, sizeof *tried);
+    struct inquiry q = {.d = d, .measured = measured, .validate = validate, .options = options, .tried = memory_get(1, sizeof *q.tried)};
 
     bool motion = open_loop || options->replay == GAP_MOTION;
     *r = (struct gap_result){
@@ -161,29 +198,26 @@ int gap_solve(const struct params *params, const struct recording *measured, con
     gap_progress(options, "fitting the base", 0.0);
     int status = diagnosis_init(d, params, measured, options->threads, error);
     if (!status) {
-        remainder = (struct remainder){.values = d->held_out.evaluated, .before = fmax(d->held_square - d->held_out.evaluated, 0.0)};
+        q.remainder = (struct remainder){.values = d->held_out.evaluated, .before = fmax(d->held_square - d->held_out.evaluated, 0.0)};
         r->base_model = d->model;
         r->white_before = d->held_square / d->held_out.evaluated;
         r->places = places_find(d, measured, &d->model, r->where);
         r->tone = tone_find(measured, options->threads, 1.0);
-        search_effects(d, measured, options, r, tried);
+        search_effects(d, measured, options, r, q.tried);
         r->white_after = d->held_square / d->held_out.evaluated;
         extend(params, d, r);
     }
 
-    if (!status) status = compare_models(d, measured, validate, options, r, runs, error);
+    if (!status) status = compare_models(d, measured, validate, options, r, q.runs, error);
     if (!status) {
-        read_remainder(d, r, &remainder);
-        judge(r, &remainder);
-        if (doubtful(r)) status = review(d, &remainder, measured, validate, options, r, runs, error);
+        read_remainder(d, r, &q.remainder);
+        judge(r, &q.remainder);
+        if (doubtful(r)) status = review(&q, r, error);
         if (r->verdict == GAP_UNKNOWN_EFFECT) give_up(params, r);
-        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty.probability)) {
-            struct gap_certainty certainty = statements_certainty(d, r, &tried->found, tried->sets, tried->set);
-            judge_certainty(r, &remainder, &certainty);
-        }
-        if (waves && r->simulated) waves_closed_loop(waves, measured, &runs[0].run, r->effects ? replay_after(runs) : &runs[0].run);
+        if (!status && r->verdict != GAP_UNKNOWN_EFFECT && isnan(r->certainty.probability)) status = weigh(&q, r, error);
+        if (waves && r->simulated) waves_closed_loop(waves, measured, &q.runs[0].run, r->effects ? replay_after(q.runs) : &q.runs[0].run);
     }
-    replay_free(runs);
+    replay_free(q.runs);
 
     bool friction = false;
     for (int i = 0; i < r->effects && !status; i++) {
@@ -194,7 +228,7 @@ int gap_solve(const struct params *params, const struct recording *measured, con
 
     diagnosis_free(d);
     free(d);
-    free(tried);
+    free(q.tried);
     r->seconds = seconds_from_ns(monotonic_ns() - start_ns);
     if (status) gap_progress(options, "not solved", 1.0);
     return status;

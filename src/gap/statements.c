@@ -84,9 +84,9 @@ static void read_values(const struct comparison *s, const struct set *one, int p
     e->values = moved.effects[h->effect];
 }
 
-static void state_effect(const struct comparison *s, const struct params *base, int effect, struct gap_effect *e) {
-    const struct set *one = likeliest_with(s, effect);
-    int place = sets_place(one, effect), keys = 0;
+/* Fills an effect with its values in a set. */
+static void state_in(const struct comparison *s, const struct params *base, const struct set *one, int place, struct gap_effect *e) {
+    int keys = 0, effect = one->hypothesis[place].effect;
     *e = (struct gap_effect){.effect = effect, .pattern = one->hypothesis[place].pattern, .given = s->d->given->effects[effect]};
     for (int i = 0; i < one->hypothesis[place].variables; i++) {
         const struct variable *v = &one->hypothesis[place].variable[i];
@@ -101,6 +101,11 @@ static void state_effect(const struct comparison *s, const struct params *base, 
     struct params alone = single ? single->model : *base;
     if (!single) alone.effects[effect] = one->model.effects[effect];
     e->share_explained = share_of(s, base, &alone);
+}
+
+static void state_effect(const struct comparison *s, const struct params *base, int effect, struct gap_effect *e) {
+    const struct set *one = likeliest_with(s, effect);
+    state_in(s, base, one, sets_place(one, effect), e);
 }
 
 /* Lists statements about all effects, or about all families, each with its probability; the
@@ -336,26 +341,88 @@ static struct set without_one(const struct diagnosis *d, const struct set *whole
     return one;
 }
 
-static bool is_kept(const struct comparison *s, const struct set *one) {
-    bool kept = false;
-    for (int i = 0; i < s->sets; i++) kept = kept || sets_same(&s->set[i], one);
-    return kept;
+/* Keeps the sets in which limiting cases replace effects of a set from a place on. list: all
+ * hypotheses. */
+static void keep_limits(struct comparison *s, const struct set *one, int place, int hypotheses, const struct hypothesis *list) {
+    for (int i = place; i < one->effects; i++)
+        for (int j = 0; j < hypotheses; j++) {
+            const struct hypothesis *h = &one->hypothesis[i], *limit = &list[j];
+            if (!hypothesis_contains(h->effect, limit->effect) || limit->pattern != h->pattern || sets_place(one, limit->effect) >= 0)
+                continue;
+            struct set *simpler = memory_get(1, sizeof *simpler);
+            *simpler = *one;
+            simpler->model.effects[h->effect] = s->d->given->effects[h->effect];
+            simpler->hypothesis[i] = *limit;
+            hypothesis_at(limit, 1.0, &simpler->model);
+            keep_limits(s, simpler, i + 1, hypotheses, list);
+            sets_keep(s, simpler);
+            free(simpler);
+        }
 }
 
-struct gap_certainty statements_certainty(struct diagnosis *d, const struct gap_result *r, const struct set *found, int sets,
-                                          const struct set *tried) {
-    struct gap_certainty c = {.probability = (double)NAN};
-    if (!diagnosis_assume(d, found->effects, found->hypothesis, &found->model)) return c;
-    struct comparison *s = memory_get(1, sizeof *s);
+/* True if a set has the effects of another one or limiting cases of them, in the same places. */
+static bool simplifies(const struct set *one, const struct set *other) {
+    bool all = one->effects == other->effects;
+    for (int i = 0; i < one->effects && all; i++) {
+        int effect = one->hypothesis[i].effect, of = other->hypothesis[i].effect;
+        all = one->hypothesis[i].pattern == other->hypothesis[i].pattern && (effect == of || hypothesis_contains(of, effect));
+    }
+    return all;
+}
+
+/* Finds the set that has the effects of another one, or the likeliest of those with limiting cases
+ * in their places; NULL: there is none. The sets are sorted. */
+static const struct set *simplest(const struct comparison *s, const struct set *found) {
+    const struct set *likeliest = NULL;
+    for (int i = s->sets - 1; i >= 0; i--)
+        if (simplifies(&s->set[i], found)) likeliest = &s->set[i];
+    for (int i = 0; i < s->sets; i++)
+        if (sets_same(&s->set[i], found)) return &s->set[i];
+    return likeliest;
+}
+
+/* Makes the effects of a set the findings, before clock skew, which is in no set. */
+static void take(const struct comparison *s, const struct set *one, struct gap_result *r) {
+    struct gap_effect skew = {.effect = -1};
+    for (int i = 0; i < r->effects; i++)
+        if (r->effect[i].effect == effect_find("clock_skew")) skew = r->effect[i];
+    r->ambiguous = r->in_doubt = r->statements = 0;
+    r->effects = one->effects;
+    for (int i = 0; i < one->effects; i++) {
+        struct gap_effect *e = &r->effect[i];
+        state_in(s, &r->base_model, one, i, e);
+        snprintf(e->evidence, sizeof e->evidence, "%s", effect_table[e->effect]->signature);
+        r->statement[r->statements++] = (struct gap_statement){.which = e->effect, .share_explained = e->share_explained, .effect = *e};
+    }
+    if (skew.effect >= 0) r->effect[r->effects++] = skew;
+}
+
+static void keep_all(struct comparison *s, const struct params *base, const struct set *found, int sets, const struct set *tried) {
     struct set *one = memory_get(1, sizeof *one);
-    sets_begin(s, d, 0.0, d->held_square < LEFT_WHITE * d->held_out.evaluated);
-    *one = (struct set){.model = r->base_model}, sets_keep(s, one);
+    struct hypothesis *list = memory_get(HYPOTHESES_MAX, sizeof *list);
+    int hypotheses = hypotheses_list(s->d->given, base, (const bool[EFFECTS_MAX]){0}, s->d->even.equations, list);
+    *one = (struct set){.model = *base}, sets_keep(s, one);
     *one = *found, sets_keep(s, one);
-    for (int i = 0; i < found->effects; i++) *one = without_one(d, found, i), sets_keep(s, one);
+    for (int i = 0; i < found->effects; i++) *one = without_one(s->d, found, i), sets_keep(s, one);
     for (int i = 0; i < sets; i++) *one = tried[i], sets_keep(s, one);
-    if (is_kept(s, found) && sets_rank(s, found)) c = certainty_of(s, r);
-    sets_end(s);
+    keep_limits(s, found, 0, hypotheses, list);
+    free(list);
     free(one);
+}
+
+bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *found, int sets, const struct set *tried,
+                      struct gap_certainty *certainty) {
+    *certainty = (struct gap_certainty){.probability = (double)NAN};
+    if (!diagnosis_assume(d, found->effects, found->hypothesis, &found->model)) return false;
+    struct comparison *s = memory_get(1, sizeof *s);
+    sets_begin(s, d, 0.0, d->held_square < LEFT_WHITE * d->held_out.evaluated);
+    keep_all(s, &r->base_model, found, sets, tried);
+    const struct set *one = sets_rank(s, NULL) ? simplest(s, found) : NULL;
+    bool simpler = one && !sets_same(one, found);
+    if (simpler) take(s, one, r);
+    if (one) *certainty = certainty_of(s, r), *found = *one;
+    for (int i = 0; i < r->statements && simpler; i++) r->statement[i].probability = certainty->probability;
+    sets_end(s);
     free(s);
-    return c;
+    return simpler && diagnosis_assume(d, found->effects, found->hypothesis, &found->model);
 }

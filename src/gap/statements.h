@@ -10,11 +10,14 @@
  * Otherwise returns false; r's effects and the model of d must then not be used any more. */
 bool statements_find(struct diagnosis *d, struct gap_result *r);
 
-/* Finds the probability that the machine has the effects of a result, and of those that it cannot
- * tell apart exactly one; NaN if the set that was found cannot be compared. Compared are this set,
- * those that lack one of its effects, the base without any, and the sets that were tried. The
- * priors are those of the search. The diagnosis is unusable afterwards. */
-struct gap_certainty statements_certainty(struct diagnosis *d, const struct gap_result *r, const struct set *found, int sets,
-                                          const struct set *tried);
+/* Compares the set that a search found with those that lack one of its effects, with the base
+ * without any, with the sets that were tried, and with those in which limiting cases replace
+ * effects. If a limiting case explains about as much, or the law that it replaces is at the end of
+ * its range, puts the simpler effects into r, the diagnosis and `found`, and returns true;
+ * otherwise the diagnosis is unusable afterwards. certainty: probability that the machine has the
+ * effects of the result, and of those that it cannot tell apart exactly one; NaN if its set cannot
+ * be compared. The priors are those of the search. */
+bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *found, int sets, const struct set *tried,
+                      struct gap_certainty *certainty);
 
 #endif
