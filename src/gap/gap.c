@@ -164,7 +164,7 @@ static int review(struct inquiry *q, struct gap_result *r, struct error *error) 
 }
 
 /* Finds the certainty of the search's result. If limiting cases of its effects explain about as
- * much, these become the result. */
+ * much, or fewer of the effects are likelier, these become the result. */
 static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
     struct gap_result *other = copy_for_others(r);
     struct gap_certainty certainty;

@@ -360,25 +360,26 @@ static void keep_limits(struct comparison *s, const struct set *one, int place, 
         }
 }
 
-/* True if a set has the effects of another one or limiting cases of them, in the same places. */
+/* True if a set has effects, and each of them is one of another set's or a limiting case of it. */
 static bool simplifies(const struct set *one, const struct set *other) {
-    bool all = one->effects == other->effects;
-    for (int i = 0; i < one->effects && all; i++) {
-        int effect = one->hypothesis[i].effect, of = other->hypothesis[i].effect;
-        all = one->hypothesis[i].pattern == other->hypothesis[i].pattern && (effect == of || hypothesis_contains(of, effect));
+    bool all = one->effects > 0;
+    for (int i = 0; i < one->effects; i++) {
+        bool there = false;
+        for (int j = 0; j < other->effects; j++) {
+            const struct hypothesis *h = &one->hypothesis[i], *of = &other->hypothesis[j];
+            there = there || (h->pattern == of->pattern && (h->effect == of->effect || hypothesis_contains(of->effect, h->effect)));
+        }
+        all = all && there;
     }
     return all;
 }
 
-/* Finds the set that has the effects of another one, or the likeliest of those with limiting cases
- * in their places; NULL: there is none. The sets are sorted. */
-static const struct set *simplest(const struct comparison *s, const struct set *found) {
-    const struct set *likeliest = NULL;
-    for (int i = s->sets - 1; i >= 0; i--)
-        if (simplifies(&s->set[i], found)) likeliest = &s->set[i];
+/* Finds the likeliest set that has the effects of another one, limiting cases in place of some, or
+ * fewer of them; NULL: there is none. The sets are sorted. */
+static const struct set *likeliest_of(const struct comparison *s, const struct set *found) {
     for (int i = 0; i < s->sets; i++)
-        if (sets_same(&s->set[i], found)) return &s->set[i];
-    return likeliest;
+        if (simplifies(&s->set[i], found)) return &s->set[i];
+    return NULL;
 }
 
 /* Makes the effects of a set the findings, before clock skew, which is in no set. */
@@ -417,10 +418,12 @@ bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *fou
     struct comparison *s = memory_get(1, sizeof *s);
     sets_begin(s, d, 0.0, d->held_square < LEFT_WHITE * d->held_out.evaluated);
     keep_all(s, &r->base_model, found, sets, tried);
-    const struct set *one = sets_rank(s, NULL) ? simplest(s, found) : NULL;
+    bool ranked = sets_rank(s, NULL);
+    const struct set *one = ranked ? likeliest_of(s, found) : NULL;
     bool simpler = one && !sets_same(one, found);
     if (simpler) take(s, one, r);
-    if (one) *certainty = certainty_of(s, r), *found = *one;
+    if (one || (ranked && !found->effects)) *certainty = certainty_of(s, r);
+    if (one) *found = *one;
     for (int i = 0; i < r->statements && simpler; i++) r->statement[i].probability = certainty->probability;
     sets_end(s);
     free(s);
