@@ -20,14 +20,23 @@ imported() {
     map=$(map_of "$1")
     "$hexid" import "$work/$1" -c "$work/axis.yaml" -o "$2" ${map:+--map "$map"}
 }
-same_verdict() {
+read_in() {
     mkdir "$work/$1" && disguises write "$1" "$work/$1" >"$work/$1.map" || return 1
     imported "$1" "$work/$1.lcm" >"$work/$1.said" 2>&1 || { cat "$work/$1.said"; return 1; }
+}
+same_verdict() {
+    read_in "$1" || return 1
     "$hexid" gap --measured "$work/$1.lcm" -c "$work/axis.yaml" -o "$work/$1.gap" --json "$work/$1.json" >"$work/$1.out" 2>&1
     disguises right "$work/$1.json" >"$work/$1.found" || { cat "$work/$1.said" "$work/$1.out"; return 1; }
     echo "# $1: $(cat "$work/$1.found")" >>"$work/figures"
 }
-for name in $(disguises list); do claim "$name: 80 N of dry friction, within 5 %" same_verdict "$name"; done
+for name in $(disguises list); do
+    if built_with 'asan|tsan' && [ "$name" != plain ]; then # the search is the same for all, and only the import differs
+        claim "$name: read" read_in "$name"
+    else
+        claim "$name: 80 N of dry friction, within 5 %" same_verdict "$name"
+    fi
+done
 cat "$work/figures"
 
 says() { grep -q -- "$1" "$work/$2.said" || { cat "$work/$2.said"; return 1; }; }
