@@ -273,11 +273,10 @@ static void what_is_hidden_is_named_in_any_motion(void **unused) {
  * band in point-to-point motion comes with a zero error of the pressure sensors. */
 static void what_a_cylinder_hides_is_named_in_any_motion(void **unused) {
     (void)unused;
-    slow_sweep();
+    long_case();
     static const int shows[] = {NOTHING, FRICTION, VISCOUS, LEAKS, LOAD, SPRING};
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     try_in(TRIANGLE, DEAD_BAND, false, 11);
-    if (!more_cases()) return;
     try_in(TRIANGLE, NOTHING, false, 11);
     try_in(MULTISINE, DEAD_BAND, false, 1);
     for (int motion = TRIANGLE; motion < MOTIONS; motion++)
@@ -309,10 +308,10 @@ static void a_lagging_force_sensor_is_named_where_it_lags_by_much(void **unused)
  * unless a weight is known, so both are named. */
 static void a_force_sensor_that_says_too_much_is_in_the_set_that_is_named(void **unused) {
     (void)unused;
-    slow_case();
+    slow_sweep();
     static struct gap_result g;
     int scale = effect_find("force_sensor_scale");
-    for (uint64_t seed = 1; seed <= 3; seed++) {
+    for (uint64_t seed = 1; seed <= (more_cases() ? 3 : 1); seed++) {
         struct rig rig = {RIG, .electric = true, .motion = MULTISINE, .hides = "force_sensor_scale", .force_more = 0.06};
         solve(&rig, seed, &g);
         describe(&rig, seed, &g);
@@ -401,11 +400,11 @@ static const struct gap_effect *found(const struct gap_result *g, const char *na
  * an inverted pendulum, and no mass. */
 static void a_spring_of_either_sign_is_found_beside_friction(void **unused) {
     (void)unused;
-    slow_sweep();
+    long_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static struct gap_result g;
     static const double springs_n_per_m[] = {-8e3, 8e3};
-    for (size_t i = 0; i < (more_cases() ? 2 : 1); i++) {
+    for (size_t i = 0; i < 2; i++) {
         struct rig rig = {RIG, .electric = true, .motion = CHIRP, .coulomb_extend_n = 150.0, .coulomb_retract_n = 150.0};
         rig.spring_n_per_m = springs_n_per_m[i];
         solve(&rig, 21, &g);
@@ -597,9 +596,10 @@ static void rows_lost_in_bursts_cost_nothing(void **unused) {
         int seed;
     } cases[] = {{TRIANGLE, true, 1000.0, 0.01, 12},      {STEPS, true, 5000.0, 0.01, 12},  {RESTS, true, 200.0, 0.01, 12},
                  {POINT_TO_POINT, true, 100.0, 0.03, 14}, {CHIRP, false, 1000.0, 0.01, 12}, {MULTISINE, false, 1000.0, 0.01, 12}};
-    static const size_t electric = 4, all = sizeof cases / sizeof *cases;
+    static const size_t few = 4, all = sizeof cases / sizeof *cases;
+    size_t step = more_cases() ? 1 : 3; /* here a triangle at 1 kHz and point to point at 100 Hz */
     static struct gap_result g;
-    for (size_t i = 0; i < (SANITIZED ? 1 : more_cases() ? all : electric); i++) {
+    for (size_t i = 0; i < (SANITIZED ? 1 : more_cases() ? all : few); i += step) {
         struct rig one = variant(FRICTION, cases[i].electric, cases[i].seed);
         one.motion = cases[i].motion, one.rate_hz = cases[i].rate_hz, one.lost_share = cases[i].share;
         solve(&one, (uint64_t)cases[i].seed, &g);

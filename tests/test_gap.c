@@ -457,7 +457,7 @@ static void solve_with_wrong_sensors(double gain_of_leg_5, struct gap_result *re
 
 static void sensors_are_wrong_within_their_tolerance(void **state) {
     (void)state;
-    slow_case();
+    long_case();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
     static struct gap_result result;
     solve_with_wrong_sensors(0.995, &result);

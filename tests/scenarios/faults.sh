@@ -7,7 +7,7 @@
 
 # The faults fall into z's evaluated part unless stated otherwise: nothing moves faster there.
 listed() {
-    campaign <<'END'
+    cat <<'END'
 frame loss 0.1 %|loss@0.5+100=0.1|0.5|flagged|2000
 frame loss 1 %|loss@0.5+100=1|0.5|flagged|1000
 frame loss 10 %|loss@0.5+100=10|0.5|flagged|100
@@ -68,9 +68,13 @@ END
 drawn() { campaign < <("$python" tests/scenarios/faults.py draw "$1"); }
 
 quick --json "$work/clean.json" >"$work/out" || { cat "$work/out"; exit 1; }
+third() { campaign < <(listed | awk 'NR % 3 == 1'); }
+others() { campaign < <(listed | awk 'NR % 3 != 1'); }
 if [ -n "${MORE_CASES:-}" ]; then # make test-long
     claim "60 faults drawn from all kinds, sizes and times: detected in time or harmless, and never identified wrongly in silence" drawn 60
+    claim "so are the listed faults that make test leaves out" others
+    grep '^|' "$work/claim.out" | sed 's/^/# /' # the table
     exit
 fi
-claim "every listed fault is detected in time or harmless, and never identified wrongly in silence" listed
+claim "every third of the listed faults is detected in time or harmless, and never identified wrongly in silence" third
 grep '^|' "$work/claim.out" | sed 's/^/# /' # the table

@@ -111,16 +111,19 @@ late() {
 
 # The interrupted phase takes a minute of the run's time, so that the signal comes within it. Parking, the last phase, takes two minutes of
 # the run's, about a second of this machine's.
+if [ -n "${MORE_CASES:-}" ]; then # make test-long; tests/scenarios/stop.sh sends SIGTERM, too
+    claim "SIGTERM in a test: parked, log closed, not evaluated" parks TERM 'test 1/6' tests.duration_s=60
+    by_nohup() { local under=(nohup); parks TERM 'test 1/6' tests.duration_s=60; }
+    claim "SIGTERM parks under nohup, too" by_nohup
+    exit
+fi
 claim "SIGINT while engaging: parked, log closed, not evaluated" parks INT engaging motion.engage_s=60
 claim "SIGINT at neutral: parked, log closed, not evaluated" parks INT ready motion.hold_s=60
 claim "SIGINT in a test: parked, log closed, not evaluated" parks INT 'test 1/6' tests.duration_s=60
 claim "SIGINT while parking: parked, log closed, not evaluated" parks INT parking motion.park_s=120
-claim "SIGTERM in a test: the same" parks TERM 'test 1/6' tests.duration_s=60
 claim "SIGHUP in a test, the terminal is gone: the same" parks HUP 'test 1/6' tests.duration_s=60
 outlives() { local under=(nohup); ends 0 interrupt_at HUP 'test 1/6' && log_is_whole && put_down; }
 claim "under nohup it changes nothing: the run goes on to its end" outlives
-by_nohup() { local under=(nohup); parks TERM 'test 1/6' tests.duration_s=60; }
-claim "but SIGTERM parks there, too" by_nohup
 claim "SIGINT twice: the valves are centred where the platform is" twice
 claim "SIGINT in the first test: no other begins" ends_tests
 claim "the reader of its output goes away: the run goes on to its end, and parks" goes_on
