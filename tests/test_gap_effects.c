@@ -42,7 +42,8 @@ static void an_effect_in_rig_and_model_leaves_no_residual(void **state) {
     (void)state;
     slow_sweep();
     if (SANITIZED) skip_because(MINUTES_UNDER_SANITIZERS);
-    for (int i = 0; effect_table[i]; i += more_cases() ? 1 : 6) {
+    for (int i = 0; effect_table[i]; i++) {
+        if (!more_cases() && i % 6) continue;
         struct params machine = params;
         struct recording recording;
         effect_at(effect_table[i], 1.0, &machine.effects[i]);
