@@ -33,6 +33,7 @@ static struct residual_data *record(const double amplitude_m[LEGS], double noise
             s.length_m[l] = k.neutral_length_m[l] + amplitude_m[l] * sin(2.0 * PI * HZ * t_s) + noise_m * random_unit(&seed);
         assert_int_equal(recording_append(&recording.test[0], &s, &error), 0);
     }
+    assert_int_equal(measured_make(&recording, 0, &error), 0);
     assert_int_equal(residual_prepare(&data, &recording, CYCLES_ALL, &error), 0);
     recording_free(&recording);
     return &data;

@@ -148,6 +148,7 @@ static void a_machine_that_creeps_is_seen_to_creep(void **state) {
                 s->p2_pa[k] = still.hydraulics.tank_pa + other_pa - shut * leg->bulk_modulus_pa * log1p(-moved_m / other_m);
             }
         }
+        assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
         assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
         assert_true(residual_evaluate(&d.test[0], &still, EQUATIONS_ALL, ALL_LEGS, row));
         for (int k = 0; k < LEGS; k++) {
@@ -178,6 +179,7 @@ static void a_sensors_scale_does_not_shrink_the_residuals(void **state) {
     for (int i = 0; i < r.tests; i++)
         for (int j = 0; j < r.test[i].count; j++)
             for (int k = 0; k < LEGS; k++) r.test[i].sample[j].p1_pa[k] *= scale, r.test[i].sample[j].p2_pa[k] *= scale;
+    assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
     assert_int_equal(residual_prepare(&e, &r, CYCLES_ALL, &error), STATUS_OK);
     for (int i = 0; i < d.tests; i++) {
         residual_row row, larger;
@@ -270,6 +272,7 @@ static void a_limited_spool_runs_in_before_a_segment(void **state) {
     set_effect(&limited, "valve_rate_limit", 0, 0.7);
     if (gap_rig(&limited, &limited, 1, &r, &error)) fail_msg("%s", error.text);
     r.test[0].segment_s = 0.5, r.test[0].start_s = 3.1;
+    assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
     assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
     assert_true(residual_evaluate(&d.test[0], &limited, EQUATIONS_PRESSURE, ALL_LEGS, row));
     for (int k = 0; k < LEGS; k++)
@@ -306,6 +309,7 @@ static void forces_tell_where_the_rods_are_in_their_play(void **state) {
         set_effect(&loose, "joint_backlash", 0, 5e-4);
         if (gap_rig(&loose, &loose, 1, &r, &error)) fail_msg("%s", error.text);
         if (c % 2) r.test[0].segment_s = 0.5, r.test[0].start_s = 3.1;
+        assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
         assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
         double without = force_square(&d.test[0], &tight), with = force_square(&d.test[0], &loose);
         print_message("%.3g N^2, %.3g where the play is known\n", without, with);
@@ -332,6 +336,7 @@ static void noise_of_the_forces_is_no_play(void **state) {
         struct residual_data d;
         struct fit_data fit;
         for (int i = 0; i < r.tests; i++) r.test[i].segment_s = 0.5, r.test[i].start_s = 1.0 + 0.5 * segment;
+        assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
         assert_int_equal(residual_prepare(&d, &r, CYCLES_ALL, &error), STATUS_OK);
         fit_data_init(&fit, &d, &params, 1);
         double *white = calloc((size_t)fit.values, sizeof *white);

@@ -131,6 +131,7 @@ static struct recording *record(struct rig *r, int tests) {
             assert_int_equal(recording_append(t, &s, &error), 0);
         }
     }
+    assert_int_equal(measured_make(&recording, 0, &error), 0);
     return &recording;
 }
 

@@ -145,6 +145,7 @@ static void a_slow_rate_limits_the_band(void **unused) {
     /* occasionally a sample is lost */
     for (int i = 0; i < r.test[0].count; i += 23) r.test[0].sample[i].refused = REFUSED_LATE;
     if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
+    assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
     assert_int_equal(d.tests, r.tests);
     residual_free(&d);
@@ -168,6 +169,7 @@ static void a_segment_knows_its_acceleration(void **unused) {
     }
     struct params bare = params;
     for (int k = 0; k < LEGS; k++) bare.hydraulics.viscous_n_s_per_m[k] = 0.0;
+    assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
     assert_int_equal(d.tests, r.tests);
     for (int i = 0; i < d.tests; i++) {
@@ -199,7 +201,7 @@ static struct differences differ(const struct recording *r, path *along) {
     struct differences d = {0};
     int n = 0;
     assert_true(spectrum_cut(&s, &r->test[0], from_s, until_s, 2.0 * PI / (1.2 * (until_s - from_s)), inverse));
-    assert_true(fast_motion_fit(&f, &r->test[0], &s, from_s, until_s));
+    assert_true(fast_motion_fit(&f, &r->test[0], recording_step_s(&r->test[0]), &s, from_s, until_s));
     for (double t_s = from_s + 0.2; t_s < until_s - 0.2; t_s += 3.7e-4, n++) {
         double x = AMPLITUDE_M * along(t_s), v = AMPLITUDE_M * (along(t_s + h) - along(t_s - h)) / (2.0 * h);
         spectrum_value(s.mean[CHANNEL_LENGTH][0], s.harmonics, s.omega, t_s, value);

@@ -37,6 +37,7 @@ static struct recording copy(void) {
         size_t size = (size_t)r.test[i].count * sizeof *r.test[i].sample;
         r.test[i].sample = malloc(size);
         memcpy(r.test[i].sample, clean.test[i].sample, size);
+        r.test[i].measured = NULL;
     }
     return r;
 }
@@ -353,7 +354,8 @@ static void lost_samples_do_not_change_the_sampling(void **unused) {
     if (recording_check(&r, &error)) fail_msg("%s", error.text);
     struct spectrum whole, gaps;
     static spectrum_cycle room[CYCLES_MAX];
-    assert_true(spectrum_measure(&whole, room, &clean.test[0], CYCLES_ALL) && spectrum_measure(&gaps, room, &r.test[0], CYCLES_ALL));
+    assert_true(spectrum_measure(&whole, room, &clean.test[0], recording_step_s(&clean.test[0]), CYCLES_ALL) &&
+                spectrum_measure(&gaps, room, &r.test[0], recording_step_s(&r.test[0]), CYCLES_ALL));
     assert_true(gaps.cycles < whole.cycles && gaps.cycles >= whole.cycles - 3);
     for (int k = 0; k < LEGS; k++)
         for (int a = 1; a < 5; a++) /* tolerance: the sensor's step, divided by the root of the

@@ -93,7 +93,7 @@ int analysis_copy(const struct analysis *a, struct recording *copy, struct error
         if (!complete(&a->ident.result, t->dof)) continue;
         struct recording_test *to = &copy->test[copy->tests];
         *to = *t;
-        to->capacity = t->count;
+        to->capacity = t->count, to->measured = NULL;
         to->sample = malloc((size_t)t->count * sizeof *to->sample);
         if (!to->sample) return error_set(error, STATUS_IO, "out of memory");
         memcpy(to->sample, t->sample, (size_t)t->count * sizeof *to->sample);

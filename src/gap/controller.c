@@ -5,6 +5,7 @@
 
 #include "force.h"
 #include "kinematics.h"
+#include "measured.h"
 #include "memory.h"
 #include "modal.h"
 #include "model_law.h"
@@ -147,7 +148,7 @@ double controller_other_rate(const struct params *params, const struct recording
     double other_s = 0.0;
     bool controlled = !params_mechanism(params)->refuses.run && recording->measured.valve;
     for (int i = 0; i < recording->tests && controlled; i++) {
-        double step_s = recording_step_s(&recording->test[i]);
+        double step_s = recording->test[i].measured->step_s;
         if (fabs(step_s / params->loop.period_s - 1.0) > RATE_TOLERANCE) other_s = step_s;
     }
     return other_s;

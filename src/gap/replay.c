@@ -86,7 +86,7 @@ int replay_closed_loop(const struct params *model, const struct recording *like,
         if (!status) status = replay_run(machine, controller, out, error);
     }
     free(machine);
-    return status;
+    return status ? status : measured_make(out, 0, error);
 }
 
 static void replay_one(void *context, int i) {
@@ -241,16 +241,14 @@ static struct replay_sizes sizes_of(const struct sums sums[2], bool second) {
 
 struct replay_sizes replay_compare(const struct recording *measured, const struct replay both[2], enum cycles which) {
     struct sums sums[2] = {0};
-    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     for (int i = 0; i < measured->tests; i++) {
-        struct spectrum m, s;
-        if (!spectrum_measure(&m, room, &measured->test[i], which)) continue;
+        const struct spectrum *m = measured_spectrum(&measured->test[i], which), *s;
+        if (!m) continue;
         for (int k = 0; k < 2 && both[k].model; k++) {
             const struct recording_test *t = recording_find(&both[k].run, measured->test[i].run, measured->test[i].dof);
-            if (t && spectrum_measure(&s, room, t, CYCLES_ALL)) compare_test(&m, &s, &sums[k]);
+            if (t && (s = measured_spectrum(t, CYCLES_ALL))) compare_test(m, s, &sums[k]);
         }
     }
-    free(room);
     return sizes_of(sums, both[1].model != NULL);
 }
 

@@ -84,8 +84,8 @@ static double window(int n, double *value) {
     return sum;
 }
 
-struct tone tone_in(const struct spectrum *s, const struct recording_test *t, enum channel channel) {
-    int all = t->end - t->first, many = (int)fmax(TONE_STEP_S / recording_step_s(t), 1.0), n = (int)fmin(all / many, TONE_SAMPLES);
+struct tone tone_in(const struct spectrum *s, const struct recording_test *t, double sampling_s, enum channel channel) {
+    int all = t->end - t->first, many = (int)fmax(TONE_STEP_S / sampling_s, 1.0), n = (int)fmin(all / many, TONE_SAMPLES);
     int bins = n / 2;
     struct tone tone = {0};
     double *rest = memory_get((size_t)all, sizeof *rest), *power = memory_get((size_t)bins + 1, sizeof *power), step_s;
@@ -129,11 +129,8 @@ struct tones {
 static void find_in_test(void *context, int i) {
     const struct tones *tones = context;
     const struct recording_test *test = &tones->recording->test[i];
-    struct spectrum s;
-    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
-    if (spectrum_measure(&s, room, test, CYCLES_ALL))
-        for (int j = 0; j < TONE_CHANNELS; j++) tones->of[i][j] = tone_in(&s, test, tone_channel[j].channel);
-    free(room);
+    const struct spectrum *s = measured_spectrum(test, CYCLES_ALL);
+    for (int j = 0; j < TONE_CHANNELS && s; j++) tones->of[i][j] = tone_in(s, test, test->measured->step_s, tone_channel[j].channel);
 }
 
 struct gap_tone tone_find(const struct recording *recording, int threads, double share) {

@@ -4,7 +4,7 @@
 #define HEXID_TONE_H
 
 #include "gap_result.h"
-#include "spectrum.h"
+#include "measured.h"
 
 /* The strongest tone of a channel off the harmonics. */
 struct tone {
@@ -13,7 +13,7 @@ struct tone {
     double power;        /* power of the tone, averaged over the legs, as a multiple of the mean
                           * power of all bins; white noise gives about 1 in a bin */
 };
-struct tone tone_in(const struct spectrum *s, const struct recording_test *test, enum channel channel);
+struct tone tone_in(const struct spectrum *s, const struct recording_test *test, double sampling_s, enum channel channel);
 
 /* Finds the strongest tone of all tests and channels. share: factor on the power that a tone must
  * exceed. Returns 0 Hz if no tone exceeds it. */

@@ -96,28 +96,24 @@ static void prepare(struct waves *w, const struct recording *measured) {
 }
 
 static void put_run(struct waves *w, const struct recording *simulated, enum side side) {
-    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     for (int i = 0; i < w->tests; i++) {
         const struct recording_test *t = recording_find(simulated, w->test[i].run, w->test[i].dof);
-        struct spectrum s;
+        const struct spectrum *s = t ? measured_spectrum(t, CYCLES_ALL) : NULL;
         channel_rows row;
-        if (!t || !spectrum_measure(&s, room, t, CYCLES_ALL)) continue;
+        if (!s) continue;
         for (int leg = 0; leg < LEGS; leg++) {
-            rows(&s, leg, row);
+            rows(s, leg, row);
             for (int ch = 0; ch < GAP_CHANNELS; ch++) memcpy(side_row(&w->test[i].wave[ch][leg], side), row[ch], sizeof *row);
         }
     }
-    free(room);
 }
 
 void waves_closed_loop(struct waves *w, const struct recording *measured, const struct recording *before, const struct recording *after) {
-    spectrum_cycle *room = memory_get(CYCLES_MAX, sizeof *room);
     prepare(w, measured);
     for (int i = 0; i < measured->tests; i++) {
-        struct spectrum s;
-        if (spectrum_measure(&s, room, &measured->test[i], CYCLES_ALL)) add_test(w, &measured->test[i], &s);
+        const struct spectrum *s = measured_spectrum(&measured->test[i], CYCLES_ALL);
+        if (s) add_test(w, &measured->test[i], s);
     }
-    free(room);
     put_run(w, before, BEFORE);
     put_run(w, after, AFTER);
     for (int ch = 0; ch < GAP_CHANNELS; ch++) w->evaluated[ch] = true;

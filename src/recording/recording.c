@@ -28,9 +28,7 @@ int recording_begin(struct recording *r, const struct test_params *tests, struct
 }
 
 void recording_free(struct recording *r) {
-    for (int i = 0; i < r->tests; i++)
-        if (!r->test[i].borrowed) free(r->test[i].sample);
-    r->tests = 0;
+    while (r->tests) recording_remove(r, r->tests - 1);
 }
 
 /* Returns the number of the current run's first test: one above the largest number in earlier
@@ -147,6 +145,7 @@ int recording_add(struct recording *r, const struct cycle *c, struct error *erro
 
 void recording_remove(struct recording *r, int test) {
     if (!r->test[test].borrowed) free(r->test[test].sample);
+    free(r->test[test].measured);
     memmove(r->test + test, r->test + test + 1, (size_t)(--r->tests - test) * sizeof *r->test);
 }
 

@@ -8,6 +8,7 @@
 #include "refusal.h"
 #include "status.h"
 
+struct measured;
 struct params;
 
 enum { RECORDING_TESTS = 96, RECORDING_RUNS = 4 };
@@ -47,6 +48,7 @@ struct recording_test {
     enum refusal refused;/* REFUSED_NOISE if a segment is not evaluated */
     int first, end;      /* the evaluated part: samples first <= i < end; first is -1 if there is
                           * none */
+    struct measured *measured; /* what measured_make() has measured; NULL before */
 };
 
 /* Signals that the log has, beside the lengths, which it always has. After recording_settle()

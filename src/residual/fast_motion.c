@@ -83,9 +83,9 @@ static void fit_nodes(struct fast_motion *f, const struct recording_sample *samp
     if (known >= 0) bridge(f, known, f->nodes);
 }
 
-bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, double from_s,
-                     double until_s) {
-    double reach_s = fmax(OF_PERIOD * 2.0 * PI / series->omega / series->harmonics, SAMPLES * recording_step_s(test));
+bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, double sampling_s, const struct spectrum *series,
+                     double from_s, double until_s) {
+    double reach_s = fmax(OF_PERIOD * 2.0 * PI / series->omega / series->harmonics, SAMPLES * sampling_s);
     int first = test->first, end;
     while (first < test->end && test->sample[first].test_time_s < from_s) first++;
     for (end = first; end < test->end && test->sample[end].test_time_s <= until_s;) end++;

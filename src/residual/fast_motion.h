@@ -21,8 +21,8 @@ struct fast_motion {
 
 /* Fits the fast motion from from_s to until_s. Cubics bridge gaps between good samples. False: no
  * memory. Call fast_motion_free in any case. */
-bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, const struct spectrum *series, double from_s,
-                     double until_s);
+bool fast_motion_fit(struct fast_motion *f, const struct recording_test *test, double sampling_s, const struct spectrum *series,
+                     double from_s, double until_s);
 void fast_motion_free(struct fast_motion *f);
 
 /* Adds a leg's fast motion at a test time, divided by `scale`, to its length and rate. Before the

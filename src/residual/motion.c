@@ -324,6 +324,7 @@ static void keep_segments(struct cut *c, int most, double resolution_m) {
 /* Replaces a test of the recording by its kept segments. */
 static void put_segments(struct recording *r, int test, const struct cut *c) {
     struct recording_test whole = r->test[test];
+    free(whole.measured), whole.measured = NULL;
     int before = 0; /* the segments of all records are numbered consecutively, so that even and odd
                      * ones alternate also if each record has only one */
     for (int i = 0; i < test; i++) before += r->test[i].segment_s > 0.0;
@@ -383,7 +384,7 @@ int motion_cut(struct recording *r, int test, struct error *error) {
     double hz, span_s = t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
     int status = find_band(t, c.legs, c.step_s, span_s, &hz, error);
     if (status) return status;
-    c.segment_s = RESIDUAL_BAND / hz, c.behind_s = residual_margin_s(c.segment_s), c.before_s = c.behind_s + RESIDUAL_SETTLE_S + c.step_s;
+    c.segment_s = RESIDUAL_BAND / hz, c.behind_s = residual_margin_s(c.segment_s), c.before_s = c.behind_s + MEASURED_SETTLE_S + c.step_s;
     c.all = (int)fmax((span_s - c.before_s - c.behind_s) / c.segment_s, 0.0);
     c.segment = malloc((size_t)(c.all + 1) * sizeof *c.segment);
     status = c.segment ? cut_segments(r, test, span_s, &c, error) : error_set(error, STATUS_IO, "out of memory");

@@ -120,7 +120,7 @@ static int check_contradictions(struct recording *r, const struct residual_data 
 
 int recording_check(struct recording *r, struct error *error) {
     struct kinematics kinematics, *k = params_mechanism(r->params)->pose ? &kinematics : NULL;
-    struct residual_data data;
+    struct residual_data data = {0};
     int status = k ? kinematics_init(k, r->params, error) : STATUS_OK;
     if (status) return status;
     if (!r->tests) return error_set(error, STATUS_USAGE, "no sinusoidal test in the log");
@@ -136,7 +136,8 @@ int recording_check(struct recording *r, struct error *error) {
     status = motion_enough(r, error);
     if (status) return status;
     run_at(r, first);
-    status = residual_prepare(&data, r, CYCLES_ALL, error);
+    status = measured_make(r, first, error);
+    if (!status) status = residual_prepare(&data, r, CYCLES_ALL, error);
     if (!status) status = check_contradictions(r, &data, k, error);
     residual_free(&data);
     return status;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "measured.h"
 #include "params.h"
 #include "reference_match.h"
 #include "units.h"
@@ -26,7 +27,7 @@ static void guess_reference(const struct recording_test *t, const struct kinemat
 static void add_test(const struct recording *r, const struct recording_test *t, const struct kinematics *k, struct leg_moments *m) {
     double mean[LEGS] = {0}, sum[LEGS] = {0}, asked[LEGS], before[LEGS] = {0}, rate[LEGS], wave[2] = {0}, w = 2.0 * PI * t->frequency_hz,
            n = 0.0;
-    double step_s = recording_step_s(t), last_s = -HUGE_VAL;
+    double step_s = t->measured->step_s, last_s = -HUGE_VAL;
     for (int i = t->first; i < t->end; i++) n += !t->sample[i].refused;
     for (int i = t->first; i < t->end; i++)
         for (int leg = 0; leg < LEGS && !t->sample[i].refused; leg++) mean[leg] += t->sample[i].length_m[leg] / n;

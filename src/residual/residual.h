@@ -27,16 +27,14 @@
 #define HEXID_RESIDUAL_H
 
 #include "fast_motion.h"
+#include "measured.h"
 #include "play.h"
-#include "spectrum.h"
 
 enum residual_kind { RESIDUAL_FORCE, RESIDUAL_P1, RESIDUAL_P2, RESIDUALS };
 enum { RESIDUAL_HARMONICS = 8, RESIDUAL_SIZE = 1 + 2 * RESIDUAL_HARMONICS };
 
 /* Highest frequency of a segment's coefficient row, times the length of the segment; no unit. */
 #define RESIDUAL_BAND (0.5 * (RESIDUAL_SIZE - 0.5))
-#define RESIDUAL_SETTLE_S 0.1 /* run-up of the simulated chambers. They start with the measured
-                               * pressures, and have forgotten this start after 30 ms */
 double residual_margin_s(double segment_s); /* length of record that a segment needs on either side,
                                              * s */
 double residual_gap_s(double segment_s, double step_s); /* longest time without a good sample that a

@@ -7,12 +7,9 @@
 #include <string.h>
 
 #include "dense.h"
-#include "force.h"
 #include "inverse_dynamics.h"
-#include "noise.h"
 #include "numeric.h"
 #include "params.h"
-#include "rounding.h"
 #include "units.h"
 #include "whiten.h"
 
@@ -25,13 +22,6 @@ static const double SUBSTEP_S = 0.5e-3;   /* step of the Runge-Kutta method: its
 static const double SLOWER = 1.25;        /* a recording is slower than the commands if its
                                            * sampling period exceeds this times theirs; jitter
                                            * is less */
-static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period
-                                           * counts as a whole number of command periods */
-
-static const double OVERLAP = 0.15, /* share of a segment's length by which its window overlaps each
-                                     * neighbour */
-    STRETCH = 1.2; /* period of a segment's series, as a multiple of the time to which the series is
-                    * fitted */
 enum { COUPLING_POINTS = 2048 };
 
 /* Makes t->projection for a cycle: the least squares fit of samples to coefficients, which is exact
@@ -73,7 +63,7 @@ static int allocate(struct residual_test *t, struct error *error) {
 /* Stores the commands' noise over the simulated time: the commands less their mean cycle. Each
  * instant takes the nearest sample; without a good one within half a period, the noise is 0. */
 static void take_dither(struct residual_test *t, const struct recording_test *test) {
-    double sampling_s = recording_step_s(test);
+    double sampling_s = test->measured->step_s;
     for (int i = 0, j = test->first; i < t->samples; i++) {
         double at_s = t->first_s + i * t->step_s, value[3];
         while (j + 1 < test->end && test->sample[j].test_time_s < at_s - 0.5 * sampling_s) j++;
@@ -86,64 +76,22 @@ static void take_dither(struct residual_test *t, const struct recording_test *te
     }
 }
 
-/* Resolution of a channel in a test, found from its samples: of the sensor, or of the bus or file
- * that the samples came through; 0 if none is found. */
-static double step_of(const struct recording_test *test, enum channel ch, int leg) {
-    const struct recording_sample *s = test->sample;
-    const double *const first[CHANNELS] = {
-        [CHANNEL_LENGTH] = s->length_m, [CHANNEL_P1] = s->p1_pa, [CHANNEL_P2] = s->p2_pa, [CHANNEL_FORCE] = s->force_n};
-    return noise_measure(test->count, first[ch] + leg, sizeof *s / sizeof(double)).step;
-}
-
-/* Finds the rounding errors in step with the motion: of the lengths, and of the pressures and the
- * force A1 P1 - A2 P2, or of the reading of a force sensor. row: harmonics of each cycle. */
-static void find_in_step(struct spectrum *s, bool pressures, spectrum_cycle *row, const struct recording_test *test,
-                         const struct params *params) {
-    static const enum channel chambers[] = {CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2}, sensor[] = {CHANNEL_LENGTH, CHANNEL_FORCE};
-    const enum channel *read = pressures ? chambers : sensor;
-    struct cylinder_areas areas = cylinder_areas(&params->actuator);
-    for (int k = 0; k < params_legs(params); k++) {
-        double variance[CHANNELS][SPECTRUM_SIZE] = {{0}}, middle[CYCLES_MAX];
-        for (const enum channel *c = read; c < read + (pressures ? 3 : 2); c++) {
-            enum channel ch = *c;
-            for (int i = 0; i < s->cycles; i++) middle[i] = row[i][ch][k][0];
-            const struct rounding r = {.step = step_of(test, ch, k),
-                                       .scatter = s->scatter[ch][k],
-                                       .first_phase = s->omega * test->sample[test->first].test_time_s,
-                                       .places = s->offsets * (int)ceil(2.0 * PI / s->omega / recording_step_s(test) - 1e-6),
-                                       .cycles = s->cycles,
-                                       .middle = middle};
-            rounding_in_step(&r, s->harmonics, s->mean[ch][k], variance[ch]);
-        }
-        for (int a = 0; a < SPECTRUM_SIZE && pressures; a++)
-            variance[CHANNEL_FORCE][a] = square(areas.a1_m2[k]) * variance[CHANNEL_P1][a] +
-                                         square(areas.a2_m2[k]) * variance[CHANNEL_P2][a];
-        for (int ch = 0; ch < CHANNELS; ch++)
-            for (int a = 0; a < SPECTRUM_SIZE; a++) s->in_step[ch][k][a] = sqrt(variance[ch][a]);
-    }
-}
-
 /* Prepares a steady sinusoid, from the harmonics of its mean cycle. */
-static int prepare_cycle(struct residual_test *t, const struct recording_test *test, const struct params *params, enum cycles which,
-                         struct error *error) {
-    const struct spectrum *s = &t->spectrum;
-    spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
-    if (!room) return error_set(error, STATUS_IO, "out of memory");
-    bool enough = spectrum_measure(&t->spectrum, room, test, which);
-    if (enough) find_in_step(&t->spectrum, t->pressures, room, test, params);
-    free(room);
-    if (!enough)
+static int prepare_cycle(struct residual_test *t, const struct recording_test *test, enum cycles which, struct error *error) {
+    const struct spectrum *s = measured_spectrum(test, which);
+    if (!s)
         return error_set(error, STATUS_USAGE,
                          "test %s: fewer than two whole cycles of %g Hz: the others miss more than a tenth of their "
                          "samples, or a piece at once: lost, flagged or no number",
                          test->dof == DOF_NONE ? "of any motion" : dof_names[test->dof], test->frequency_hz);
+    t->spectrum = *s;
     t->harmonics = s->harmonics < RESIDUAL_HARMONICS ? s->harmonics : RESIDUAL_HARMONICS;
     t->size = residual_motion_size(t);
     t->first_s = test->sample[test->first].test_time_s;
     double cycle = 1.0 / test->frequency_hz / t->step_s;
-    t->measured = (int)ceil(1.0 / test->frequency_hz / recording_step_s(test) - 1e-6);
+    t->measured = (int)ceil(1.0 / test->frequency_hz / test->measured->step_s - 1e-6);
     t->fitted = (int)ceil(cycle - 1e-6);
-    t->samples = (int)ceil(fmax(SETTLE_CYCLES * cycle, RESIDUAL_SETTLE_S / t->step_s)) + t->fitted;
+    t->samples = (int)ceil(fmax(SETTLE_CYCLES * cycle, MEASURED_SETTLE_S / t->step_s)) + t->fitted;
     t->phases = PHASES;
     int status = allocate(t, error);
     if (status) return status;
@@ -181,22 +129,14 @@ static double rise(double x) { return x <= -1.0 ? 0.0 : x >= 1.0 ? 1.0 : sin(0.2
 /* Values at t_s of the windowed cosines, one per coefficient, of the segment that begins at
  * start_s. */
 static void local_cosines(double t_s, double start_s, double segment_s, double value[RESIDUAL_SIZE]) {
-    double x = (t_s - start_s) / segment_s, window = rise(x / OVERLAP) * rise((1.0 - x) / OVERLAP);
+    double x = (t_s - start_s) / segment_s, window = rise(x / MEASURED_OVERLAP) * rise((1.0 - x) / MEASURED_OVERLAP);
     for (int a = 0; a < RESIDUAL_SIZE; a++) value[a] = window * cos(PI * (a + 0.5) * x);
-}
-
-/* Sampling instant nearest to t_s; commands change only at such instants. */
-static double sampled_s(const struct recording_test *test, double t_s) {
-    int i = test->first;
-    while (i + 1 < test->end && test->sample[i + 1].test_time_s <= t_s) i++;
-    double before_s = test->sample[i].test_time_s, after_s = test->sample[i + 1 < test->end ? i + 1 : i].test_time_s;
-    return t_s - before_s < after_s - t_s ? before_s : after_s;
 }
 
 /* Length of record, s, that can be used before a segment's first simulated sample: it goes back to
  * the nearest gap, and is at most LEAD_S. */
 static double lead_s(const struct recording_test *test, double first_s) {
-    double gap_s = residual_gap_s(test->segment_s, recording_step_s(test)), from_s = first_s;
+    double gap_s = residual_gap_s(test->segment_s, test->measured->step_s), from_s = first_s;
     int i = test->first;
     while (i + 1 < test->end && test->sample[i + 1].test_time_s <= first_s) i++;
     for (; i >= 0 && from_s > first_s - LEAD_S && from_s - test->sample[i].test_time_s <= gap_s; i--)
@@ -208,7 +148,7 @@ static double lead_s(const struct recording_test *test, double first_s) {
  * the commands, those between two samples are interpolated. */
 static void hold_commands(struct residual_test *t, const struct recording_test *test) {
     const struct recording_sample *sample = test->sample, *held;
-    bool slower = recording_step_s(test) > SLOWER * t->step_s;
+    bool slower = test->measured->step_s > SLOWER * t->step_s;
     int j = 0, next;
     while (j < test->count && sample[j].refused) j++;
     if (j == test->count) return;
@@ -228,7 +168,7 @@ static void hold_commands(struct residual_test *t, const struct recording_test *
  * least-squares fit of the series, then the projection onto the row, as for measured samples. The
  * run-up takes no part. t->coupling, an integral before, becomes the sum over these samples.
  * share: simulated over measured sampling period. */
-static void project_samples(struct residual_test *t, int settling, double share, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
+static void project_samples(struct residual_test *t, int settling, double share, const double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     double basis[SPECTRUM_SIZE], weight[RESIDUAL_SIZE][SPECTRUM_SIZE] = {{0}};
     for (int a = 0; a < t->size; a++)
         for (int b = 0; b < SPECTRUM_SIZE; b++)
@@ -246,7 +186,7 @@ static void project_samples(struct residual_test *t, int settling, double share,
 }
 
 /* Makes a segment's coefficient rows of the measured values, and their standard deviations. */
-static void take_rows(struct residual_test *t, double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
+static void take_rows(struct residual_test *t, const double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE]) {
     for (int a = 0; a < t->size; a++) {
         double variance = 0.0, curve = 0.0;
         for (int b = 0; b < SPECTRUM_SIZE; b++)
@@ -285,27 +225,31 @@ static bool fit_series(struct residual_test *t) {
 /* Prepares a segment of any motion, whose row contains local cosines. The chambers' simulation
  * starts before the segment. */
 static int prepare_segment(struct residual_test *t, const struct recording_test *test, struct error *error) {
-    double inverse[SPECTRUM_SIZE][SPECTRUM_SIZE], value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
-    double segment_s = test->segment_s, begin_s = test->start_s - OVERLAP * segment_s, span_s = (1.0 + 2.0 * OVERLAP) * segment_s;
-    int settling = t->chambers ? (int)ceil(RESIDUAL_SETTLE_S / t->step_s) : 0;
-    t->first_s = sampled_s(test, begin_s - settling * t->step_s);
+    const struct measured *m = test->measured;
+    const struct spectrum *s = measured_spectrum(test, CYCLES_ALL);
+    double value[RESIDUAL_SIZE], basis[SPECTRUM_SIZE];
+    double segment_s = test->segment_s, begin_s = test->start_s - MEASURED_OVERLAP * segment_s,
+           span_s = (1.0 + 2.0 * MEASURED_OVERLAP) * segment_s;
+    int settling = t->chambers ? (int)ceil(MEASURED_SETTLE_S / t->step_s) : 0;
+    t->first_s = m->first_s;
     t->fitted = (int)(span_s / t->step_s) + 1;
     t->samples = settling + t->fitted;
     t->lead = t->chambers ? (int)(lead_s(test, t->first_s) / t->step_s) : 0;
     t->harmonics = SPECTRUM_HARMONICS;
-    double period_s = STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
+    double period_s = MEASURED_STRETCH * (begin_s + span_s - t->first_s), omega = 2.0 * PI / period_s;
     /* The highest frequency of a row is at most that of the series. The period of the series
      * includes the run-up, so a short segment gets fewer coefficients. */
     t->size = (int)fmin(2.0 * segment_s * SPECTRUM_HARMONICS / period_s + 0.5, RESIDUAL_SIZE);
     t->phases = (int)(PHASES * span_s / period_s);
     int status = allocate(t, error);
     if (status) return status;
-    if (!spectrum_cut(&t->spectrum, test, t->first_s, begin_s + span_s, omega, inverse))
+    if (!s)
         return error_set(error, STATUS_USAGE, "at %.4g s: too many samples of a piece of %.3g s are lost, flagged or no number",
                          test->start_s, segment_s);
+    t->spectrum = *s;
     tabulate(t, omega * begin_s);
     hold_commands(t, test);
-    if (t->chambers && !fast_motion_fit(&t->fast, test, &t->spectrum, t->first_s, begin_s + span_s))
+    if (t->chambers && !fast_motion_fit(&t->fast, test, m->step_s, s, t->first_s, m->until_s))
         return error_set(error, STATUS_IO, "out of memory");
     for (int a = 0; a < t->size; a++) t->rate[a] = PI * (a + 0.5) / segment_s, t->weight[a] = 0.5;
     for (int i = 0; i < t->phases; i++) local_cosines(begin_s + i * period_s / PHASES, test->start_s, segment_s, t->basis[i]);
@@ -316,18 +260,9 @@ static int prepare_segment(struct residual_test *t, const struct recording_test 
         for (int a = 0; a < t->size; a++)
             for (int b = 0; b < SPECTRUM_SIZE; b++) t->coupling[a][b] += 2.0 / segment_s * span_s / COUPLING_POINTS * value[a] * basis[b];
     }
-    project_samples(t, settling, t->step_s / recording_step_s(test), inverse);
-    take_rows(t, inverse);
+    project_samples(t, settling, t->step_s / m->step_s, m->inverse);
+    take_rows(t, m->inverse);
     return fit_series(t) ? STATUS_OK : error_set(error, STATUS_USAGE, "at %.4g s: too short a piece", test->start_s);
-}
-
-/* Finds the command period. hexid's controller commands every cycle, however slow the recording.
- * The command period of another controller is unknown, so it is taken to be the sampling period. */
-static void find_step(struct residual_test *t, double sampling_s, const struct params *params) {
-    double cycle_s = params->loop.period_s, many = fmax(round(sampling_s / cycle_s), 1.0);
-    bool slower = !params_mechanism(params)->refuses.run && sampling_s > SLOWER * cycle_s;
-    t->in_step = !slower || fabs(sampling_s / (many * cycle_s) - 1.0) < IN_STEP;
-    t->step_s = !slower ? sampling_s : t->in_step ? sampling_s / many : cycle_s;
 }
 
 static int prepare(struct residual_test *t, const struct recording *recording, int of, enum cycles which, struct error *error) {
@@ -336,11 +271,11 @@ static int prepare(struct residual_test *t, const struct recording *recording, i
     t->legs = params_legs(recording->params);
     t->pressures = recording->measured.pressures;
     t->chambers = recording->measured.pressures && recording->measured.valve;
-    find_step(t, recording_step_s(test), recording->params);
+    t->in_step = test->measured->in_step, t->step_s = test->measured->command_s;
     t->substeps = (int)ceil(t->step_s / SUBSTEP_S - 1e-6);
     /* Simpson's rule in residual_staircase() needs an even number of substeps. */
     if (t->substeps > 1) t->substeps += t->substeps % 2;
-    int status = test->segment_s > 0.0 ? prepare_segment(t, test, error) : prepare_cycle(t, test, recording->params, which, error);
+    int status = test->segment_s > 0.0 ? prepare_segment(t, test, error) : prepare_cycle(t, test, which, error);
     if (status) return status;
     for (int k = 0; k < t->legs; k++) t->speed_std_mps[k] = spectrum_speed_std(&t->spectrum, k, t->harmonics);
     whiten_force_std(t, recording->params, t->force_std_n);
@@ -354,11 +289,11 @@ static bool wanted(const struct recording_test *test, enum cycles which) {
     return !(test->segment_s > 0.0) || (!test->refused && which & (test->segment % 2 ? CYCLES_ODD : CYCLES_EVEN));
 }
 
-double residual_margin_s(double segment_s) { return OVERLAP * segment_s; }
+double residual_margin_s(double segment_s) { return MEASURED_OVERLAP * segment_s; }
 
 double residual_gap_s(double segment_s, double step_s) {
     /* one step is subtracted, because a segment begins at a sampling instant */
-    return fmax(STRETCH * ((1.0 + 2.0 * OVERLAP) * segment_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
+    return fmax(MEASURED_STRETCH * ((1.0 + 2.0 * MEASURED_OVERLAP) * segment_s - step_s) / (2 * SPECTRUM_HARMONICS), 2.5 * step_s);
 }
 
 int residual_prepare(struct residual_data *d, const struct recording *recording, enum cycles which, struct error *error) {

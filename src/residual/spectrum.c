@@ -218,8 +218,9 @@ static int add_noise(const struct spectrum *s, const struct recording_test *t, c
 
 /* Finds cycles whose samples are at the same phases. alike: for each averaged cycle, the index of
  * the first one with its phases. Returns the number of different cycles. */
-static int find_alike(const struct spectrum *s, const struct recording_test *t, const struct cycles_of_test *c, int alike[CYCLES_MAX]) {
-    double period_s = 2.0 * PI / s->omega, step_s = recording_step_s(t), start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
+static int find_alike(const struct spectrum *s, const struct recording_test *t, double step_s, const struct cycles_of_test *c,
+                      int alike[CYCLES_MAX]) {
+    double period_s = 2.0 * PI / s->omega, start_s = t->sample[t->first].test_time_s, offset[CYCLES_MAX];
     int different = 0;
     for (int i = 0; i < c->averaged; i++) {
         const struct span *one = &c->span[i];
@@ -256,7 +257,8 @@ static double scatter_of(const struct recording_test *t, const struct cycles_of_
     return sqrt(mean_square[pairs / 2]);
 }
 
-static void summarise(struct spectrum *s, const struct recording_test *t, const struct cycles_of_test *c, spectrum_cycle *row) {
+static void summarise(struct spectrum *s, const struct recording_test *t, double step_s, const struct cycles_of_test *c,
+                      spectrum_cycle *row) {
     double value[CYCLES_MAX], square_sum[CHANNELS][LEGS] = {0};
     int samples = 0, alike[CYCLES_MAX];
     for (int ch = 0; ch < CHANNELS; ch++)
@@ -270,7 +272,7 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
             lengthen(s, row, ch, k);
         }
     for (int i = 0; i < c->averaged; i++) samples += add_noise(s, t, &c->span[i], row[i], square_sum);
-    s->offsets = find_alike(s, t, c, alike);
+    s->offsets = find_alike(s, t, step_s, c, alike);
     for (int ch = 0; ch < CHANNELS; ch++)
         for (int k = 0; k < LEGS; k++) {
             s->noise[ch][k] = sqrt(square_sum[ch][k] / samples);
@@ -279,9 +281,9 @@ static void summarise(struct spectrum *s, const struct recording_test *t, const 
 }
 
 /* Fits all whole cycles of the test. False: fewer than two are to be averaged. */
-static bool fit_cycles(const struct spectrum *s, const struct recording_test *t, enum cycles which, struct cycles_of_test *c,
+static bool fit_cycles(const struct spectrum *s, const struct recording_test *t, double step_s, enum cycles which, struct cycles_of_test *c,
                        spectrum_cycle *row) {
-    double start_s = t->sample[t->first].test_time_s, step_s = recording_step_s(t), period_s = 2.0 * PI / s->omega, one[SPECTRUM_SIZE];
+    double start_s = t->sample[t->first].test_time_s, period_s = 2.0 * PI / s->omega, one[SPECTRUM_SIZE];
     c->averaged = c->all = 0;
     memset(c->ramp, 0, sizeof c->ramp);
     for (int cycle = 0, i = t->first; c->all < CYCLES_MAX && i < t->end; cycle++) {
@@ -301,16 +303,17 @@ static bool fit_cycles(const struct spectrum *s, const struct recording_test *t,
     return c->averaged >= 2;
 }
 
-bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const struct recording_test *t, enum cycles which) {
+bool spectrum_measure(struct spectrum *s, spectrum_cycle row[CYCLES_MAX], const struct recording_test *t, double step_s,
+                      enum cycles which) {
     memset(s, 0, sizeof *s);
     if (t->first < 0 || t->end - t->first < 8 || t->segment_s > 0.0 || !(t->frequency_hz > 0.0)) return false;
     struct cycles_of_test cycles;
     s->omega = 2.0 * PI * t->frequency_hz;
-    s->harmonics = (int)fmin(SPECTRUM_HARMONICS, 1.0 / t->frequency_hz / recording_step_s(t) / SAMPLES_PER_HARMONIC);
-    bool enough = s->harmonics >= 1 && fit_cycles(s, t, which, &cycles, row);
+    s->harmonics = (int)fmin(SPECTRUM_HARMONICS, 1.0 / t->frequency_hz / step_s / SAMPLES_PER_HARMONIC);
+    bool enough = s->harmonics >= 1 && fit_cycles(s, t, step_s, which, &cycles, row);
     if (!enough) return false;
     s->cycles = cycles.averaged;
-    summarise(s, t, &cycles, row);
+    summarise(s, t, step_s, &cycles, row);
     return true;
 }
 

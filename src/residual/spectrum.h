@@ -35,7 +35,7 @@ struct spectrum {
                                      * the next; 0 for a segment, or if no two cycles share their
                                      * phases */
     /* Standard deviation of each coefficient by rounding errors that repeat in every cycle and are
-     * not in std (rounding.h); 0 for a segment. residual_prepare() fills it. */
+     * not in std (rounding.h); 0 for a segment. measured_make() fills it. */
     double in_step[CHANNELS][LEGS][SPECTRUM_SIZE];
 };
 
@@ -44,8 +44,9 @@ typedef double spectrum_cycle[CHANNELS][LEGS][SPECTRUM_SIZE];
 /* Measures the mean cycle of a steady sinusoid over those of the first CYCLES_MAX whole cycles that
  * are in `which`; the drift is that of all these whole cycles. room: receives the coefficients of
  * the averaged cycles, from index 0. False: fewer than two cycles of `which` are complete; a
- * complete cycle has nine tenths of its samples good and no long gap. */
-bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, enum cycles which);
+ * complete cycle has nine tenths of its samples good and no long gap. step_s: sampling period. */
+bool spectrum_measure(struct spectrum *s, spectrum_cycle room[CYCLES_MAX], const struct recording_test *test, double step_s,
+                      enum cycles which);
 
 /* Fits a Fourier series to any motion by least squares, over the samples with from_s <= t <=
  * until_s. Choose 2 pi / omega > until_s - from_s, so that the ends need not match. inverse:

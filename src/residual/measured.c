@@ -1,0 +1,131 @@
+#include "measured.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "force.h"
+#include "noise.h"
+#include "numeric.h"
+#include "params.h"
+#include "rounding.h"
+#include "units.h"
+
+static const double SLOWER = 1.25;        /* a recording is slower than the commands if its
+                                           * sampling period exceeds this times theirs; jitter
+                                           * is less */
+static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period
+                                           * counts as a whole number of command periods */
+
+/* Finds the command period. hexid's controller commands every cycle, however slow the recording.
+ * The command period of another controller is unknown, so it is taken to be the sampling period. */
+static void find_commands(struct measured *m, const struct params *params) {
+    double cycle_s = params->loop.period_s, many = fmax(round(m->step_s / cycle_s), 1.0);
+    bool slower = !params_mechanism(params)->refuses.run && m->step_s > SLOWER * cycle_s;
+    m->in_step = !slower || fabs(m->step_s / (many * cycle_s) - 1.0) < IN_STEP;
+    m->command_s = !slower ? m->step_s : m->in_step ? m->step_s / many : cycle_s;
+}
+
+typedef double resolutions[CHANNELS][LEGS];
+
+/* Finds the resolution of each channel in `read` from its samples: of the sensor, or of the bus or
+ * file that the samples came through; 0 if none is found. */
+static void find_resolutions(const struct recording_test *test, int legs, int channels, const enum channel *read, resolutions step) {
+    for (int k = 0; k < legs; k++)
+        for (int i = 0; i < channels; i++) {
+            const double *first = spectrum_channel(test->sample, read[i]) + k;
+            step[read[i]][k] = noise_measure(test->count, first, sizeof *test->sample / sizeof(double)).step;
+        }
+}
+
+/* What the three spectra of a test share. */
+struct readings {
+    const struct recording_test *test;
+    const struct params *params;
+    bool pressures;
+    int channels;               /* number of channels in `read`, which are read from sensors */
+    const enum channel *read;
+    resolutions resolution;
+};
+
+/* Finds the rounding errors in step with the motion: of the lengths, and of the pressures and the
+ * force A1 P1 - A2 P2, or of the reading of a force sensor. row: harmonics of each cycle. */
+static void find_in_step(struct spectrum *s, const struct readings *of, double step_s, spectrum_cycle *row) {
+    struct cylinder_areas areas = cylinder_areas(&of->params->actuator);
+    for (int k = 0; k < params_legs(of->params); k++) {
+        double variance[CHANNELS][SPECTRUM_SIZE] = {{0}}, middle[CYCLES_MAX];
+        for (const enum channel *c = of->read; c < of->read + of->channels; c++) {
+            enum channel ch = *c;
+            for (int i = 0; i < s->cycles; i++) middle[i] = row[i][ch][k][0];
+            const struct rounding r = {.step = of->resolution[ch][k],
+                                       .scatter = s->scatter[ch][k],
+                                       .first_phase = s->omega * of->test->sample[of->test->first].test_time_s,
+                                       .places = s->offsets * (int)ceil(2.0 * PI / s->omega / step_s - 1e-6),
+                                       .cycles = s->cycles,
+                                       .middle = middle};
+            rounding_in_step(&r, s->harmonics, s->mean[ch][k], variance[ch]);
+        }
+        for (int a = 0; a < SPECTRUM_SIZE && of->pressures; a++)
+            variance[CHANNEL_FORCE][a] = square(areas.a1_m2[k]) * variance[CHANNEL_P1][a] +
+                                         square(areas.a2_m2[k]) * variance[CHANNEL_P2][a];
+        for (int ch = 0; ch < CHANNELS; ch++)
+            for (int a = 0; a < SPECTRUM_SIZE; a++) s->in_step[ch][k][a] = sqrt(variance[ch][a]);
+    }
+}
+
+/* Measures the spectra of a steady sinusoid. */
+static int measure_cycles(struct measured *m, const struct recording *r, const struct recording_test *test, struct error *error) {
+    static const enum channel chambers[] = {CHANNEL_LENGTH, CHANNEL_P1, CHANNEL_P2}, sensor[] = {CHANNEL_LENGTH, CHANNEL_FORCE};
+    bool pressures = r->measured.pressures;
+    struct readings of = {test, r->params, pressures, pressures ? 3 : 2, pressures ? chambers : sensor, {{0}}};
+    spectrum_cycle *room = malloc(CYCLES_MAX * sizeof *room);
+    if (!room) return error_set(error, STATUS_IO, "out of memory");
+    find_resolutions(test, params_legs(r->params), of.channels, of.read, of.resolution);
+    for (int which = CYCLES_EVEN; which <= CYCLES_ALL; which++) {
+        struct spectrum *s = &m->spectrum[which - 1];
+        m->sufficient[which - 1] = spectrum_measure(s, room, test, m->step_s, (enum cycles)which);
+        if (m->sufficient[which - 1]) find_in_step(s, &of, m->step_s, room);
+    }
+    free(room);
+    return STATUS_OK;
+}
+
+/* Sampling instant nearest to t_s; commands change only at such instants. */
+static double sampled_s(const struct recording_test *test, double t_s) {
+    int i = test->first;
+    while (i + 1 < test->end && test->sample[i + 1].test_time_s <= t_s) i++;
+    double before_s = test->sample[i].test_time_s, after_s = test->sample[i + 1 < test->end ? i + 1 : i].test_time_s;
+    return t_s - before_s < after_s - t_s ? before_s : after_s;
+}
+
+/* Fits the series of a segment. The chambers' simulation starts before the segment. */
+static void measure_segment(struct measured *m, const struct recording *r, const struct recording_test *test) {
+    double margin_s = MEASURED_OVERLAP * test->segment_s, begin_s = test->start_s - margin_s;
+    bool chambers = r->measured.pressures && r->measured.valve;
+    int settling = chambers ? (int)ceil(MEASURED_SETTLE_S / m->command_s) : 0;
+    m->first_s = sampled_s(test, begin_s - settling * m->command_s);
+    m->until_s = begin_s + (1.0 + 2.0 * MEASURED_OVERLAP) * test->segment_s;
+    double omega = 2.0 * PI / (MEASURED_STRETCH * (m->until_s - m->first_s));
+    m->sufficient[0] = spectrum_cut(&m->spectrum[0], test, m->first_s, m->until_s, omega, m->inverse);
+}
+
+int measured_make(struct recording *r, int first, struct error *error) {
+    int status = STATUS_OK;
+    for (int i = first; i < r->tests && !status; i++) {
+        struct recording_test *t = &r->test[i];
+        bool segment = t->segment_s > 0.0;
+        free(t->measured);
+        struct measured *m = t->measured = calloc(1, sizeof *m + (segment ? 1 : CYCLES_ALL) * sizeof *m->spectrum);
+        if (!m) return error_set(error, STATUS_IO, "out of memory");
+        if (t->first < 0 || t->end - t->first < 2) continue;
+        m->step_s = recording_step_s(t);
+        find_commands(m, r->params);
+        if (segment) measure_segment(m, r, t);
+        else status = measure_cycles(m, r, t, error);
+    }
+    return status;
+}
+
+const struct spectrum *measured_spectrum(const struct recording_test *t, enum cycles which) {
+    int i = t->segment_s > 0.0 ? 0 : (int)which - 1;
+    return t->measured->sufficient[i] ? &t->measured->spectrum[i] : NULL;
+}
