@@ -1,4 +1,5 @@
 /* One axis: the rig's CSV file is the only thing that the import and the gap workflow see of it. */
+#include "admit_rig.h"
 #include "axis_rig.h"
 
 #include <stdlib.h>
@@ -9,7 +10,6 @@
 #include "log.h"
 #include "messages.h"
 #include "numeric.h"
-#include "recording_check.h"
 #include "statements.h"
 
 static char directory[] = "/tmp/hexid_axis_XXXXXX";
@@ -57,8 +57,7 @@ static int try_to_solve(const struct rig *rig, uint64_t seed, struct gap_result 
     params.loop.period_s = 1.0 / rig->rate_hz;
     params.axis.gravity_mps2 = rig->gravity_mps2;
     load(&r);
-    int status = recording_check(&r, error);
-    if (!status) status = recording_check_noise(&r, error);
+    int status = admit_rig(&r, true, error);
     if (!status) status = gap_solve(&params, &r, NULL, &options, g, NULL, error);
     recording_free(&r);
     return status;
@@ -478,7 +477,7 @@ static void laws_give_way_to_their_limiting_cases(void **unused) {
     params.loop.period_s = 1.0 / rig.rate_hz;
     run_rig(&rig, 21, csv_path);
     load(&r);
-    assert_int_equal(recording_check(&r, &error), 0);
+    assert_int_equal(admit_rig(&r, false, &error), 0);
     assert_int_equal(diagnosis_init(&d, &params, &r, 2, &error), 0);
     g.base_model = d.model;
     found = (struct set){.model = d.model};
@@ -511,7 +510,7 @@ static void a_small_machine_lacks_a_mass_and_not_a_sensor(void **unused) {
         struct error error;
         write_joint(seed);
         load(&r);
-        int status = recording_check(&r, &error);
+        int status = admit_rig(&r, false, &error);
         if (!status) status = gap_solve(&params, &r, NULL, &options, &g, NULL, &error);
         if (status) fail_msg("%s", error.text);
         recording_free(&r);
@@ -576,8 +575,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         load(&r);
         for (int i = 0; i < r.tests; i++)
             for (int j = 0; j < r.test[i].count; j++) lies[n].change(&r.test[i].sample[j]);
-        int status = recording_check(&r, &error);
-        if (!status) status = recording_check_noise(&r, &error);
+        int status = admit_rig(&r, true, &error);
         recording_free(&r);
         if (status != STATUS_USAGE || !strstr(error.text, lies[n].says))
             fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);

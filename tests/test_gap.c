@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "gap.h"
-#include "recording_check.h"
+#include "admit_rig.h"
 #include "fit.h"
 #include "gap_rig.h"
 #include "residual.h"
@@ -28,7 +28,7 @@ static int setup(void **state) {
 
 static void assert_refused(struct recording *r, const char *what) {
     struct error error = {0};
-    assert_int_equal(recording_check(r, &error), STATUS_USAGE);
+    assert_int_equal(admit_rig(r, false, &error), STATUS_USAGE);
     if (!strstr(error.text, what)) fail_msg("\"%s\" does not say \"%s\"", error.text, what);
 }
 
@@ -64,7 +64,7 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
     struct recording r;
     struct error error;
     rig(&r, &params, ALL);
-    assert_int_equal(recording_check(&r, &error), STATUS_OK);
+    assert_int_equal(admit_rig(&r, false, &error), STATUS_OK);
     for (size_t n = 0; n < sizeof lies / sizeof *lies; n++) {
         struct recording_sample *kept[DOFS];
         for (int i = 0; i < r.tests; i++) {
@@ -78,7 +78,7 @@ static void recordings_that_lie_are_refused_by_what_they_are(void **state) {
         for (int i = 0; i < r.tests; i++) free(r.test[i].sample), r.test[i].sample = kept[i];
     }
     for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = r.test[i].stated_hz = 5.0;
-    assert_int_equal(recording_check(&r, &error), STATUS_OK);
+    assert_int_equal(admit_rig(&r, false, &error), STATUS_OK);
     for (int i = 0; i < r.tests; i++) assert_close(r.test[i].frequency_hz, 4.0, 1e-4);
     for (int i = 0; i < r.tests; i++) r.test[i].frequency_hz = r.test[i].stated_hz = 4.0, r.test[i].end = r.test[i].first + 500;
     assert_refused(&r, "too short");

@@ -5,7 +5,7 @@
 #include <time.h>
 
 #include "leg_order.h"
-#include "recording_check.h"
+#include "admit_rig.h"
 
 enum { DURATION_S = 2, ORDERS = 27 };
 enum target { OF_LENGTHS, OF_FORCES, OF_BOTH, TARGETS };
@@ -67,7 +67,7 @@ static int check_places(const struct params *params, const int lengths[LEGS], co
             assert_int_equal(recording_add(&r, &c, error), 0);
         }
     *error = (struct error){0};
-    int status = recording_check(&r, error);
+    int status = admit_rig(&r, false, error);
     recording_free(&r);
     return status;
 }
@@ -213,7 +213,7 @@ static void it_is_cheap(void **unused) {
             struct cycle c = sample(d, i);
             assert_int_equal(recording_add(&r, &c, &error), 0);
         }
-    assert_int_equal(recording_check(&r, &error), 0);
+    assert_int_equal(admit_rig(&r, false, &error), 0);
     assert_int_equal(residual_prepare(&data, &r, CYCLES_ALL, &error), 0);
     clock_t before = clock();
     assert_int_equal(leg_order_find(&data, &r, 0, &order, &error), 0);

@@ -14,7 +14,7 @@
 #include "motion_check.h"
 #include "pid.h"
 #include "proposal.h"
-#include "recording_check.h"
+#include "admit_rig.h"
 #include "trajectory_file.h"
 
 enum { BODY = 2 * DOFS, OPEN = BODY + 4 * LEGS, CLOSED = OPEN + 4 * LEGS, SUBSTEPS = 8 };
@@ -194,7 +194,7 @@ static int survey(struct surveyed *s, struct error *error) {
         assert_true(rig.now.state != STATE_FAULT && rig.cycles < 20000);
     }
     plant_destroy(rig.plant);
-    int status = recording_check(&recording, error);
+    int status = admit_rig(&recording, false, error);
     if (!status) status = method_c(&recording, &c, error);
     if (!status) status = loop_survey(&s->survey, &multisine, &recording, &c, error);
     recording_free(&recording);

@@ -7,7 +7,7 @@
 
 #include "gap.h"
 #include "gap_rig.h"
-#include "recording_check.h"
+#include "admit_rig.h"
 #include "waves.h"
 
 static struct params params;
@@ -57,8 +57,8 @@ static int diagnose(enum gap_replay replay) {
     struct waves closed_loop = {0}, motion;
     struct error error;
     const struct gap_options options = {.replay = replay, .simulate = true, .threads = 1};
-    if (recording_check(&recording, &error) || recording_check_noise(&recording, &error) ||
-        gap_solve(&params, &recording, NULL, &options, &result, &closed_loop, &error) || waves_motion(&motion, &result, &recording, &error))
+    if (admit_rig(&recording, true, &error) || gap_solve(&params, &recording, NULL, &options, &result, &closed_loop, &error) ||
+        waves_motion(&motion, &result, &recording, &error))
         fail_msg("%s", error.text);
     int simulated = closed_loop.tests;
     assert_int_equal(result.verdict, GAP_NO_GAP);
@@ -86,6 +86,30 @@ static void a_simulated_test_has_no_more(void **unused) {
     assert_int_equal(steps, 2 + 2);
 }
 
+static void the_raw_recording_stays_as_it_was(void **unused) {
+    (void)unused;
+    static struct recording before;
+    static struct measured_recording measured;
+    struct admission admission = {0};
+    struct error error;
+    record(1);
+    recording.test[0].dof = DOF_NONE;
+    recording_settle(&recording);
+    before = recording;
+    const struct recording_test *t = &recording.test[0];
+    size_t size = (size_t)t->count * sizeof *t->sample;
+    struct recording_sample *sample = malloc(size);
+    assert_non_null(sample);
+    memcpy(sample, t->sample, size);
+    if (measured_add(&measured, &recording, &error) || admit(&recording, &measured, &admission, &error)) fail_msg("%s", error.text);
+    assert_true(measured.recording.tests > 1 && !measured.record[0].sinusoid);
+    assert_memory_equal(&before, &recording, sizeof before);
+    assert_memory_equal(sample, t->sample, size);
+    free(sample);
+    measured_free(&measured);
+    recording_free(&recording);
+}
+
 /* The step of the whole record, before it is cut, is one more. */
 static void a_segment_has_one_spectrum_and_one_step(void **unused) {
     (void)unused;
@@ -93,8 +117,8 @@ static void a_segment_has_one_spectrum_and_one_step(void **unused) {
     struct error error;
     record(1);
     recording.test[0].dof = DOF_NONE;
-    if (recording_check(&recording, &error) || recording_check_noise(&recording, &error) ||
-        residual_prepare(&data[0], &recording, CYCLES_EVEN, &error) || residual_prepare(&data[1], &recording, CYCLES_ODD, &error))
+    if (admit_rig(&recording, true, &error) || residual_prepare(&data[0], &recording, CYCLES_EVEN, &error) ||
+        residual_prepare(&data[1], &recording, CYCLES_ODD, &error))
         fail_msg("%s", error.text);
     assert_true(data[0].tests > 2 && data[1].tests > 2);
     assert_int_equal(segments, recording.tests);
@@ -108,6 +132,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_test_has_three_spectra_and_one_step),
         cmocka_unit_test(a_simulated_test_has_no_more),
+        cmocka_unit_test(the_raw_recording_stays_as_it_was),
         cmocka_unit_test(a_segment_has_one_spectrum_and_one_step),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

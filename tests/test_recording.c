@@ -8,7 +8,7 @@
 #include "force.h"
 #include "frequency.h"
 #include "gap.h"
-#include "recording_check.h"
+#include "admit_rig.h"
 #include "gap_rig.h"
 #include "residual.h"
 #include "units.h"
@@ -134,7 +134,7 @@ static void recordings_that_lie_are_refused_for_what_they_are(void **unused) {
         struct recording r = copy();
         alter(&r, lies[n].change);
         r.measured.reference = lies[n].reference;
-        int status = recording_check(&r, &error);
+        int status = admit_rig(&r, false, &error);
         recording_free(&r);
         if (status != STATUS_USAGE || !strstr(error.text, lies[n].says))
             fail_msg("%d: \"%s\" does not say \"%s\"", (int)n, error.text, lies[n].says);
@@ -172,7 +172,7 @@ static void a_reference_is_judged_by_the_whole_record(void **unused) {
         struct recording r = in_a_row();
         for (int i = 0; i < r.test[0].count; i++)
             for (int dof = 0; dof < DOFS && (all || i < r.test[0].count / 3); dof++) r.test[0].sample[i].ref[dof] *= -1.0;
-        int status = recording_check(&r, &error);
+        int status = admit_rig(&r, false, &error);
         assert_true(r.tests > 6);
         if (!all && status) fail_msg("%s", error.text);
         if (all) assert_non_null(strstr(error.text, "all legs move against the reference"));
@@ -209,7 +209,7 @@ static void another_machine_is_refused(void **unused) {
                     struct recording_sample *s = &r.test[n].sample[j];
                     s->force_n[k] = leg_force(&areas, k, s->p1_pa[k], s->p2_pa[k]);
                 }
-        assert_int_equal(recording_check(&r, &error), STATUS_USAGE);
+        assert_int_equal(admit_rig(&r, false, &error), STATUS_USAGE);
         if (!strstr(error.text, "machine")) fail_msg("%d: %s", i, error.text);
         recording_free(&r);
     }
@@ -241,7 +241,7 @@ static void any_frequency_that_the_configuration_states_is_accepted(void **unuse
         r.test[i].frequency_hz = r.test[i].stated_hz = 4.125;
         for (int j = 0; j < r.test[i].count; j++) r.test[i].sample[j].test_time_s *= 4.0 / 4.125;
     }
-    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    if (admit_rig(&r, false, &error)) fail_msg("%s", error.text);
     recording_free(&r);
 }
 
@@ -255,7 +255,7 @@ static void a_stated_frequency_that_is_off_is_corrected(void **unused) {
         struct recording r = copy();
         for (int i = 0; i < r.tests; i++)
             for (int j = 0; j < r.test[i].count; j++) r.test[i].sample[j].test_time_s /= 1.0 + off[n];
-        if (recording_check(&r, &error)) fail_msg("%s", error.text);
+        if (admit_rig(&r, false, &error)) fail_msg("%s", error.text);
         for (int i = 0; i < r.tests; i++) assert_close(r.test[i].frequency_hz, 4.0 * (1.0 + off[n]), 1e-4);
         recording_free(&r);
     }
@@ -294,7 +294,7 @@ static void a_bad_first_sample_hides_no_frequency(void **unused) {
         for (int k = 0; k < LEGS; k++) r.test[i].sample[r.test[i].first].length_m[k] = (double)NAN;
         r.test[i].sample[r.test[i].first].refused = REFUSED_LATE;
     }
-    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    if (admit_rig(&r, false, &error)) fail_msg("%s", error.text);
     for (int i = 0; i < r.tests; i++) assert_close(r.test[i].frequency_hz, 5.2, 1e-4);
     recording_free(&r);
 }
@@ -306,7 +306,7 @@ static void what_is_as_it_should_be_is_accepted(void **unused) {
         struct recording r = copy();
         if (lacking == 1) r.measured.reference = false;
         if (lacking == 2) r.measured.valve = false;
-        if (recording_check(&r, &error)) fail_msg("%s", error.text);
+        if (admit_rig(&r, false, &error)) fail_msg("%s", error.text);
         recording_free(&r);
     }
 }
@@ -321,7 +321,7 @@ static void without_commands_forces_alone_are_explained(void **unused) {
     struct gap_options options = {.replay = GAP_CLOSED_LOOP, .simulate = true, .threads = 2};
     struct recording r = copy();
     r.measured.valve = false;
-    assert_int_equal(recording_check(&r, &error), STATUS_OK);
+    assert_int_equal(admit_rig(&r, false, &error), STATUS_OK);
     assert_int_equal(gap_solve(&params, &r, NULL, &options, &g, NULL, &error), STATUS_USAGE);
     assert_non_null(strstr(error.text, "valve commands"));
     options.replay = GAP_AS_KNOWN;
@@ -351,7 +351,7 @@ static void lost_samples_do_not_change_the_sampling(void **unused) {
         if (end > kept) t->end = kept;
         assert_close(recording_step_s(t), 0.002, 1e-9);
     }
-    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    if (admit_rig(&r, false, &error)) fail_msg("%s", error.text);
     struct spectrum whole, gaps;
     static spectrum_cycle room[CYCLES_MAX];
     assert_true(spectrum_measure(&whole, room, &clean.test[0], recording_step_s(&clean.test[0]), CYCLES_ALL) &&
@@ -383,7 +383,7 @@ static void a_second_run_has_tests_of_its_own(void **unused) {
     assert_true(last->run == 1 && last->test == DOFS && last->dof == DOF_Z);
     assert_true(last->frequency_hz == second.hz[DOF_Z] && last->amplitude == second.amplitude[DOF_Z]);
     /* the legs move at the frequency of their run, not of the model */
-    if (recording_check(&r, &error)) fail_msg("%s", error.text);
+    if (admit_rig(&r, false, &error)) fail_msg("%s", error.text);
     double first_mt[DOFS][DOFS], both_mt[DOFS][DOFS];
     assert_true(replay_identify(&params, &clean, first_mt) && replay_identify(&params, &r, both_mt));
     for (int i = 0; i < DOFS; i++) /* the matrix is from the first run alone */

@@ -19,6 +19,7 @@ int analysis_init(struct analysis *a, const struct params *params, struct error 
 }
 
 void analysis_free(struct analysis *a) {
+    measured_free(&a->measured);
     recording_free(&a->recording);
     parts_free(&a->parts);
 }
@@ -161,11 +162,11 @@ void analysis_identify(struct analysis *a) {
     drop_incomplete(a);
     parts_take(&a->parts, true);
     if (!rest.status && !a->recording.tests) error_set(&rest, STATUS_USAGE, "no complete test");
-    if (!rest.status) estimator_equations(&a->recording, &a->equations, &rest);
-    r->refuted = rest.status && a->recording.refuted && !a->parts.all;
+    if (!rest.status) estimator_equations(&a->recording, &a->measured, &a->admission, &a->equations, &rest);
+    r->refuted = rest.status && a->admission.refuted && !a->parts.all;
     /* the last part of a long motion may be too short for equations; its samples are then dropped,
      * so that the last part alone is not reported as the test */
-    if (rest.status && a->parts.all) recording_free(&a->recording);
+    if (rest.status && a->parts.all) measured_free(&a->measured), recording_free(&a->recording);
     parts_add(&a->parts, &a->equations, &rest);
     r->parts = a->parts.all > 1 ? a->parts.all : 0, r->parts_left_out = a->parts.left_out;
     if (!parts_sum(&a->parts, &a->calibrated, &a->equations, &r->over_time, e)) solve_method_c(a);
@@ -284,7 +285,7 @@ struct verdicts analysis_verdicts(struct analysis *a) {
     verdict_of_run(&v, a->params, id, &facts);
     note_symmetries(a, &v.run);
     note_replaced(id, &v.run);
-    if (a->recording.excluded) verdict_note(&v.run, "%d record(s) excluded: %.200s", a->recording.excluded, a->recording.exclusion.text);
+    if (a->admission.excluded) verdict_note(&v.run, "%d record(s) excluded: %.200s", a->admission.excluded, a->admission.exclusion.text);
     if (v.method_c.status == VERDICT_FAIL) verdict_note(&v.run, "`hexid gap` on this log tries which sensor or effect explains it");
     return v;
 }

@@ -43,6 +43,8 @@ struct analysis {
                                      * ANALYSIS_PART_S */
     int parts_test;             /* index, in the list of tests, of the motion whose parts are in
                                  * `parts` */
+    struct measured_recording measured; /* what analysis_identify() measured of the recording */
+    struct admission admission;
     struct equations equations;     /* method C's equations of the recording */
     struct estimate estimate; /* solution of the equations */
     struct error unrecorded;        /* why recording stopped; status 0: it did not */

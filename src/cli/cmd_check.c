@@ -245,19 +245,18 @@ static void note_left_out(struct check *c, const struct input *in, const char *t
 static void ask_gap(struct check *c) {
     gap_left_out left_out;
     const char *paths[LOGS_MAX];
-    struct recording *recording = calloc(1, sizeof *recording);
-    if (!recording) {
+    struct gap_logs *logs = calloc(1, sizeof *logs);
+    if (!logs) {
         error_set(&c->report.gap, STATUS_IO, "out of memory");
         return;
     }
-    recording_init(recording, &c->first);
+    gap_logs_init(logs, &c->first);
     for (int i = 0; i < c->inputs && i < LOGS_MAX; i++) paths[i] = path_of(&c->input[i]);
-    if (gap_logs_load(&c->o, c->inputs, paths, c->o.run, recording, left_out, &c->report.gap) == STATUS_OK)
-        c->report.gap = (struct error){0};
+    if (gap_logs_load(&c->o, c->inputs, paths, c->o.run, logs, left_out, &c->report.gap) == STATUS_OK) c->report.gap = (struct error){0};
     for (int i = 0; i < c->inputs; i++) note_left_out(c, &c->input[i], left_out[i]);
     for (int i = 0; i < c->inputs; i++) without_path(&c->input[i], &c->report.gap);
-    recording_free(recording);
-    free(recording);
+    gap_logs_free(logs);
+    free(logs);
 }
 
 static void note_areas(struct check *c) {

@@ -30,35 +30,36 @@ static int options(struct options *o, struct gap_options *g, int argc, char **ar
     return error_set(error, STATUS_USAGE, "--replay %s: choose closed-loop or motion", o->replay);
 }
 
-static int load(const struct options *o, int logs, const char *const *path, int run, struct recording *recording, struct error *error) {
+static int load(const struct options *o, int logs, const char *const *path, int run, struct gap_logs *g, struct error *error) {
     gap_left_out left_out;
-    int status = gap_logs_load(o, logs, path, run, recording, left_out, error);
+    int status = gap_logs_load(o, logs, path, run, g, left_out, error);
     for (int i = 0; i < logs && !status; i++)
         if (left_out[i][0])
             cli_say(stderr, "hexid: warning: %.250s: excluded, because %s: test %s", path[i], refusals[REFUSED_EMPTY].why, left_out[i]);
-    if (!status && recording->excluded)
-        cli_say(stderr, "hexid: warning: %d record%s of several excluded: %s", recording->excluded, recording->excluded == 1 ? "" : "s",
-                recording->exclusion.text);
+    const struct admission *a = &g->admission;
+    if (!status && a->excluded)
+        cli_say(stderr, "hexid: warning: %d record%s of several excluded: %s", a->excluded, a->excluded == 1 ? "" : "s", a->exclusion.text);
     return status;
 }
 
-static int run(int argc, char **argv, struct params *params, struct recording *measured, struct recording *validate,
+static int run(int argc, char **argv, struct params *params, struct gap_logs *measured, struct gap_logs *validate,
                struct gap_result *result, struct waves *closed_loop, struct error *error) {
     struct options o;
     struct gap_options g;
     struct output json;
     int status = options(&o, &g, argc, argv, error);
     if (!status) status = options_params(&o, params, error);
-    recording_init(measured, params);
-    recording_init(validate, params);
+    gap_logs_init(measured, params);
+    gap_logs_init(validate, params);
+    const struct recording *recording = &measured->measured.recording, *other = &validate->measured.recording;
     if (!status) status = outputs_open(&o, NULL, OUTPUTS_MODEL, NULL, NULL, error);
     if (!status) status = load(&o, o.measured_count, o.measured, o.run, measured, error);
     if (!status && o.validate) status = load(&o, 1, &o.validate, 0, validate, error);
     if (!status) status = gap_files_check(&o, &json, error);
-    if (!status) status = gap_solve(params, measured, o.validate ? validate : NULL, &g, result, closed_loop, error);
+    if (!status) status = gap_solve(params, recording, o.validate ? other : NULL, &g, result, closed_loop, error);
     if (status) return status;
     progress(NULL, "drawing the report", 0.95);
-    status = gap_files_write(&o, &json, result, measured, closed_loop, error);
+    status = gap_files_write(&o, &json, result, recording, closed_loop, error);
     progress(NULL, status ? "not reported" : "reported", 1.0);
     gap_files_publish(params, result);
     FILE *out = o.json && !strcmp(o.json, "-") ? stderr : stdout;
@@ -72,14 +73,14 @@ int cmd_gap(int argc, char **argv) {
     struct error error;
     struct params *params = calloc(1, sizeof *params);
     struct gap_result *result = calloc(1, sizeof *result);
-    struct recording *recording = calloc(2, sizeof *recording);
+    struct gap_logs *logs = calloc(2, sizeof *logs);
     struct waves closed_loop = {0};
     int status = error_set(&error, STATUS_IO, "out of memory");
-    if (params && result && recording) status = run(argc, argv, params, &recording[0], &recording[1], result, &closed_loop, &error);
-    if (recording) recording_free(&recording[0]), recording_free(&recording[1]);
+    if (params && result && logs) status = run(argc, argv, params, &logs[0], &logs[1], result, &closed_loop, &error);
+    if (logs) gap_logs_free(&logs[0]), gap_logs_free(&logs[1]);
     waves_free(&closed_loop);
     free(params);
     free(result);
-    free(recording);
+    free(logs);
     return status ? cli_fail(&error) : EXIT_PASSED;
 }

@@ -26,7 +26,7 @@ static struct identification_log summary(const struct log_analysis *l, const cha
         .id = &a->ident.result,
         .verdicts = &l->verdicts,
         .loop = analysis_statistics(a),
-        .recording = &a->recording,
+        .recording = a->measured.recording.tests ? &a->measured.recording : &a->recording,
         .motion = {.there = m->cycles > 0,
                    .name = tests_name(&l->params.tests, DOF_NONE),
                    .samples = m->samples,

@@ -2,13 +2,15 @@
 
 #include "crash.h"
 #include "method_c.h"
-#include "recording_check.h"
 #include "thread.h"
 
-int estimator_equations(struct recording *r, struct equations *equations, struct error *error) {
+int estimator_equations(struct recording *raw, struct measured_recording *measured, struct admission *admission,
+                        struct equations *equations, struct error *error) {
     *error = (struct error){0};
-    int status = recording_check(r, error);
-    return status ? status : method_c_equations(r, equations, error);
+    recording_settle(raw);
+    int status = measured_add(measured, raw, error);
+    if (!status) status = admit(raw, measured, admission, error);
+    return status ? status : method_c_equations(&measured->recording, equations, error);
 }
 
 static void *estimator_thread(void *argument) {
@@ -19,7 +21,10 @@ static void *estimator_thread(void *argument) {
         while (e->state != ESTIMATOR_BUSY && !e->ends) pthread_cond_wait(&e->changed, &e->mutex);
         if (e->state != ESTIMATOR_BUSY) break;
         pthread_mutex_unlock(&e->mutex); /* while the worker is busy, only it uses the recording */
-        estimator_equations(&e->recording, &e->equations, &e->error);
+        struct admission unused = {0};
+        e->measured = (struct measured_recording){0};
+        estimator_equations(&e->recording, &e->measured, &unused, &e->equations, &e->error);
+        measured_free(&e->measured);
         recording_free(&e->recording);
         pthread_mutex_lock(&e->mutex);
         e->state = ESTIMATOR_DONE;

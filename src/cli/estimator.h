@@ -6,7 +6,7 @@
 #include <pthread.h>
 
 #include "equations.h"
-#include "recording.h"
+#include "admit.h"
 
 struct estimator {
     pthread_t thread;
@@ -16,6 +16,7 @@ struct estimator {
     /* State of the worker. The mutex protects it. */
     enum { ESTIMATOR_IDLE, ESTIMATOR_BUSY, ESTIMATOR_DONE } state;
     bool ends;
+    struct measured_recording measured; /* of `recording`; the worker's own */
     struct recording recording;   /* only the worker may use it while the worker is busy */
     struct equations equations;
     struct error error;
@@ -39,7 +40,10 @@ bool estimator_ready(struct estimator *e);
  * false if no recording was given or, without `wait`, its equations are not ready. */
 bool estimator_take(struct estimator *e, bool wait, struct equations *equations, struct error *error);
 
-/* Sets up the equations in the calling thread, by recording_check() and method_c_equations(). */
-int estimator_equations(struct recording *recording, struct equations *equations, struct error *error);
+/* Sets up the equations in the calling thread: settles, measures and admits the raw recording, and
+ * makes the equations of what was measured, a struct that is zero. The caller frees it, even after
+ * an error. */
+int estimator_equations(struct recording *raw, struct measured_recording *measured, struct admission *admission,
+                        struct equations *equations, struct error *error);
 
 #endif

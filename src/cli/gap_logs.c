@@ -10,7 +10,6 @@
 #include "log_set.h"
 #include "messages.h"
 #include "params.h"
-#include "recording_check.h"
 
 _Static_assert((int)LOGS_MAX <= (int)RECORDING_RUNS, "a run a log");
 
@@ -82,6 +81,7 @@ static int add(const struct options *o, const char *path, int run, struct record
     end_test(&test, r, left_out);
     if (!status && log_cut(log, &offset)) cli_warn_cut(path, offset);
     log_release(log);
+    recording_settle(r);
     return status;
 }
 
@@ -96,8 +96,27 @@ static int check_areas(const char *path, const struct recording *r, struct error
                      areas);
 }
 
-int gap_logs_load(const struct options *o, int logs, const char *const *path, int run, struct recording *r, gap_left_out left_out,
+void gap_logs_init(struct gap_logs *g, const struct params *params) {
+    *g = (struct gap_logs){0};
+    recording_init(&g->raw, params);
+}
+
+void gap_logs_free(struct gap_logs *g) {
+    measured_free(&g->measured);
+    recording_free(&g->raw);
+}
+
+/* Measures and admits the last log. */
+static int measure(struct gap_logs *g, struct error *error) {
+    int status = measured_add(&g->measured, &g->raw, error);
+    if (!status) status = admit(&g->raw, &g->measured, &g->admission, error);
+    if (!status) status = measured_noise(&g->measured, error);
+    return status ? status : admit_noise(&g->measured, error);
+}
+
+int gap_logs_load(const struct options *o, int logs, const char *const *path, int run, struct gap_logs *g, gap_left_out left_out,
                   struct error *error) {
+    struct recording *r = &g->raw;
     memset(left_out, 0, sizeof(gap_left_out));
     for (int i = 0; i < logs; i++) {
         int tests = r->tests, status = log_set_new(i, path, error);
@@ -107,8 +126,7 @@ int gap_logs_load(const struct options *o, int logs, const char *const *path, in
                                left_out[i][0] ? refusals[REFUSED_EMPTY].why : "no sinusoidal test in the log",
                                left_out[i][0] ? ": test " : "", left_out[i]);
         if (!status) status = check_areas(path[i], r, error);
-        if (!status) status = of_log(path[i], recording_check(r, error), error);
-        if (!status) status = of_log(path[i], recording_check_noise(r, error), error);
+        if (!status) status = of_log(path[i], measure(g, error), error);
         if (status) return status;
     }
     return STATUS_OK;

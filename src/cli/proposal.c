@@ -7,7 +7,7 @@
 #include "kinematics.h"
 #include "motion_check.h"
 #include "params.h"
-#include "recording_check.h"
+#include "admit.h"
 #include "units.h"
 
 static const double OF_OIL = 1.0 / 3.0, OF_LOOP = 0.5, LOWEST_HZ = 1.0;

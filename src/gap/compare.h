@@ -19,7 +19,7 @@ int compare_models(const struct diagnosis *d, const struct recording *measured, 
                    const struct gap_options *options, struct gap_result *result, struct replay runs[2], struct error *error);
 
 /* True if a simulated run can repeat the recording's tests: hexid drives the mechanism, and each
- * test moves one axis at the frequency in the parameters of its run, where recording_check() puts
+ * test moves one axis at the frequency in the parameters of its run, where measured_add() puts
  * the measured one. No run may have two tests of an axis, because a configuration states one
  * amplitude for an axis. */
 bool compare_can_be_driven(const struct recording *recording);

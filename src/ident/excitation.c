@@ -8,7 +8,7 @@
 #include "inverse_dynamics.h"
 #include "kinematics.h"
 #include "params.h"
-#include "recording_check.h"
+#include "admit.h"
 #include "reference.h"
 
 /* The surveyed machine, as it is simulated. */
@@ -24,6 +24,7 @@ struct imagined {
     double dry_n[LEGS];
     double length_m[3][LEGS];       /* lengths of the last three cycles, oldest first */
     uint64_t random;
+    struct measured_recording measured; /* what is measured of the simulated recording */
 };
 
 /* Uniform random number with mean zero and this standard deviation. */
@@ -147,8 +148,12 @@ static int identify(struct imagined *m, struct recording *recording, struct meth
     recording_init(recording, &m->params);
     recording->measured = (struct recording_measured){.force = true, .pressures = true, .reference = true};
     for (int i = 0; i < tests_count(&m->params.tests) && !status; i++) status = add_test(m, i, recording, error);
-    if (!status) status = recording_check(recording, error);
-    if (!status) status = method_c(recording, c, error);
+    recording_settle(recording);
+    struct admission unused = {0};
+    if (!status) status = measured_add(&m->measured, recording, error);
+    if (!status) status = admit(recording, &m->measured, &unused, error);
+    if (!status) status = method_c(&m->measured.recording, c, error);
+    measured_free(&m->measured);
     recording_free(recording);
     return status;
 }

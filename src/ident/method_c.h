@@ -90,7 +90,7 @@ struct method_c {
     double scatter;
 };
 
-/* Computes the equations of a checked recording of a platform (recording_check). Returns -2, with
+/* Computes the equations of an admitted recording of a platform (admit.h). Returns -2, with
  * the reason, if the recording and the configured machine do not fit together (no pose has these
  * lengths, a force is constant) or a leg does not move in both directions; -3 without memory. */
 int method_c_equations(const struct recording *recording, struct equations *equations, struct error *error);

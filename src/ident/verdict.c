@@ -6,7 +6,7 @@
 
 #include "lin.h"
 #include "numeric.h"
-#include "recording_check.h"
+#include "admit.h"
 #include "params.h"
 
 const char *const verdict_names[] = {"pass", "fail", "not_evaluated"};

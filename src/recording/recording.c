@@ -194,6 +194,8 @@ double recording_step_s(const struct recording_test *t) {
     return step_s;
 }
 
+bool recording_begins(const struct recording *r, int test) { return !test || r->test[test].sample != r->test[test - 1].sample; }
+
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof) {
     for (int i = 0; i < r->tests; i++)
         if (r->test[i].run == run && r->test[i].dof == dof) return &r->test[i];

@@ -33,7 +33,7 @@ struct recording_test {
     int test;            /* number in the list of tests, continued through all runs */
     enum dof dof;
     double frequency_hz; /* frequency of the motion: as stated, or the measured one that
-                          * recording_check() puts here; NaN for a segment */
+                          * measured_add() puts here; NaN for a segment */
     double stated_hz, amplitude;
     double segment_s, start_s; /* length and start of a segment of any motion; segment_s 0: a steady
                                 * sinusoid */
@@ -44,7 +44,7 @@ struct recording_test {
     int thinned; /* number of times that every other block was dropped; the gaps look like lost
                   * samples */
     struct recording_sample *sample;
-    bool borrowed;       /* the samples belong to another segment, which frees them */
+    bool borrowed;       /* the samples belong to another test or recording, which frees them */
     enum refusal refused;/* REFUSED_NOISE if a segment is not evaluated */
     int first, end;      /* the evaluated part: samples first <= i < end; first is -1 if there is
                           * none */
@@ -62,19 +62,13 @@ struct recording_measured {
  * axes of its own. */
 struct recording {
     const struct params *params; /* parameters of the configured model */
-    struct recording_measured measured; /* signals of the last run; recording_check() requires that
+    struct recording_measured measured; /* signals of the last run; admit() requires that
                                          * all runs have the same */
     struct recording_measured measured_before; /* signals of the run before */
     int runs;
     struct test_params run[RECORDING_RUNS];
     int tests;
     struct recording_test test[RECORDING_TESTS];
-    int excluded;                /* number of records that recording_check() left out because others
-                                  * can be evaluated */
-    bool refuted;                /* recording_check() found that lengths, forces or reference
-                                  * contradict the configured machine */
-    struct error exclusion;      /* reason why recording_check() left out the last of these
-                                  * records */
 };
 
 /* Starts a recording of one run with the tests of the configured model; params must outlive it. */
@@ -116,6 +110,9 @@ const char *recording_test_name(const struct recording_test *t);
 /* Index of the first test of the last run. Runs are checked one by one, since a mean over all of
  * them would hide a plug that was in the wrong socket in one. */
 int recording_first_of_run(const struct recording *r);
+
+/* True for a test that is no segment, and for the first segment of a record. */
+bool recording_begins(const struct recording *r, int test);
 
 /* First test of this axis in this run, or NULL. */
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof);

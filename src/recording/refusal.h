@@ -1,6 +1,6 @@
 /* Reasons for which a sample, a stretch of a record, or a test is excluded from the evaluation: one
  * list for all code that excludes, with a sentence for people and the remedy. Whole recordings are
- * refused by recording_check.h. `hexid doctor --refusals` prints the table for the documentation.
+ * refused by admit.h. `hexid doctor --refusals` prints the table for the documentation.
  * Pure. */
 #ifndef HEXID_REFUSAL_H
 #define HEXID_REFUSAL_H

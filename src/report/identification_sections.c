@@ -137,7 +137,7 @@ static void motion_words(FILE *out, const struct identification_motion *m) {
 
 static void test_figure(struct page *p, const struct identification_log *l, int test) {
     const struct recording_test *t = &l->recording->test[test];
-    if (t->borrowed || t->first < 0 || t->end < t->first + 2) return;
+    if (!recording_begins(l->recording, test) || t->first < 0 || t->end < t->first + 2) return;
     struct picture_test picture = picture_of_test(l, test);
     page_figure(p, picture_test, &picture,
                 "%s %s: %.3g s %s. Above the pose by the measured lengths, dashed its reference; below the leg forces%s.",

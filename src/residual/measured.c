@@ -4,9 +4,12 @@
 #include <stdlib.h>
 
 #include "force.h"
+#include "frequency.h"
 #include "noise.h"
+#include "noise_check.h"
 #include "numeric.h"
 #include "params.h"
+#include "residual.h"
 #include "rounding.h"
 #include "units.h"
 
@@ -24,6 +27,9 @@ static void find_commands(struct measured *m, const struct params *params) {
     m->in_step = !slower || fabs(m->step_s / (many * cycle_s) - 1.0) < IN_STEP;
     m->command_s = !slower ? m->step_s : m->in_step ? m->step_s / many : cycle_s;
 }
+
+static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
+                                             * are the same: two crystals differ by less */
 
 typedef double resolutions[CHANNELS][LEGS];
 
@@ -108,6 +114,11 @@ static void measure_segment(struct measured *m, const struct recording *r, const
     m->sufficient[0] = spectrum_cut(&m->spectrum[0], test, m->first_s, m->until_s, omega, m->inverse);
 }
 
+/* True if a test has an evaluated part that lasts. */
+static bool lasts(const struct recording_test *t) {
+    return t->first >= 0 && t->sample[t->end - 1].test_time_s > t->sample[t->first].test_time_s;
+}
+
 int measured_make(struct recording *r, int first, struct error *error) {
     int status = STATUS_OK;
     for (int i = first; i < r->tests && !status; i++) {
@@ -116,7 +127,7 @@ int measured_make(struct recording *r, int first, struct error *error) {
         free(t->measured);
         struct measured *m = t->measured = calloc(1, sizeof *m + (segment ? 1 : CYCLES_ALL) * sizeof *m->spectrum);
         if (!m) return error_set(error, STATUS_IO, "out of memory");
-        if (t->first < 0 || t->end - t->first < 2) continue;
+        if (!lasts(t)) continue;
         m->step_s = recording_step_s(t);
         find_commands(m, r->params);
         if (segment) measure_segment(m, r, t);
@@ -128,4 +139,76 @@ int measured_make(struct recording *r, int first, struct error *error) {
 const struct spectrum *measured_spectrum(const struct recording_test *t, enum cycles which) {
     int i = t->segment_s > 0.0 ? 0 : (int)which - 1;
     return t->measured->sufficient[i] ? &t->measured->spectrum[i] : NULL;
+}
+
+static bool has_lengths(const struct recording_test *t, int legs) {
+    for (int i = t->first; i < t->end; i++)
+        if (all_finite(legs, t->sample[i].length_m)) return true;
+    return false;
+}
+
+/* Measures a test as a whole: it is a steady sinusoid, which gets the frequency at which the legs
+ * move, or it is cut into segments. The stated frequency is a hint. A test without segments is
+ * removed. */
+static int measure_record(struct recording *r, int test, struct measured_record *record, struct error *error) {
+    struct recording_test *t = &r->test[test];
+    int legs = params_legs(r->params);
+    *record = (struct measured_record){.lasts = lasts(t)};
+    if (!record->lasts) return STATUS_OK;
+    for (int i = t->first; i < t->end; i++) record->good += !t->sample[i].refused;
+    record->lengths = has_lengths(t, legs);
+    if (!record->lengths || 2 * record->good < t->end - t->first) return STATUS_OK;
+    double fitted_hz = t->dof == DOF_NONE ? (double)NAN : frequency_fit(t, legs, r->measured.reference, t->frequency_hz);
+    record->sinusoid = motion_sinusoid(t, legs, fitted_hz);
+    if (!record->sinusoid) {
+        int status = motion_cut(r, test, &record->cut, error);
+        if (!status && record->cut.lacks) recording_remove(r, test);
+        return status;
+    }
+    if (fabs(fitted_hz / t->stated_hz - 1.0) > FREQUENCY_SAME) t->frequency_hz = fitted_hz;
+    record->frequency_hz = t->frequency_hz;
+    return STATUS_OK;
+}
+
+/* Stores the frequencies at which the tests moved in the run's parameters, so that the run can be
+ * simulated at them. */
+static void run_at(struct recording *r, int first) {
+    double *hz = r->run[r->runs - 1].hz;
+    for (int i = first; i < r->tests; i++) {
+        const struct recording_test *t = &r->test[i];
+        /* false for NaN, the frequency of a motion that is no sinusoid */
+        bool other = t->dof != DOF_NONE && fabs(t->frequency_hz / hz[t->dof] - 1.0) > FREQUENCY_SAME;
+        if (other) hz[t->dof] = t->frequency_hz;
+    }
+}
+
+int measured_add(struct measured_recording *m, const struct recording *raw, struct error *error) {
+    struct recording *r = &m->recording;
+    int from = recording_first_of_run(raw), status = STATUS_OK;
+    m->first = r->tests;
+    r->params = raw->params, r->measured = raw->measured, r->runs = raw->runs;
+    r->run[r->runs - 1] = raw->run[r->runs - 1];
+    if (m->first + raw->tests - from > RECORDING_TESTS)
+        return error_set(error, STATUS_USAGE, "more than %d tests and pieces of any motion", RECORDING_TESTS);
+    for (int i = from; i < raw->tests; i++) {
+        r->test[r->tests] = raw->test[i];
+        r->test[r->tests].measured = NULL, r->test[r->tests++].borrowed = true;
+    }
+    for (int i = from, at = m->first; i < raw->tests && !status; i++) {
+        int tests = r->tests;
+        status = measure_record(r, at, &m->record[i], error);
+        at += 1 + r->tests - tests;
+    }
+    run_at(r, m->first);
+    return status ? status : measured_make(r, m->first, error);
+}
+
+void measured_free(struct measured_recording *m) { recording_free(&m->recording); }
+
+int measured_noise(struct measured_recording *m, struct error *error) {
+    struct residual_data data;
+    int status = residual_prepare(&data, &m->recording, CYCLES_ALL, error);
+    if (!status) status = noise_check(&m->recording, &data, &m->noise, error);
+    residual_free(&data);
+    return status;
 }

@@ -3,6 +3,7 @@
 #ifndef HEXID_MEASURED_H
 #define HEXID_MEASURED_H
 
+#include "motion.h"
 #include "spectrum.h"
 
 struct measured {
@@ -26,8 +27,38 @@ struct measured {
 #define MEASURED_SETTLE_S 0.1 /* run-up of the simulated chambers. They start with the measured
                                * pressures, and have forgotten this start after 30 ms */
 
-/* Measures the tests and segments of a recording from number `first` on. Returns -3 without
- * memory. */
+/* What was measured of a test of the raw recording as a whole. */
+struct measured_record {
+    bool lasts, lengths; /* it has an evaluated part; a sample of it has the lengths of all legs */
+    int good;            /* number of its samples that are used */
+    bool sinusoid;       /* a steady sinusoid; otherwise it was cut into segments */
+    double frequency_hz; /* of a steady sinusoid */
+    struct motion_cut cut;
+};
+
+/* A raw recording as it was measured. */
+struct measured_recording {
+    /* The tests that are evaluated, with their frequencies, and in place of other motions their
+     * segments. The samples belong to the raw recording, which must outlive this one. */
+    struct recording recording;
+    struct measured_record record[RECORDING_TESTS]; /* by the number of the raw recording's test */
+    int first;           /* index of the last run's first test in `recording` */
+    double noise;        /* median share of noise in what varies in the tests of the last run, if
+                          * measured_noise() was called */
+};
+
+/* Measures the last run of a raw recording, and adds it; the first one to a struct that is zero.
+ * Returns -2 if there is no room for its tests, or -3 without memory. */
+int measured_add(struct measured_recording *m, const struct recording *raw, struct error *error);
+void measured_free(struct measured_recording *m);
+
+/* Marks those segments of the last run that are mostly noise (REFUSED_NOISE), so that residuals
+ * exclude them. Call it after measured_add(), for a recording that is admitted. Returns -2 or -3 as
+ * residual_prepare() does. */
+int measured_noise(struct measured_recording *m, struct error *error);
+
+/* Measures the tests and segments of a recording from number `first` on as they stand. Returns -3
+ * without memory. */
 int measured_make(struct recording *r, int first, struct error *error);
 
 /* Spectrum of a measured test over these cycles; of a segment its only one. NULL if fewer than two

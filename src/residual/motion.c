@@ -56,7 +56,7 @@ static const double GAPS = 2.0;           /* a window of the periodogram is excl
                                            * longer than this times the time that its samples take
                                            * without gaps: then half of it is gaps, and no motion
                                            * continues across a gap */
-enum { PER_CYCLE = 16, SEGMENTS = 48, SEGMENTS_NEEDED = 6, SEGMENT = 1024, WINDOWS = 12, BINS_LEAST = 16 };
+enum { PER_CYCLE = 16, SEGMENTS = 48, SEGMENT = 1024, WINDOWS = 12, BINS_LEAST = 16 };
 
 static double first_good(const struct recording_test *t, int leg) {
     int i = t->first;
@@ -196,13 +196,14 @@ static int periodogram(const struct recording_test *t, int leg, double step_s, d
 
 /* Finds the highest frequency to evaluate: BAND_OF_MOTION times the speed's mean frequency. A long
  * record gets a lower one, so that the segments cover all of it, but not below BAND_OF_MOTION times
- * the length's mean frequency. -2: the record is too short, or does not move; -3: no memory. */
-static int find_band(const struct recording_test *t, int legs, double step_s, double span_s, double *band_hz, struct error *error) {
+ * the length's mean frequency. Notes what the record lacks for that; -3: no memory. */
+static int find_band(const struct recording_test *t, int legs, double step_s, struct motion_cut *found, double *band_hz,
+                     struct error *error) {
     double power[SEGMENT / 2] = {0}, sorted[SEGMENT / 2], bin_hz = 0.0, square = 0.0, rate = 0.0, curve = 0.0;
     int bins = periodogram(t, mover(t, legs), step_s, power, &bin_hz);
     if (bins < 0) return error_set(error, STATUS_IO, "out of memory");
-    if (bins < BINS_LEAST)
-        return error_set(error, STATUS_USAGE, "%.3g s of motion that is no steady sinusoid, too short to see how it moves", span_s);
+    found->lacks = bins < BINS_LEAST ? CUT_TIME : CUT_NOTHING;
+    if (found->lacks) return STATUS_OK;
     memcpy(sorted, power + bins / 2, (size_t)(bins - bins / 2) * sizeof *sorted);
     sort_ascending(bins - bins / 2, sorted);
     double floor = sorted[(bins - bins / 2) / 2];
@@ -211,8 +212,8 @@ static int find_band(const struct recording_test *t, int legs, double step_s, do
         double excess = power[b] - floor, w = b * bin_hz;
         square += excess, rate += excess * w * w, curve += excess * w * w * w * w;
     }
-    if (!(square > 0.0)) return error_set(error, STATUS_USAGE, "%.3g s in which nothing is seen to move", span_s);
-    double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * SEGMENTS / span_s;
+    found->lacks = square > 0.0 ? CUT_NOTHING : CUT_MOTION;
+    double motion_hz = BAND_OF_MOTION * sqrt(rate / square), all_hz = RESIDUAL_BAND * SEGMENTS / found->span_s;
     double most = fmin(fmin(BAND_OF_RATE / step_s, RECORDING_FASTEST_HZ), fmax(motion_hz, all_hz));
     *band_hz = fmin(fmax(BAND_OF_MOTION * sqrt(curve / rate), BAND_LEAST_HZ), most);
     return STATUS_OK;
@@ -335,59 +336,37 @@ static void put_segments(struct recording *r, int test, const struct cut *c) {
         *t = whole;
         t->segment_s = c->segment_s, t->start_s = c->segment[i].start_s, t->segment = before + i;
         t->first = c->segment[i].first, t->end = c->segment[i].end;
-        t->borrowed = i > 0;
+        t->borrowed = whole.borrowed || i > 0;
         t->frequency_hz = t->stated_hz = NAN;
     }
 }
 
-static int too_short(double span_s, double segment_s, int kept, struct error *error) {
-    return error_set(error, STATUS_USAGE,
-                     "%.3g s of motion that is no steady sinusoid, too short: it takes %d pieces of %.3g s without "
-                     "gaps in which something moves, and there are %d",
-                     span_s, SEGMENTS_NEEDED, segment_s, kept);
-}
-
-int motion_enough(const struct recording *r, struct error *error) {
-    double span_s = 0.0, segment_s = 0.0;
-    int pieces = 0, steady = 0;
-    for (int i = 0; i < r->tests; i++) {
-        const struct recording_test *t = &r->test[i];
-        if (!(t->segment_s > 0.0)) steady++;
-        else pieces++, segment_s = t->segment_s;
-        bool whole = t->segment_s > 0.0 && !t->borrowed;
-        if (whole) span_s += t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s;
-    }
-    return steady || pieces >= SEGMENTS_NEEDED ? STATUS_OK : too_short(span_s, segment_s, pieces, error);
-}
-
-static int cut_segments(struct recording *r, int test, double span_s, struct cut *c, struct error *error) {
+/* Returns what the record lacks. */
+static enum cut_lacks cut_segments(struct recording *r, int test, struct cut *c) {
     int most = (RECORDING_TESTS - test) / (r->tests - test); /* the tests that are not yet cut share
                                                               * the remaining room */
-    if (most < SEGMENTS_NEEDED)
-        return error_set(error, STATUS_USAGE, "too many recordings at once: there is room for %d tests and pieces of any motion",
-                         RECORDING_TESTS);
+    if (most < SEGMENTS_NEEDED) return CUT_ROOM;
     for (int i = 0; i < c->all; i++) c->segment[i] = take_segment(c, i);
     keep_segments(c, most < SEGMENTS ? most : SEGMENTS, r->params->sensors.enabled ? r->params->sensors.position_resolution_m : 0.0);
-    if (2 * c->turns > c->all || (c->kept < SEGMENTS_NEEDED && c->kept + c->turns >= SEGMENTS_NEEDED))
-        return error_set(error, STATUS_USAGE,
-                         "samples are missing where the motion turns sharply, in %d of %d pieces of %.3g s, and what they would show is "
-                         "not known: keep every row, the reversals', too",
-                         c->turns, c->all, c->segment_s);
-    if (!c->kept) return too_short(span_s, c->segment_s, 0, error);
+    if (2 * c->turns > c->all || (c->kept < SEGMENTS_NEEDED && c->kept + c->turns >= SEGMENTS_NEEDED)) return CUT_TURNS;
+    if (!c->kept) return CUT_SEGMENTS;
     put_segments(r, test, c);
-    return STATUS_OK;
+    return CUT_NOTHING;
 }
 
-int motion_cut(struct recording *r, int test, struct error *error) {
+int motion_cut(struct recording *r, int test, struct motion_cut *found, struct error *error) {
     const struct recording_test *t = &r->test[test];
     struct cut c = {.test = t, .legs = params_legs(r->params), .step_s = recording_step_s(t)};
-    double hz, span_s = t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s;
-    int status = find_band(t, c.legs, c.step_s, span_s, &hz, error);
-    if (status) return status;
+    double hz;
+    *found = (struct motion_cut){.span_s = t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s};
+    int status = find_band(t, c.legs, c.step_s, found, &hz, error);
+    if (status || found->lacks) return status;
     c.segment_s = RESIDUAL_BAND / hz, c.behind_s = residual_margin_s(c.segment_s), c.before_s = c.behind_s + MEASURED_SETTLE_S + c.step_s;
-    c.all = (int)fmax((span_s - c.before_s - c.behind_s) / c.segment_s, 0.0);
+    c.all = (int)fmax((found->span_s - c.before_s - c.behind_s) / c.segment_s, 0.0);
     c.segment = malloc((size_t)(c.all + 1) * sizeof *c.segment);
-    status = c.segment ? cut_segments(r, test, span_s, &c, error) : error_set(error, STATUS_IO, "out of memory");
+    if (!c.segment) return error_set(error, STATUS_IO, "out of memory");
+    found->lacks = cut_segments(r, test, &c);
+    found->segment_s = c.segment_s, found->all = c.all, found->turns = c.turns;
     free(c.segment);
-    return status;
+    return STATUS_OK;
 }

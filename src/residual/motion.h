@@ -13,14 +13,23 @@
  * test is then likelier than another motion. NaN: false. */
 bool motion_sinusoid(const struct recording_test *test, int legs, double frequency_hz);
 
+/* Least number of segments of all records, to fit and judge a model. */
+enum { SEGMENTS_NEEDED = 6 };
+
+/* What a record lacks that is to be cut: time to see how it moves, motion, room in the recording,
+ * samples where the speed changes sharply, or segments that can be evaluated. */
+enum cut_lacks { CUT_NOTHING, CUT_TIME, CUT_MOTION, CUT_ROOM, CUT_TURNS, CUT_SEGMENTS };
+
+struct motion_cut {
+    enum cut_lacks lacks; /* CUT_NOTHING: the record was cut */
+    double span_s, segment_s;  /* lengths of the record and of its segments */
+    int all, turns; /* number of all segments, and of those in which samples are missing where the
+                     * speed changes sharply */
+};
+
 /* Cuts a test into segments; each becomes a test of the recording and shares the samples. Segments
  * at rest or with missing samples are excluded, and segments of a long record are spread over all
- * of it. -2: the record is too short for one segment, moves too little, lacks samples where the
- * speed changes sharply, or there are too many tests; -3: no memory. */
-int motion_cut(struct recording *r, int test, struct error *error);
-
-/* Refuses a recording (-2) that has no steady sinusoid and, in all its records together, too few
- * segments to fit and judge a model. */
-int motion_enough(const struct recording *r, struct error *error);
+ * of it. Nothing is cut if the record lacks something. -3: no memory. */
+int motion_cut(struct recording *r, int test, struct motion_cut *cut, struct error *error);
 
 #endif

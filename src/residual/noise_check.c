@@ -9,9 +9,6 @@
 #include "sort.h"
 #include "whiten.h"
 
-static const double NOISE_MOST = 0.5;       /* a test or segment is not judged if its rms noise
-                                             * exceeds this share of its rms variation */
-
 /* Median, for an even number the lower middle value. Sorts the values. */
 static double middle(int count, double *value) {
     sort_ascending(count, value);
@@ -85,20 +82,13 @@ static double mark_noise(struct recording *r, const struct residual_data *data, 
     return n ? sqrt(middle(n, share)) : 0.0;
 }
 
-/* Refuses a log if most of its tests or segments are noise. Where strokes are so slow that the
- * force hardly varies within a segment, its variation from one segment to the next counts, too. */
-int noise_check(struct recording *r, const struct residual_data *data, struct error *error) {
+int noise_check(struct recording *r, const struct residual_data *data, double *share, struct error *error) {
     struct whitener *w = malloc(sizeof *w);
     levels mean;
     if (!w) return error_set(error, STATUS_IO, "out of memory");
-    double most = mark_noise(r, data, NULL, w);
+    *share = mark_noise(r, data, NULL, w);
     mean_levels(r, data, mean);
-    if (most > NOISE_MOST) most = mark_noise(r, data, mean, w);
+    if (*share > NOISE_MOST) *share = mark_noise(r, data, mean, w);
     free(w);
-    if (!(most > NOISE_MOST)) return STATUS_OK;
-    return error_set(
-        error, STATUS_USAGE,
-        "noise is %.0f %% of what varies in the %s that are evaluated, and above %.0f %% nothing can be said of them: larger or "
-        "faster motion, or finer sensors",
-        100.0 * most, r->measured.pressures ? "pressures and forces" : "forces", 100.0 * NOISE_MOST);
+    return STATUS_OK;
 }

@@ -5,8 +5,13 @@
 #include "recording.h"
 #include "residual.h"
 
-/* Marks those segments of the last run that are mostly noise (REFUSED_NOISE). -2: most tests or
- * segments of the last run are mostly noise; -3: no memory. */
-int noise_check(struct recording *r, const struct residual_data *data, struct error *error);
+#define NOISE_MOST 0.5 /* a test or segment is not judged if its rms noise exceeds this share of its
+                        * rms variation */
+
+/* Marks those segments of the last run that are mostly noise (REFUSED_NOISE). share: median share
+ * of noise in the rms variation of its tests and segments; where strokes are so slow that the force
+ * hardly varies within a segment, its variation from one segment to the next counts, too. -3: no
+ * memory. */
+int noise_check(struct recording *r, const struct residual_data *data, double *share, struct error *error);
 
 #endif

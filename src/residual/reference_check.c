@@ -87,7 +87,7 @@ static int check_drawing(const struct recording *r, const struct kinematics *k, 
 static int check_legs(const struct recording *r, const struct kinematics *k, struct error *error) {
     struct leg_moments m = {0};
     for (int i = recording_first_of_run(r), end; i < r->tests; i = end) {
-        for (end = i + 1; end < r->tests && r->test[end].borrowed;) end++;
+        for (end = i + 1; end < r->tests && !recording_begins(r, end);) end++;
         int status = check_reference(r, i, end, k, error);
         if (status) return status;
     }

@@ -11,7 +11,7 @@
 #include "params.h"
 #include "plant.h"
 #include "platform.h"
-#include "recording_check.h"
+#include "../admit_rig.h"
 
 #include "machines.h"
 
@@ -27,7 +27,7 @@ static inline void solve(const struct params *wrong, struct found *f) {
     struct error error;
     struct equations *equations = malloc(sizeof *equations);
     struct estimate *estimate = malloc(sizeof *estimate);
-    if (recording_check(&f->recording, &error) || method_c_equations(&f->recording, equations, &error) ||
+    if (admit_rig(&f->recording, false, &error) || method_c_equations(&f->recording, equations, &error) ||
         method_c_solve(equations, wrong, estimate, &f->c, &error))
         fail("not identified");
     machine_found(wrong, &f->c, estimate, &f->written);
