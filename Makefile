@@ -284,7 +284,7 @@ $(BUILD)/tests/test_% $(BUILD)/tests/soak_%: LDLIBS += -lcmocka
 $(TESTS): LDLIBS += $(if $(SAN),,$(if $(wildcard /usr/bin/ld.gold),-fuse-ld=gold)) $(if $(HARDEN),-Xlinker -S)
 $(BUILD)/tests/test_doctor $(BUILD)/tests/test_commands: LDLIBS += -Wl,--wrap=bus_receive
 $(BUILD)/tests/test_can_link: LDLIBS += -Wl,--wrap=can_socket_open,--wrap=can_realtime_ns
-$(BUILD)/tests/test_measured: LDLIBS += -Wl,--wrap=spectrum_measure,--wrap=spectrum_cut,--wrap=recording_step_s
+$(BUILD)/tests/test_measured: LDLIBS += -Wl,--wrap=spectrum_measure,--wrap=spectrum_cut,--wrap=sampling_step_s
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libhexid.a
 	@echo link $@
 	$(Q)$(CC) $(SAN) -o $@ $^ $(LDLIBS)

@@ -7,6 +7,7 @@
 
 #include "gap.h"
 #include "gap_rig.h"
+#include "sampling.h"
 #include "admit_rig.h"
 #include "waves.h"
 
@@ -34,11 +35,11 @@ bool __wrap_spectrum_cut(struct spectrum *s, const struct recording_test *test, 
     return __real_spectrum_cut(s, test, from_s, until_s, omega, inverse);
 }
 
-double __real_recording_step_s(const struct recording_test *t);
-double __wrap_recording_step_s(const struct recording_test *t);
-double __wrap_recording_step_s(const struct recording_test *t) {
+double __real_sampling_step_s(const struct recording_test *t, int first, int end);
+double __wrap_sampling_step_s(const struct recording_test *t, int first, int end);
+double __wrap_sampling_step_s(const struct recording_test *t, int first, int end) {
     steps++;
-    return __real_recording_step_s(t);
+    return __real_sampling_step_s(t, first, end);
 }
 
 /* Records some axes, and sets the counters to zero afterwards. */

@@ -7,6 +7,7 @@
 #include "config.h"
 #include "motion.h"
 #include "residual.h"
+#include "sampling.h"
 #include "units.h"
 
 static const double AMPLITUDE_M = 5e-3;
@@ -204,7 +205,7 @@ static struct differences differ(const struct recording *r, path *along) {
     struct differences d = {0};
     int n = 0;
     assert_true(spectrum_cut(&s, &r->test[0], from_s, until_s, 2.0 * PI / (1.2 * (until_s - from_s)), inverse));
-    assert_true(fast_motion_fit(&f, &r->test[0], recording_step_s(&r->test[0]), &s, from_s, until_s));
+    assert_true(fast_motion_fit(&f, &r->test[0], sampling_step_s(&r->test[0], r->test[0].first, r->test[0].end), &s, from_s, until_s));
     for (double t_s = from_s + 0.2; t_s < until_s - 0.2; t_s += 3.7e-4, n++) {
         double x = AMPLITUDE_M * along(t_s), v = AMPLITUDE_M * (along(t_s + h) - along(t_s - h)) / (2.0 * h);
         spectrum_value(s.mean[CHANNEL_LENGTH][0], s.harmonics, s.omega, t_s, value);

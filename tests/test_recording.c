@@ -11,6 +11,7 @@
 #include "admit_rig.h"
 #include "gap_rig.h"
 #include "residual.h"
+#include "sampling.h"
 #include "units.h"
 
 static struct params params;
@@ -349,13 +350,14 @@ static void lost_samples_do_not_change_the_sampling(void **unused) {
         }
         t->count = kept;
         if (end > kept) t->end = kept;
-        assert_close(recording_step_s(t), 0.002, 1e-9);
+        assert_close(sampling_step_s(t, t->first, t->end), 0.002, 1e-9);
     }
     if (admit_rig(&r, false, &error)) fail_msg("%s", error.text);
     struct spectrum whole, gaps;
     static spectrum_cycle room[CYCLES_MAX];
-    assert_true(spectrum_measure(&whole, room, &clean.test[0], recording_step_s(&clean.test[0]), CYCLES_ALL) &&
-                spectrum_measure(&gaps, room, &r.test[0], recording_step_s(&r.test[0]), CYCLES_ALL));
+    assert_true(spectrum_measure(&whole, room, &clean.test[0], sampling_step_s(&clean.test[0], clean.test[0].first, clean.test[0].end),
+                                 CYCLES_ALL) &&
+                spectrum_measure(&gaps, room, &r.test[0], sampling_step_s(&r.test[0], r.test[0].first, r.test[0].end), CYCLES_ALL));
     assert_true(gaps.cycles < whole.cycles && gaps.cycles >= whole.cycles - 3);
     for (int k = 0; k < LEGS; k++)
         for (int a = 1; a < 5; a++) /* tolerance: the sensor's step, divided by the root of the

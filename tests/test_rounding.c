@@ -2,6 +2,7 @@
 #include "support.h"
 
 #include "rounding.h"
+#include "sampling.h"
 #include "spectrum.h"
 #include "units.h"
 
@@ -36,7 +37,7 @@ static double harmonics_over_predicted(double hz, double amplitude_m, double sha
             x -= settles_m * exp(-floor((sample[i].test_time_s - 1.0) * hz + 1e-6) / SETTLING_CYCLES);
             sample[i].length_m[0] = step_m * round(x / step_m);
         }
-        assert_true(spectrum_measure(&s, room, &t, recording_step_s(&t), CYCLES_ALL));
+        assert_true(spectrum_measure(&s, room, &t, sampling_step_s(&t, t.first, t.end), CYCLES_ALL));
         double variance[SPECTRUM_SIZE], middle[CYCLES_MAX];
         for (int i = 0; i < s.cycles; i++) middle[i] = room[i][CHANNEL_LENGTH][0][0];
         const struct rounding r = {.step = step_m,

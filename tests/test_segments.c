@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "noise.h"
+#include "sampling.h"
 #include "segments.h"
 
 static const double TURN = 2.0 * 3.14159265358979323846;
@@ -75,7 +76,7 @@ struct expected {
 static void expect(const char *name, motion *m, const struct sensor *s, const struct expected *e, int count) {
     struct recording_test t = measure(m, s);
     struct segments p;
-    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    assert_int_equal(segments_find(&p, &t, sampling_step_s(&t, 0, t.count), TEST_LEGS, &error), 0);
     bool same = p.count == count && p.segment[0].first == 0 && p.segment[p.count - 1].end == t.count;
     for (int i = 0; i < count && same; i++) {
         const struct segment *q = &p.segment[i];
@@ -216,7 +217,7 @@ static void a_hole_is_no_rest(void **unused) {
     for (int i = 0; i < t.count; i++)
         if (fabs(t.sample[i].test_time_s - 9.0) > 0.25 && fabs(t.sample[i].test_time_s - 14.0) > 1.0) t.sample[kept++] = t.sample[i];
     t.count = kept;
-    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    assert_int_equal(segments_find(&p, &t, sampling_step_s(&t, 0, t.count), TEST_LEGS, &error), 0);
     if (p.count != 1 || p.segment[0].kind != SEGMENT_STEADY || !(fabs(p.segment[0].frequency_hz / 2.5 - 1.0) < 1e-4))
         fail_msg("%s", show(&t, &p));
     segments_free(&p);
@@ -248,22 +249,38 @@ static void too_little_is_one_segment(void **unused) {
     struct segments p;
     for (int count = 0; count < 12; count++) {
         t.count = count;
-        assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+        assert_int_equal(segments_find(&p, &t, sampling_step_s(&t, 0, t.count), TEST_LEGS, &error), 0);
         assert_true(p.count == (count > 0));
         segments_free(&p);
     }
     t.count = 9000;
     for (int i = 0; i < 9000; i++) t.sample[i].refused = REFUSED_NO_NUMBER, t.sample[i].length_m[0] = (double)NAN;
-    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    assert_int_equal(segments_find(&p, &t, sampling_step_s(&t, 0, t.count), TEST_LEGS, &error), 0);
     assert_true(p.count == 1 && p.segment[0].kind == SEGMENT_MOVING);
     segments_free(&p);
     for (int i = 0; i < 9000; i++) {
         struct recording_sample *s = &t.sample[i];
         s->refused = REFUSED_NOT, s->length_m[0] = i % 2 ? 1e300 : -1e300, s->test_time_s = i < 9 ? i : 1e15 * i;
     }
-    assert_int_equal(segments_find(&p, &t, TEST_LEGS, &error), 0);
+    assert_int_equal(segments_find(&p, &t, sampling_step_s(&t, 0, t.count), TEST_LEGS, &error), 0);
     assert_true(p.count >= 1 && p.segment[p.count - 1].end == 9000);
     segments_free(&p);
+    free(t.sample);
+}
+
+/* A tenth of the time is recorded, 0.2 s of every 2 s. */
+static void bursts_have_the_period_of_their_samples(void **unused) {
+    (void)unused;
+    struct recording_test t = measure(from_the_start, &good);
+    int kept = 0;
+    for (int i = 0; i < t.count; i++)
+        if (i % 1000 < 100) t.sample[kept++] = t.sample[i];
+    t.count = kept;
+    struct sampling s = sampling_measure(&t);
+    assert_close(s.step_s, 2e-3, 1e-9);
+    assert_close(s.gap_s, 901 * 2e-3, 1e-9);
+    assert_int_equal(s.lost, 9 * 900);
+    assert_true(sampling_step_s(&t, 0, t.count) == s.step_s);
     free(t.sample);
 }
 
@@ -310,6 +327,7 @@ int main(void) {
         cmocka_unit_test(a_jump_between_two_samples_parts_two_rests),
         cmocka_unit_test(a_machine_that_stands_still_rests),
         cmocka_unit_test(too_little_is_one_segment),
+        cmocka_unit_test(bursts_have_the_period_of_their_samples),
         cmocka_unit_test(noise_that_cannot_be_measured_is_nan_but_steps_are),
         cmocka_unit_test(noise_and_steps_of_a_sensor_are_seen),
     };

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "params.h"
+#include "sampling.h"
 #include "segments.h"
 
 static int read_test(struct recording_test *test, struct csv_rows *rows, const struct params *params, struct error *error) {
@@ -41,7 +42,7 @@ int csv_begin_find(const struct csv_head *head, const struct csv_table *table, s
     int status = csv_rows_open(&rows, head, table, map, error);
     if (!status) status = read_test(&test, &rows, params, error);
     csv_rows_close(&rows);
-    if (!status) status = segments_find(&segments, &test, params_legs(params), error);
+    if (!status) status = segments_find(&segments, &test, sampling_step_s(&test, 0, test.count), params_legs(params), error);
     if (!status) *zero_s = zero_of(&test, &segments, head->value[CSV_DURATION], params->tests.ramp_s);
     segments_free(&segments);
     free(test.sample);

@@ -180,20 +180,6 @@ int recording_first_of_run(const struct recording *r) {
     return first;
 }
 
-double recording_step_s(const struct recording_test *t) {
-    double first_s = t->sample[t->first].test_time_s, step_s = (t->sample[t->end - 1].test_time_s - first_s) / (t->end - 1 - t->first);
-    for (int pass = 0; pass < 3; pass++) { /* mean of the steps that are not gaps */
-        double sum = 0.0;
-        int steps = 0;
-        for (int i = t->first + 1; i < t->end; i++) {
-            double step = t->sample[i].test_time_s - t->sample[i - 1].test_time_s;
-            if (step < 1.5 * step_s) sum += step, steps++;
-        }
-        step_s = sum / steps;
-    }
-    return step_s;
-}
-
 bool recording_begins(const struct recording *r, int test) { return !test || r->test[test].sample != r->test[test - 1].sample; }
 
 const struct recording_test *recording_find(const struct recording *r, int run, enum dof dof) {

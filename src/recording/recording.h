@@ -101,9 +101,6 @@ void recording_settle(struct recording *r);
 /* Index of the first sample at or after this time; t->count if all are earlier. */
 int recording_at(const struct recording_test *t, double test_time_s);
 
-/* Mean sampling period of a test's evaluated part, s; gaps do not count. */
-double recording_step_s(const struct recording_test *t);
-
 /* Name of a test's axis, for messages; "none" for any motion. */
 const char *recording_test_name(const struct recording_test *t);
 

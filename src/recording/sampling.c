@@ -2,29 +2,39 @@
 
 #include <math.h>
 
-enum { PASSES = 6 };
+static const double GAP = 1.5; /* a step is a gap if it is longer than this times the period */
+enum { PASSES = 3 };
 
 static double step_at(const struct recording_test *t, int i) { return t->sample[i].test_time_s - t->sample[i - 1].test_time_s; }
 
-struct sampling sampling_measure(const struct recording_test *t) {
-    struct sampling s = {0};
-    if (t->count < 2) return s;
-    double span_s = t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s, square = 0.0, periods = 0.0;
-    int whole = 0;
-    s.step_s = span_s / (t->count - 1);
-    for (int pass = 0; pass < PASSES; pass++) { /* a step is counted as the whole number of periods
-                                                 * nearest to it, so that gaps do not lengthen the
-                                                 * period */
-        periods = 0.0;
-        for (int i = 1; i < t->count; i++) periods += fmax(1.0, round(step_at(t, i) / s.step_s));
-        s.step_s = span_s / periods;
+double sampling_step_s(const struct recording_test *t, int first, int end) {
+    if (end - first < 2) return (double)NAN;
+    double step_s = (t->sample[end - 1].test_time_s - t->sample[first].test_time_s) / (end - 1 - first);
+    for (int pass = 0; pass < PASSES; pass++) { /* mean of the steps that are not gaps */
+        double sum = 0.0;
+        int steps = 0;
+        for (int i = first + 1; i < end; i++) {
+            double step = step_at(t, i);
+            if (step < GAP * step_s) sum += step, steps++;
+        }
+        if (steps == end - 1 - first) break; /* the mean of all has no rounding errors of a sum */
+        step_s = sum / steps;
     }
+    return step_s;
+}
+
+struct sampling sampling_measure(const struct recording_test *t) {
+    if (t->count < 2) return (struct sampling){0};
+    struct sampling s = {.step_s = sampling_step_s(t, 0, t->count)};
+    double square = 0.0, lost = 0.0;
+    int whole = 0;
     for (int i = 1; i < t->count; i++) {
         double step_s = step_at(t, i);
         s.gap_s = fmax(s.gap_s, step_s);
-        if (step_s < 1.5 * s.step_s) square += (step_s - s.step_s) * (step_s - s.step_s), whole++;
+        lost += fmax(1.0, round(step_s / s.step_s)) - 1.0;
+        if (step_s < GAP * s.step_s) square += (step_s - s.step_s) * (step_s - s.step_s), whole++;
     }
     s.jitter_s = whole ? sqrt(square / whole) : 0.0;
-    s.lost = (int64_t)fmin(periods - (t->count - 1), 1e15);
+    s.lost = (int64_t)fmin(lost, 1e15);
     return s;
 }

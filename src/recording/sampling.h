@@ -5,11 +5,15 @@
 #include "recording.h"
 
 struct sampling {
-    double step_s;    /* sampling period; a gap counts as the number of periods that it spans */
+    double step_s;    /* sampling period (sampling_step_s) */
     double jitter_s;  /* rms deviation of the steps from step_s; gaps do not count */
     int64_t lost;     /* number of samples missing in gaps */
     double gap_s;     /* longest time between two samples */
 };
+
+/* Mean period of the samples first <= i < end of a test, s; gaps do not count, however large a part
+ * of the time they are. NaN with fewer than two samples. */
+double sampling_step_s(const struct recording_test *test, int first, int end);
 
 /* Measures all samples of the test, whose times must increase. All results are zero with fewer than
  * two samples. */

@@ -6,7 +6,6 @@
 
 #include "frequency.h"
 #include "noise.h"
-#include "sampling.h"
 #include "units.h"
 
 const char *const segment_names[SEGMENT_KINDS] = {"rest", "steady", "moving"};
@@ -130,8 +129,8 @@ static void grid_fill(struct grid *g, const struct recording_test *t, int leg) {
     for (; next < g->count; next++) g->x[leg][next] = value[0];
 }
 
-static int grid_make(struct grid *g, const struct recording_test *t, int legs, struct error *error) {
-    double sample_s = sampling_measure(t).step_s, span_s = t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s;
+static int grid_make(struct grid *g, const struct recording_test *t, double sample_s, int legs, struct error *error) {
+    double span_s = t->sample[t->count - 1].test_time_s - t->sample[0].test_time_s;
     int together = (int)fmax(1.0, fmin(floor(1.0 / (GRID_HZ * sample_s) + 1e-6), 1e6));
     *g = (struct grid){.legs = legs, .step_s = fmax(together * sample_s, span_s / (GRID_MOST - 2))};
     /* mean instant of the samples that make the first point */
@@ -451,12 +450,12 @@ static int list_segments(struct segments *p, const struct grid *g, const struct 
     return STATUS_OK;
 }
 
-int segments_find(struct segments *p, const struct recording_test *t, int legs, struct error *error) {
+int segments_find(struct segments *p, const struct recording_test *t, double step_s, int legs, struct error *error) {
     struct grid g = {0};
     int good = 0, status = STATUS_OK;
     *p = (struct segments){0};
     for (int i = 0; i < t->count; i++) good += !t->sample[i].refused;
-    if (good >= SAMPLES_LEAST) status = grid_make(&g, t, legs, error);
+    if (good >= SAMPLES_LEAST) status = grid_make(&g, t, step_s, legs, error);
     if (!status && g.count) {
         find_rests(&g);
         for (int first = 0, end; first < g.count; first = end) {

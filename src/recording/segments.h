@@ -33,9 +33,9 @@ struct segments {
 };
 
 /* Splits all samples of the test, not only its evaluated part. Refused samples count as lost. Times
- * must increase. With fewer than ten good samples the result is one moving segment. Returns -3
- * without memory. */
-int segments_find(struct segments *p, const struct recording_test *test, int legs, struct error *error);
+ * must increase. step_s: sampling period (sampling.h). With fewer than ten good samples the result
+ * is one moving segment. Returns -3 without memory. */
+int segments_find(struct segments *p, const struct recording_test *test, double step_s, int legs, struct error *error);
 void segments_free(struct segments *p);
 
 /* The segment of this kind with the most samples, or NULL. */

@@ -156,7 +156,7 @@ int survey_end(struct survey *s, const struct params *params, struct error *erro
     for (int kind = 0; kind < SURVEY_KINDS && t->count; kind++)
         for (int i = 0; i < s->channel[kind].of; i++) take_channel(t, (enum survey_kind)kind, i, &s->channel[kind]);
     for (int i = 0; i < t->count; i++) s->not_a_number += lacks_number(s, &t->sample[i]);
-    int status = segments_find(&s->segments, t, s->channel[SURVEY_LENGTH].of, error);
+    int status = segments_find(&s->segments, t, s->sampling.step_s, s->channel[SURVEY_LENGTH].of, error);
     if (status) return status;
     find_clipped(s, params);
     find_amplitude(s, params);

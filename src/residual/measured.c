@@ -11,6 +11,7 @@
 #include "params.h"
 #include "residual.h"
 #include "rounding.h"
+#include "sampling.h"
 #include "units.h"
 
 static const double SLOWER = 1.25;        /* a recording is slower than the commands if its
@@ -128,7 +129,7 @@ int measured_make(struct recording *r, int first, struct error *error) {
         struct measured *m = t->measured = calloc(1, sizeof *m + (segment ? 1 : CYCLES_ALL) * sizeof *m->spectrum);
         if (!m) return error_set(error, STATUS_IO, "out of memory");
         if (!lasts(t)) continue;
-        m->step_s = recording_step_s(t);
+        m->step_s = sampling_step_s(t, t->first, t->end);
         find_commands(m, r->params);
         if (segment) measure_segment(m, r, t);
         else status = measure_cycles(m, r, t, error);

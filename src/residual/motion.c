@@ -7,6 +7,7 @@
 #include "dense.h"
 #include "params.h"
 #include "residual.h"
+#include "sampling.h"
 #include "sort.h"
 #include "units.h"
 
@@ -356,7 +357,7 @@ static enum cut_lacks cut_segments(struct recording *r, int test, struct cut *c)
 
 int motion_cut(struct recording *r, int test, struct motion_cut *found, struct error *error) {
     const struct recording_test *t = &r->test[test];
-    struct cut c = {.test = t, .legs = params_legs(r->params), .step_s = recording_step_s(t)};
+    struct cut c = {.test = t, .legs = params_legs(r->params), .step_s = sampling_step_s(t, t->first, t->end)};
     double hz;
     *found = (struct motion_cut){.span_s = t->sample[t->end - 1].test_time_s - t->sample[t->first].test_time_s};
     int status = find_band(t, c.legs, c.step_s, found, &hz, error);
