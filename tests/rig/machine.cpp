@@ -40,11 +40,41 @@ static double dead_band(double spool, double overlap)
     return spool > overlap ? spool - overlap : spool < -overlap ? spool + overlap : 0;
 }
 
+/* The valve's gain changes at an opening. Returns the opening with the first gain that lets as much
+ * through. */
+static double kinked(const LegParameters &leg, double opening)
+{
+    const double over = std::max(std::abs(opening) - leg.kink, 0.0);
+    return opening + (leg.kink_gain - 1) * (opening > 0 ? over : -over);
+}
+
+/* Returns the spool position, without dead band, that lets as much through as this opening of the
+ * first gain. */
+static double unkinked(const LegParameters &leg, double opening)
+{
+    const double over = std::max(std::abs(opening) - leg.kink, 0.0);
+    return opening + (1 / leg.kink_gain - 1) * (opening > 0 ? over : -over);
+}
+
+/* Returns the flow through the piston at a pressure difference: a gap's and an orifice's. */
+static double leak_flow(const LegParameters &leg, double drop)
+{
+    return leg.leakage * drop + leg.turbulent * orifice(drop);
+}
+
 /* Returns the rate at which bristles or a seal bend, m/s: the rod's speed while they are straight,
  * zero once they bear the sliding force. Dahl 1968; LuGre contains this law. */
 static double bend_rate(double rate, double stiffness, double sliding, double bend)
 {
     return rate - stiffness * std::abs(rate) / sliding * bend;
+}
+
+/* Returns the force of a play's stops on what drives into them, towards positive gaps. */
+static double contact_force(double gap, double gap_rate, double clearance)
+{
+    const double side = gap > 0 ? 1 : -1, deep = std::abs(gap) - clearance / 2;
+    return deep > 0 ? side * std::max(kPlayStiffness * deep + kPlayDamping * side * gap_rate, 0.0)
+                    : 0;
 }
 
 struct Flow {
@@ -54,7 +84,7 @@ struct Flow {
 static Flow valve_flow(const LegParameters &leg, double spool, double pa, double pb, double supply,
                        double tank)
 {
-    const double x = dead_band(spool, leg.overlap);
+    const double x = kinked(leg, dead_band(spool, leg.overlap));
     Flow f;
     if (x > 0) {
         f.a = leg.gain_a * x * orifice(supply - pa);
@@ -90,7 +120,7 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
     Coords load = now.bias;
     if (p.mode_kg > 0) {
         const Vec3 weight = p.mode_kg * p.bodies.gravity;
-        y.segment<3>(kMode) = pose.head<3>() + weight / p.mode_stiffness;
+        y.segment<3>(kMode) = pose.head<3>() + weight.cwiseQuotient(p.mode_stiffness);
         load.head<3>() -= weight;
         load.segment<3>(kBase) -= weight;
     }
@@ -114,9 +144,10 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
             p1 = p.supply - ratio2 * (p2 - p.tank);
             sign = 1;
         }
-        const double flow = l.leakage * std::abs(p2 - p1);
+        const double flow = leak_flow(l, std::abs(p2 - p1));
         const double drop = sign < 0 ? p1 - p.tank : p.supply - p1;
-        const double spool = sign * (flow / (l.gain_a * orifice(drop)) + l.overlap);
+        const double opening = unkinked(l, flow / (l.gain_a * orifice(drop)));
+        const double spool = sign * (opening + l.overlap);
         s[kP1] = s[kLine1] = p1;
         s[kP2] = s[kLine2] = p2;
         s[kSpool] = spool;
@@ -125,9 +156,13 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
         y[kSupplyFlow] += flow;
         rest_valve[i] = spool - l.null_bias;
         held_command[i] = rest_valve[i];
+        play_output[i].fill(rest_valve[i]);
         spool_target[i] = spool;
+        if (l.loose_piston())
+            s[kPiston] = std::copysign(l.piston_clearance / 2, f) + f / kPlayStiffness;
 
-        if (l.coulomb_extend > 0 || l.coulomb_retract > 0 || l.stribeck > 0 || l.load_mu > 0)
+        if (l.coulomb_extend > 0 || l.coulomb_retract > 0 || l.stribeck > 0 || l.load_mu > 0 ||
+            l.uneven > 0 || l.warming > 0)
             friction.push_back({true, i});
         if (l.joint_coulomb > 0)
             for (int k : {2 * i, 2 * i + 1, 12 + 2 * i, 12 + 2 * i + 1})
@@ -147,6 +182,8 @@ Machine::Machine(const MachineParameters &given, const Vec6 &pose)
             p.step = std::min(p.step, 0.5 * std::sqrt(l.compliance * p.bodies.upper_kg[i]));
         if (l.play > 0)
             p.step = std::min(p.step, 0.5 / std::sqrt(kPlayStiffness / p.bodies.upper_kg[i]));
+        if (l.loose_piston())
+            p.step = std::min(p.step, 0.5 / std::sqrt(kPlayStiffness / l.piston_kg));
         const Row r = now.rod_row.row(i);
         seals += !l.dahl() ? 0
                            : std::max(l.dahl_extend, l.dahl_retract) / l.dahl_distance *
@@ -212,16 +249,62 @@ double Machine::tank_pressure(const State &s, double supply) const
     return tank;
 }
 
+/* Kinetic energy of loose pistons, less the part that their rods have with them on. */
+double Machine::piston_energy() const
+{
+    double sum = 0;
+    for (int i = 0; i < kLegs; i++)
+        if (p.leg[i].loose_piston())
+            sum +=
+                p.leg[i].piston_kg / 2 *
+                (std::pow(y[kLeg + kPerLeg * i + kPistonRate], 2) - std::pow(now.rod_rate[i], 2));
+    return sum;
+}
+
+/* Factorises the mass matrix. A loose piston has its own inertia along the leg, so the rod's is
+ * less by it; its weight and its inertia across the leg stay with the rod. */
+void Machine::loosen_pistons(Coords &total)
+{
+    Eigen::Matrix<double, kMax, kMax> M = now.M;
+    for (int i = 0; i < kLegs; i++)
+        if (p.leg[i].loose_piston()) {
+            const auto r = now.rod_row.row(i);
+            M -= p.leg[i].piston_kg * r.transpose() * r;
+            total += p.leg[i].piston_kg * now.rod_bias[i] * r.transpose();
+        }
+    mass.compute(M.topLeftCorner(n, n));
+}
+
+/* Returns the command that reaches the spool's servo after a valve's hysteresis. */
+double Machine::pass_valve(int leg, double command)
+{
+    const LegParameters &l = p.leg[leg];
+    double &held = held_command[leg];
+    held = std::clamp(held, command - l.hysteresis / 2, command + l.hysteresis / 2);
+    if (l.rounded <= 0)
+        return held;
+    double sum = 0;
+    for (int k = 0; k < kPlays; k++) { /* Prandtl and Ishlinskii: plays in parallel */
+        const double half = l.rounded * (k + 0.5) / kPlays;
+        double &out = play_output[leg][k];
+        sum += out = std::clamp(out, held - half, held + half);
+    }
+    return sum / kPlays;
+}
+
 double Machine::capacity(const Friction &f, const State &s, int direction, double speed) const
 {
     if (!f.cylinder)
         return p.leg[(f.index % 12) / 2].joint_coulomb;
     const LegParameters &l = p.leg[f.index];
     const double *leg = &s[kLeg + kPerLeg * f.index];
-    const double z = speed / l.stribeck_velocity;
+    const double z = std::pow(std::abs(speed / l.stribeck_velocity), l.stribeck_exponent);
+    const double place = 2 * kPi * (now.rod[f.index] - l.middle) / l.uneven_wavelength;
+    const double uneven = l.uneven * (1 + l.uneven_share * std::sin(place + l.uneven_phase));
+    const double cold = (1 - l.warming_left) * std::exp(-now_s / l.warming_time);
     const double load = l.load_mu * (l.area1 - l.area2) * 0.5 * (leg[kP1] + leg[kP2]);
-    return (direction > 0 ? l.coulomb_extend : l.coulomb_retract) + l.stribeck * std::exp(-z * z) +
-           std::max(load, 0.0);
+    return (direction > 0 ? l.coulomb_extend : l.coulomb_retract) + l.stribeck * std::exp(-z) +
+           std::max(load, 0.0) + uneven + l.warming * (l.warming_left + cold);
 }
 
 Row Machine::row(const Friction &f) const
@@ -244,8 +327,8 @@ Vec3 Machine::mode_force(const State &s, State &ds) const
         return Vec3::Zero();
     const Vec3 at = s.segment<3>(kQ) + s.segment<3>(kQ + kBase);
     const Vec3 rate = s.segment<3>(kV) + s.segment<3>(kV + kBase);
-    const Vec3 force = p.mode_stiffness * (s.segment<3>(kMode) - at) +
-                       p.mode_damping * (s.segment<3>(kMode + 3) - rate);
+    const Vec3 force = p.mode_stiffness.cwiseProduct(s.segment<3>(kMode) - at) +
+                       p.mode_damping.cwiseProduct(s.segment<3>(kMode + 3) - rate);
     ds.segment<3>(kMode) = s.segment<3>(kMode + 3);
     ds.segment<3>(kMode + 3) = p.bodies.gravity - force / p.mode_kg;
     return force;
@@ -255,13 +338,14 @@ void Machine::derivative(double at, const State &s, State &ds)
 {
     const Coords q = s.segment<kMax>(kQ), v = s.segment<kMax>(kV);
     bodies.evaluate(q, v, now);
+    now_s = at;
     ds.setZero();
     ds.segment(kQ, n) = v.head(n);
 
     const double supply = p.supply - p.supply_resistance * s[kSupplyFlow] +
                           p.ripple * std::sin(2 * kPi * p.ripple_hz * at);
     const double tank = tank_pressure(s, supply);
-    double drawn = 0;
+    double drawn = 0, piston_power = 0;
     Coords Q = Coords::Zero(); /* all forces except weight, inertia and springs */
     for (int i = 0; i < kLegs; i++) {
         const LegParameters &l = p.leg[i];
@@ -299,18 +383,29 @@ void Machine::derivative(double at, const State &s, State &ds)
             d[kFlow1] = (o[kLine1] - o[kP1] - resistance * q1) / inertance;
             d[kFlow2] = (o[kLine2] - o[kP2] - resistance * q2) / inertance;
         }
-        const double leak = l.leakage * (o[kP2] - o[kP1]);
+        const double leak = leak_flow(l, o[kP2] - o[kP1]);
+        const double at_oil = stroke + o[kPiston]; /* of the piston, which may be loose */
+        const double sweep = l.loose_piston() ? o[kPistonRate] : rate;
         d[kP1] =
-            l.bulk / (l.dead1 + l.area1 * (l.half_stroke + stroke)) * (q1 - l.area1 * rate + leak);
+            l.bulk / (l.dead1 + l.area1 * (l.half_stroke + at_oil)) * (q1 - l.area1 * sweep + leak);
         d[kP2] =
-            l.bulk / (l.dead2 + l.area2 * (l.half_stroke - stroke)) * (q2 + l.area2 * rate - leak);
+            l.bulk / (l.dead2 + l.area2 * (l.half_stroke - at_oil)) * (q2 + l.area2 * sweep - leak);
         for (int k : {kP1, kP2, kLine1, kLine2})
             if (o[k] < kVapour && d[k] < 0)
                 d[k] = 0;
 
         /* Forces on the rod: oil, viscous friction, end stops. */
-        double force = l.area1 * o[kP1] - l.area2 * o[kP2] -
-                       (rate > 0 ? l.viscous_extend : l.viscous_retract) * rate;
+        const double oil = l.area1 * o[kP1] - l.area2 * o[kP2];
+        double force = oil - (rate > 0 ? l.viscous_extend : l.viscous_retract) * rate;
+        if (l.loose_piston()) { /* half of the viscous friction is the piston's */
+            const double drag = (sweep > 0 ? l.viscous_extend : l.viscous_retract) / 2 * sweep;
+            const double push =
+                contact_force(o[kPiston], sweep - rate, l.piston_clearance); /* on the rod */
+            force = push - (rate > 0 ? l.viscous_extend : l.viscous_retract) / 2 * rate;
+            d[kPiston] = sweep - rate;
+            d[kPistonRate] = (oil - drag - push) / l.piston_kg;
+            piston_power += (oil - drag - push) * sweep;
+        }
         if (l.bristle > 0) { /* Canudas de Wit, Olsson, Astrom, Lischinsky 1995 */
             const double ratio = rate / l.bristle_velocity, stiffness = l.bristle / l.bristle_give;
             const double sliding = l.bristle + l.bristle_excess * std::exp(-ratio * ratio);
@@ -335,13 +430,9 @@ void Machine::derivative(double at, const State &s, State &ds)
                                 kGiveDamping * (now.length_rate[i] - rate);
             Q.head(n) += (now.rod_row.row(i) - now.length_row.row(i)).head(n).transpose() * push;
         } else if (l.play > 0) {
-            const double gap = now.length[i] - now.rod[i], gap_rate = now.length_rate[i] - rate;
-            const double side = gap > 0 ? 1 : -1, deep = std::abs(gap) - l.play / 2;
             const double push =
-                deep > 0 ? std::max(kPlayStiffness * deep + kPlayDamping * side * gap_rate, 0.0)
-                         : 0;
-            Q.head(n) +=
-                (now.rod_row.row(i) - now.length_row.row(i)).head(n).transpose() * side * push;
+                contact_force(now.length[i] - now.rod[i], now.length_rate[i] - rate, l.play);
+            Q.head(n) += (now.rod_row.row(i) - now.length_row.row(i)).head(n).transpose() * push;
         }
         if (l.joint_viscous > 0)
             for (int k : {2 * i, 2 * i + 1, 12 + 2 * i, 12 + 2 * i + 1}) {
@@ -360,9 +451,9 @@ void Machine::derivative(double at, const State &s, State &ds)
     spring.head<6>() = -p.stiffness({0, 1, 2, 5, 4, 3}).cwiseProduct(q.head<6>());
     if (n > 6)
         spring.segment<3>(kBase) = base_load - p.base_stiffness * q.segment<3>(kBase);
-    mass.compute(now.M.topLeftCorner(n, n));
     Coords total = Q + spring;
     total.head(n) -= now.bias.head(n);
+    loosen_pistons(total);
     for (Friction &f : friction)
         if (f.mode != Friction::held) {
             const Row r = row(f);
@@ -372,7 +463,7 @@ void Machine::derivative(double at, const State &s, State &ds)
     solve_friction(total, accel);
     ds.segment(kV, n) = accel.head(n);
 
-    double power = Q.head(n).dot(v.head(n));
+    double power = Q.head(n).dot(v.head(n)) + piston_power;
     for (const Friction &f : friction)
         power += f.force * row(f).head(n).dot(v.head(n));
     ds[kWork] = power;
@@ -572,15 +663,17 @@ void Machine::step(double h)
     }
 }
 
-/* Returns the longest step. A seal bends along the path, so a faster rod needs shorter steps. */
+/* Returns the longest step. Seals and bristles bend along the path, so a faster rod needs shorter
+ * steps. */
 double Machine::longest_step() const
 {
     double h = p.step;
-    for (int i = 0; i < kLegs; i++)
-        if (p.leg[i].dahl()) {
-            const double path = kBendShare * p.leg[i].dahl_distance;
-            h = std::min(h, std::max(path / std::abs(now.rod_rate[i]), kShortest));
-        }
+    for (int i = 0; i < kLegs; i++) {
+        const LegParameters &l = p.leg[i];
+        const double bends = std::min(l.dahl() ? l.dahl_distance : INFINITY,
+                                      l.bristle > 0 ? l.bristle_give : INFINITY);
+        h = std::min(h, std::max(kBendShare * bends / std::abs(now.rod_rate[i]), kShortest));
+    }
     return h;
 }
 
@@ -592,10 +685,8 @@ void Machine::advance(double until)
             auto &queue = pending[i];
             const LegParameters &l = p.leg[i];
             while (!queue.empty() && queue.front().first <= t + 1e-12) {
-                held_command[i] =
-                    std::clamp(held_command[i], queue.front().second - l.hysteresis / 2,
-                               queue.front().second + l.hysteresis / 2);
-                spool_target[i] = std::clamp(held_command[i] + l.null_bias, -1.0, 1.0);
+                spool_target[i] =
+                    std::clamp(pass_valve(i, queue.front().second) + l.null_bias, -1.0, 1.0);
                 queue.pop_front();
                 k1_known = false;
             }

@@ -4,6 +4,7 @@
 #pragma once
 #include "bodies.hpp"
 
+#include <array>
 #include <deque>
 #include <map>
 #include <string>
@@ -20,16 +21,24 @@ struct LegParameters {
         hysteresis;
     double viscous_extend, viscous_retract;
     double coulomb_extend, coulomb_retract, stribeck, stribeck_velocity, load_mu;
+    double stribeck_exponent;
+    double uneven, uneven_share, uneven_wavelength, uneven_phase; /* N, share of it, m, rad */
+    double warming, warming_time, warming_left; /* N at the start, s, share that is left at last */
     double bristle, bristle_excess, bristle_velocity, bristle_give, bristle_damping; /* LuGre */
     double dahl_extend, dahl_retract, dahl_distance;
     double joint_coulomb, joint_viscous; /* N m, N m s; for each of four axes per leg */
-    double play;                         /* m, from stop to stop */
-    double compliance;                   /* m/N, between rod and platform; 0: stiff */
+    double play; /* m, from stop to stop */
+    double compliance; /* m/N, between rod and platform; 0: stiff */
     double pipe_length, pipe_diameter;
     double command_delay; /* s */
+    double turbulent; /* leakage across the piston per sqrt(Pa) */
+    double rounded; /* mean width of the plays whose outputs a rounded hysteresis averages */
+    double kink, kink_gain; /* opening from which the valve has kink_gain of its gain */
+    double piston_clearance, piston_kg; /* play of the piston on its rod, m; 0: tight */
 
     bool loose() const { return play > 0 || compliance > 0; } /* the rod moves by itself */
     bool dahl() const { return dahl_extend > 0 || dahl_retract > 0; }
+    bool loose_piston() const { return piston_clearance > 0; }
 };
 
 struct MachineParameters {
@@ -38,10 +47,10 @@ struct MachineParameters {
     double supply, tank, supply_resistance, tank_resistance; /* Pa, Pa s/m^3 */
     double ripple, ripple_hz;
     double stop_stiffness, stop_damping;
-    Vec6 stiffness;                      /* x y z phi theta psi, N/m and N m/rad */
+    Vec6 stiffness; /* x y z phi theta psi, N/m and N m/rad */
     double base_stiffness, base_damping; /* N/m, N s/m, each of three directions */
-    double mode_stiffness, mode_damping; /* stiffness and damping of the payload's part on springs,
-                                          * in the same units */
+    Vec3 mode_stiffness, mode_damping; /* stiffness and damping of the payload's part on springs,
+                                        * in the same units */
     double mode_kg; /* mass of that part, at the origin of {M}; 0: none */
     double step; /* longest step, s */
 };
@@ -56,11 +65,28 @@ struct Friction {
                        * extending */
 };
 
+constexpr int kPlays = 16; /* of a rounded hysteresis */
+
 class Machine
 {
 public:
-    /* Flat state for the integrator. The legs' part has 10 numbers per leg. */
-    enum { kP1, kP2, kSpool, kSpoolRate, kLine1, kLine2, kFlow1, kFlow2, kBristle, kSeal, kPerLeg };
+    /* Flat state for the integrator. The legs' part has 12 numbers per leg; a loose piston has its
+     * place on the rod and its speed in the cylinder. */
+    enum {
+        kP1,
+        kP2,
+        kSpool,
+        kSpoolRate,
+        kLine1,
+        kLine2,
+        kFlow1,
+        kFlow2,
+        kBristle,
+        kSeal,
+        kPiston,
+        kPistonRate,
+        kPerLeg
+    };
     enum {
         kQ = 0,
         kV = kMax,
@@ -83,7 +109,8 @@ public:
     double longest_step() const; /* longest step allowed from this state, s */
     double energy()
     {
-        return bodies.energy(y.segment<kMax>(kQ), y.segment<kMax>(kV)) + potential(y);
+        return bodies.energy(y.segment<kMax>(kQ), y.segment<kMax>(kV)) + potential(y) +
+               piston_energy();
     }
     double work() const { return y[kWork]; } /* work of all forces that energy() omits */
     const BodyState &body_state() const { return now; }
@@ -104,6 +131,9 @@ private:
     void accept(const State &s, double h);
     void release_or_hold();
     double potential(const State &s) const;
+    double piston_energy() const;
+    void loosen_pistons(Coords &total);
+    double pass_valve(int leg, double command);
     Vec3 mode_force(const State &s, State &ds) const;
     double tank_pressure(const State &s, double supply) const;
 
@@ -114,6 +144,8 @@ private:
     State k1;
     bool k1_known = false;
     double spool_target[kLegs] = {}, held_command[kLegs] = {};
+    std::array<double, kPlays> play_output[kLegs];
+    double now_s = 0; /* time at which `now` was evaluated */
     std::deque<std::pair<double, double>> pending[kLegs];
     std::vector<Friction> friction;
     const State *state_of_forces = nullptr;

@@ -13,6 +13,9 @@ constexpr double kJitterShare =
     1.0 / 500; /* share of samples that arrive one period late, in the series beyond tolerance */
 constexpr double kBaseDamping = 0.03; /* damping ratio of the base plate on its spring */
 constexpr double kModeDamping = 0.03; /* damping ratio of the payload's part on springs */
+constexpr double kLeakageDrop = 1e6; /* Pa, at which turbulent leakage is stated */
+constexpr double kSloshDamping = 0.03; /* damping ratio of a liquid's surface */
+constexpr double kFloorHz = 60, kFloorDamping = 0.3; /* a liquid is nearly rigid downwards */
 
 const char *const kAxes[6] = {"x", "y", "z", "phi", "theta", "psi"};
 
@@ -53,6 +56,14 @@ const std::map<std::string, double> kEffects = {
     {"pump_ripple.frequency_hz", 216}, {"bristle_friction.force_n", 0},
     {"bristle_friction.excess_n", 0}, {"bristle_friction.velocity_mps", 0.01},
     {"bristle_friction.give_m", 1e-4}, {"bristle_friction.damping_n_s_per_m", 0},
+    {"cylinder_stribeck_friction.exponent", 2}, {"uneven_friction.force_n", 0},
+    {"uneven_friction.share", 0.1}, {"uneven_friction.wavelength_m", 0.04},
+    {"uneven_friction.phase_rad", 0}, {"rounded_hysteresis.width", 0},
+    {"turbulent_leakage.flow_m3_per_s", 0}, {"valve_kink.opening", 0.05}, {"valve_kink.gain", 1},
+    {"loose_piston.clearance_m", 0}, {"loose_piston.mass_kg", 3},
+    {"pressure_sensor_drift.p1_pa_per_s", 0}, {"pressure_sensor_drift.p2_pa_per_s", 0},
+    {"sloshing.mass_kg", 0}, {"sloshing.frequency_hz", 1}, {"warming_friction.force_n", 0},
+    {"warming_friction.time_s", 20}, {"warming_friction.left", 0.5},
 }; // clang-format on
 
 double Random::uniform(double low, double high)
@@ -183,13 +194,21 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
     p.base_stiffness = plate * std::pow(2 * kPi * hz, 2);
     p.base_damping = 2 * kBaseDamping * plate * 2 * kPi * hz;
 
-    const double mode = 2 * kPi * fx("payload_mode.frequency_hz");
-    p.mode_kg = mode > 0 ? fx("payload_mode.mass_kg") : 0;
-    p.mode_stiffness = p.mode_kg * mode * mode;
-    p.mode_damping = 2 * kModeDamping * p.mode_kg * mode;
+    const double mode_hz = fx("payload_mode.frequency_hz"), liquid = fx("sloshing.mass_kg");
+    const bool mode = mode_hz > 0, sloshes = liquid > 0;
+    if (mode && sloshes)
+        throw std::runtime_error("payload_mode or sloshing, not both");
+    p.mode_kg = mode ? fx("payload_mode.mass_kg") : liquid;
+    const double slosh_hz = fx("sloshing.frequency_hz");
+    const Vec3 omega =
+        2 * kPi * (sloshes ? Vec3(slosh_hz, slosh_hz, kFloorHz) : Vec3::Constant(mode_hz));
+    const Vec3 ratio =
+        sloshes ? Vec3(kSloshDamping, kSloshDamping, kFloorDamping) : Vec3::Constant(kModeDamping);
+    p.mode_stiffness = p.mode_kg * omega.cwiseAbs2();
+    p.mode_damping = 2 * p.mode_kg * ratio.cwiseProduct(omega);
     b.payload_kg -= p.mode_kg;
     if (!(b.payload_kg > 0))
-        throw std::runtime_error("payload_mode.mass_kg: less than the payload has");
+        throw std::runtime_error("payload_mode, sloshing: less mass than the payload has");
 
     p.supply = s.at("hydraulics.supply_pa") * base.supply;
     p.tank = s.at("hydraulics.tank_pa");
@@ -245,6 +264,14 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
         l.coulomb_retract = fx("cylinder_coulomb_friction.force_retract_n", i);
         l.stribeck = fx("cylinder_stribeck_friction.excess_n", i);
         l.stribeck_velocity = std::max(fx("cylinder_stribeck_friction.velocity_mps", i), 1e-6);
+        l.stribeck_exponent = fx("cylinder_stribeck_friction.exponent", i);
+        l.uneven = fx("uneven_friction.force_n", i);
+        l.uneven_share = fx("uneven_friction.share", i);
+        l.uneven_wavelength = std::max(fx("uneven_friction.wavelength_m", i), 1e-6);
+        l.uneven_phase = fx("uneven_friction.phase_rad", i);
+        l.warming = fx("warming_friction.force_n", i);
+        l.warming_time = std::max(fx("warming_friction.time_s", i), 1e-6);
+        l.warming_left = fx("warming_friction.left", i);
         l.load_mu = fx("load_dependent_friction.mu", i);
         l.bristle = fx("bristle_friction.force_n", i);
         l.bristle_excess = fx("bristle_friction.excess_n", i);
@@ -263,6 +290,14 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
         l.pipe_length = fx("pipeline_dynamics.length_m", i);
         l.pipe_diameter = fx("pipeline_dynamics.diameter_m", i);
         l.command_delay = fx("command_delay.delay_s", i);
+        l.rounded = fx("rounded_hysteresis.width", i);
+        l.turbulent = fx("turbulent_leakage.flow_m3_per_s", i) / std::sqrt(kLeakageDrop);
+        l.kink = fx("valve_kink.opening", i);
+        l.kink_gain = fx("valve_kink.gain", i);
+        l.piston_clearance = fx("loose_piston.clearance_m", i);
+        l.piston_kg = fx("loose_piston.mass_kg", i);
+        if (!(l.kink_gain > 0 && l.piston_kg > 0 && l.piston_kg < b.upper_kg[i]))
+            throw std::runtime_error("valve_kink.gain, loose_piston.mass_kg: out of range");
     }
     return p;
 }
@@ -363,12 +398,17 @@ public:
                      effect(setup, "position_sensor_offset.offset_m", i);
             out.length[i] =
                 enabled && resolution > 0 ? resolution * std::round(rod[i] / resolution) : rod[i];
-            out.p1[i] = card(p1[i] * effect(setup, "pressure_sensor_scale.p1", i) +
-                             effect(setup, "pressure_sensor_offset.p1", i));
+            const double drift = effect(setup, "pressure_sensor_drift.p1_pa_per_s", i);
+            out.p1[i] =
+                card(p1[i] * effect(setup, "pressure_sensor_scale.p1", i) +
+                     effect(setup, "pressure_sensor_offset.p1", i) + drift * machine.time());
         }
-        for (int i = 0; i < kLegs; i++)
-            out.p2[i] = card(p2[i] * effect(setup, "pressure_sensor_scale.p2", i) +
-                             effect(setup, "pressure_sensor_offset.p2", i));
+        for (int i = 0; i < kLegs; i++) {
+            const double drift = effect(setup, "pressure_sensor_drift.p2_pa_per_s", i);
+            out.p2[i] =
+                card(p2[i] * effect(setup, "pressure_sensor_scale.p2", i) +
+                     effect(setup, "pressure_sensor_offset.p2", i) + drift * machine.time());
+        }
 
         const Sample fresh = out;
         if (jitter && !previous.empty() && random.uniform(0, 1) < kJitterShare) {

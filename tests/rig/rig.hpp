@@ -16,8 +16,8 @@
 constexpr double kPeriod = 0.002; /* s: the paper's sampling period */
 extern const char *const kAxes[6];
 
-/* The catalogue of docs/gap.md and five further effects: each key with the value that switches it
- * off. */
+/* The catalogue of docs/gap.md and further effects (README.md): each key with the value that
+ * switches it off. */
 extern const std::map<std::string, double> kEffects;
 
 using Effects = std::map<std::string, Vec6>; /* hidden effects by "name.key", one value per leg */

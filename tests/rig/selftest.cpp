@@ -223,6 +223,7 @@ static void energy_is_balanced(const Settings &s)
         std::vector<std::string> effects;
         double limit; /* J */
         bool legs_differ = false;
+        double step = 0.25e-3;
     } cases[] = {{"energy is balanced: clean", {}, 1e-6},
                  {"energy is balanced: no two legs alike", {}, 1e-6, true},
                  {"energy is balanced: friction of cylinders and joints",
@@ -236,6 +237,11 @@ static void energy_is_balanced(const Settings &s)
                   {"base_spring.frequency_hz=12", "external_stiffness.z=20000",
                    "pipeline_dynamics.length_m=1"},
                   1e-5},
+                 {"energy is balanced: pistons loose on their rods",
+                  {"loose_piston.clearance_m=5e-4", "valve_flow_gain.scale=4"},
+                  1e-3,
+                  false,
+                  0.01e-3}, /* the stops are stiff: at 0.09 ms, the rig's step, 1.3e-2 J are off */
                  {"energy is balanced: part of the payload on springs",
                   {"payload_mode.frequency_hz=8", "base_spring.frequency_hz=15"},
                   1e-5},
@@ -244,7 +250,8 @@ static void energy_is_balanced(const Settings &s)
                    "geometry_error.b_x_m=0.01,0,0,0,0,0"},
                   1e-6}};
     for (const auto &c : cases) {
-        Machine machine(parameters(c.legs_differ ? uneven(s) : s, c.effects), Vec6::Zero());
+        const Settings &of = c.legs_differ ? uneven(s) : s;
+        Machine machine(parameters(of, c.effects, c.step), Vec6::Zero());
         const double before = machine.energy();
         shake(machine, 1);
         const double change = machine.energy() - before, miss = std::abs(change - machine.work());
@@ -281,6 +288,131 @@ static void steps_are_short_enough(const Settings &s)
     const double play = (shake(again, 1) - shake(tight, 1)).norm();
     claim(play < 5e-5, "a play of 1 nm is none, but for its contact's 5 um",
           print("lengths %.1e m apart", play));
+    Machine fixed(parameters(s), Vec6::Zero());
+    Machine piston(parameters(s, {"loose_piston.clearance_m=1e-9"}), Vec6::Zero());
+    const double loose = (shake(fixed, 1) - shake(piston, 1)).norm();
+    claim(loose < 5e-5, "neither is one of the piston", print("lengths %.1e m apart", loose));
+}
+
+/* A loose piston goes from stop to stop of its play where the force changes its sign, and no
+ * farther than the stops give. */
+static void loose_pistons_cross_their_play(const Settings &s)
+{
+    const double clearance = 5e-4;
+    Machine machine(parameters(s, {"loose_piston.clearance_m=5e-4", "valve_flow_gain.scale=4"}),
+                    Vec6::Zero());
+    double least = 1, most = -1;
+    shake(machine, 1, [&] {
+        for (int i = 0; i < kLegs; i++) {
+            const double at = machine.y[Machine::kLeg + Machine::kPerLeg * i + Machine::kPiston];
+            least = std::min(least, at);
+            most = std::max(most, at);
+        }
+    });
+    claim(most > clearance / 2 && least < -clearance / 2 && most - least < clearance + 4e-4,
+          "loose pistons cross their play and end at its stops",
+          print("%.1f to %.1f um in a play of 500 um", 1e6 * least, 1e6 * most));
+}
+
+/* Returns the spool of leg 3, less its rest, after each of the commands has been held for 40 ms. */
+static std::vector<double> spools(Machine &machine, const std::vector<double> &commands)
+{
+    std::vector<double> at;
+    for (double command : commands) {
+        machine.command(2, machine.resting_valve()[2] + command);
+        machine.advance(machine.time() + 0.04);
+        at.push_back(machine.y[Machine::kLeg + 2 * Machine::kPerLeg + Machine::kSpool] -
+                     machine.resting_valve()[2]);
+    }
+    return at;
+}
+
+/* Plays in parallel, of widths 0 to 2 w, swept from -A to A and back, enclose the mean of
+ * w_k (2A - w_k), 2 A w - 4/3 w^2. The largest difference of the ways is w if A exceeds 2 w. */
+static void rounded_hysteresis_encloses_its_loop(const Settings &s)
+{
+    const double width = 0.02, top = 0.06;
+    Machine machine(parameters(s, {"rounded_hysteresis.width=0.02"}), Vec6::Zero());
+    std::vector<double> commands;
+    const int half = 48; /* steps from -A to A */
+    for (int k = 0; k <= 2 * half + half / 2; k++) {
+        const int phase = (k + half / 2) % (2 * half);
+        commands.push_back(top * (phase <= half ? 2.0 * phase / half - 1 : 3 - 2.0 * phase / half));
+    }
+    const auto at = spools(machine, commands);
+    double area = 0, widest = 0, small = 1;
+    for (int k = half / 2; k < half / 2 + 2 * half; k++) {
+        area += (at[k + 1] + at[k]) / 2 * (commands[k + 1] - commands[k]);
+        const int back = 2 * half + half - k; /* the same command on the other way */
+        if (k < half / 2 + half)
+            widest = std::max(widest, std::abs(at[back] - at[k]));
+    }
+    for (int k = half / 2 + 1; k < half / 2 + 4; k++) /* rounded: it moves soon after a reversal */
+        small = std::min(small, std::abs(at[k + 1] - at[k]) / (commands[1] - commands[0]));
+    const double expected = 2 * top * width - 4.0 / 3 * width * width;
+    claim(std::abs(std::abs(area) / expected - 1) < 0.02 && std::abs(widest / width - 1) < 0.02 &&
+              small > 0.01,
+          "a rounded hysteresis encloses the loop of its plays",
+          print("area %.3f of the formula, widest %.3f; slope after a reversal %.3f",
+                std::abs(area) / expected, widest / width, small));
+}
+
+/* Returns the speed of leg 3 at a valve command, from 0.3 to 0.5 s. */
+static double steady_speed(const Settings &s, const std::vector<std::string> &effects,
+                           double command)
+{
+    Machine machine(parameters(s, effects), Vec6::Zero());
+    Vec6 first, last, p1, p2;
+    for (int i = 0; i < kLegs; i++)
+        machine.command(i, command);
+    machine.advance(0.3);
+    machine.read(first, p1, p2);
+    machine.advance(0.5);
+    machine.read(last, p1, p2);
+    return (last - first)[2] / 0.2;
+}
+
+/* A valve whose gain falls to 0.6 at 0.05 and is opened by 0.15 runs as one without a kink that is
+ * opened by 0.05 + 0.6 * 0.1, either way. */
+static void kink_reduces_the_opening(const Settings &s)
+{
+    const std::vector<std::string> kink = {"valve_kink.opening=0.05", "valve_kink.gain=0.6"};
+    double off[4];
+    for (int k = 0; k < 4; k++) {
+        const double command = (k % 2 ? -1 : 1) * (k < 2 ? 0.15 : 0.04);
+        const double same = (k % 2 ? -1 : 1) * (k < 2 ? 0.11 : 0.04);
+        off[k] = steady_speed(s, kink, command) / steady_speed(s, {}, same) - 1;
+    }
+    claim(std::abs(off[0]) < 2e-3 && std::abs(off[1]) < 2e-3 && std::abs(off[2]) < 2e-3 &&
+              std::abs(off[3]) < 2e-3,
+          "a valve with a kink runs as one that is opened less",
+          print("speeds off by %.1e and %.1e beyond it, %.1e and %.1e before", off[0], off[1],
+                off[2], off[3]));
+}
+
+/* At rest the valve lets through what leaks: the flow of the laminar gap and of the orifice, by
+ * the pressures that the machine has. */
+static void turbulent_leakage_is_the_valve_flow_at_rest(const Settings &s)
+{
+    const MachineParameters p = parameters(s, {"turbulent_leakage.flow_m3_per_s=1e-4"});
+    Machine machine(p, Vec6::Zero());
+    for (int i = 0; i < kLegs; i++)
+        machine.command(i, machine.resting_valve()[i]);
+    machine.advance(1);
+    Vec6 rod, p1, p2;
+    machine.read(rod, p1, p2);
+    double worst = 0;
+    for (int i = 0; i < kLegs; i++) {
+        const double leak = s.at("hydraulics.leakage_m3_per_s_pa", i) * (p2[i] - p1[i]) +
+                            1e-4 * std::sqrt((p2[i] - p1[i]) / 1e6);
+        const double spool = machine.y[Machine::kLeg + Machine::kPerLeg * i + Machine::kSpool];
+        const double open = s.at("hydraulics.valve_flow_m3_per_s", i) *
+                            std::sqrt((p1[i] - p.tank) / s.at("hydraulics.valve_drop_pa"));
+        worst = std::max(worst, std::abs(-spool * open / leak - 1));
+    }
+    const double moved = machine.y.segment<3>(0).norm();
+    claim(worst < 1e-6 && moved < 1e-9, "what leaks as through an orifice comes from the valve",
+          print("flow off by %.1e; moved %.1e m in 1 s", worst, moved));
 }
 
 /* 30 kPa more in each chamber 1 are 94 N. A leg whose friction is 150 N does not move while the
@@ -457,6 +589,50 @@ static void each_effect_does_what_it_says(const Settings &s)
              return std::imag(dZ(r, 0)) / w / (shape * sum / leg_speed(r));
          },
          0.1},
+        {{"cylinder_stribeck_friction.excess_n=100", "cylinder_stribeck_friction.velocity_mps=0.02",
+          "cylinder_stribeck_friction.exponent=0.7"},
+         [&](const Response &r) {
+             double sum = 0;
+             for (int k = 0; k < 1000; k++) {
+                 const double v = std::abs(std::sin(2 * kPi * (k + 0.5) / 1000));
+                 sum += 2 * 100 * std::exp(-std::pow(v * leg_speed(r) / 0.02, 0.7)) * v / 1000;
+             }
+             return std::imag(dZ(r, 0)) / w / (shape * sum / leg_speed(r));
+         },
+         0.05},
+        {{"uneven_friction.force_n=100", "uneven_friction.share=0.5",
+          "uneven_friction.wavelength_m=0.01", "uneven_friction.phase_rad=1.5707963"},
+         [&](const Response &r) { /* a loop from -X to X takes 4 F (X + share sin(k X) / k) */
+                                  const double turn = 2 * kPi / 0.01 * leg_speed(r) / w;
+                                  return std::imag(dZ(r, 0)) / w /
+                                         (shape * 4 / kPi * 100 *
+                                          (1 + 0.5 * std::sin(turn) / turn) / leg_speed(r));
+         },
+         0.05},
+        {{"warming_friction.force_n=100", "warming_friction.time_s=2"},
+         [&](const Response &r) { /* test z is evaluated from 2 to 4 s */
+                                  const double cold = std::exp(-1.0) - std::exp(-2.0);
+                                  return std::imag(dZ(r, 0)) / w /
+                                         (shape * 4 / kPi * 100 * (0.5 + 0.5 * cold) /
+                                          leg_speed(r));
+         },
+         0.05},
+        {{"bristle_friction.force_n=100", "bristle_friction.give_m=1e-3",
+          "bristle_friction.damping_n_s_per_m=2000"},
+         [&](const Response &
+                 r) { /* the force over the path from -X to X, bent by exp(-path/give) */
+                      const double X = leg_speed(r) / w;
+                      double loss = 0;
+                      for (int k = 0; k < 1000; k++) {
+                          const double x = X * (2 * (k + 0.5) / 1000 - 1);
+                          const double left = (1 + std::tanh(X / 1e-3)) * std::exp(-(x + X) / 1e-3);
+                          const double v = w * std::sqrt(X * X - x * x);
+                          loss += (100 * (1 - left) + 2000 * v * left) * 2 * X / 1000;
+                      }
+                      return std::imag(dZ(r, 0)) / w /
+                             (shape * 2 * loss / (kPi * X * leg_speed(r)));
+         },
+         0.05},
         {{"cylinder_viscous_friction.extend_n_s_per_m=500",
           "cylinder_viscous_friction.retract_n_s_per_m=500"},
          [&](const Response &r) { return std::imag(dZ(r, 0)) / w / (shape * 500); },
@@ -581,6 +757,22 @@ static void each_effect_does_what_it_says(const Settings &s)
          },
          0.05},
         {{"pump_ripple.pressure_pa=200000"}, moves, 0},
+        {{"sloshing.mass_kg=25", "sloshing.frequency_hz=1.5"},
+         [&](const Response &r) { /* along x as a mass on a spring; downwards it is carried */
+                                  const double more = 25 * (1 / (1 - std::pow(4 / 1.5, 2)) - 1);
+                                  const double down = std::real(dZ(r, 0)) / (-w * w * 25);
+                                  return std::real(dZ(r, 2)) / (-w * w * more) + down;
+         },
+         0.1},
+        {{"pressure_sensor_drift.p1_pa_per_s=20000"},
+         [&](const Response &r) { /* test z is evaluated from 2 to 4 s */
+                                  return (r.F_mean - clean.F_mean) / (p.leg[0].area1 * 2e4 * 2.999);
+         },
+         0.01},
+        {{"loose_piston.clearance_m=0.0005"}, moves, 0},
+        {{"turbulent_leakage.flow_m3_per_s=1e-4"}, moves, 0},
+        {{"rounded_hysteresis.width=0.02"}, moves, 0},
+        {{"valve_kink.gain=0.6"}, moves, 0},
     };
     const double variation = (clean.all.rowwise() - clean.all.colwise().mean()).norm();
     for (const Case &c : cases) {
@@ -603,6 +795,10 @@ int self_test(const Settings &settings)
     steps_are_short_enough(settings);
     friction_holds(settings);
     seals_bend_along_the_path(settings);
+    loose_pistons_cross_their_play(settings);
+    rounded_hysteresis_encloses_its_loop(settings);
+    kink_reduces_the_opening(settings);
+    turbulent_leakage_is_the_valve_flow_at_rest(settings);
     each_effect_does_what_it_says(settings);
     std::printf("%d failed\n", failures);
     return failures ? 1 : 0;
