@@ -10,6 +10,8 @@ scorecard() { # with BUILD's hexid
 claim "make bench-gap draws a case, runs it and scores it" table 0 "" scorecard "$hexid"
 claim "its figures are there" tests/bench/measured.py "$work/table" 3 "held-out gap over the noise floor" "    error over what was hidden"
 claim "its lines say the build, and the case" tests/bench/measured.py "$work/b/gap_score/score.csv" 10 valve_null_bias
+claim "and how often verdicts of a certainty are true" grep -q '^all  *0.99 to 1  *1 .* 100.0 %' "$work/table"
+claim "the page draws that" grep -q "<title>1 verdicts from 0.99 to 1</title>" "$work/b/gap_score/report.html"
 claim "its page says the build" grep -qF "$("$hexid" --version)" "$work/b/gap_score/report.html"
 claim "a hexid that does nothing is no scorecard" fails scorecard "$work/empty/hexid"
 claim "nor is a scorecard of no case" fails env EFFECTS=no_such_effect KINDS=single tests/gap/bench.sh "$work/b"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Hidden cases for `hexid gap`: a rig with hidden effects, the workflow on its log, the score.
 
-    score.py cases [--seeds N] [--series tolerance|beyond] [--kinds single,none,two,unknown] [--effects A,B]   one case a line
+    score.py cases [--seeds N] [--series tolerance|beyond] [--kinds single,none,two,unknown,nearly] [--effects A,B]   one case a line
     score.py case NAME[+NAME] SIZE SEED SERIES        runs one case; one line of CSV
     score.py report FILE... [-o report.html]          the confusion matrix and the figures of such lines
 
@@ -11,8 +11,9 @@ recordings stay, to be scored again without the rig; SET, "KEY=VALUE ..." that h
 
 The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` also disturbs it in ways that the tolerance does not cover. The diagnosis uses the other engine, its own steps, and only the log."""
-import argparse, csv, functools, json, math, os, random, shutil, subprocess, sys, tempfile
+import argparse, csv, functools, json, math, os, random, re, shutil, subprocess, sys, tempfile
 
+sys.dont_write_bytecode = True  # leaves no files in the tree
 import score_report
 
 HEXID = os.environ.get("HEXID", "build/hexid")
@@ -51,6 +52,16 @@ def effects():
     return {e["name"]: e for e in json.loads(out)["effects"] if not e["name"].startswith("force_sensor")}
 
 
+def families_of_effects():
+    """Returns the family of each effect, which hexid effects does not print: from the effects' own files."""
+    sim = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "sim")
+    with open(sim + "/effect.c") as f: words = dict(re.findall(r'\[(EFFECT_\w+)\] = \{"(\w+)"', f.read()))
+    families = {}
+    for file in os.listdir(sim + "/effects"):
+        with open(sim + "/effects/" + file) as f: families[file.removesuffix(".c")] = words[re.search(r"\.family = (EFFECT_\w+)", f.read())[1]]
+    return families
+
+
 def base(r, series):
     def off(share): return 1.0 + r.uniform(-share, share)
     values = {name: value * off(MASS) for name, value in BASE.items()}
@@ -63,6 +74,61 @@ def base(r, series):
         for key in ("a_x_m", "a_y_m", "a_z_m", "b_x_m", "b_y_m", "b_z_m"):
             values["effects.geometry_error." + key] = [r.uniform(-5e-4, 5e-4) for _ in range(6)]
     return values
+
+
+# What the catalogue lacks: its family, if the catalogue has one for it, and the effects of the catalogue that a verdict may name. The laws
+# of the first five are nearly the catalogue's.
+FOREIGN = {"nearly_uneven_friction": ("cylinder_friction", {"cylinder_coulomb_friction"}),
+           "nearly_stribeck_exponent": ("cylinder_friction", {"cylinder_stribeck_friction"}),
+           "nearly_other_bristles": ("cylinder_friction", {"cylinder_dahl_friction"}),
+           "nearly_rounded_hysteresis": ("valve", {"valve_hysteresis"}),
+           "nearly_turbulent_leakage": ("oil", {"internal_leakage"}),
+           "unknown_base_spring": ("", set()), "unknown_pump_ripple": ("supply", set()), "unknown_valve_kink": ("valve", set()),
+           "unknown_loose_piston": ("", set()), "unknown_sensor_drift": ("sensors", set()), "unknown_sloshing": ("", set()),
+           "unknown_warming_friction": ("cylinder_friction", {"cylinder_coulomb_friction"})}
+OWN_UNKNOWN = ("unknown_base_spring", "unknown_pump_ripple")  # hexid's own plant has these
+LOAD_PA = 3.2e6  # difference of the pressures of a resting leg, at which a turbulent leakage is as large as the laminar one
+
+
+def foreign(name): return name in FOREIGN
+
+
+def nearly(name): return name.startswith("nearly_")
+
+
+def factor(r, most): return most ** r.uniform(-1, 1)
+
+
+def foreign_values(r, name, size):
+    """Draws an effect that the catalogue lacks, for the independent rig. A nearly known one has the size of its neighbour in the catalogue,
+    and as hide() has it, in a third of the cases it is in one leg only."""
+    one = r.randrange(6) if nearly(name) and r.random() < 1 / 3 else None
+    s = SIZES.get(size, 1.0) * r.uniform(.8, 1.25) if nearly(name) else 1.0
+    if name == "nearly_uneven_friction":
+        values = {"uneven_friction.force_n": 100 * s, "uneven_friction.share": .1, "uneven_friction.wavelength_m": r.uniform(.02, .06),
+                  "uneven_friction.phase_rad": r.uniform(0, 2 * math.pi)}
+    elif name == "nearly_stribeck_exponent":
+        values = {"cylinder_stribeck_friction.excess_n": 100 * s, "cylinder_stribeck_friction.velocity_mps": .02 * factor(r, 1.5),
+                  "cylinder_stribeck_friction.exponent": r.uniform(.5, 1.8)}
+    elif name == "nearly_other_bristles":  # stiffness is force over give
+        values = {"bristle_friction.force_n": 100 * s, "bristle_friction.give_m": 1e-4 * factor(r, 3),
+                  "bristle_friction.damping_n_s_per_m": 500 * factor(r, 3)}
+    elif name == "nearly_rounded_hysteresis": values = {"rounded_hysteresis.width": .01 * s}
+    elif name == "nearly_turbulent_leakage":  # as large as what internal_leakage.scale adds, of 1 + 2 s
+        values = {"turbulent_leakage.flow_m3_per_s": 2 * s * EACH["hydraulics.leakage_m3_per_s_pa"] * LOAD_PA / math.sqrt(LOAD_PA / 1e6)}
+    elif name == "unknown_base_spring": values = {"base_spring.frequency_hz": r.uniform(5, 8), "base_spring.mass_kg": r.uniform(800, 1500)}
+    elif name == "unknown_pump_ripple": values = {"pump_ripple.pressure_pa": r.uniform(2e5, 8e5),
+                                                  "pump_ripple.frequency_hz": 4 * r.randrange(8, 55) + r.uniform(1, 3)}
+    elif name == "unknown_valve_kink":
+        values = {"valve_kink.opening": r.uniform(.04, .12), "valve_kink.gain": r.choice([r.uniform(.5, .8), r.uniform(1.3, 2)])}
+    elif name == "unknown_loose_piston": values = {"loose_piston.clearance_m": r.uniform(3e-4, 1.5e-3), "loose_piston.mass_kg": r.uniform(2, 5)}
+    elif name == "unknown_sensor_drift": values = {"pressure_sensor_drift.p1_pa_per_s": [r.uniform(-5e3, 5e3) for _ in range(6)]}
+    elif name == "unknown_sloshing": values = {"sloshing.mass_kg": r.uniform(15, 50), "sloshing.frequency_hz": r.uniform(.6, 2)}
+    else: values = {"warming_friction.force_n": r.uniform(100, 400), "warming_friction.time_s": r.uniform(10, 40)}
+    if one is not None:
+        size_key = next(iter(values))
+        values[size_key] = [values[size_key] if k == one else 0 for k in range(6)]
+    return values, "all" if one is None else "leg %d" % (one + 1)
 
 
 def unlisted(r, name):
@@ -159,10 +225,35 @@ def parameters(table, settings, truth, result):
     return {"error": worst, "right": int(right), "covered": covered, "values": count, "sigmas": sigmas}
 
 
-def judge(names, result, z, weak):
+def family_said(name, result, families):
+    """Compares what a verdict says with the family of a foreign effect: "right", "half" (a set with members of other families), "wrong", or
+    "" where it names nothing."""
+    if result["verdict"] not in ("effect_named", "partly_named", "ambiguous"): return ""
+    own = FOREIGN[name][0]
+    said = {families.get(e, "") for e in [e["name"] for e in result["effects"]] + result["ambiguous_with"]}
+    if said == {own}: return "right"
+    return "half" if own in said and result["verdict"] == "ambiguous" else "wrong"
+
+
+def stated_truly(names, result, families):
+    """Returns whether what the verdict says is true at the level that it states: each effect is a hidden one, or a catalogue's neighbour of it;
+    of an ambiguous set one of those in doubt is; a family is that of a hidden effect. None: it says nothing, or nothing is known of it."""
+    if result["verdict"] not in ("effect_named", "partly_named", "ambiguous"): return None
+    true = set().union(*(FOREIGN[n][1] if foreign(n) else {n} for n in names)) - {"none"}
+    own = {FOREIGN[n][0] if foreign(n) else families.get(n) for n in names}
+    named = [e["name"] for e in result["effects"]]
+    levels = [s["level"] for s in result["statements"][:len(named)]]  # the sure statements come first, one an effect; none: all are effects
+    doubt = {result["in_doubt"], *result["ambiguous_with"]} if result["ambiguous_with"] else set()
+    if doubt and not doubt & true: return False
+    by_family = [k < len(levels) and levels[k] == "family" for k in range(len(named))]
+    return all(e in doubt or (families[e] in own if family else e in true) for e, family in zip(named, by_family))
+
+
+def judge(names, result, z, weak, families):
     """Returns the score, 1, 0.5 or 0; and whether it is 1 because the effect is too weak to be distinguished from the others of the set."""
     verdict, named, rivals = result["verdict"], [e["name"] for e in result["effects"]], result["ambiguous_with"]
     if names == ["none"]: return (1.0 if verdict == "no_gap" else 0.0), False
+    if nearly(names[0]): return {"right": 1.0, "half": 0.5}.get(family_said(names[0], result, families), 0.0), False
     if names[0].startswith("unknown_"): return (1.0 if verdict == "unknown_effect" else 0.0), False
     if len(names) == 2:
         alike = not rivals or any(set(rivals) | {result["in_doubt"]} <= a for a in ALIKE)
@@ -220,9 +311,7 @@ def other_rig(r, series, seed, work, log, hidden, table):
     """Records an independent rig (RIG), through its CSV; returns the same as own_rig()."""
     options = []
     for name in hidden:
-        if name == "unknown_base_spring": values = {"base_spring.frequency_hz": r.uniform(5, 8), "base_spring.mass_kg": r.uniform(800, 1500)}
-        elif name == "unknown_pump_ripple": values = {"pump_ripple.pressure_pa": r.uniform(2e5, 8e5),
-                                                      "pump_ripple.frequency_hz": 4 * r.randrange(8, 55) + r.uniform(1, 3)}
+        if foreign(name): values = hidden[name]
         else: values = {key.removeprefix("effects."): off_legs(table, key, value) for key, value in hidden[name].items()}
         for key, value in values.items(): options += ["--effect", "%s=%s" % (key, ",".join("%.9g" % x for x in six(value)))]
     command = [RIG, "-c", CONFIG, "-o", work + "/measured", "--" + series, str(seed), "--noise", str(seed), "--motion", MOTION] + options
@@ -256,7 +345,11 @@ def recorded(case, size, series, seed, work, log, table):
         if effect in table:
             hidden[effect], shape = hide(r, table[effect], size)
             shapes.append(shape)
-        elif effect.startswith("unknown_"): hidden[effect] = {}
+        elif foreign(effect) and RIG:
+            hidden[effect], shape = foreign_values(r, effect, size)
+            if nearly(effect): shapes.append(shape)
+        elif effect in OWN_UNKNOWN: hidden[effect] = {}
+        elif effect != "none": raise SystemExit("score.py: no such effect, or not on this rig: " + effect)
     settings, remark = (other_rig if RIG else own_rig)(r, series, seed, work, log, hidden, table)
     if kept and not remark:
         os.makedirs(kept, exist_ok=True)
@@ -279,17 +372,23 @@ def run_case(case, size, seed, series):
         work = os.environ.get("KEEP", work)
         log, out = work + "/rig.lcm", work + "/out"
         settings, hidden, shapes, remark = recorded(case, size, series, seed, work, log, table)
-        truth = {key: value for values in hidden.values() for key, value in values.items()}
+        truth = {key: value for name, values in hidden.items() if name in table for key, value in values.items()}
         row["shape"] = " ".join(shapes)
         if remark: return row | {"remark": remark}
         result, refused = diagnose(log, out)
         if refused: return row | {"score": 0.0, "remark": "refused: " + refused}
         z = seen(names[0], result)
-        score, weak = judge(names, result, z, size == "detectable" and shapes == ["all"] and MOTION == "sines")
+        families = families_of_effects()
+        score, weak = judge(names, result, z, size == "detectable" and shapes == ["all"] and MOTION == "sines", families)
+        true = stated_truly(names, result, families)
+        if foreign(names[0]):
+            row["family"] = family_said(names[0], result, families)
+            z = max((seen(n, result) for n in FOREIGN[names[0]][1]), default=0.0)
         if len(names) == 2 and score == 0:  # the effect that is less visible
             z = min(seen_beside(a, b, hidden, log, work + "/beside") for a, b in (names, names[::-1]))
     g = {k: (result["gap"][k]["overall"] or math.nan) for k in ("held_out_before", "held_out_after", "noise_floor")}
     where = result["where"][0] if result["where"] else {}
+    row |= {"certainty": "" if result["certainty"] is None else result["certainty"], "stated": "" if true is None else int(true)}
     return row | {"weak": int(weak), "verdict": result["verdict"], "named": " ".join(e["name"] for e in result["effects"]),
                   "ambiguous_with": " ".join(result["ambiguous_with"]), "score": score, "z": "%.1f" % z if z or (len(names) == 2 and score == 0) else "",
                   **(parameters(table, settings, truth, result) if truth else {}), "before": g["held_out_before"],
@@ -313,13 +412,17 @@ def cases(a):
             names = [n for n in names if strength.get(n, math.inf) < 1]  # the effects that the residuals show
             for seed in range(a.first, a.first + 8 * a.seeds): print("+".join(r.sample(names, 2)), "typical", seed, a.series)
         if kind == "unknown":
-            for seed in range(a.first, a.first + 2 * a.seeds): print("unknown_base_spring typical", seed, a.series)
-            for seed in range(a.first, a.first + 2 * a.seeds): print("unknown_pump_ripple typical", seed, a.series)
+            for seed in range(a.first, a.first + 2 * a.seeds):
+                for name in [n for n in FOREIGN if not nearly(n)] if RIG else OWN_UNKNOWN: print(name, "typical", seed, a.series)
+        if kind == "nearly":
+            for seed in range(a.first, a.first + 12 * a.seeds):
+                for size in SIZES:
+                    for name in filter(nearly, FOREIGN): print(name, size, seed, a.series)
 
 
 def write_rows(rows, out):
     w = csv.DictWriter(out, FIELDS, lineterminator="\n")
-    for row in rows: w.writerow({k: "%.4g" % v if isinstance(v, float) else v for k, v in row.items()})
+    for row in rows: w.writerow({k: ("%.6f" if k == "certainty" else "%.4g") % v if isinstance(v, float) else v for k, v in row.items()})
 
 
 def main():

@@ -1,15 +1,16 @@
 """The scorecard of score.py's lines as text and as a self-contained page."""
-import csv, html
+import csv, html, math
 
 FIELDS = ["truth", "size", "seed", "series", "shape", "verdict", "named", "ambiguous_with", "score", "z", "error", "right", "covered",
-          "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark", "white", "weak"]
+          "values", "sigmas", "where", "before", "after", "floor", "ratio", "seconds", "remark", "white", "weak",
+          "certainty", "stated", "family"]
 SIZES = ("detectable", "typical", "strong")
 DETECTABLE_Z = 6  # threshold for z of the likelihood ratio after the fit of the base
 
 
 def read(files):
-    """Returns the rows of the files; a line that begins with # names their build."""
-    return [row for f in files for row in csv.DictReader((line for line in open(f) if line[0] != "#"), FIELDS) if row["truth"] != "truth"]
+    """Returns the rows of the files; a line that begins with # names their build, and rows of older ones have fewer fields."""
+    return [row for f in files for row in csv.DictReader((line for line in open(f) if line[0] != "#"), FIELDS, restval="") if row["truth"] != "truth"]
 
 
 def builds(files): return sorted({line[1:].strip() for f in files for line in open(f) if line[0] == "#"})
@@ -30,7 +31,10 @@ def at(values, share): return values[int(share * len(values))]
 def unknown(r): return r["truth"].startswith("unknown_")
 
 
-def single(r): return r["truth"] != "none" and "+" not in r["truth"] and not unknown(r)
+def nearly(r): return r["truth"].startswith("nearly_")
+
+
+def single(r): return r["truth"] != "none" and "+" not in r["truth"] and not unknown(r) and not nearly(r)
 
 
 def detectable(r): return single(r) and r["z"] and float(r["z"]) >= DETECTABLE_Z
@@ -40,7 +44,11 @@ def detectable(r): return single(r) and r["z"] and float(r["z"]) >= DETECTABLE_Z
 def both_show(r): return float(r["score"]) > 0 or not r["z"] or float(r["z"]) >= DETECTABLE_Z
 
 
-def wrong_name(r): return r["verdict"] == "effect_named" and float(r["score"]) == 0 and not unknown(r)
+def wrong_name(r):
+    """Returns whether the verdict names another effect than the hidden one; of what the catalogue lacks, anything of another family."""
+    if nearly(r): return r["family"] == "wrong"
+    if unknown(r): return r["verdict"] in ("effect_named", "partly_named") and r["family"] != "right"
+    return r["verdict"] == "effect_named" and float(r["score"]) == 0
 
 
 def said(r): return " ".join((r["verdict"] + " " + r["named"] + (" | " + r["ambiguous_with"] if r["ambiguous_with"] else "") + r["remark"]).split())
@@ -66,7 +74,7 @@ def figures(ran):
             share(none), sum(r["verdict"] == "unknown_effect" for r in none), sum(r["verdict"] in ("effect_named", "ambiguous") for r in none))
         two = [r for r in of if "+" in r["truth"]]
         yield "    two effects, both named", "%s; of these both show in %s" % (share(two), share([r for r in two if both_show(r)]))
-        yield "    not in the catalogue: unknown_effect", share([r for r in of if unknown(r)])
+        yield from foreign_figures(of)
     right = [r for r in ran if r["right"] and float(r["score"]) == 1 and r["verdict"] == "effect_named" and single(r)]
     if right:
         ratio = sorted(float(r["ratio"]) for r in right)
@@ -80,6 +88,81 @@ def figures(ran):
     if values: yield "truth within two stated deviations", "%.1f %% of %d values" % (100 * sum(int(r["covered"]) for r in right) / values, values)
     seconds = sorted(float(r["seconds"]) for r in ran if r["seconds"])
     if seconds: yield "time of the workflow", "median %.1f s, most %.1f s" % (at(seconds, .5), seconds[-1])
+
+
+def foreign_figures(rows):
+    """Yields the figures of laws that are nearly the catalogue's, and of effects that it lacks altogether, by kind."""
+    near, far = list(filter(nearly, rows)), list(filter(unknown, rows))
+    silent = lambda rs: sum(r["verdict"] in ("no_gap", "unknown_effect") for r in rs)
+    wrong = lambda rs: sum(map(wrong_name, rs))
+    for head, name in [("    laws that are nearly right: right family", None)] + [("        " + n, n) for n in sorted({r["truth"] for r in near})]:
+        rs = [r for r in near if name in (None, r["truth"])]
+        if rs: yield head, "%s; wrong names %d, no name %d" % (share(rs), wrong(rs), silent(rs))
+    for head, name in [("    not in the catalogue: unknown_effect", None)] + [("        " + n, n) for n in sorted({r["truth"] for r in far})]:
+        rs = [r for r in far if name in (None, r["truth"])]
+        yield head, share(rs) + ("; wrong names %d, right family %d, no gap %d" % (
+            wrong(rs), sum(r["family"] == "right" for r in rs), sum(r["verdict"] == "no_gap" for r in rs)) if rs else "")
+
+
+BINS = (0, .5, .8, .95, .99, 1)
+
+
+def binomial_interval(k, n, sure=.95):
+    """Returns the exact (Clopper-Pearson) interval of a share, k of n."""
+    def at_most(k, p):
+        ways = lambda i: math.lgamma(n + 1) - math.lgamma(i + 1) - math.lgamma(n - i + 1)
+        return sum(math.exp(ways(i) + i * math.log(p) + (n - i) * math.log1p(-p)) for i in range(k + 1))
+    def root(falls):
+        low, high = 0.0, 1.0
+        for _ in range(50):
+            middle = (low + high) / 2
+            low, high = (middle, high) if falls(middle) else (low, middle)
+        return low
+    tail = (1 - sure) / 2
+    return (root(lambda p: 1 - at_most(k - 1, p) < tail) if k else 0.0), (root(lambda p: at_most(k, p) > tail) if k < n else 1.0)
+
+
+def calibration(ran):
+    """Returns for each bin of stated certainty its ends, the number of verdicts, their mean certainty, and the share that is true at the level
+    stated with its 95 % interval; bins without a verdict are left out."""
+    said = [(float(r["certainty"]), r["stated"] == "1") for r in ran if r["certainty"] and r["stated"]]
+    rows = []
+    for low, high in zip(BINS, BINS[1:]):
+        of = [x for x in said if low <= x[0] < high or (x[0] == high == 1)]
+        true = sum(t for _, t in of)
+        if of: rows.append((low, high, len(of), sum(c for c, _ in of) / len(of), true / len(of), *binomial_interval(true, len(of))))
+    return rows
+
+
+def calibration_lines(ran):
+    """Yields the cells of the table of calibration: of all verdicts that state a certainty, then by what was hidden."""
+    groups = [("all", lambda r: True), ("one or two effects, or none", lambda r: not nearly(r) and not unknown(r)),
+              ("laws that are nearly right", nearly), ("not in the catalogue", unknown)]
+    for name, of in groups:
+        for low, high, count, mean, right, least, most in calibration(list(filter(of, ran))):
+            yield name, "%g to %g" % (low, high), "%d" % count, "%.3f" % mean, "%.1f %%" % (100 * right), "%.1f to %.1f %%" % (100 * least, 100 * most)
+
+
+CALIBRATION_HEAD = ("hidden", "certainty", "verdicts", "mean", "true", "95 % interval")
+
+
+def reliability_diagram(ran):
+    """Draws the share of true verdicts over their stated certainty, as SVG: on the diagonal certainties are what they say."""
+    size, edge = 260, 40
+    x, y = lambda p: edge + size * p, lambda p: 10 + size * (1 - p)
+    line = lambda x0, y0, x1, y1, more="": "<line x1='%.1f' y1='%.1f' x2='%.1f' y2='%.1f' stroke='currentColor' %s/>" % (x0, y0, x1, y1, more)
+    text = lambda at, to, words, more="": "<text x='%.1f' y='%.1f' %s>%s</text>" % (at, to, more, words)
+    parts = ["<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 %d %d' width='%d' height='%d' font-size='11' fill='currentColor' "
+             "font-family='system-ui, sans-serif'>" % (size + edge + 20, size + edge + 10, size + edge + 20, size + edge + 10),
+             line(x(0), y(0), x(1), y(1), "stroke-dasharray='3 3' opacity='.5'"), line(x(0), y(0), x(1), y(0)), line(x(0), y(0), x(0), y(1))]
+    for tick in (0, .5, 1):
+        parts += [text(x(tick), y(0) + 14, "%g" % tick, "text-anchor='middle'"), text(x(0) - 6, y(tick) + 4, "%g" % tick, "text-anchor='end'")]
+    parts += [text(x(.5), y(0) + 28, "stated certainty", "text-anchor='middle'"),
+              text(0, 0, "share that is true", "text-anchor='middle' transform='translate(12 %.1f) rotate(-90)'" % y(.5))]
+    for low, high, count, mean, right, least, most in calibration(ran):
+        parts += [line(x(mean), y(least), x(mean), y(most), "stroke-width='1.5'"),
+                  "<circle cx='%.1f' cy='%.1f' r='3.5'><title>%d verdicts from %g to %g</title></circle>" % (x(mean), y(right), count, low, high)]
+    return "".join(parts) + "</svg>"
 
 
 def of_effect(ran, name):
@@ -101,6 +184,8 @@ def report(files, page=None):
         wrong = [r for r in ran if r["truth"] == name and float(r["score"]) < 1]
         print("%-28s %-40s %s" % (name, of_effect(ran, name)[0], "; ".join(map(otherwise, wrong))))
     for name, figure in figures(ran): print("%-56s %s" % (name, figure))
+    lines = list(calibration_lines(ran))
+    for cells in [CALIBRATION_HEAD] + lines if lines else []: print("%-28s %-12s %8s %8s %8s   %s" % cells)
     for r in not_run: print("not a case: %s %s %s %s: %s" % (r["truth"], r["size"], r["seed"], r["shape"], r["remark"]))
     if page:
         with open(page, "w") as out: out.write(as_page(ran, not_run, of))
@@ -169,6 +254,9 @@ def as_page(ran, not_run, of):
              "<p>Green: right. Yellow: partly right. Red: wrong. Grey: too weak to be detected.</p>", matrix(ran),
              "<h2>Each effect</h2>",
              table(("effect", "right of cases, by size", "named reliably from", "median parameter error, typical", "within two deviations"), by_effect),
+             "<h2>Certainty</h2>",
+             "<p>Of the verdicts that state a certainty, by bins of it: how many are true at the level stated, an effect or a family.</p>",
+             reliability_diagram(ran), table(CALIBRATION_HEAD, list(calibration_lines(ran))),
              "<h2>Misses: what is detectable, two effects, none, unknown</h2>",
              table(("hidden", "size, legs, seed", "said", "z", "worst place"),
                    [(r["truth"], otherwise(r).split(":")[0], said(r), r["z"], r["where"]) for r in misses]) if misses else "<p>none</p>"]
