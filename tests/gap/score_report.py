@@ -100,8 +100,9 @@ def foreign_figures(rows):
         if rs: yield head, "%s; wrong names %d, no name %d" % (share(rs), wrong(rs), silent(rs))
     for head, name in [("    not in the catalogue: unknown_effect", None)] + [("        " + n, n) for n in sorted({r["truth"] for r in far})]:
         rs = [r for r in far if name in (None, r["truth"])]
-        yield head, share(rs) + ("; wrong names %d, right family %d, no gap %d" % (
-            wrong(rs), sum(r["family"] == "right" for r in rs), sum(r["verdict"] == "no_gap" for r in rs)) if rs else "")
+        yield head, share(rs) + ("; wrong names %d, wrong sets %d, right family %d, no gap %d" % (
+            wrong(rs), sum(r["verdict"] == "ambiguous" and r["family"] == "wrong" for r in rs), sum(r["family"] == "right" for r in rs),
+            sum(r["verdict"] == "no_gap" for r in rs)) if rs else "")
 
 
 BINS = (0, .5, .8, .95, .99, 1)
