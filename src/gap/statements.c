@@ -12,12 +12,16 @@
 
 static const double NEGLIGIBLE = 0.01;  /* an effect that is less probable than this is not listed
                                          * beside sure ones */
-static const double EMPIRICAL = 0.05;   /* least law_error of an effect that may leave a remainder
-                                         * on six legs. A smaller law_error means an exact law,
-                                         * which a remainder refutes: a base on springs looks like
-                                         * springs on the platform, but leaves a remainder */
+static const double EMPIRICAL = 0.05;   /* least law_error of an empirical law. On six legs a
+                                         * smaller one means an exact law, which a large remainder
+                                         * refutes: a base on springs looks like springs on the
+                                         * platform, but leaves a third of the gap */
 static const double EXPLAINED = 0.5;    /* least share of the held-out gap that the effects of a
                                          * verdict explain together */
+static const double LAW_MOST = 0.2;     /* largest error of a law that the covariance allows
+                                         * (sets.c). Its square is the share of the gap that an
+                                         * exact law may leave on six legs, and that an effect
+                                         * beside others must explain there */
 
 static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before a set is the
                                          * reference model */
@@ -212,9 +216,8 @@ static bool fit_sure(struct comparison *s, const struct gap_result *r, int sure,
     return sets_fit(s, one);
 }
 
-/* True if the laws of the set's effects are inexact enough to leave a remainder; always true for a
- * machine of one leg. */
-static bool may_leave(const struct comparison *s, const struct set *one) {
+/* True if all effects of a set have empirical laws; always true for a machine of one leg. */
+static bool empirical(const struct comparison *s, const struct set *one) {
     bool all = true;
     for (int i = 0; i < one->effects; i++) all = all && effect_table[one->hypothesis[i].effect]->law_error >= EMPIRICAL;
     return all || params_legs(s->d->given) == 1;
@@ -239,14 +242,49 @@ static int sensors_last(struct gap_result *r, int sure) {
     return kept;
 }
 
-/* Fits the sure statements. With one leg, errors of sensors and clocks are left out if a remainder
- * is left, unless there is no other statement, or an effect is in doubt. Their laws are exact, so
- * beside a remainder they stand for something else, such as a damper's elastic mount. Returns the
- * number of statements that were fitted; 0 if the fit failed. */
+static void put_last(struct gap_result *r, int place, int sure) {
+    struct gap_statement one = r->statement[place];
+    memmove(r->statement + place, r->statement + place + 1, (size_t)(sure - 1 - place) * sizeof one);
+    r->statement[sure - 1] = one;
+}
+
+/* Moves the sure statements behind the others that explain no more of the gap beside them than an
+ * error of a law. Beside a remainder that is not random their evidence is too great. Returns the
+ * number of the others; `one` is fitted with them, or with all if it cannot be. */
+static int slight_last(struct comparison *s, const struct params *base, struct gap_result *r, int sure, struct set *one) {
+    struct set *rest = memory_get(1, sizeof *rest);
+    int kept = sure;
+    for (int i = sure - 1; i >= 0 && kept > 1; i--) {
+        double whole = share_of(s, base, &one->model);
+        struct gap_statement place = r->statement[i];
+        put_last(r, i, kept);
+        if (fit_sure(s, r, kept - 1, rest) && whole - share_of(s, base, &rest->model) < square(LAW_MOST)) {
+            linearised_free(&one->linear);
+            *one = *rest, kept--;
+            continue;
+        }
+        linearised_free(&rest->linear);
+        memmove(r->statement + i + 1, r->statement + i, (size_t)(kept - 1 - i) * sizeof place);
+        r->statement[i] = place;
+    }
+    free(rest);
+    return kept;
+}
+
+/* Fits the sure statements. If a remainder is left and no effect is in doubt, those that are beside
+ * the point are left out: on six legs the slight ones, with one leg errors of sensors and clocks,
+ * unless there is no other statement. Their laws are exact, so beside a remainder they stand for
+ * something else, such as a damper's elastic mount. Returns the number of statements that were
+ * fitted; 0 if the fit failed. */
 static int fit_all(struct comparison *s, struct gap_result *r, int sure, struct set *one) {
     if (!fit_sure(s, r, sure, one)) return 0;
-    bool remainder = params_legs(s->d->given) == 1 && leaves(s, &s->d->model);
-    int others = remainder && !r->ambiguous ? sensors_last(r, sure) : sure;
+    if (r->ambiguous || !leaves(s, &one->model)) return sure;
+    if (params_legs(s->d->given) > 1) {
+        int left = slight_last(s, &r->base_model, r, sure, one);
+        linearised_free(&one->linear);
+        return fit_sure(s, r, left, one) ? left : 0;
+    }
+    int others = sensors_last(r, sure);
     if (!others || others == sure) return sure;
     linearised_free(&one->linear);
     return fit_sure(s, r, others, one) ? others : 0;
@@ -308,7 +346,8 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     r->ambiguous = 0, r->in_doubt = 0;
     sure = find_rivals(s, r, sure);
     sure = sure ? fit_all(s, r, sure, one) : 0;
-    bool settled = sure && may_leave(s, one) && share_of(s, &r->base_model, &s->d->model) > EXPLAINED;
+    double explained = sure ? share_of(s, &r->base_model, &s->d->model) : 0.0;
+    bool settled = explained > (empirical(s, one) ? EXPLAINED : 1.0 - square(LAW_MOST));
     r->effects = 0;
     for (int i = 0; i < sure && settled; i++) {
         struct gap_effect *e = &r->effect[r->effects++];
