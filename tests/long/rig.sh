@@ -19,6 +19,7 @@ claim "and heavier actuators, which weigh more, are no payload" right actuator_i
 SET="${exact[*]}" claim "one leg's other masses are named beside another leg's valve null, where gauges are exact" \
     right actuator_inertia+valve_null_bias typical 1511 tolerance
 claim "friction that varies by a tenth along the stroke is friction" right nearly_uneven_friction typical 9001 tolerance
+claim "leakage that is turbulent is leakage" right nearly_turbulent_leakage typical 9001 tolerance
 # valued: true if the effect is also named with its value, within 5 % or two stated deviations.
 valued() { right "$@" && [ "$(cut -d, -f12 "$work/row")" = 1 ]; }
 claim "friction in the joints of one leg has its leg and value, the joints' axes being stated" \
