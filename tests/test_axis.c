@@ -461,6 +461,39 @@ static void add_effect(const struct diagnosis *d, const char *name, struct set *
     }
 }
 
+static double rms(const struct diagnosis *d, const double *white) { return sqrt(fit_square(d->fit.values, white) / d->fit.evaluated); }
+
+/* Where the friction of a leg does not follow the balance of forces, its seals are still deflected
+ * as the balance says: a piece of any motion begins with seals that are deflected already. */
+static void seals_of_a_leg_that_may_be_held_are_deflected_as_before(void **unused) {
+    (void)unused;
+    slow_case();
+    struct rig rig = {RIG, .electric = true, .motion = CHIRP, .coulomb_extend_n = 5.0, .coulomb_retract_n = 5.0};
+    rig.seal_n = 150.0, rig.seal_m = 4e-3;
+    struct recording r;
+    struct error error;
+    static struct diagnosis d;
+    static struct set found;
+    params.loop.period_s = 1.0 / rig.rate_hz;
+    run_rig(&rig, 23, csv_path);
+    load(&r);
+    assert_int_equal(recording_check(&r, &error), 0);
+    assert_int_equal(diagnosis_init(&d, &params, &r, 2, &error), 0);
+    found = (struct set){.model = d.model};
+    add_effect(&d, "cylinder_coulomb_friction", &found);
+    add_effect(&d, "cylinder_dahl_friction", &found);
+    assert_true(diagnosis_assume(&d, found.effects, found.hypothesis, &found.model));
+    double *white = calloc((size_t)d.fit.values, sizeof *white), *column = calloc((size_t)d.fit.values * (size_t)d.variables, sizeof *column);
+    assert_true(white && column && fit_residual(&d.fit, &d.model, white));
+    double before = rms(&d, white);
+    held_residuals(&d, white, column);
+    assert_below(rms(&d, white), 1.5 * before);
+    free(white);
+    free(column);
+    diagnosis_free(&d);
+    recording_free(&r);
+}
+
 /* Friction that falls with the speed, and a load that bends, are in the result of a search, where
  * the machine has their limiting cases: dry friction and a spring. */
 static void laws_give_way_to_their_limiting_cases(void **unused) {
@@ -672,6 +705,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test(a_spring_of_either_sign_is_found_beside_friction),
         cmocka_unit_test(a_weight_on_a_lever_is_found_beside_friction),
         cmocka_unit_test(friction_in_one_direction_and_a_constant_force_are_not_told_apart),
+        cmocka_unit_test(seals_of_a_leg_that_may_be_held_are_deflected_as_before),
         cmocka_unit_test(laws_give_way_to_their_limiting_cases),
         cmocka_unit_test(a_small_machine_lacks_a_mass_and_not_a_sensor),
     };

@@ -59,6 +59,17 @@ static void what_is_sure_is_held(void **unused) {
     assert_close(friction_of(&d, -0.4 * DRY_N), -0.4 * DRY_N, 0.01 * DRY_N);
 }
 
+static void a_leg_that_slides_heeds_no_balance(void **unused) {
+    (void)unused;
+    struct params params;
+    struct inverse_dynamics d;
+    make_axis(&params, &d, DRY_N, 0.0);
+    d.slides = true;
+    assert_close(friction_of(&d, 0.4 * DRY_N), 0.0, 1e-9);
+    double viscous = params.hydraulics.viscous_n_s_per_m[0] * 1e-3;
+    assert_close(moving(&d, 1e-3, -2.0 * DRY_N), viscous + DRY_N, 1e-9);
+}
+
 /* The estimate is sliding friction plus the share F^2 / 3 / (F^2 / 3 + noise^2) of the balance
  * beyond it, within the friction's limit in that direction. */
 static void a_balance_is_believed_as_far_as_it_is_sure(void **unused) {
@@ -237,6 +248,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(noise_is_no_friction),
         cmocka_unit_test(what_is_sure_is_held),
+        cmocka_unit_test(a_leg_that_slides_heeds_no_balance),
         cmocka_unit_test(seals_are_deflected_as_by_small_steps),
         cmocka_unit_test(noise_deflects_no_seals),
         cmocka_unit_test(deflected_seals_push_back),

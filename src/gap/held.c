@@ -51,11 +51,10 @@ void held_residuals(const struct diagnosis *d, double *white, double *column) {
     struct residual_data data = *d->fit.residual;
     struct fit_data sliding = d->fit;
     double *raw = memory_get((size_t)d->fit.values, sizeof *raw);
-    sliding.residual = &data; /* in it the balance of forces is so uncertain that it says nothing */
+    sliding.residual = &data;
     data.test = memory_get((size_t)data.tests, sizeof *data.test);
     memcpy(data.test, d->fit.residual->test, (size_t)data.tests * sizeof *data.test);
-    for (int i = 0; i < data.tests; i++)
-        for (int leg = 0; leg < LEGS; leg++) data.test[i].force_std_n[leg] = HUGE_VAL;
+    for (int i = 0; i < data.tests; i++) data.test[i].slides = true;
     fit_residual(&sliding, &d->model, white);
     fit_raw(&sliding, &d->model, raw);
     fit_columns(&sliding, &d->model, raw, d->variables, d->variable, NULL, column);

@@ -151,7 +151,7 @@ double inverse_dynamics_friction(const struct inverse_dynamics *d, int leg, cons
     double other = (motion[1] > 0.0 ? extend.viscous : -retract.viscous) + extend.elastic;
     double sliding = 0.5 * (1.0 + sign) * extend.dry - 0.5 * (1.0 - sign) * retract.dry;
     double held = held_friction(balance_n - other, d->force_std_n[leg], extend.dry, retract.dry, sliding);
-    double share = sliding_share(d, leg, in);
+    double share = d->slides ? 1.0 : sliding_share(d, leg, in);
     return other + share * sliding + (1.0 - share) * held;
 }
 

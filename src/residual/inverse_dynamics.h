@@ -30,6 +30,8 @@ struct inverse_dynamics {
                                  * leg may be held there. If it is 0, instants near a reversal are
                                  * treated like all others. */
     bool joints; /* the model has joint friction */
+    bool slides; /* a leg that may be held has the friction of a sliding leg, whatever the balance
+                  * of forces says */
 };
 
 /* Prepares d with standard deviations of 0; params must outlive it. */

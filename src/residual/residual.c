@@ -381,6 +381,7 @@ static bool required(const struct residual_test *t, const struct params *model, 
     prepare_inverse(t, model, &inverse);
     if (!find_play(t, &inverse, p, rows) || !tabulate_cycle(t, t->harmonics, &inverse, rows, p, table)) return false;
     memset(force_n, 0, LEGS * sizeof force_n[0]);
+    inverse.slides = t->slides; /* backlash and seals are where the balance of forces puts them */
     for (int i = 0; i < t->phases; i++) {
         if (!inverse_dynamics_step(&inverse, &table[i], force)) return false;
         for (int k = 0; k < t->legs; k++) project_phase(t, i, force[k], force_n[k]);

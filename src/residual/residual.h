@@ -66,6 +66,8 @@ struct residual_test {
     double row[CHANNELS][LEGS][RESIDUAL_SIZE], std[CHANNELS][LEGS][RESIDUAL_SIZE];
     double speed_std_mps[LEGS];  /* standard deviation of each leg's speed */
     double force_std_n[LEGS];    /* standard deviation of each leg's force residual at an instant */
+    bool slides;                 /* legs that may be held have the friction of sliding ones (struct
+                                  * inverse_dynamics) */
     struct play_noise play_noise;
     double (*coupling)[SPECTRUM_SIZE]; /* [size]: matrix from Fourier coefficients to a coefficient
                                         * row */
