@@ -483,7 +483,8 @@ static void seals_of_a_leg_that_may_be_held_are_deflected_as_before(void **unuse
     add_effect(&d, "cylinder_coulomb_friction", &found);
     add_effect(&d, "cylinder_dahl_friction", &found);
     assert_true(diagnosis_assume(&d, found.effects, found.hypothesis, &found.model));
-    double *white = calloc((size_t)d.fit.values, sizeof *white), *column = calloc((size_t)d.fit.values * (size_t)d.variables, sizeof *column);
+    double *white = calloc((size_t)d.fit.values, sizeof *white),
+           *column = calloc((size_t)d.fit.values * (size_t)d.variables, sizeof *column);
     assert_true(white && column && fit_residual(&d.fit, &d.model, white));
     double before = rms(&d, white);
     held_residuals(&d, white, column);

@@ -191,6 +191,33 @@ static void a_segment_knows_its_acceleration(void **unused) {
     recording_free(&r);
 }
 
+/* A lagging force sensor shows less of what a held leg does, as it shows less of any force. */
+static void friction_of_a_held_leg_is_seen_through_the_sensor(void **unused) {
+    (void)unused;
+    static double sure[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE], lags[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
+    struct recording r;
+    struct residual_data d;
+    struct error error;
+    struct params dry = params;
+    struct effect_values *coulomb = &dry.effects[effect_find("cylinder_coulomb_friction")];
+    coulomb->on = true;
+    coulomb->value[0][0] = coulomb->value[1][0] = 100.0;
+    record(&r, sweep, 20.0, 1.0);
+    if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
+    if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
+    const struct residual_test *t = &d.test[0];
+    residual_held(t, &dry, sure);
+    dry.axis.force_lag_s = 0.02;
+    residual_held(t, &dry, lags);
+    assert_true(t->rate[t->size - 1] * dry.axis.force_lag_s > 0.5);
+    for (int a = 0; a < t->size; a++) {
+        assert_true(sure[0][a][a] > 0.0);
+        assert_close(lags[0][a][a] / sure[0][a][a] * (1.0 + pow(t->rate[a] * dry.axis.force_lag_s, 2.0)), 1.0, 1e-9);
+    }
+    residual_free(&d);
+    recording_free(&r);
+}
+
 /* Differences from the recorded path away from its ends, of the series alone and with the fast
  * motion added. Lengths have the maximum; rates have the rms, because a corner has no rate. */
 struct differences {
@@ -286,6 +313,7 @@ int main(void) {
         cmocka_unit_test(what_is_too_short_or_still_is_refused),
         cmocka_unit_test(a_slow_rate_limits_the_band),
         cmocka_unit_test(a_segment_knows_its_acceleration),
+        cmocka_unit_test(friction_of_a_held_leg_is_seen_through_the_sensor),
         cmocka_unit_test(what_the_series_lacks_is_in_the_fast_motion),
         cmocka_unit_test(a_gap_is_bridged_where_the_motion_goes_on),
     };

@@ -18,9 +18,13 @@ static void read_back(const struct sensor_path *path, const struct residual_test
     for (int a = 0; a < t->size; a++) row[a] *= path->scale / hypot(1.0, t->rate[a] * path->lag_s);
 }
 
-/* Converts a force difference A1 P1 - A2 P2 to one of readings, scaled by the noise of both
- * pressures; the lag is P1's. */
+/* Converts a difference of forces to one of readings. For A1 P1 - A2 P2 it is scaled by the noise
+ * of both pressures, and the lag is P1's. */
 static void read_force_back(const struct cylinder_model *m, const struct residual_test *t, int leg, double *row) {
+    if (!t->pressures) {
+        read_back(&m->machine.sensors.force[leg], t, row);
+        return;
+    }
     struct sensor_path both = m->machine.sensors.p1[leg];
     double a1 = m->leg[leg].a1_m2, a2 = m->leg[leg].a2_m2;
     both.scale = hypot(a1, a2) / hypot(a1 / m->machine.sensors.p1[leg].scale, a2 / m->machine.sensors.p2[leg].scale);
@@ -407,8 +411,9 @@ static void add_shared(const struct residual_test *t, int begin, int end, const 
         for (int b = 0; b < t->size; b++) covariance[a][b] += share * sum[a] * sum[b];
 }
 
-/* Covariance of a force that has these standard deviations at the instants. Half of its variance is
- * constant while the leg is held, the other half changes as fast as the row resolves. */
+/* Adds the covariance of a force that has these standard deviations at the instants. Half of its
+ * variance is constant while the leg is held, the other half changes as fast as the row
+ * resolves. */
 static void add_held(const struct residual_test *t, const double std_n[PHASES], double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     for (int i = 0, end; i < t->phases; i = end + 1) {
         for (end = i; end < t->phases && std_n[end] > 0.0; end++) add_shared(t, end, end + 1, std_n, 0.5 * t->phases / t->size, covariance);
@@ -416,24 +421,30 @@ static void add_held(const struct residual_test *t, const double std_n[PHASES], 
     }
 }
 
-bool residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]) {
+/* Converts the covariance of a leg's force to that of its readings. */
+static void read_covariance_back(const struct cylinder_model *m, const struct residual_test *t, int leg,
+                                 double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
+    double share[RESIDUAL_SIZE];
+    for (int a = 0; a < t->size; a++) share[a] = 1.0;
+    read_force_back(m, t, leg, share);
+    for (int a = 0; a < t->size; a++)
+        for (int b = 0; b < t->size; b++) covariance[a][b] *= share[a] * share[b];
+}
+
+void residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     struct series rows;
     struct inverse_dynamics inverse;
     struct inverse_dynamics_input table[PHASES];
-    bool held = false;
     prepare_inverse(t, model, &inverse);
     systematic_series(&inverse.cylinder, t, &rows);
     memset(covariance, 0, LEGS * sizeof covariance[0]);
-    if (!find_play(t, &inverse, NULL, &rows) || !tabulate_cycle(t, t->harmonics, &inverse, &rows, NULL, table)) return false;
+    if (!find_play(t, &inverse, NULL, &rows) || !tabulate_cycle(t, t->harmonics, &inverse, &rows, NULL, table)) return;
     for (int k = 0; k < t->legs; k++) {
         double std_n[PHASES];
-        for (int i = 0; i < t->phases; i++) {
-            std_n[i] = sqrt(inverse_dynamics_held_variance(&inverse, k, &table[i]));
-            held = held || std_n[i] > 0.0;
-        }
+        for (int i = 0; i < t->phases; i++) std_n[i] = sqrt(inverse_dynamics_held_variance(&inverse, k, &table[i]));
         add_held(t, std_n, covariance[k]);
+        read_covariance_back(&inverse.cylinder, t, k, covariance[k]);
     }
-    return held;
 }
 
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]) {
@@ -517,8 +528,7 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
             if (hoses) net[a] -= cylinder.leg[k].a1_m2 * p.drop[PORT_A][k][a] - cylinder.leg[k].a2_m2 * p.drop[PORT_B][k][a];
             net[a] -= force[k][a];
         }
-        if (t->pressures) read_force_back(&cylinder, t, k, net);
-        else read_back(&cylinder.machine.sensors.force[k], t, net);
+        read_force_back(&cylinder, t, k, net);
     }
     return true;
 }

@@ -145,11 +145,10 @@ bool residual_evaluate(const struct residual_test *t, const struct params *model
  * it moves the pose. Otherwise all are returned. */
 enum residual_equations residual_legs_apart(const struct params *model);
 
-/* Computes the covariance of a leg's force row, N^2, that the friction of a leg that may be held
- * adds: at each instant it has inverse_dynamics_held_variance(), and it changes as fast as the row
- * resolves. Returns false, and zeros, if the leg is never held or the model cannot move like
- * this. */
-bool residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]);
+/* Computes the covariance that each leg's force row, N^2, has by the friction of the leg while it
+ * may be held; at an instant its variance is inverse_dynamics_held_variance(). All zeros: no leg is
+ * ever held, or the model cannot move like this. */
+void residual_held(const struct residual_test *t, const struct params *model, double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE]);
 
 /* Coefficient row of the rate of a leg's length, m/s. */
 void residual_rate(const struct residual_test *t, int leg, double row[RESIDUAL_SIZE]);
