@@ -399,18 +399,29 @@ static void keep_limits(struct comparison *s, const struct set *one, int place, 
         }
 }
 
-/* True if a set has effects, and each of them is one of another set's or a limiting case of it. */
-static bool simplifies(const struct set *one, const struct set *other) {
-    bool all = one->effects > 0;
-    for (int i = 0; i < one->effects; i++) {
-        bool there = false;
-        for (int j = 0; j < other->effects; j++) {
-            const struct hypothesis *h = &one->hypothesis[i], *of = &other->hypothesis[j];
-            there = there || (h->pattern == of->pattern && (h->effect == of->effect || hypothesis_contains(of->effect, h->effect)));
-        }
-        all = all && there;
+/* Place in another set of an effect that is in both; otherwise that of an effect which only the
+ * other set has, with this one as its limiting case, and which is not taken. -1: there is none. */
+static int counterpart(const struct set *one, int place, const struct set *other, const bool taken[GAP_EFFECTS]) {
+    const struct hypothesis *h = &one->hypothesis[place];
+    int found = sets_place(other, h->effect);
+    for (int j = 0; j < other->effects && found < 0; j++) {
+        const struct hypothesis *of = &other->hypothesis[j];
+        bool free = !taken[j] && of->pattern == h->pattern && sets_place(one, of->effect) < 0;
+        if (free && hypothesis_contains(of->effect, h->effect)) found = j;
     }
-    return all;
+    return found >= 0 && other->hypothesis[found].pattern == h->pattern ? found : -1;
+}
+
+/* True if a set has effects, and each of them is one of another set's or stands in its place as a
+ * limiting case. */
+static bool simplifies(const struct set *one, const struct set *other) {
+    bool taken[GAP_EFFECTS] = {false};
+    for (int i = 0; i < one->effects; i++) {
+        int place = counterpart(one, i, other, taken);
+        if (place < 0) return false;
+        taken[place] = true;
+    }
+    return one->effects > 0;
 }
 
 /* Finds the likeliest set that has the effects of another one, limiting cases in place of some, or
