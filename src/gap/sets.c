@@ -294,12 +294,12 @@ static bool limit_of(const struct set *a, const struct set *b) {
 
 /* Leaves out a set if one of its limiting cases explains about as much, because the simpler set is
  * then preferred. */
-static void prefer_limits(struct comparison *s, const struct set *stays) {
+static void prefer_limits(struct comparison *s) {
     for (int i = s->sets - 1; i >= 0; i--) {
         bool limit = false;
         for (int j = 0; j < s->sets; j++)
             limit = limit || (limit_of(&s->set[i], &s->set[j]) && s->set[i].evidence < s->set[j].evidence + MORE);
-        if (!limit || (stays && sets_same(&s->set[i], stays))) continue;
+        if (!limit) continue;
         linearised_free(&s->set[i].linear);
         memmove(s->set + i, s->set + i + 1, (size_t)(--s->sets - i) * sizeof *s->set);
     }
@@ -343,9 +343,9 @@ void sets_search(struct comparison *s, const struct params *base) {
     for (int round = 0; round < effort_of(s).rounds && better_reference(s); round++) search_once(s, base);
 }
 
-bool sets_rank(struct comparison *s, const struct set *stays) {
+bool sets_rank(struct comparison *s) {
     if (!better_reference(s)) return false;
-    prefer_limits(s, stays);
+    prefer_limits(s);
     find_probabilities(s);
     return true;
 }

@@ -54,9 +54,9 @@ void sets_keep(struct comparison *s, struct set *one);
 bool sets_fit(struct comparison *s, struct set *one);
 
 /* Finds the probabilities of all sets and sorts them, the likeliest first. A set is left out if one
- * of its limiting cases explains about as much, unless it is the one that stays, which may be NULL.
- * Returns false without a set, or if the best one cannot be fitted. */
-bool sets_rank(struct comparison *s, const struct set *stays);
+ * of its limiting cases explains about as much. Returns false without a set, or if the best one
+ * cannot be fitted. */
+bool sets_rank(struct comparison *s);
 
 /* True if two sets have the same effects with the same choices of legs. */
 bool sets_same(const struct set *a, const struct set *b);

@@ -365,7 +365,7 @@ bool statements_find(struct diagnosis *d, struct gap_result *r) {
     struct comparison *s = memory_get(1, sizeof *s);
     sets_begin(s, d, FIRST_SPREAD, false);
     sets_search(s, &r->base_model);
-    bool settled = sets_rank(s, NULL) && settle(s, r, state_all(s, r));
+    bool settled = sets_rank(s) && settle(s, r, state_all(s, r));
     sets_end(s);
     free(s);
     return settled && diagnosis_assume(d, d->added, d->addition, &d->model);
@@ -468,7 +468,7 @@ bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *fou
     struct comparison *s = memory_get(1, sizeof *s);
     sets_begin(s, d, 0.0, d->held_square < LEFT_WHITE * d->held_out.evaluated);
     keep_all(s, &r->base_model, found, sets, tried);
-    bool ranked = sets_rank(s, NULL);
+    bool ranked = sets_rank(s);
     const struct set *one = ranked ? likeliest_of(s, found) : NULL;
     bool simpler = one && !sets_same(one, found);
     if (simpler) take(s, one, r);
