@@ -522,6 +522,8 @@ static void laws_give_way_to_their_limiting_cases(void **unused) {
     assert_int_equal(g.effects, 2);
     assert_string_equal(effect_table[g.effect[0].effect]->name, "cylinder_coulomb_friction");
     assert_string_equal(effect_table[g.effect[1].effect]->name, "external_stiffness");
+    /* each is measured against the other alone, not against no effect */
+    assert_true(g.effect[0].z != g.effect[1].z);
     assert_close(g.effect[1].values.value[0][0] / -8e3, 1.0, 0.1);
     assert_true(certainty.probability >= GAP_SURE && d.found[effect_find("external_stiffness")] && !d.found[effect_find("lever_load")]);
     diagnosis_free(&d);

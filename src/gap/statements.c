@@ -448,15 +448,18 @@ static void take(const struct comparison *s, const struct set *one, struct gap_r
     if (skew.effect >= 0) r->effect[r->effects++] = skew;
 }
 
+/* Keeps the sets that statements_weigh() compares. */
 static void keep_all(struct comparison *s, const struct params *base, const struct set *found, int sets, const struct set *tried) {
     struct set *one = memory_get(1, sizeof *one);
     struct hypothesis *list = memory_get(HYPOTHESES_MAX, sizeof *list);
     int hypotheses = hypotheses_list(s->d->given, base, (const bool[EFFECTS_MAX]){0}, s->d->even.equations, list);
     *one = (struct set){.model = *base}, sets_keep(s, one);
-    *one = *found, sets_keep(s, one);
-    for (int i = 0; i < found->effects; i++) *one = without_one(s->d, found, i), sets_keep(s, one);
+    for (int without = -1; without < found->effects; without++) {
+        *one = without < 0 ? *found : without_one(s->d, found, without);
+        sets_keep(s, one);
+        keep_limits(s, one, 0, hypotheses, list);
+    }
     for (int i = 0; i < sets; i++) *one = tried[i], sets_keep(s, one);
-    keep_limits(s, found, 0, hypotheses, list);
     free(list);
     free(one);
 }
