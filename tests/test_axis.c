@@ -515,15 +515,17 @@ static void laws_give_way_to_their_limiting_cases(void **unused) {
     diagnose(&rig, 21, &r, &d);
     g.base_model = d.model;
     found = (struct set){.model = d.model};
-    add_effect(&d, "cylinder_stribeck_friction", &found);
     add_effect(&d, "lever_load", &found);
+    add_effect(&d, "cylinder_stribeck_friction", &found);
     assert_int_equal(found.effects, 2);
+    g.effects = 1, g.effect[0] = (struct gap_effect){.effect = effect_find("clock_skew"), .z = 8.0};
     assert_true(statements_weigh(&d, &g, &found, 0, NULL, &certainty));
-    assert_int_equal(g.effects, 2);
+    assert_int_equal(g.effects, 3);
     assert_string_equal(effect_table[g.effect[0].effect]->name, "cylinder_coulomb_friction");
     assert_string_equal(effect_table[g.effect[1].effect]->name, "external_stiffness");
-    /* each is measured against the other alone, not against no effect */
-    assert_true(g.effect[0].z != g.effect[1].z);
+    assert_string_equal(effect_table[g.effect[2].effect]->name, "clock_skew");
+    assert_true(g.effect[0].z > g.effect[1].z && g.effect[1].z > 8.0);
+    assert_memory_equal(g.effect[0].evidence, "force: odd harmonics", 20);
     assert_close(g.effect[1].values.value[0][0] / -8e3, 1.0, 0.1);
     assert_true(certainty.probability >= GAP_SURE && d.found[effect_find("external_stiffness")] && !d.found[effect_find("lever_load")]);
     diagnosis_free(&d);

@@ -228,6 +228,20 @@ static void the_page_names_effects_numbers_and_pictures(void **unused) {
     free(page);
 }
 
+/* A verdict is in part because something is left, or because other effects explain as much. */
+static void the_page_says_why_it_names_only_a_part(void **unused) {
+    (void)unused;
+    slow_case();
+    struct gap_result r = named;
+    r.verdict = GAP_PARTLY_NAMED;
+    for (int sure = 0; sure < 2; sure++) {
+        r.certainty.probability = sure ? 0.99 : 0.6;
+        char *page = page_of(&r, &closed_loop, "run.lcm", STATUS_OK);
+        assert_says(page, sure ? "beside something that no law makes" : "but another set of effects explains as much");
+        free(page);
+    }
+}
+
 static void names_of_files_are_text(void **unused) {
     (void)unused;
     slow_case();
@@ -451,6 +465,7 @@ int main(void) {
         cmocka_unit_test(motion_leaves_over_what_the_equations_do),
         cmocka_unit_test(a_distance_is_the_rms_over_a_cycle),
         cmocka_unit_test(the_page_names_effects_numbers_and_pictures),
+        cmocka_unit_test(the_page_says_why_it_names_only_a_part),
         cmocka_unit_test(names_of_files_are_text),
         cmocka_unit_test(every_verdict_has_its_first_screen),
         cmocka_unit_test(what_ranks_above_the_named_one_says_why),

@@ -244,6 +244,21 @@ static void what_others_explain_as_well_is_named_in_part(void **state) {
     assert_non_null(strstr(nothing.reason, "noise; the probability of this verdict is 0.3, that of command_delay and base_tilt alone 0.7"));
 }
 
+/* With statements a family may stand in place of an effect. */
+static void what_leaves_a_remainder_is_named_in_part(void **state) {
+    (void)state;
+    struct gap_result r = found("valve_lag");
+    r.effects = 2, r.effect[1] = (struct gap_effect){.effect = effect_find("payload_mass")};
+    r.unexplained_fraction = 0.2;
+    assert_true(judge_partly(&r));
+    assert_int_equal(r.verdict, GAP_PARTLY_NAMED);
+    assert_non_null(strstr(r.reason, "the model lacks valve_lag and payload_mass; that explains 80 %"));
+    r.statements = 1, r.statement[0] = (struct gap_statement){.family = true, .which = EFFECT_LOAD};
+    assert_true(judge_partly(&r));
+    assert_non_null(strstr(r.reason, effect_families[EFFECT_LOAD].words));
+    assert_non_null(strstr(r.reason, "payload_mass"));
+}
+
 static void an_effect_that_another_replaces_is_ambiguous(void **state) {
     (void)state;
     struct gap_result r = found("external_stiffness"), sure = r;
@@ -289,6 +304,7 @@ int main(void) {
         cmocka_unit_test(a_trace_beside_one_effect_is_said_and_refutes_nothing),
         cmocka_unit_test(a_tone_refutes_what_is_no_larger_than_it),
         cmocka_unit_test(what_others_explain_as_well_is_named_in_part),
+        cmocka_unit_test(what_leaves_a_remainder_is_named_in_part),
         cmocka_unit_test(an_effect_that_another_replaces_is_ambiguous),
         cmocka_unit_test(three_that_are_needed_are_none_of_them),
     };

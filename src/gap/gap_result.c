@@ -2,6 +2,8 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 const char *const gap_verdict_names[GAP_VERDICTS] = {"effect_named", "no_gap", "ambiguous", "unknown_effect", "partly_named"};
 const char *const gap_channel_names[GAP_CHANNELS] = {"length", "force", "p1", "p2", "valve"};
@@ -46,6 +48,20 @@ double gap_short(const struct gap_result *r, const struct gap_candidate *candida
     for (int i = 0; i < r->candidates; i++) most = fmax(most, r->candidate[i].z);
     if (r->effects == 1) most = fmax(most, r->effect[0].z);
     return sqrt(fmax(most * most - candidate->z * candidate->z, 0.0));
+}
+
+/* Order of effects for qsort: the most certain first. */
+static int by_z(const void *a, const void *b) {
+    const struct gap_effect *x = a, *y = b;
+    return x->z < y->z ? 1 : x->z > y->z ? -1 : 0;
+}
+
+void gap_sort_effects(struct gap_result *r) { qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z); }
+
+const char *gap_signature(int effect, int legs) {
+    static const char leg[] = "leg ";
+    const char *signature = effect_table[effect]->signature;
+    return legs == 1 && !strncmp(signature, leg, sizeof leg - 1) ? signature + sizeof leg - 1 : signature;
 }
 
 const char *gap_place_words(const struct gap_place *p, int legs, char words[GAP_WORDS]) {

@@ -84,7 +84,7 @@ struct gap_statement {
 };
 
 /* Probability of a verdict among the sets of effects that were compared, and the likeliest set that
- * contradicts it. probability NaN: not known, as without effects. */
+ * contradicts it. probability NaN: not known, as for an unknown effect. */
 struct gap_certainty {
     double probability, other_probability;
     int others, other[GAP_EFFECTS];       /* effects of that set; none: the base alone */
@@ -138,8 +138,8 @@ struct gap_result {
     struct gap_effect effect[GAP_EFFECTS];/* the most certain effect first */
     int statements;                       /* number of statements: first the sure ones, which the
                                            * verdict makes if it names effects, then the likeliest
-                                           * other effects; 0: sets of effects were not compared, or
-                                           * did not change the verdict */
+                                           * other effects; 0: the effects are those of the search,
+                                           * or simpler ones in their place */
     struct gap_statement statement[GAP_STATEMENTS];
     struct gap_certainty certainty;       /* of what the verdict says */
     int ambiguous;                        /* number of effects that the data cannot distinguish from
@@ -217,6 +217,12 @@ const char *gap_family_name(const struct gap_result *result);
 /* How far a candidate is behind the likeliest one, on the scale of z: the root of the difference of
  * the two squared z. */
 double gap_short(const struct gap_result *result, const struct gap_candidate *candidate);
+
+/* Sorts the effects, the most certain first. in_doubt is left as it was. */
+void gap_sort_effects(struct gap_result *result);
+
+/* Signature of an effect in the data. With one leg the word "leg" is left out. */
+const char *gap_signature(int effect, int legs);
 
 /* Writes "test x at 4 Hz, force of leg 2, harmonic 3" for a steady sinusoid, "at 3.21 s near 5.4
  * Hz, force of leg 2" for a segment. With one leg its number is left out. */

@@ -329,11 +329,11 @@ bool judge_partly(struct gap_result *r) {
     ADVISE(r, "%s", "");
     SAY(r, "the model lacks");
     for (int i = 0; i < r->effects; i++) {
-        const struct gap_statement *s = &r->statement[i];
+        bool family = i < r->statements && r->statement[i].family;
         append(r, before);
-        append(r, s->family ? effect_families[s->which].words : name_of(s->which));
+        append(r, family ? effect_families[r->statement[i].which].words : name_of(r->effect[i].effect));
         before = i + 2 < r->effects ? ", " : " and ";
-        if (s->family) append(r, ", by none of the known laws for certain");
+        if (family) append(r, ", by none of the known laws for certain");
     }
     double noise_n = r->noise_floor.channel[GAP_FORCE];
     double left_n = sqrt(fmax(square(r->held_out_after.channel[GAP_FORCE]) - square(noise_n), 0.0));

@@ -20,8 +20,8 @@ struct remainder {
 /* Fills verdict, reason and next_experiment of a result that is otherwise complete. */
 void judge(struct gap_result *r, const struct remainder *m);
 
-/* Makes the verdict partly_named, for a result whose effects and statements come from
- * statements_find(). Returns false and changes nothing if a tone or most of the gap remains. */
+/* Makes the verdict partly_named, for a result whose effects come from sets (statements.h). Returns
+ * false and changes nothing if a tone or most of the gap remains. */
 bool judge_partly(struct gap_result *r);
 
 /* Notes the probability of what the verdict says. Below GAP_SURE the reason has it, with the

@@ -392,13 +392,10 @@ static void read_effects(const struct diagnosis *d, struct gap_result *r) {
         }
 }
 
-/* Writes an effect's evidence and stores its z. If there is one leg, the word "leg" is left out. */
+/* Writes an effect's evidence and stores its z. */
 static void describe(struct gap_effect *e, const struct params *model, double z, double before, double after) {
-    static const char leg[] = "leg ";
-    const char *signature = effect_table[e->effect]->signature;
-    bool single = params_legs(model) == 1 && !strncmp(signature, leg, sizeof leg - 1);
     snprintf(e->evidence, sizeof e->evidence, "%s; squared residuals over their noise variance, held-out data: %.0f before, %.0f after",
-             single ? signature + sizeof leg - 1 : signature, before, after);
+             gap_signature(e->effect, params_legs(model)), before, after);
     e->z = z;
 }
 
@@ -425,16 +422,10 @@ static void find_skew(struct diagnosis *d, const struct recording *recording, st
              1e3 * (ratio - 1.0));
 }
 
-/* Order of effects for qsort: the most certain first. */
-static int by_z(const void *a, const void *b) {
-    const struct gap_effect *x = a, *y = b;
-    return x->z < y->z ? 1 : x->z > y->z ? -1 : 0;
-}
-
 /* Sorts the effects by z and finds the one in doubt, which is the one added last. */
 static void sort_effects(struct gap_result *r) {
     int doubted = r->effects ? r->effect[r->effects - 1].effect : 0;
-    qsort(r->effect, (size_t)r->effects, sizeof *r->effect, by_z);
+    gap_sort_effects(r);
     for (int i = 0; i < r->effects; i++)
         if (r->effect[i].effect == doubted) r->in_doubt = i;
 }

@@ -353,7 +353,8 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
         struct gap_effect *e = &r->effect[r->effects++];
         read_values(s, one, i, &r->statement[i].effect);
         *e = r->statement[i].effect;
-        snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", effect_table[e->effect]->signature, r->statement[i].probability);
+        snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", gap_signature(e->effect, params_legs(s->d->given)),
+                 r->statement[i].probability);
     }
     r->certainty = certainty_of(s, r);
     linearised_free(&one->linear);
@@ -432,20 +433,19 @@ static const struct set *likeliest_of(const struct comparison *s, const struct s
     return NULL;
 }
 
-/* Makes the effects of a set the findings, before clock skew, which is in no set. */
+/* Makes the effects of a set the findings. Clock skew, which is in no set, stays among them. */
 static void take(const struct comparison *s, const struct set *one, struct gap_result *r) {
-    struct gap_effect skew = {.effect = -1};
+    int effects = 0;
     for (int i = 0; i < r->effects; i++)
-        if (r->effect[i].effect == effect_find("clock_skew")) skew = r->effect[i];
-    r->ambiguous = r->in_doubt = r->statements = 0;
-    r->effects = one->effects;
+        if (r->effect[i].effect == effect_find("clock_skew")) r->effect[effects++] = r->effect[i];
     for (int i = 0; i < one->effects; i++) {
-        struct gap_effect *e = &r->effect[i];
+        struct gap_effect *e = &r->effect[effects++];
         state_in(s, &r->base_model, one, i, e);
-        snprintf(e->evidence, sizeof e->evidence, "%s", effect_table[e->effect]->signature);
-        r->statement[r->statements++] = (struct gap_statement){.which = e->effect, .share_explained = e->share_explained, .effect = *e};
+        snprintf(e->evidence, sizeof e->evidence, "%s", gap_signature(e->effect, params_legs(s->d->given)));
     }
-    if (skew.effect >= 0) r->effect[r->effects++] = skew;
+    r->effects = effects;
+    r->ambiguous = r->in_doubt = 0;
+    gap_sort_effects(r);
 }
 
 /* Keeps the sets that statements_weigh() compares. */
@@ -477,7 +477,6 @@ bool statements_weigh(struct diagnosis *d, struct gap_result *r, struct set *fou
     if (simpler) take(s, one, r);
     if (one || (ranked && !found->effects)) *certainty = certainty_of(s, r);
     if (one) *found = *one;
-    for (int i = 0; i < r->statements && simpler; i++) r->statement[i].probability = certainty->probability;
     sets_end(s);
     free(s);
     return simpler && diagnosis_assume(d, found->effects, found->hypothesis, &found->model);

@@ -73,7 +73,8 @@ static void headline(FILE *out, const struct gap_result *r) {
     if (!stream) return;
     static const char *const sizes[] = {NULL, "Missing in the model, or of another size than there", "Of another size than in the model"};
     const char *kicker = r->verdict == GAP_EFFECT_NAMED && given(r) ? sizes[given(r)] : kickers[r->verdict];
-    if (r->verdict == GAP_PARTLY_NAMED && !r->statements) kicker = "Missing in the model, but another set of effects explains as much";
+    if (r->verdict == GAP_PARTLY_NAMED && !r->statements && r->certainty.probability < GAP_SURE)
+        kicker = "Missing in the model, but another set of effects explains as much";
     if (r->verdict == GAP_AMBIGUOUS && given(r)) kicker = "Missing in the model, or of another size, and these data cannot tell which";
     headline_words(stream, r);
     if (!fclose(stream))
