@@ -191,6 +191,36 @@ static void a_segment_knows_its_acceleration(void **unused) {
     recording_free(&r);
 }
 
+static double cosine(double t_s) { return cos(2.0 * PI * t_s); }
+
+/* Returns the variance that what a leg does while it is held gives the mean force of a cycle. */
+static double mean_by_held_leg(path *along) {
+    static double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
+    struct recording r;
+    struct residual_data d;
+    struct error error;
+    struct params dry = params;
+    struct effect_values *coulomb = &dry.effects[effect_find("cylinder_coulomb_friction")];
+    coulomb->on = true;
+    coulomb->value[0][0] = coulomb->value[1][0] = 100.0;
+    record(&r, along, 12.0, 1.0);
+    r.test[0].frequency_hz = 1.0;
+    if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
+    assert_true(d.test[0].spectrum.cycles > 0);
+    residual_held(&d.test[0], &dry, covariance);
+    residual_free(&d);
+    recording_free(&r);
+    return covariance[0][0][0];
+}
+
+/* A leg that is held when a cycle ends is still held when the next one begins. */
+static void where_a_cycle_begins_is_no_matter(void **unused) {
+    (void)unused;
+    double sine_n2 = mean_by_held_leg(sine), cosine_n2 = mean_by_held_leg(cosine);
+    assert_true(sine_n2 > 0.0);
+    assert_close(cosine_n2 / sine_n2, 1.0, 0.01);
+}
+
 /* A lagging force sensor shows less of what a held leg does, as it shows less of any force. */
 static void friction_of_a_held_leg_is_seen_through_the_sensor(void **unused) {
     (void)unused;
@@ -313,6 +343,7 @@ int main(void) {
         cmocka_unit_test(what_is_too_short_or_still_is_refused),
         cmocka_unit_test(a_slow_rate_limits_the_band),
         cmocka_unit_test(a_segment_knows_its_acceleration),
+        cmocka_unit_test(where_a_cycle_begins_is_no_matter),
         cmocka_unit_test(friction_of_a_held_leg_is_seen_through_the_sensor),
         cmocka_unit_test(what_the_series_lacks_is_in_the_fast_motion),
         cmocka_unit_test(a_gap_is_bridged_where_the_motion_goes_on),

@@ -402,11 +402,11 @@ bool residual_required(const struct residual_test *t, const struct params *model
 }
 
 /* Adds the covariance of a force that all instants from begin to end - 1 share, in proportion to
- * std_n. */
+ * std_n. Instants beyond the last one are those of the next cycle. */
 static void add_shared(const struct residual_test *t, int begin, int end, const double *std_n, double share,
                        double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
     double sum[RESIDUAL_SIZE] = {0};
-    for (int i = begin; i < end; i++) project_phase(t, i, std_n[i], sum);
+    for (int i = begin; i < end; i++) project_phase(t, i % t->phases, std_n[i % t->phases], sum);
     for (int a = 0; a < t->size; a++)
         for (int b = 0; b < t->size; b++) covariance[a][b] += share * sum[a] * sum[b];
 }
@@ -415,8 +415,11 @@ static void add_shared(const struct residual_test *t, int begin, int end, const 
  * variance is constant while the leg is held, the other half changes as fast as the row
  * resolves. */
 static void add_held(const struct residual_test *t, const double std_n[PHASES], double covariance[RESIDUAL_SIZE][RESIDUAL_SIZE]) {
-    for (int i = 0, end; i < t->phases; i = end + 1) {
-        for (end = i; end < t->phases && std_n[end] > 0.0; end++) add_shared(t, end, end + 1, std_n, 0.5 * t->phases / t->size, covariance);
+    int first = 0; /* of a cycle, the first instant at which the leg slides */
+    while (t->spectrum.cycles > 0 && first < t->phases && std_n[first] > 0.0) first++;
+    for (int i = first, end; i < first + t->phases; i = end + 1) {
+        for (end = i; end < first + t->phases && std_n[end % t->phases] > 0.0; end++)
+            add_shared(t, end, end + 1, std_n, 0.5 * t->phases / t->size, covariance);
         if (end > i) add_shared(t, i, end, std_n, 0.5, covariance);
     }
 }
