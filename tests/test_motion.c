@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "config.h"
+#include "measured.h"
 #include "motion.h"
 #include "residual.h"
 #include "sampling.h"
@@ -205,6 +206,7 @@ static double mean_by_held_leg(path *along) {
     coulomb->value[0][0] = coulomb->value[1][0] = 100.0;
     record(&r, along, 12.0, 1.0);
     r.test[0].frequency_hz = 1.0;
+    assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
     assert_true(d.test[0].spectrum.cycles > 0);
     residual_held(&d.test[0], &dry, covariance);
@@ -233,7 +235,8 @@ static void friction_of_a_held_leg_is_seen_through_the_sensor(void **unused) {
     coulomb->on = true;
     coulomb->value[0][0] = coulomb->value[1][0] = 100.0;
     record(&r, sweep, 20.0, 1.0);
-    if (motion_cut(&r, 0, &error)) fail_msg("%s", error.text);
+    assert_int_equal(cut(&r), CUT_NOTHING);
+    assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
     if (residual_prepare(&d, &r, CYCLES_ALL, &error)) fail_msg("%s", error.text);
     const struct residual_test *t = &d.test[0];
     residual_held(t, &dry, sure);
