@@ -102,6 +102,14 @@ static bool differs(const struct gap_result *search, const struct gap_result *se
     return noise;
 }
 
+/* True if the result of the sets replaces an unknown effect: always with one leg; on six if the
+ * sets leave more than noise and errors of the laws, which the search does not name, or if fewer
+ * effects of empirical laws do what took the search more. */
+static bool instead_of_unknown(const struct gap_result *search, const struct gap_result *sets, const struct remainder *m) {
+    bool fewer = sets->effects < search->effects && statements_empirical(sets);
+    return params_legs(&search->model) == 1 || m->beyond_laws > 1.0 || fewer;
+}
+
 /* A recording that is judged: its diagnosis, what the effects of the result leave, and the
  * simulations with them. */
 struct inquiry {
@@ -152,7 +160,7 @@ static int review(struct inquiry *q, struct gap_result *r, struct error *error) 
     if (sure) {
         struct remainder remainder = q->remainder;
         read_remainder(q->d, other, &remainder);
-        changes = unknown ? params_legs(q->d->given) == 1 || remainder.beyond_laws > 1.0 : differs(r, other);
+        changes = unknown ? instead_of_unknown(r, other, &remainder) : differs(r, other);
     }
     if (unknown) {
         r->statements = other->statements;
@@ -163,6 +171,14 @@ static int review(struct inquiry *q, struct gap_result *r, struct error *error) 
     return status;
 }
 
+/* Makes the certainty of simpler effects, which are not named, that of the search's result, which
+ * they contradict. */
+static void contradict(const struct gap_result *simpler, struct gap_certainty *c) {
+    c->other_probability = c->probability, c->probability = 1.0 - c->probability;
+    c->others = simpler->effects < GAP_EFFECTS ? simpler->effects : GAP_EFFECTS;
+    for (int i = 0; i < c->others; i++) c->other[i] = simpler->effect[i].effect;
+}
+
 /* Finds the certainty of the search's result. If limiting cases of its effects explain about as
  * much, or fewer of the effects are likelier, these become the result. */
 static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
@@ -171,7 +187,8 @@ static int weigh(struct inquiry *q, struct gap_result *r, struct error *error) {
     int status = STATUS_OK;
     bool simpler = statements_weigh(q->d, other, &q->tried->found, q->tried->sets, q->tried->set, &certainty), named = true;
     if (simpler) status = judge_again(q, other, r, &named, error);
-    if (!status && named) judge_certainty(r, &q->remainder, &certainty);
+    if (!named) contradict(other, &certainty);
+    if (!status) judge_certainty(r, &q->remainder, &certainty);
     free(other);
     return status;
 }

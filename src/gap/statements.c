@@ -216,17 +216,21 @@ static bool fit_sure(struct comparison *s, const struct gap_result *r, int sure,
     return sets_fit(s, one);
 }
 
-/* True if all effects of a set have empirical laws; always true for a machine of one leg. */
-static bool empirical(const struct comparison *s, const struct set *one) {
-    bool all = true;
-    for (int i = 0; i < one->effects; i++) all = all && effect_table[one->hypothesis[i].effect]->law_error >= EMPIRICAL;
-    return all || params_legs(s->d->given) == 1;
-}
-
 /* True if a model leaves more on held-out data than noise. */
 static bool leaves(const struct comparison *s, const struct params *model) {
     struct diagnosis noise = {.held_out = s->held_out};
     return diagnosis_held_square(&noise, model) > LEFT_WHITE * s->held_out.evaluated;
+}
+
+/* True if an effect has an exact law, which a large remainder refutes. */
+static bool is_exact(const struct gap_result *r, int effect) {
+    return effect_table[effect]->law_error < EMPIRICAL && params_legs(&r->model) > 1;
+}
+
+bool statements_empirical(const struct gap_result *r) {
+    bool exact = false;
+    for (int i = 0; i < r->effects; i++) exact = exact || is_exact(r, r->effect[i].effect);
+    return !exact;
 }
 
 /* Moves the errors of sensors and clocks behind the other sure statements. Returns the number of
@@ -346,15 +350,15 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     r->ambiguous = 0, r->in_doubt = 0;
     sure = find_rivals(s, r, sure);
     sure = sure ? fit_all(s, r, sure, one) : 0;
-    double explained = sure ? share_of(s, &r->base_model, &s->d->model) : 0.0;
-    bool settled = explained > (empirical(s, one) ? EXPLAINED : 1.0 - square(LAW_MOST));
+    bool exact = false;
+    for (int i = 0; i < sure; i++) exact = exact || is_exact(r, r->statement[i].effect.effect);
+    bool settled = sure && share_of(s, &r->base_model, &s->d->model) > (exact ? 1.0 - square(LAW_MOST) : EXPLAINED);
     r->effects = 0;
     for (int i = 0; i < sure && settled; i++) {
         struct gap_effect *e = &r->effect[r->effects++];
         read_values(s, one, i, &r->statement[i].effect);
         *e = r->statement[i].effect;
-        snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", gap_signature(e->effect, params_legs(s->d->given)),
-                 r->statement[i].probability);
+        snprintf(e->evidence, sizeof e->evidence, "%s; probability %.2f", effect_table[e->effect]->signature, r->statement[i].probability);
     }
     r->certainty = certainty_of(s, r);
     linearised_free(&one->linear);

@@ -10,6 +10,10 @@
  * Otherwise returns false; r's effects and the model of d must then not be used any more. */
 bool statements_find(struct diagnosis *d, struct gap_result *r);
 
+/* True if no effect of a result has an exact law, which a large remainder refutes; always true for
+ * a machine of one leg. */
+bool statements_empirical(const struct gap_result *r);
+
 /* Compares the set that a search found with those that lack one of its effects, with those in which
  * limiting cases replace effects of these, with the base without any, and with the sets that were
  * tried. If a limiting case explains about as much, or the law that it replaces is at the end of
