@@ -244,7 +244,7 @@ static void a_strict_device_is_refused_where_the_period_has_no_room(void **unuse
     struct line l = {.strict_ns = ns_from_seconds(modbus_silence_s(BAUD))};
     int status = STATUS_OK;
     line_begin(&l, 0.002);
-    for (int tries = 0; tries < 20 && status != STATUS_USAGE; tries++) {
+    for (int tries = 0; tries < 100 && status != STATUS_USAGE; tries++) {
         status = line_open_hal(&l);
         if (!status) l.hal->ops->close(l.hal);
         l.hal = NULL;
