@@ -1,4 +1,4 @@
-/* What is measured of a recording is measured once, however many stages read it. The linker puts
+/* Each quantity of a recording is measured once, however many stages read it. The linker puts
  * these counters between the callers and the functions that measure (--wrap, Makefile). */
 #include "support.h"
 

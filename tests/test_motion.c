@@ -194,16 +194,22 @@ static void a_segment_knows_its_acceleration(void **unused) {
 
 static double cosine(double t_s) { return cos(2.0 * PI * t_s); }
 
-/* Returns the variance that what a leg does while it is held gives the mean force of a cycle. */
+/* The axis, with 100 N of dry friction. */
+static struct params with_friction(void) {
+    struct params dry = params;
+    struct effect_values *coulomb = &dry.effects[effect_find("cylinder_coulomb_friction")];
+    coulomb->on = true;
+    coulomb->value[0][0] = coulomb->value[1][0] = 100.0;
+    return dry;
+}
+
+/* Returns the variance of a cycle's mean force by the friction of a leg while it is held. */
 static double mean_by_held_leg(path *along) {
     static double covariance[LEGS][RESIDUAL_SIZE][RESIDUAL_SIZE];
     struct recording r;
     struct residual_data d;
     struct error error;
-    struct params dry = params;
-    struct effect_values *coulomb = &dry.effects[effect_find("cylinder_coulomb_friction")];
-    coulomb->on = true;
-    coulomb->value[0][0] = coulomb->value[1][0] = 100.0;
+    struct params dry = with_friction();
     record(&r, along, 12.0, 1.0);
     r.test[0].frequency_hz = 1.0;
     assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);
@@ -230,10 +236,7 @@ static void friction_of_a_held_leg_is_seen_through_the_sensor(void **unused) {
     struct recording r;
     struct residual_data d;
     struct error error;
-    struct params dry = params;
-    struct effect_values *coulomb = &dry.effects[effect_find("cylinder_coulomb_friction")];
-    coulomb->on = true;
-    coulomb->value[0][0] = coulomb->value[1][0] = 100.0;
+    struct params dry = with_friction();
     record(&r, sweep, 20.0, 1.0);
     assert_int_equal(cut(&r), CUT_NOTHING);
     assert_int_equal(measured_make(&r, 0, &error), STATUS_OK);

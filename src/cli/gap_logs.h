@@ -10,7 +10,7 @@ enum { GAP_LEFT_OUT_SIZE = 200 };
 /* For each log, the tests that have no sample in the ramp-in and the evaluated part: "y, phi". */
 typedef char gap_left_out[LOGS_MAX][GAP_LEFT_OUT_SIZE];
 
-/* What was read, and what was measured of it. */
+/* Logs as they were read, and as they were measured and admitted. */
 struct gap_logs {
     struct recording raw;
     struct measured_recording measured;

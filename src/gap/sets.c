@@ -45,7 +45,7 @@ static bool any(int values, const double *x) {
 static void list_sizes(struct comparison *s) {
     /* law error in addition to the laws' own law_error: none, or 0.4 % to a fifth in nearly equal
      * ratios */
-    static const double spread[] = {0.03, 0.1, 0.3, 1.0}, repeats[] = {0.0, 0.1, 0.3, 1.0}, law[] = {0.0, 4e-3, 0.015, 0.05, 0.2};
+    static const double spread[] = {0.03, 0.1, 0.3, 1.0}, repeats[] = {0.0, 0.1, 0.3, 1.0}, law[] = {0.0, 4e-3, 0.015, 0.05, SETS_LAW_MOST};
     const struct covariance *c = &s->covariance;
     int spreads = any(c->values, c->spread) ? 4 : 1, laws = !s->exact && any(c->values, c->law) ? 5 : 1;
     s->sizes = 0;

@@ -8,6 +8,9 @@
 
 enum { SETS_MAX = 64, SETS_SIZES = 80 };
 
+/* Largest error of a law that the covariance allows, as a share of its family's contribution. */
+#define SETS_LAW_MOST 0.2
+
 /* A set of effects, fitted. */
 struct set {
     int effects;
@@ -38,7 +41,7 @@ struct comparison {
 
 /* Begins a comparison around the model of a diagnosis. Until sets_end() its whiteners contain a
  * remainder, at first of this size (covariance.h: spread). exact: no law is less exact than its
- * law_error says; otherwise the laws of a family may be off by up to a fifth. */
+ * law_error says; otherwise the laws of a family may be off by up to SETS_LAW_MOST. */
 void sets_begin(struct comparison *s, struct diagnosis *d, double spread, bool exact);
 void sets_end(struct comparison *s);
 

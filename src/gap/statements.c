@@ -18,11 +18,9 @@ static const double EMPIRICAL = 0.05;   /* least law_error of an empirical law. 
                                          * platform, but leaves a third of the gap */
 static const double EXPLAINED = 0.5;    /* least share of the held-out gap that the effects of a
                                          * verdict explain together */
-static const double LAW_MOST = 0.2;     /* largest error of a law that the covariance allows
-                                         * (sets.c). Its square is the share of the gap that an
-                                         * exact law may leave on six legs, and that an effect
-                                         * beside others must explain there */
-
+/* Share of the gap that an exact law may leave on six legs, and that an effect beside others must
+ * explain there: that of the largest error of a law. */
+static const double SLIGHT = SETS_LAW_MOST * SETS_LAW_MOST;
 static const double FIRST_SPREAD = 0.1; /* size of the spread (covariance.h) before a set is the
                                          * reference model */
 
@@ -260,16 +258,16 @@ static int slight_last(struct comparison *s, const struct params *base, struct g
     int kept = sure;
     for (int i = sure - 1; i >= 0 && kept > 1; i--) {
         double whole = share_of(s, base, &one->model);
-        struct gap_statement place = r->statement[i];
+        struct gap_statement moved = r->statement[i];
         put_last(r, i, kept);
-        if (fit_sure(s, r, kept - 1, rest) && whole - share_of(s, base, &rest->model) < square(LAW_MOST)) {
+        if (fit_sure(s, r, kept - 1, rest) && whole - share_of(s, base, &rest->model) < SLIGHT) {
             linearised_free(&one->linear);
             *one = *rest, kept--;
             continue;
         }
         linearised_free(&rest->linear);
-        memmove(r->statement + i + 1, r->statement + i, (size_t)(kept - 1 - i) * sizeof place);
-        r->statement[i] = place;
+        memmove(r->statement + i + 1, r->statement + i, (size_t)(kept - 1 - i) * sizeof moved);
+        r->statement[i] = moved;
     }
     free(rest);
     return kept;
@@ -352,7 +350,7 @@ static bool settle(struct comparison *s, struct gap_result *r, int sure) {
     sure = sure ? fit_all(s, r, sure, one) : 0;
     bool exact = false;
     for (int i = 0; i < sure; i++) exact = exact || is_exact(r, r->statement[i].effect.effect);
-    bool settled = sure && share_of(s, &r->base_model, &s->d->model) > (exact ? 1.0 - square(LAW_MOST) : EXPLAINED);
+    bool settled = sure && share_of(s, &r->base_model, &s->d->model) > (exact ? 1.0 - SLIGHT : EXPLAINED);
     r->effects = 0;
     for (int i = 0; i < sure && settled; i++) {
         struct gap_effect *e = &r->effect[r->effects++];

@@ -9,7 +9,7 @@
 /* Least number of whole cycles of a steady sinusoid: three to fit and three to judge. */
 enum { RECORDING_CYCLES = 6 };
 
-/* What is to be said of a recording beside the reason of a refusal. */
+/* Remarks on a recording, beside the reason of a refusal. */
 struct admission {
     bool refuted;           /* lengths, forces or reference contradict the configured machine */
     int excluded;           /* number of records left out because others can be evaluated */

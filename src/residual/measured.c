@@ -19,6 +19,8 @@ static const double SLOWER = 1.25;        /* a recording is slower than the comm
                                            * is less */
 static const double IN_STEP = 1e-3;       /* relative tolerance within which the sampling period
                                            * counts as a whole number of command periods */
+static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
+                                             * are the same: two crystals differ by less */
 
 /* Finds the command period. hexid's controller commands every cycle, however slow the recording.
  * The command period of another controller is unknown, so it is taken to be the sampling period. */
@@ -28,9 +30,6 @@ static void find_commands(struct measured *m, const struct params *params) {
     m->in_step = !slower || fabs(m->step_s / (many * cycle_s) - 1.0) < IN_STEP;
     m->command_s = !slower ? m->step_s : m->in_step ? m->step_s / many : cycle_s;
 }
-
-static const double FREQUENCY_SAME = 5e-5;  /* largest relative difference of two frequencies that
-                                             * are the same: two crystals differ by less */
 
 typedef double resolutions[CHANNELS][LEGS];
 
@@ -44,7 +43,7 @@ static void find_resolutions(const struct recording_test *test, int legs, int ch
         }
 }
 
-/* What the three spectra of a test share. */
+/* Readings of a test, from which its three spectra are measured. */
 struct readings {
     const struct recording_test *test;
     const struct params *params;

@@ -1,5 +1,5 @@
-/* What is measured of a test or a segment, each quantity once: the sampling and the spectra. What
- * needs one of them reads it here and measures nothing again. No real time; heap. */
+/* Sampling and spectra of a test or a segment, each measured once. A stage that needs one of them
+ * reads it here and measures nothing again. No real time; heap. */
 #ifndef HEXID_MEASURED_H
 #define HEXID_MEASURED_H
 
@@ -27,7 +27,7 @@ struct measured {
 #define MEASURED_SETTLE_S 0.1 /* run-up of the simulated chambers. They start with the measured
                                * pressures, and have forgotten this start after 30 ms */
 
-/* What was measured of a test of the raw recording as a whole. */
+/* Measurements of a test of the raw recording as a whole. */
 struct measured_record {
     bool lasts, lengths; /* it has an evaluated part; a sample of it has the lengths of all legs */
     int good;            /* number of its samples that are used */

@@ -16,8 +16,8 @@ bool motion_sinusoid(const struct recording_test *test, int legs, double frequen
 /* Least number of segments of all records, to fit and judge a model. */
 enum { SEGMENTS_NEEDED = 6 };
 
-/* What a record lacks that is to be cut: time to see how it moves, motion, room in the recording,
- * samples where the speed changes sharply, or segments that can be evaluated. */
+/* Reasons why a record cannot be cut. It lacks time to see how it moves, motion, room in the
+ * recording, samples where the speed changes sharply, or segments that can be evaluated. */
 enum cut_lacks { CUT_NOTHING, CUT_TIME, CUT_MOTION, CUT_ROOM, CUT_TURNS, CUT_SEGMENTS };
 
 struct motion_cut {
