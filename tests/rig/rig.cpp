@@ -296,7 +296,8 @@ MachineParameters make_parameters(const Setup &setup, const Base &base)
         l.kink_gain = fx("valve_kink.gain", i);
         l.piston_clearance = fx("loose_piston.clearance_m", i);
         l.piston_kg = fx("loose_piston.mass_kg", i);
-        if (!(l.kink_gain > 0 && l.piston_kg > 0 && l.piston_kg < b.upper_kg[i]))
+        if (!(l.kink_gain > 0) ||
+            (l.loose_piston() && !(l.piston_kg > 0 && l.piston_kg < b.upper_kg[i])))
             throw std::runtime_error("valve_kink.gain, loose_piston.mass_kg: out of range");
     }
     return p;
