@@ -28,7 +28,8 @@ static json_t *effect_json(const struct effect *e) {
                                               key->max, "neutral", key->neutral, "typical", key->typical, "per_leg", key->per_leg,
                                               "reciprocal", key->reciprocal));
     }
-    return json_pack("{ss ss ss ss so}", "name", e->name, "plain", e->plain, "law", e->law, "signature", e->signature, "keys", keys);
+    return json_pack("{ss ss ss ss ss so}", "name", e->name, "family", effect_families[e->family].name, "plain", e->plain, "law", e->law,
+                     "signature", e->signature, "keys", keys);
 }
 
 static int write_json(const struct options *o, struct error *error) {

@@ -11,7 +11,7 @@ recordings stay, to be scored again without the rig; SET, "KEY=VALUE ..." that h
 
 The rig runs on the ODE engine with a step of 0.167 ms, with noisy sensors and every base parameter off within model.tolerance;
 `beyond` also disturbs it in ways that the tolerance does not cover. The diagnosis uses the other engine, its own steps, and only the log."""
-import argparse, csv, functools, json, math, os, random, re, shutil, subprocess, sys, tempfile
+import argparse, csv, functools, json, math, os, random, shutil, subprocess, sys, tempfile
 
 sys.dont_write_bytecode = True  # leaves no files in the tree
 import score_report
@@ -50,16 +50,6 @@ def effects():
     out = subprocess.run([HEXID, "effects", "--json", "-"], capture_output=True, text=True, check=True).stdout
     # no rig here has a force sensor
     return {e["name"]: e for e in json.loads(out)["effects"] if not e["name"].startswith("force_sensor")}
-
-
-def families_of_effects():
-    """Returns the family of each effect, which hexid effects does not print: from the effects' own files."""
-    sim = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "sim")
-    with open(sim + "/effect.c") as f: words = dict(re.findall(r'\[(EFFECT_\w+)\] = \{"(\w+)"', f.read()))
-    families = {}
-    for file in os.listdir(sim + "/effects"):
-        with open(sim + "/effects/" + file) as f: families[file.removesuffix(".c")] = words[re.search(r"\.family = (EFFECT_\w+)", f.read())[1]]
-    return families
 
 
 def base(r, series):
@@ -378,7 +368,7 @@ def run_case(case, size, seed, series):
         result, refused = diagnose(log, out)
         if refused: return row | {"score": 0.0, "remark": "refused: " + refused}
         z = seen(names[0], result)
-        families = families_of_effects()
+        families = {name: e["family"] for name, e in table.items()}
         score, weak = judge(names, result, z, size == "detectable" and shapes == ["all"] and MOTION == "sines", families)
         true = stated_truly(names, result, families)
         if foreign(names[0]):
